@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/component/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string_view>
+
+#include "camera/protocol/camera_info_yaml.hpp"
+
+namespace nacelle::camera {
+namespace {
+
+constexpr std::size_t kMostFileBytes = std::size_t{1} << 20U;
+
+std::string ros_home() {
+  if (const char* const home = std::getenv("ROS_HOME"); home != nullptr && *home != '\0') return home;
+  const char* const home = std::getenv("HOME");
+  return std::string(home == nullptr ? "" : home) + "/.ros";
+}
+
+void replace_all(std::string& text, std::string_view from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+}
+
+Result<std::string, Problem> read_file(const std::string& path) {
+  std::ifstream file{path, std::ios::binary};
+  std::string text(kMostFileBytes + 1, '\0');
+  if (!file || !file.read(text.data(), static_cast<std::streamsize>(text.size())).eof() || file.bad()) {
+    return err(Problem{"parameter camera_info_url", "cannot read the calibration " + path,
+                       "does the file exist, and may this user read it?"});
+  }
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
+}
+
+sensor_msgs::msg::CameraInfo size_alone(const CaptureFormat& format) {
+  sensor_msgs::msg::CameraInfo info;
+  info.width = format.width;
+  info.height = format.height;
+  return info;
+}
+
+sensor_msgs::msg::CameraInfo ideal_lens(const CaptureFormat& format) {
+  sensor_msgs::msg::CameraInfo info = size_alone(format);
+  const Pinhole& lens = *format.lens;
+  info.distortion_model = "plumb_bob";
+  info.d = {0, 0, 0, 0, 0};
+  info.k = {lens.focal_px, 0, lens.centre_u_px, 0, lens.focal_px, lens.centre_v_px, 0, 0, 1};
+  info.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  info.p = {lens.focal_px, 0, lens.centre_u_px, 0, 0, lens.focal_px, lens.centre_v_px, 0, 0, 0, 1, 0};
+  return info;
+}
+
+}  // namespace
+
+Result<std::string, Problem> calibration_path(const std::string& url, const std::string& camera_name) {
+  const std::string where = "parameter camera_info_url";
+  if (url.rfind("package://", 0) == 0) {
+    return err(Problem{where, fmt::format("'{}' needs ROS's package index, which is not here", url),
+                       "write file:// and the whole path"});
+  }
+  if (url.rfind("flash:", 0) == 0)
+    return err(Problem{where, "a camera's own memory cannot be read", "write file:// and the whole path"});
+  constexpr std::string_view kScheme = "file://";
+  if (url.rfind(kScheme, 0) != 0 || url.size() <= kScheme.size() ||
+      (url[kScheme.size()] != '/' && url[kScheme.size()] != '$')) {
+    return err(Problem{where, fmt::format("'{}' is no URL of a file", url),
+                       "write file:// and the whole path, as in file:///etc/nacelle/front.yaml"});
+  }
+  std::string path = url.substr(kScheme.size());
+  replace_all(path, "${NAME}", camera_name);
+  replace_all(path, "${ROS_HOME}", ros_home());
+  return path;
+}
+
+Result<StreamInfo, Problem> stream_info(const std::string& url, const CaptureFormat& format) {
+  if (url.empty()) return StreamInfo{format.lens ? ideal_lens(format) : size_alone(format), {}};
+  const auto path = calibration_path(url, format.camera_name);
+  if (!path) return err(path.error());
+  const auto text = read_file(*path);
+  if (!text) return err(text.error());
+  auto calibration = parse_camera_info(*text, *path);
+  if (!calibration) return err(calibration.error());
+  const auto& info = calibration->info;
+  if (info.width != format.width || info.height != format.height) {
+    return StreamInfo{size_alone(format),
+                      fmt::format("{} is for {}x{} pixels, the images have {}x{}: camera_info is without a calibration",
+                                  *path, info.width, info.height, format.width, format.height)};
+  }
+  return StreamInfo{info, {}};
+}
+
+}  // namespace nacelle::camera

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "camera/component/camera_options.hpp"
+#include "camera/component/capture_loop.hpp"
+#include "camera/port/capture_port.hpp"
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/node/lifecycle_node.hpp"
+
+namespace nacelle::camera {
+
+/// Publishes the pictures of a V4L2 camera, or of a pattern where there is none, on ~/image_raw and ~/camera_info.
+///
+/// Parameters have v4l2_camera's names (camera_options.hpp), one more per control of the device. on_configure opens the
+/// device and agrees on a format, on_activate streams: the thread "camera_rx" captures and publishes. A pulled cable
+/// ends nothing: the thread waits for the device and goes on.
+/// With output_encoding equal to what the camera sends, Image.data is the driver's buffer; its release hook is code of
+/// this library, which therefore stays loaded while such an image lives.
+/// Frame:   headers are in camera_frame_id, the optical frame.
+/// Threads: the component's executor.
+class CameraComponent final : public LifecycleNode {
+ public:
+  /// Makes the port for a source (V4l2 or Pattern).
+  using PortMaker = std::function<std::unique_ptr<CapturePort>(Source, const Clock&)>;
+
+  explicit CameraComponent(const NodeOptions& options);
+  CameraComponent(const NodeOptions& options, PortMaker make_port);
+  ~CameraComponent() override { stop_thread(); }
+
+  /// Zeros while unconfigured.
+  [[nodiscard]] CaptureLoopStats stats() const { return loop_ ? loop_->stats() : CaptureLoopStats{}; }
+
+ protected:
+  CallbackReturn on_configure(const State&) override;
+  CallbackReturn on_activate(const State&) override;
+  CallbackReturn on_deactivate(const State&) override;
+  CallbackReturn on_cleanup(const State&) override;
+  CallbackReturn on_shutdown(const State&) override { return let_go(); }
+  CallbackReturn on_error(const State&) override { return let_go(); }
+
+ private:
+  [[nodiscard]] Source choose_source(const CameraSetup& setup) const;
+  void declare_control_overrides();
+  void declare_controls();
+  void undeclare_controls();
+  void apply_controls();
+  SetParametersResult set_controls(const std::vector<Parameter>& parameters);
+  CallbackReturn let_go();
+  void run();
+  void stop_thread();
+  bool pause_until(MonotonicTime time);
+
+  const PortMaker make_port_;
+  const CameraOptions options_;
+  std::vector<std::string>
+      given_controls_;  ///< Overrides that are no parameter of ours: controls of the device, presumably.
+  std::vector<std::string> found_controls_;  ///< Declared while configured.
+  std::vector<Control> controls_;
+  Guarded<std::vector<std::pair<Control, std::int64_t>>>
+      chosen_;  ///< What was set, for the next time the device opens.
+  std::shared_ptr<Publisher<sensor_msgs::msg::Image>> images_;
+  std::shared_ptr<Publisher<sensor_msgs::msg::CameraInfo>> infos_;
+  std::unique_ptr<CapturePort> port_;
+  std::unique_ptr<CaptureLoop> loop_;
+  std::mutex mutex_;
+  std::condition_variable stop_asked_;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace nacelle::camera

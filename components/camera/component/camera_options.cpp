@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/component/camera_options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace nacelle::camera {
+namespace {
+
+ParameterDescriptor fixed(std::string description, std::string constraints = {}) {
+  return {std::move(description), std::move(constraints), true, false, std::nullopt, std::nullopt};
+}
+
+Problem wrong(const std::string& node, const char* parameter, std::string what, std::string way_out) {
+  return {fmt::format("node {}, parameter {}", node, parameter), std::move(what), std::move(way_out)};
+}
+
+std::string listed(const std::vector<std::int64_t>& values) { return fmt::format("[{}]", fmt::join(values, ", ")); }
+
+std::vector<std::string> encodings() {
+  std::vector<std::string> names;
+  std::for_each(readable_formats_begin(), readable_formats_end(), [&](const PixelFormat& format) {
+    if (!format.encoding.empty()) names.emplace_back(format.encoding);
+  });
+  return names;
+}
+
+}  // namespace
+
+CameraOptions declare_options(Node& node) {
+  CameraOptions o;
+  o.source = node.declare_parameter<std::string>(
+      "source", o.source, fixed("Where pictures come from.", "auto (device if there, else pattern), v4l2 or pattern"));
+  o.video_device = node.declare_parameter<std::string>(
+      "video_device", o.video_device,
+      fixed("The camera's node; a path in /dev/v4l/by-id names the same camera in any port.", "a path, or pattern"));
+  o.pixel_format = node.declare_parameter<std::string>(
+      "pixel_format", o.pixel_format, fixed("What the camera sends.", "a V4L2 name of four characters"));
+  o.output_encoding = node.declare_parameter<std::string>(
+      "output_encoding", o.output_encoding,
+      fixed("What is published; equal to the camera's own (yuyv for YUYV) it costs no copy."));
+  o.image_size = node.declare_parameter<std::vector<std::int64_t>>("image_size", o.image_size,
+                                                                   fixed("Width and height in pixels."));
+  o.time_per_frame = node.declare_parameter<std::vector<std::int64_t>>(
+      "time_per_frame", o.time_per_frame, fixed("Seconds between frames, as numerator and denominator."));
+  o.camera_frame_id =
+      node.declare_parameter<std::string>("camera_frame_id", o.camera_frame_id,
+                                          fixed("Frame of the headers: the optical one (x right, y down, z forward)."));
+  o.camera_info_url = node.declare_parameter<std::string>(
+      "camera_info_url", o.camera_info_url,
+      fixed("The calibration, e.g. file:///etc/nacelle/front.yaml; empty: none.", "file:// only"));
+  o.use_v4l2_buffer_timestamps =
+      node.declare_parameter<bool>("use_v4l2_buffer_timestamps", o.use_v4l2_buffer_timestamps,
+                                   fixed("Stamp with the kernel's time of capture; false: with the time of receipt."));
+  o.timestamp_offset_ns = node.declare_parameter<std::int64_t>("timestamp_offset", o.timestamp_offset_ns,
+                                                               fixed("Added to every stamp, in ns."));
+  return o;
+}
+
+Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::string& node) {
+  CameraSetup setup;
+  if (options.source == "v4l2") {
+    setup.source = Source::V4l2;
+  } else if (options.source == "pattern") {
+    setup.source = Source::Pattern;
+  } else if (options.source != "auto") {
+    return err(wrong(node, "source", fmt::format("'{}' is no source", options.source),
+                     suggestion(options.source, {"auto", "v4l2", "pattern"})));
+  }
+  if (options.video_device.empty())
+    return err(wrong(node, "video_device", "is empty", "give a path such as /dev/video0"));
+  if (options.video_device == "pattern") {
+    if (setup.source == Source::V4l2)
+      return err(wrong(node, "video_device", "'pattern' is no device", "set source to pattern, or name a device"));
+    setup.source = Source::Pattern;
+  }
+  const auto code = parse_fourcc(options.pixel_format);
+  if (!code || find_pixel_format(*code) == nullptr) {
+    std::vector<std::string> known;
+    std::for_each(readable_formats_begin(), readable_formats_end(),
+                  [&](const auto& format) { known.push_back(to_text(format.code)); });
+    return err(wrong(node, "pixel_format", fmt::format("'{}' cannot be read", options.pixel_format),
+                     suggestion(options.pixel_format, known)));
+  }
+  setup.output = find_pixel_format(std::string_view{options.output_encoding});
+  if (setup.output == nullptr) {
+    return err(wrong(node, "output_encoding", fmt::format("'{}' cannot be published", options.output_encoding),
+                     suggestion(options.output_encoding, encodings())));
+  }
+  const auto side_ok = [](std::int64_t side) { return side >= 16 && side <= 16384; };
+  if (options.image_size.size() != 2 || !side_ok(options.image_size[0]) || !side_ok(options.image_size[1])) {
+    return err(wrong(node, "image_size", fmt::format("{} is no size", listed(options.image_size)),
+                     "give width and height, 16 to 16384 each, as in [640, 480]"));
+  }
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+  const auto part_ok = [](std::int64_t part) { return part > 0 && part <= kMost; };
+  if (options.time_per_frame.size() != 2 || !part_ok(options.time_per_frame[0]) ||
+      !part_ok(options.time_per_frame[1])) {
+    return err(wrong(node, "time_per_frame", fmt::format("{} is no time", listed(options.time_per_frame)),
+                     "give numerator and denominator in seconds, as in [1, 30]"));
+  }
+  if (options.camera_frame_id.empty())
+    return err(wrong(node, "camera_frame_id", "is empty", "name the optical frame, such as camera_optical_frame"));
+  setup.wish.device = options.video_device;
+  setup.wish.pixel_format = *code;
+  setup.wish.width = static_cast<std::uint32_t>(options.image_size[0]);
+  setup.wish.height = static_cast<std::uint32_t>(options.image_size[1]);
+  setup.wish.period_num = static_cast<std::uint32_t>(options.time_per_frame[0]);
+  setup.wish.period_den = static_cast<std::uint32_t>(options.time_per_frame[1]);
+  return setup;
+}
+
+}  // namespace nacelle::camera

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "camera/port/capture_port.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/node/node.hpp"
+
+namespace nacelle::camera {
+
+/// Where pictures come from.
+enum class Source : std::uint8_t {
+  Auto,  ///< The device if it is there, otherwise the pattern, with a warning.
+  V4l2,
+  Pattern  ///< The scene that needs no device.
+};
+
+/// The camera's parameters as written: v4l2_camera's names and defaults, and `source`.
+struct CameraOptions {
+  std::string source = "auto";
+  std::string video_device = "/dev/video0";  ///< Or "pattern".
+  std::string pixel_format = "YUYV";
+  std::string output_encoding = "rgb8";
+  std::vector<std::int64_t> image_size{640, 480};
+  std::vector<std::int64_t> time_per_frame{1, 30};  ///< Seconds, as a fraction.
+  std::string camera_frame_id = "camera_optical_frame";
+  std::string camera_info_url;
+  bool use_v4l2_buffer_timestamps = true;
+  std::int64_t timestamp_offset_ns = 0;
+};
+
+/// What checked options mean.
+struct CameraSetup {
+  Source source = Source::Auto;
+  CaptureWish wish;  ///< For a device.
+  const PixelFormat* output = nullptr;
+};
+
+/// Declares every parameter on the node. Errors: rclcpp's named exceptions.
+[[nodiscard]] CameraOptions declare_options(Node& node);
+/// Checks them all. Errors: the first Problem, naming parameter, value, what is allowed and the way out; `node` is who
+/// has it.
+[[nodiscard]] Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::string& node);
+
+}  // namespace nacelle::camera

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/component/capture_loop.hpp"
+
+#include <algorithm>
+
+#include "camera/component/calibration.hpp"
+
+namespace nacelle::camera {
+namespace {
+
+void set_stamp(builtin_interfaces::msg::Time& stamp, WallTime time) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  // Floor, not truncation: nanosec counts forward from sec also before 1970.
+  std::int64_t seconds = time.nanoseconds() / kSecond, rest = time.nanoseconds() % kSecond;
+  if (rest < 0) {
+    rest += kSecond;
+    --seconds;
+  }
+  stamp.sec = static_cast<std::int32_t>(seconds);
+  stamp.nanosec = static_cast<std::uint32_t>(rest);
+}
+
+}  // namespace
+
+Result<void, Problem> CaptureLoop::open() {
+  auto format = around_.port.open(settings_.wish);
+  if (!format) return err(format.error());
+  auto maker = ImageMaker::make(*format, *settings_.output);
+  auto info = stream_info(settings_.camera_info_url, *format);
+  if (!maker || !info) {
+    around_.port.close();
+    return err(!maker ? maker.error() : info.error());
+  }
+  for (const std::string& remark : format->remarks) around_.logger.warn("{}: {}", settings_.wish.device, remark);
+  if (!info->remark.empty()) around_.logger.warn("{}", info->remark);
+  format_ = std::move(*format);
+  maker_ = std::make_unique<ImageMaker>(std::move(*maker));
+  info_ = info->info;
+  info_.header.frame_id = settings_.frame_id;
+  away_ = false;
+  open_.store(true, std::memory_order_release);
+  return {};
+}
+
+Result<void, Problem> CaptureLoop::start() {
+  pause_ = settings_.first_pause;
+  return around_.port.start();
+}
+
+void CaptureLoop::close() {
+  open_.store(false, std::memory_order_release);
+  image_.reset();
+  maker_.reset();
+  around_.port.close();
+}
+
+CaptureLoop::Turn CaptureLoop::turn(MonotonicTime deadline) {
+  if (away_ && !bring_back()) return Turn::Outage;
+  if (!image_) image_ = around_.images.borrow();
+  ByteSpan room;
+  if (image_) room = maker_->room_in(*image_);
+  if (format_.fills_offered_memory && !image_) {
+    // A port that draws has nowhere to draw to. The readers hold all messages: try again when the next frame is due.
+    ++stats_.lock()->no_message;
+    resume_at_ = around_.clock.now() + std::max<Duration>(format_.frame_period, 1ms);
+    return Turn::Outage;
+  }
+  const auto frame = around_.port.next(deadline, room);
+  if (!frame) {
+    if (frame.error() == CaptureFault::NoFrame) return Turn::Nothing;
+    lose(frame.error());
+    return Turn::Outage;
+  }
+  publish(frame.value());
+  return Turn::Frame;
+}
+
+void CaptureLoop::publish(const Frame& frame) {
+  auto info = around_.infos.borrow();
+  if (!image_ || !info) {
+    if (frame.give_back.release != nullptr) frame.give_back.release(frame.give_back.context);
+    ++stats_.lock()->no_message;
+    return;
+  }
+  const auto outcome = maker_->fill(frame, *image_);
+  if (outcome == ImageMaker::Outcome::Undecodable) {
+    ++stats_.lock()->undecodable;
+    return;  // the image serves for the next frame
+  }
+  *info = info_;
+  set_stamp(info->header.stamp,
+            (settings_.use_capture_time ? frame.captured : frame.received) + settings_.stamp_offset);
+  image_->header.stamp = info->header.stamp;
+  image_->header.frame_id.assign(settings_.frame_id);
+  // camera_info first: whoever gets the image can have its lens already.
+  around_.infos.publish(std::move(info));
+  around_.images.publish(std::move(image_));
+  auto stats = stats_.lock();
+  ++stats->published;
+  if (outcome == ImageMaker::Outcome::Adopted) ++stats->adopted;
+  if (outcome == ImageMaker::Outcome::Copied) ++stats->copied;
+}
+
+void CaptureLoop::lose(CaptureFault fault) {
+  around_.logger.warn("{}: {}; waiting for it", settings_.wish.device, to_text(fault));
+  open_.store(false, std::memory_order_release);
+  around_.port.close();
+  ++stats_.lock()->outages;
+  away_ = true;
+  said_why_ = false;
+  pause_ = settings_.first_pause;
+  resume_at_ = around_.clock.now() + pause_;
+}
+
+bool CaptureLoop::bring_back() {
+  const MonotonicTime now = around_.clock.now();
+  if (now < resume_at_) return false;
+  image_.reset();
+  auto opened = open();
+  if (opened) {
+    if (around_.on_reopened) around_.on_reopened();
+    opened = around_.port.start();
+  }
+  if (!opened) {
+    // Once per outage; the device's absence is what is being waited for.
+    if (!said_why_) around_.logger.info("{}", opened.error().text());
+    said_why_ = true;
+    open_.store(false, std::memory_order_release);
+    around_.port.close();
+    away_ = true;
+    pause_ = std::min(2 * pause_, settings_.longest_pause);
+    resume_at_ = now + pause_;
+    return false;
+  }
+  away_ = false;
+  ++stats_.lock()->returns;
+  around_.logger.info("{}: frames come again", settings_.wish.device);
+  return true;
+}
+
+}  // namespace nacelle::camera

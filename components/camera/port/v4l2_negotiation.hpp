@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "camera/port/capture_port.hpp"
+#include "camera/port/v4l2_device.hpp"
+
+namespace nacelle::camera {
+
+/// What failed, in words with a way out: absent, busy, no rights, not a camera, no bandwidth... `os_code` is -errno.
+[[nodiscard]] Problem describe_trouble(const std::string& device, std::string_view step, int os_code);
+
+/// Checks that the device is a camera, and agrees with it on format, size and rate: the nearest to the wish that it
+/// has.
+///
+/// Errors: not a capture device, driven by a media controller alone, or no format that the component can read; the
+///         Problem then lists what is there.
+[[nodiscard]] Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const CaptureWish& wish);
+
+/// The device's controls that are numbers or switches.
+[[nodiscard]] std::vector<Control> list_controls(const V4l2Device& device);
+
+/// "White Balance, Automatic" becomes "white_balance_automatic", as v4l2_camera names its parameters.
+[[nodiscard]] std::string parameter_name(std::string_view control_name);
+
+}  // namespace nacelle::camera

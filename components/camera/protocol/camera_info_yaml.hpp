@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "sensor_msgs/msg/camera_info.hpp"
+
+namespace nacelle::camera {
+
+/// A calibration file's content.
+struct Calibration {
+  std::string camera_name;            ///< "unknown" when the file does not say.
+  sensor_msgs::msg::CameraInfo info;  ///< The header is left empty.
+};
+
+/// Reads the YAML that camera_calibration and camera_info_manager write.
+///
+/// Errors: a Problem whose `where` is "<file_name>:<line>": syntax, a missing key, a matrix of another shape, a number
+///         that is none, an unknown distortion model or one with another count of coefficients.
+/// Source: image_common jazzy, camera_calibration_parsers/src/parse_yml.cpp.
+[[nodiscard]] Result<Calibration, Problem> parse_camera_info(std::string_view yaml, const std::string& file_name);
+
+}  // namespace nacelle::camera

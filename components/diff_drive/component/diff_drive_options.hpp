@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diff_drive/component/drive_loop.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/node/node.hpp"
+
+namespace nacelle::diff_drive {
+
+/// Limits of an axis as the parameters give them, deprecated names included.
+struct AxisOptions {
+  AxisLimits limits;
+  double min_acceleration = AxisLimits::kOff;  ///< Deprecated: stands in for the three limits that replaced it.
+  bool has_velocity_limits = true;             ///< Deprecated: false switches the limit off.
+  bool has_acceleration_limits = true;
+  bool has_jerk_limits = true;
+};
+
+/// The parameters of the base: diff_drive_controller's names and defaults, and the board's line.
+struct DiffDriveOptions {
+  std::vector<std::string> left_wheel_names{"left_wheel_joint"};
+  std::vector<std::string> right_wheel_names{"right_wheel_joint"};
+  double wheel_separation_m = 0.30;
+  double wheel_radius_m = 0.033;
+  double wheel_separation_multiplier = 1.0;
+  double left_wheel_radius_multiplier = 1.0;
+  double right_wheel_radius_multiplier = 1.0;
+  double cmd_vel_timeout_s = 0.5;  ///< 0: commands stay in force.
+  bool publish_limited_velocity = false;
+  double update_rate_hz = 50.0;
+  double publish_rate_hz = 50.0;  ///< Of joint states, at most; 0: every state of the board.
+  double battery_rate_hz = 1.0;
+  AxisOptions linear;
+  AxisOptions angular;
+
+  std::string hardware = "waveshare";  ///< "waveshare" or "loopback"
+  std::string serial_port = "/dev/ttyAMA0";
+  std::int64_t baud_rate = 115200;
+  double port_timeout_s =
+      1.0;  ///< Configure waits so long for the line; active, the board may be silent so long. 0: no wait; no limit.
+  double motor_watchdog_s = 0.5;  ///< The board stops by itself after this silence of ours.
+};
+
+/// What checked options mean: the values that the loop and the ports work with.
+struct DriveSetup {
+  DriveLoop::Settings loop;
+  Duration publish_period{};
+  Duration battery_period{};
+  std::vector<std::string> warnings;  ///< Deprecated names in use.
+};
+
+/// Declares every parameter on the node. Errors: rclcpp's named exceptions.
+void declare_options(Node& node);
+/// Reads the values in force.
+[[nodiscard]] DiffDriveOptions read_options(const Node& node);
+/// Checks them all; `node` is who has them.
+/// Errors: the first Problem, naming parameter, value, what is allowed and the way out.
+[[nodiscard]] Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std::string& node);
+
+}  // namespace nacelle::diff_drive

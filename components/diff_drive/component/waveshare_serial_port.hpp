@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "diff_drive/port/base_port.hpp"
+#include "diff_drive/protocol/waveshare_command.hpp"
+#include "diff_drive/protocol/waveshare_feedback.hpp"
+#include "nacelle/io/byte_stream.hpp"
+
+namespace nacelle::diff_drive {
+
+/// A base behind a Waveshare UGV board: joins the board's JSON lines to a serial line.
+///
+/// It stands in component/ and not in port/, because it is where protocol and port meet.
+/// The board speaks of the wheel's rim in m/s and m; the radius it is given turns them into rad.
+class WaveshareSerialPort final : public BasePort {
+ public:
+  struct Settings {
+    double wheel_radius_m = 0.033;                  ///< As configured in the board. Must be positive.
+    std::chrono::milliseconds motor_watchdog{500};  ///< The board stops after this silence of ours; 0 leaves its 3 s.
+    /// How long a byte is on the line. The board looks at its wheels, then sends: a state is as old as its line is long
+    /// (16 ms at 115200 baud). Zero: states are stamped when they are read.
+    Duration byte_time{};
+  };
+
+  WaveshareSerialPort(std::unique_ptr<io::ByteStream> line, const Clock& clock, Settings settings);
+
+  [[nodiscard]] Result<void, BaseFault> start() override;
+  [[nodiscard]] Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) override;
+  [[nodiscard]] Result<void, BaseFault> write(const WheelRates& rates) override;
+  [[nodiscard]] Result<void, BaseFault> stop() override;
+  void interrupt() noexcept override { line_->interrupt(); }
+
+  [[nodiscard]] double max_wheel_rate() const override {
+    return kWaveshareMaxWheelSpeed_mps / settings_.wheel_radius_m;
+  }
+  [[nodiscard]] ByteView stop_frame() const override { return kWaveshareStopFrame; }
+  [[nodiscard]] int descriptor() const noexcept override { return line_->descriptor(); }
+  [[nodiscard]] Stats stats() const override;
+  [[nodiscard]] const WaveshareLineDecoder::Stats& line_stats() const { return decoder_.stats(); }
+
+ private:
+  /// The wheels' rims as the board counts them, made continuous.
+  struct Travel {
+    double left_m = 0.0, right_m = 0.0;
+  };
+
+  [[nodiscard]] Result<void, BaseFault> send(ByteView frame);
+  [[nodiscard]] Result<void, BaseFault> send_speed(ByteView frame);
+  [[nodiscard]] WheelState to_wheel_state(const BaseFeedback& feedback, MonotonicTime captured_at);
+  [[nodiscard]] MonotonicTime capture_time(MonotonicTime received_at, std::uint64_t chunk_end);
+  void advance(const BaseFeedback& feedback, MonotonicTime captured_at);
+
+  std::unique_ptr<io::ByteStream> line_;
+  const Clock& clock_;
+  const Settings settings_;
+  WaveshareCommandPrinter printer_;
+  WaveshareLineDecoder decoder_;
+  bool line_torn_ = false;  // a command was sent in part: the next one must not continue it
+  bool has_state_ = false;
+  Travel board_;  // what the board said last
+  Travel total_;  // what it adds up to
+  MonotonicTime last_at_{};
+  std::uint64_t told_bytes_ = 0;  // of all feedback lines so far
+  Stats stats_;
+};
+
+}  // namespace nacelle::diff_drive

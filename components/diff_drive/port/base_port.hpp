@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "diff_drive/model/drive_kinematics.hpp"
+#include "nacelle/base/bytes.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::diff_drive {
+
+/// What the motor board says about the wheels at one instant.
+struct WheelState {
+  double left_rad = 0.0;  ///< Turned since some fixed instant; goes on across restarts of the board.
+  double right_rad = 0.0;
+  WheelRates rates;  ///< As the board measured them.
+  std::optional<double> voltage_v;
+  MonotonicTime captured_at{};
+};
+
+/// Why the base could not be read or told.
+enum class BaseFault : std::uint8_t {
+  LineLost,     ///< The other end is gone (pulled cable); only reopening may help.
+  LineStuck,    ///< The line took no bytes, or only a part, in time; the wheels still do what they did. Try again.
+  LineRefused,  ///< The kernel refused for another reason.
+  NotSendable,  ///< The rates are not finite or above max_wheel_rate(): a bug of the caller. Nothing was sent.
+};
+[[nodiscard]] std::string_view explain(BaseFault fault);
+
+/// Takes what read_until() finds. Threads: called from the reading thread.
+class WheelStateSink {
+ public:
+  WheelStateSink() = default;
+  WheelStateSink(const WheelStateSink&) = delete;
+  WheelStateSink& operator=(const WheelStateSink&) = delete;
+  virtual ~WheelStateSink() = default;
+  virtual void on_wheel_state(const WheelState& state) = 0;
+};
+
+/// A base on two driven wheels, at whatever distance.
+///
+/// Threads:   one at a time; interrupt() from any.
+/// Allocates: nothing after it was made.
+class BasePort {
+ public:
+  struct Stats {
+    std::uint64_t commands = 0;                  ///< Speed commands that were sent whole, stops included.
+    std::uint64_t stuck = 0;                     ///< BaseFault::LineStuck.
+    std::uint64_t states = 0;                    ///< Wheel states handed out.
+    std::uint64_t board_restarts = 0;            ///< The board's travel began anew; the positions go on.
+    std::uint64_t bytes_in = 0, bytes_lost = 0;  ///< Received, and those of them that were no usable line.
+  };
+
+  BasePort() = default;
+  BasePort(const BasePort&) = delete;
+  BasePort& operator=(const BasePort&) = delete;
+  virtual ~BasePort() = default;
+
+  /// Stops the wheels, asks the board for what the driver needs, forgets what it said before.
+  [[nodiscard]] virtual Result<void, BaseFault> start() = 0;
+  /// Hands wheel states to the sink as they come; returns after the first ones, at the deadline, or on interrupt().
+  /// Errors: LineLost, LineRefused.
+  [[nodiscard]] virtual Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) = 0;
+  /// Has returned when the kernel has the whole command. Precondition: finite, no wheel above max_wheel_rate().
+  /// Errors: all.
+  [[nodiscard]] virtual Result<void, BaseFault> write(const WheelRates& rates) = 0;
+  /// Commands zero, with the stop frame where there is one.
+  [[nodiscard]] virtual Result<void, BaseFault> stop() = 0;
+  /// Makes a waiting read_until() return at once; the next one waits again.
+  virtual void interrupt() noexcept = 0;
+
+  /// rad/s that a command may ask of a wheel; infinity when the base has no limit of its own.
+  [[nodiscard]] virtual double max_wheel_rate() const = 0;
+  /// Bytes that stop the wheels when anybody writes them to descriptor() (design D7); empty without a line.
+  [[nodiscard]] virtual ByteView stop_frame() const = 0;
+  [[nodiscard]] virtual int descriptor() const noexcept = 0;  ///< -1 without a line.
+  [[nodiscard]] virtual Stats stats() const = 0;
+};
+
+}  // namespace nacelle::diff_drive

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ekf/component/ekf_component.hpp"
+
+#include "nacelle/qos/presets.hpp"
+
+namespace nacelle::ekf {
+namespace {
+
+constexpr Duration kLookPeriod = 1s;
+
+void write_rotation(const StateVector& x, geometry_msgs::msg::Quaternion& out) {
+  const Eigen::Quaterniond q = spatial::quaternion_from_rpy({x[kRoll], x[kPitch], x[kYaw]});
+  out.x = q.x();
+  out.y = q.y();
+  out.z = q.z();
+  out.w = q.w();
+}
+
+template <std::size_t Count>
+void write_block(const StateCovariance& covariance, int first, int size, std::array<double, Count>& out) {
+  const auto width = static_cast<std::size_t>(Count == 36 ? 6 : 3);
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j < size; ++j)
+      out[static_cast<std::size_t>(i) * width + static_cast<std::size_t>(j)] = covariance(first + i, first + j);
+  }
+}
+
+}  // namespace
+
+EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", options) {
+  declare_ekf_parameters(*this);
+  buffer_ =
+      shared_object<spatial::TransformBuffer>(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer);
+  odometry_ = create_publisher<nav_msgs::msg::Odometry>("odometry/filtered", QoS(10));
+  transforms_ = create_publisher<tf2_msgs::msg::TFMessage>("/tf", DynamicTransformQoS());
+  set_pose_topic_ = create_subscription<geometry_msgs::msg::PoseWithCovarianceStamped>(
+      "set_pose", QoS(1), [this](const geometry_msgs::msg::PoseWithCovarianceStamped& message) { set_pose(message); });
+  set_pose_service_ = create_service<robot_localization::srv::SetPose>(
+      "set_pose", [this](const robot_localization::srv::SetPose::Request& request,
+                         robot_localization::srv::SetPose::Response&) { set_pose(request.pose); });
+  reset_service_ = create_service<std_srvs::srv::Empty>(
+      "reset", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { reset(); });
+
+  // What the parameters name is declared here already; what is wrong with them is said when the node is configured.
+  const auto read = read_ekf_parameters(*this);
+  if (!read) return;
+  for (std::size_t i = 0; i < read->inputs.size(); ++i) {
+    switch (read->inputs[i].kind) {
+      case InputKind::Odometry: listen<nav_msgs::msg::Odometry>(i, read->inputs[i]); break;
+      case InputKind::Pose: listen<geometry_msgs::msg::PoseWithCovarianceStamped>(i, read->inputs[i]); break;
+      case InputKind::Twist: listen<geometry_msgs::msg::TwistWithCovarianceStamped>(i, read->inputs[i]); break;
+      case InputKind::Imu: listen<sensor_msgs::msg::Imu>(i, read->inputs[i]); break;
+    }
+  }
+  if (read->publish_acceleration)
+    acceleration_ = create_publisher<geometry_msgs::msg::AccelWithCovarianceStamped>("accel/filtered", QoS(10));
+  if (read->print_diagnostics)
+    diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(10));
+  if (read->publish_tf) claim_ = claim_frame(read->tf_parent(), read->tf_child(), FrameClaimKind::Primary);
+}
+
+template <typename Message>
+void EkfComponent::listen(std::size_t index, const InputOptions& input) {
+  subscriptions_.push_back(
+      create_subscription<Message>(input.topic, SensorDataQoS(QoS(static_cast<std::size_t>(input.queue_size))),
+                                   [this, index](const Message& message) { inputs_[index]->take(message); }));
+}
+
+CallbackReturn EkfComponent::on_configure(const State&) {
+  auto options = read_ekf_parameters(*this);
+  if (!options) {
+    Problem problem = options.error();
+    problem.where = get_fully_qualified_name() + ", " + problem.where;
+    return refuse(problem);
+  }
+  options_ = std::move(options).value();
+  for (const std::string& note : options_->notes) get_logger().warn("{}", note);
+  std::uint16_t parts = 0;
+  for (const InputOptions& input : options_->inputs) parts = static_cast<std::uint16_t>(parts + Input::parts_of(input));
+  options_->filter.parts = parts;
+  filter_.emplace(options_->filter);
+  inputs_.clear();
+  std::uint16_t next = 0;
+  for (const InputOptions& input : options_->inputs) {
+    inputs_.push_back(std::make_unique<Input>(input, InputContext{&*filter_, buffer_.get(), &*options_}, next));
+    next = static_cast<std::uint16_t>(next + inputs_.back()->parts().size());
+  }
+  timer_ = create_wall_timer(from_seconds(1.0 / options_->frequency_hz), [this] { tick(); });
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn EkfComponent::on_activate(const State&) {
+  watch_.emplace(inputs_, *filter_);
+  next_look_ = get_clock().now() + kLookPeriod;
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn EkfComponent::on_cleanup(const State&) {
+  timer_.reset();
+  watch_.reset();
+  inputs_.clear();
+  filter_.reset();
+  options_.reset();
+  return CallbackReturn::SUCCESS;
+}
+
+const PartStats* EkfComponent::stats(std::string_view part) const {
+  for (const auto& input : inputs_) {
+    for (const auto& p : input->parts()) {
+      if (p.name == part) return &filter_->stats(p.number);
+    }
+  }
+  return nullptr;
+}
+
+void EkfComponent::tick() {
+  const WallTime time = now();
+  filter_->step(time);
+  if (const auto output = filter_->output(time)) publish(*output);
+  const MonotonicTime monotonic = get_clock().now();
+  if (monotonic < next_look_) return;
+  next_look_ = monotonic + kLookPeriod;
+  watch_->look(inputs_, *filter_, get_logger());
+  if (!diagnostics_) return;
+  auto message = diagnostics_->borrow();
+  if (!message) return;
+  message->header.stamp = stamp_of(time);
+  message->header.frame_id.clear();
+  write_diagnostics(inputs_, *filter_, get_name(), *message);
+  diagnostics_->publish(std::move(message));
+}
+
+void EkfComponent::publish(const Filter::Output& output) {
+  const StateVector& x = output.belief->mean;
+  auto message = odometry_->borrow();
+  if (message) {
+    message->header.stamp = stamp_of(output.stamp);
+    message->header.frame_id = options_->world_frame;
+    message->child_frame_id = options_->base_link_frame;
+    auto& pose = message->pose.pose;
+    pose.position.x = x[kX];
+    pose.position.y = x[kY];
+    pose.position.z = x[kZ];
+    write_rotation(x, pose.orientation);
+    auto& twist = message->twist.twist;
+    twist.linear.x = x[kVx];
+    twist.linear.y = x[kVy];
+    twist.linear.z = x[kVz];
+    twist.angular.x = x[kVroll];
+    twist.angular.y = x[kVpitch];
+    twist.angular.z = x[kVyaw];
+    write_block(output.belief->covariance, kX, 6, message->pose.covariance);
+    write_block(output.belief->covariance, kVx, 6, message->twist.covariance);
+    odometry_->publish(std::move(message));
+  }
+  if (claim_ && claim_->is_owner()) publish_transform(output);
+  if (acceleration_) publish_acceleration(output);
+}
+
+void EkfComponent::publish_transform(const Filter::Output& output) {
+  const StateVector& x = output.belief->mean;
+  RigidTransform X{spatial::quaternion_from_rpy({x[kRoll], x[kPitch], x[kYaw]}), {x[kX], x[kY], x[kZ]}};
+  if (options_->tf_child() != options_->base_link_frame) {
+    // map -> odom, from map -> base and the odometry's own odom -> base.
+    const auto X_BO = buffer_->lookup_latest(options_->base_link_frame, options_->odom_frame);
+    if (!X_BO) return;
+    X = X * X_BO->X_TS;
+  }
+  auto message = transforms_->borrow();
+  if (!message) return;
+  message->transforms.resize(1);
+  auto& transform = message->transforms[0];
+  transform.header.stamp = stamp_of(output.stamp + options_->transform_time_offset);
+  transform.header.frame_id = options_->tf_parent();
+  transform.child_frame_id = options_->tf_child();
+  transform.transform.translation.x = X.translation_m.x();
+  transform.transform.translation.y = X.translation_m.y();
+  transform.transform.translation.z = X.translation_m.z();
+  transform.transform.rotation.x = X.rotation.x();
+  transform.transform.rotation.y = X.rotation.y();
+  transform.transform.rotation.z = X.rotation.z();
+  transform.transform.rotation.w = X.rotation.w();
+  transforms_->publish(std::move(message));
+}
+
+void EkfComponent::publish_acceleration(const Filter::Output& output) {
+  const StateVector& x = output.belief->mean;
+  auto message = acceleration_->borrow();
+  if (!message) return;
+  message->header.stamp = stamp_of(output.stamp);
+  message->header.frame_id = options_->base_link_frame;
+  auto& accel = message->accel.accel;
+  accel.linear.x = x[kAx];
+  accel.linear.y = x[kAy];
+  accel.linear.z = x[kAz];
+  accel.angular.x = accel.angular.y = accel.angular.z = 0.0;
+  message->accel.covariance.fill(0.0);
+  write_block(output.belief->covariance, kAx, 3, message->accel.covariance);
+  acceleration_->publish(std::move(message));
+}
+
+void EkfComponent::set_pose(const geometry_msgs::msg::PoseWithCovarianceStamped& message) {
+  if (!filter_) return;  // a service call before it is configured
+  const auto& pose = message.pose.pose;
+  WallTime stamp = time_of(message.header.stamp);
+  if (stamp == WallTime{} || stamp > now()) stamp = now();  // one from the future would silence the sensors until then
+  RigidTransform X_WM;
+  if (!message.header.frame_id.empty() && message.header.frame_id != options_->world_frame) {
+    const auto found = buffer_->lookup_latest(options_->world_frame, message.header.frame_id);
+    if (!found) {
+      get_logger().error("set_pose is ignored: {}", found.error().text());
+      return;
+    }
+    X_WM = found->X_TS;
+  }
+  const auto rotation = rotation_from(pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w);
+  Reading reading;
+  Prepared done = err(Rejection::NotFinite);
+  if (rotation) {
+    const Matrix6d covariance =
+        Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.pose.covariance.data());
+    const PartSetup all{.mask = kPoseMask, .two_d = options_->filter.two_d_mode};
+    done =
+        prepare_pose({*rotation, {pose.position.x, pose.position.y, pose.position.z}}, covariance, X_WM, all, reading);
+    if (done) done = filter_->set_pose(reading, stamp);
+  }
+  if (!done) {
+    get_logger().error("set_pose is ignored: {}", kRejectionNames[static_cast<std::size_t>(done.error())]);
+    return;
+  }
+  for (const auto& input : inputs_) input->forget();
+  get_logger().info("pose set to x {:.3f} y {:.3f}", filter_->belief().mean[kX], filter_->belief().mean[kY]);
+}
+
+void EkfComponent::reset() {
+  if (!filter_) return;
+  filter_->reset();
+  for (const auto& input : inputs_) input->forget();
+  get_logger().info("reset to the initial state");
+}
+
+}  // namespace nacelle::ekf

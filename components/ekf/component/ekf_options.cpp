@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ekf/component/ekf_options.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "ekf/component/ekf_parameters.hpp"
+#include "ekf/model/covariance_parameter.hpp"
+
+namespace nacelle::ekf {
+namespace {
+
+Problem wrong(const std::string& parameter, std::string what, std::string way_out) {
+  return {fmt::format("parameter {}", parameter), std::move(what), std::move(way_out)};
+}
+
+double gate_of(const Node& node, const std::string& name) {
+  const double distance = node.get<double>(name);
+  return distance >= std::numeric_limits<double>::max() ? std::numeric_limits<double>::infinity() : distance;
+}
+
+Result<InputOptions, Problem> read_input(const Node& node, const NamedInput& named) {
+  const std::string& s = named.name;
+  InputOptions input;
+  input.kind = named.kind;
+  input.name = s;
+  input.topic = node.get<std::string>(s);
+  if (input.topic.empty()) return err(wrong(s, "is empty", "give the topic of the input"));
+  const auto config = node.get<std::vector<bool>>(s + "_config");
+  if (config.size() != kStates) {
+    return err(wrong(s + "_config", fmt::format("has {} booleans", config.size()),
+                     "give 15: x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az"));
+  }
+  for (int i = 0; i < kStates; ++i) {
+    if (config[static_cast<std::size_t>(i)]) input.config = static_cast<StateMask>(input.config | 1U << i);
+  }
+  const std::int64_t depth = node.get<std::int64_t>(s + "_queue_size");
+  if (depth < 1 || depth > 1000) return err(wrong(s + "_queue_size", fmt::format("is {}", depth), "give 1 to 1000"));
+  input.queue_size = static_cast<int>(depth);
+  if (input.kind != InputKind::Twist) {
+    input.differential = node.get<bool>(s + "_differential");
+    input.relative = node.get<bool>(s + "_relative");
+  }
+  switch (input.kind) {
+    case InputKind::Imu:
+      input.acceleration_gate = gate_of(node, s + "_linear_acceleration_rejection_threshold");
+      input.remove_gravitational_acceleration = node.get<bool>(s + "_remove_gravitational_acceleration");
+      [[fallthrough]];
+    case InputKind::Odometry:
+      input.pose_gate = gate_of(node, s + "_pose_rejection_threshold");
+      input.twist_gate = gate_of(node, s + "_twist_rejection_threshold");
+      if (input.kind == InputKind::Odometry) input.pose_use_child_frame = node.get<bool>(s + "_pose_use_child_frame");
+      break;
+    case InputKind::Pose: input.pose_gate = gate_of(node, s + "_rejection_threshold"); break;
+    case InputKind::Twist: input.twist_gate = gate_of(node, s + "_rejection_threshold"); break;
+  }
+  for (const double gate : {input.pose_gate, input.twist_gate, input.acceleration_gate}) {
+    if (!(gate > 0.0))
+      return err(wrong(s, fmt::format("a rejection threshold of it is {}", gate), "give a positive distance"));
+  }
+  return input;
+}
+
+Result<void, Problem> read_covariance_of(const Node& node, const char* name, StateMatrix& matrix, EkfOptions& options) {
+  const auto numbers = node.get<std::vector<double>>(name);
+  if (numbers.empty()) return {};
+  auto read = read_covariance(numbers, matrix);
+  if (!read) return err(wrong(name, read.error(), ""));
+  matrix = read->matrix;
+  if (!read->note.empty()) options.notes.push_back(fmt::format("{}: {}", name, read->note));
+  return {};
+}
+
+Result<void, Problem> read_filter(const Node& node, EkfOptions& options) {
+  FilterOptions& filter = options.filter;
+  StateMatrix noise = default_process_noise();
+  StateMatrix initial = default_initial_covariance();
+  if (const auto read = read_covariance_of(node, "process_noise_covariance", noise, options); !read)
+    return err(read.error());
+  if (const auto read = read_covariance_of(node, "initial_estimate_covariance", initial, options); !read)
+    return err(read.error());
+  filter.process_noise = ProcessNoise{noise};
+  filter.initial.covariance = initial;
+  const auto state = node.get<std::vector<double>>("initial_state");
+  if (!state.empty() && state.size() != kStates) {
+    return err(wrong("initial_state", fmt::format("has {} numbers", state.size()), "give 15"));
+  }
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    if (!std::isfinite(state[i]))
+      return err(wrong("initial_state", fmt::format("number {} is not finite", i), "give 15 numbers"));
+    const bool angle = i >= kRoll && i <= kYaw;
+    filter.initial.mean[static_cast<int>(i)] = angle ? spatial::wrap_to_pi(state[i]) : state[i];
+  }
+  filter.two_d_mode = node.get<bool>("two_d_mode");
+  filter.predict_to_current_time = node.get<bool>("predict_to_current_time");
+  filter.dynamic_process_noise = node.get<bool>("dynamic_process_noise_covariance");
+  double timeout_s = 1.0 / options.frequency_hz;
+  if (node.get_parameter("sensor_timeout").get_type() != ParameterType::NotSet)
+    timeout_s = node.get<double>("sensor_timeout");
+  if (!(timeout_s > 0.0) || !(timeout_s < 1e6))
+    return err(wrong("sensor_timeout", fmt::format("is {}", timeout_s), "give seconds, more than 0"));
+  filter.sensor_timeout = from_seconds(timeout_s);
+  return {};
+}
+
+Result<void, Problem> read_frames(const Node& node, EkfOptions& options) {
+  options.map_frame = node.get<std::string>("map_frame");
+  options.odom_frame = node.get<std::string>("odom_frame");
+  options.base_link_frame = node.get<std::string>("base_link_frame");
+  options.world_frame = options.odom_frame;
+  if (node.get_parameter("world_frame").get_type() != ParameterType::NotSet)
+    options.world_frame = node.get<std::string>("world_frame");
+  if (options.world_frame != options.map_frame && options.world_frame != options.odom_frame) {
+    return err(wrong("world_frame",
+                     fmt::format("'{}' is neither map_frame ('{}') nor odom_frame ('{}')", options.world_frame,
+                                 options.map_frame, options.odom_frame),
+                     "give one of them"));
+  }
+  if (options.base_link_frame.empty() || options.odom_frame.empty() || options.world_frame.empty()) {
+    return err(wrong("base_link_frame", "a frame has no name", "set map_frame, odom_frame and base_link_frame"));
+  }
+  if (options.base_link_frame == options.odom_frame || options.base_link_frame == options.map_frame) {
+    return err(wrong("base_link_frame", fmt::format("'{}' is a world frame, too", options.base_link_frame),
+                     "give three names"));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
+  EkfOptions options;
+  for (const char* name : {"smooth_lagged_data", "use_control", "stamped_control", "permit_corrected_publication",
+                           "reset_on_time_jump", "debug"}) {
+    if (node.get<bool>(name)) return err(wrong(name, "is true, which this filter does not serve", "set it to false"));
+  }
+  options.frequency_hz = node.get<double>("frequency");
+  if (!(options.frequency_hz > 0.0) || options.frequency_hz > 10000.0) {
+    return err(
+        wrong("frequency", fmt::format("is {}", options.frequency_hz), "give Hz, more than 0 and at most 10000"));
+  }
+  if (const auto read = read_filter(node, options); !read) return err(read.error());
+  if (const auto read = read_frames(node, options); !read) return err(read.error());
+  options.publish_tf = node.get<bool>("publish_tf");
+  options.publish_acceleration = node.get<bool>("publish_acceleration");
+  options.print_diagnostics = node.get<bool>("print_diagnostics");
+  options.gravity_mps2 = node.get<double>("gravitational_acceleration");
+  const double offset_s = node.get<double>("transform_time_offset");
+  if (!(std::abs(offset_s) <= 3600.0))
+    return err(wrong("transform_time_offset", fmt::format("is {}", offset_s), "give seconds"));
+  options.transform_time_offset = from_seconds(offset_s);
+  if (const auto behind = inputs_behind_a_gap(node); !behind.empty()) {
+    return err(wrong(behind.front(), "comes after a gap in the numbering", "number the inputs of a kind 0, 1, 2 ..."));
+  }
+  for (const NamedInput& named : named_inputs(node)) {
+    auto input = read_input(node, named);
+    if (!input) return err(input.error());
+    if (input->config == 0)
+      options.notes.push_back(fmt::format("{}_config is all false: nothing of {} is fused", input->name, input->topic));
+    if (input->differential && input->relative)
+      options.notes.push_back(fmt::format("{} is differential; relative is ignored", input->name));
+    options.inputs.push_back(std::move(input).value());
+  }
+  return options;
+}
+
+}  // namespace nacelle::ekf

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ekf/component/ekf_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <limits>
+
+namespace nacelle::ekf {
+namespace {
+
+struct Stem {
+  InputKind kind;
+  const char* word;
+};
+constexpr std::array<Stem, 4> kStems{
+    {{InputKind::Odometry, "odom"}, {InputKind::Pose, "pose"}, {InputKind::Twist, "twist"}, {InputKind::Imu, "imu"}}};
+
+ParameterDescriptor say(const char* text) { return {.description = text, .read_only = true}; }
+
+std::vector<bool> preset_config(const std::string& name) {
+  std::vector<bool> config(kStates, false);
+  if (name == "odom0") config[kVx] = config[kVy] = true;
+  if (name == "imu0") config[kVyaw] = true;
+  return config;
+}
+
+void declare_input(Node& node, const NamedInput& input, bool preset) {
+  const std::string& s = input.name;
+  const char* const topic = !preset ? "" : input.kind == InputKind::Odometry ? "odom" : "imu/data_raw";
+  node.declare_parameter(s, topic, say("Topic of the input."));
+  node.declare_parameter(s + "_config", preset ? preset_config(s) : std::vector<bool>(kStates, false),
+                         say("x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az: what to fuse of it."));
+  node.declare_parameter(s + "_queue_size", 10, say("Depth of the subscription."));
+  constexpr double kOff = std::numeric_limits<double>::max();
+  const ParameterDescriptor gate = say("Largest Mahalanobis distance (not squared) that is fused.");
+  if (input.kind != InputKind::Twist) {
+    node.declare_parameter(s + "_differential", false, say("Fuse differences of poses as velocities."));
+    node.declare_parameter(s + "_relative", false, say("Fuse poses relative to the first one."));
+  }
+  if (input.kind == InputKind::Odometry || input.kind == InputKind::Imu) {
+    node.declare_parameter(s + "_pose_rejection_threshold", kOff, gate);
+    node.declare_parameter(s + "_twist_rejection_threshold", kOff, gate);
+  } else {
+    node.declare_parameter(s + "_rejection_threshold", kOff, gate);
+  }
+  if (input.kind == InputKind::Odometry)
+    node.declare_parameter(s + "_pose_use_child_frame", false, say("The pose is that of child_frame_id."));
+  if (input.kind == InputKind::Imu) {
+    node.declare_parameter(s + "_linear_acceleration_rejection_threshold", kOff, gate);
+    node.declare_parameter(s + "_remove_gravitational_acceleration", false,
+                           say("Subtract gravity from accelerations."));
+  }
+}
+
+}  // namespace
+
+std::vector<NamedInput> named_inputs(const Node& node) {
+  std::vector<NamedInput> inputs;
+  for (const Stem& stem : kStems) {
+    for (int n = 0;; ++n) {
+      std::string name = fmt::format("{}{}", stem.word, n);
+      if (node.parameters().overrides().count(name) == 0) break;
+      inputs.push_back({stem.kind, std::move(name)});
+    }
+  }
+  if (inputs.empty() && inputs_behind_a_gap(node).empty())
+    inputs = {{InputKind::Odometry, "odom0"}, {InputKind::Imu, "imu0"}};
+  return inputs;
+}
+
+std::vector<std::string> inputs_behind_a_gap(const Node& node) {
+  std::vector<std::string> behind;
+  for (const auto& [name, value] : node.parameters().overrides()) {
+    for (const Stem& stem : kStems) {
+      const std::string word = stem.word;
+      if (!name.starts_with(word) || name.size() == word.size() || name.size() > word.size() + 4) continue;
+      const std::string digits = name.substr(word.size());
+      if (!std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c) != 0; })) continue;
+      for (int n = std::stoi(digits) - 1; n >= 0; --n) {
+        if (node.parameters().overrides().count(fmt::format("{}{}", word, n)) == 0) {
+          behind.push_back(name);
+          break;
+        }
+      }
+    }
+  }
+  return behind;
+}
+
+void declare_ekf_parameters(Node& node) {
+  const EkfOptions d;
+  node.declare_parameter("frequency", d.frequency_hz, say("Outputs per second, Hz."));
+  node.declare_parameter("sensor_timeout", ParameterType::Double,
+                         say("Silence after which the state is carried on to now, s; 1/frequency unless set."));
+  node.declare_parameter(
+      "two_d_mode", true,
+      say("Hold z, roll, pitch, vz, vroll, vpitch and az at 0. robot_localization's default is false."));
+  node.declare_parameter("predict_to_current_time", false, say("Carry the state on to now before each output."));
+  node.declare_parameter("transform_time_offset", 0.0, say("Added to the transform's stamp, s."));
+  node.declare_parameter("transform_timeout", 0.0,
+                         say("Kept for robot_localization's files: transforms are taken as they are, nothing waits."));
+  node.declare_parameter("print_diagnostics", d.print_diagnostics,
+                         say("Publish the counters of every input on /diagnostics once a second."));
+  node.declare_parameter("map_frame", d.map_frame, say(""));
+  node.declare_parameter("odom_frame", d.odom_frame, say(""));
+  node.declare_parameter("base_link_frame", d.base_link_frame, say("The frame whose pose is estimated."));
+  node.declare_parameter("world_frame", ParameterType::String, say("map_frame or odom_frame; odom_frame unless set."));
+  node.declare_parameter("publish_tf", d.publish_tf, say("Broadcast the estimate as a transform."));
+  node.declare_parameter("publish_acceleration", d.publish_acceleration, say("Publish accel/filtered."));
+  node.declare_parameter("gravitational_acceleration", d.gravity_mps2, say("m/s^2"));
+  node.declare_parameter("dynamic_process_noise_covariance", false,
+                         say("Scale the pose's process noise by the velocity."));
+  node.declare_parameter("process_noise_covariance", std::vector<double>{},
+                         say("Per second: 15 numbers (diagonal), 225, or 36 (pose block)."));
+  node.declare_parameter("initial_estimate_covariance", std::vector<double>{},
+                         say("15 numbers (diagonal), 225, or 36 (pose block)."));
+  node.declare_parameter("initial_state", std::vector<double>{}, say("15 numbers; zeros unless set."));
+  // Known to robot_localization's files; only what they are by default is served, and said so when the node is configured.
+  for (const char* name : {"smooth_lagged_data", "use_control", "stamped_control", "permit_corrected_publication",
+                           "reset_on_time_jump", "debug"}) {
+    node.declare_parameter(name, false, say("Only false is served."));
+  }
+  node.declare_parameter("history_length", 0.0, say("Not used without smooth_lagged_data."));
+  node.declare_parameter("debug_out_file", "", say("Not used."));
+  node.declare_parameter("control_timeout", 0.0, say("Not used without use_control."));
+  node.declare_parameter("control_config", std::vector<bool>{}, say("Not used without use_control."));
+  for (const char* name : {"acceleration_limits", "acceleration_gains", "deceleration_limits", "deceleration_gains"}) {
+    node.declare_parameter(name, std::vector<double>{}, say("Not used without use_control."));
+  }
+  const bool preset = named_inputs(node).size() == 2 && node.parameters().overrides().count("odom0") == 0 &&
+                      node.parameters().overrides().count("imu0") == 0;
+  for (const NamedInput& input : named_inputs(node)) declare_input(node, input, preset);
+}
+
+}  // namespace nacelle::ekf

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ekf/component/input.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace nacelle::ekf {
+namespace {
+
+constexpr StateMask kOrientationMask = mask_of(kRoll) | mask_of(kPitch) | mask_of(kYaw);
+constexpr StateMask kRateMask = mask_of(kVroll) | mask_of(kVpitch) | mask_of(kVyaw);
+
+struct PartKind {
+  const char* word;
+  StateMask states;
+};
+// In the order in which robot_localization handles them.
+std::array<PartKind, 3> kinds_of(InputKind kind) {
+  switch (kind) {
+    case InputKind::Odometry: return {{{"pose", kPoseMask}, {"twist", kTwistMask}, {"", 0}}};
+    case InputKind::Pose: return {{{"pose", kPoseMask}, {"", 0}, {"", 0}}};
+    case InputKind::Twist: return {{{"twist", kTwistMask}, {"", 0}, {"", 0}}};
+    case InputKind::Imu: break;
+  }
+  return {
+      {{"orientation", kOrientationMask}, {"angular_velocity", kRateMask}, {"linear_acceleration", kAccelerationMask}}};
+}
+
+Matrix6d matrix_of(const std::array<double, 36>& values) {
+  return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(values.data());
+}
+Eigen::Matrix3d matrix_of(const std::array<double, 9>& values) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
+}
+Eigen::Vector3d vector_of(const geometry_msgs::msg::Vector3& v) { return {v.x, v.y, v.z}; }
+
+// sensor_msgs/Imu: -1 in the first place says that the field is not there.
+bool is_absent(const std::array<double, 9>& covariance) { return std::abs(covariance[0] + 1.0) < 1e-9; }
+
+Matrix6d lower_right(const Eigen::Matrix3d& covariance) {
+  Matrix6d all = Matrix6d::Zero();
+  all.bottomRightCorner<3, 3>() = covariance;
+  return all;
+}
+
+}  // namespace
+
+WallTime time_of(const builtin_interfaces::msg::Time& stamp) {
+  return WallTime{std::chrono::seconds{stamp.sec} + std::chrono::nanoseconds{stamp.nanosec}};
+}
+builtin_interfaces::msg::Time stamp_of(WallTime time) {
+  builtin_interfaces::msg::Time stamp;
+  stamp.sec = static_cast<std::int32_t>(time.nanoseconds() / 1'000'000'000);
+  stamp.nanosec = static_cast<std::uint32_t>(time.nanoseconds() % 1'000'000'000);
+  return stamp;
+}
+
+std::uint16_t Input::parts_of(const InputOptions& options) {
+  std::uint16_t count = 0;
+  for (const PartKind& kind : kinds_of(options.kind)) count += (options.config & kind.states) != 0 ? 1 : 0;
+  return count;
+}
+
+Input::Input(const InputOptions& options, const InputContext& context, std::uint16_t first_part)
+    : options_(options), context_(context) {
+  for (const PartKind& kind : kinds_of(options.kind)) {
+    const auto mask = static_cast<StateMask>(options.config & kind.states);
+    if (mask != 0) parts_.push_back({options.name + " " + kind.word, first_part++, mask});
+  }
+}
+
+const Input::Part* Input::part(StateMask mask) const {
+  for (const Part& p : parts_) {
+    if ((p.mask & mask) != 0) return &p;
+  }
+  return nullptr;
+}
+
+void Input::forget() { memory_ = {}; }
+
+Result<RigidTransform, Rejection> Input::transform(std::string_view target, std::string_view source, WallTime stamp) {
+  if (source.starts_with('/')) source.remove_prefix(1);
+  if (target == source) return RigidTransform{};
+  auto found = context_.buffer->lookup(target, source, stamp);
+  if (!found) found = context_.buffer->lookup_latest(target, source);
+  if (found) return found->X_TS;
+  last_fault_ = found.error();
+  return err(Rejection::NoTransform);
+}
+
+void Input::take(const nav_msgs::msg::Odometry& message) {
+  ++messages_;
+  const WallTime stamp = time_of(message.header.stamp);
+  take_pose(stamp, {message.header.frame_id, message.child_frame_id, &message.pose});
+  take_twist(stamp, or_base(message.child_frame_id), message.twist);
+}
+void Input::take(const geometry_msgs::msg::PoseWithCovarianceStamped& message) {
+  ++messages_;
+  take_pose(time_of(message.header.stamp), {message.header.frame_id, {}, &message.pose});
+}
+void Input::take(const geometry_msgs::msg::TwistWithCovarianceStamped& message) {
+  ++messages_;
+  take_twist(time_of(message.header.stamp), or_base(message.header.frame_id), message.twist);
+}
+
+void Input::take_pose(WallTime stamp, const PoseIn& in) {
+  const Part* const p = part(kPoseMask);
+  if (p == nullptr) return;
+  context_.filter->offer(p->number, stamp, [&](Reading& out) { return prepare(stamp, in, out); });
+}
+
+Prepared Input::prepare(WallTime stamp, const PoseIn& in, Reading& out) {
+  const Part& p = *part(kPoseMask);
+  const auto& pose = in.pose->pose;
+  const auto rotation = rotation_from(pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w);
+  if (!rotation) return err(rotation.error());
+  RigidTransform X_MB{*rotation, {pose.position.x, pose.position.y, pose.position.z}};
+  const Matrix6d covariance = matrix_of(in.pose->covariance);
+  const PartSetup how = setup(p.mask, options_.pose_gate);
+  if (options_.pose_use_child_frame && !in.child.empty()) {
+    // The message tells where its child is; where the base is follows from how the child sits on it.
+    const auto X_CB = transform(in.child, context_.options->base_link_frame, stamp);
+    if (!X_CB) return err(X_CB.error());
+    X_MB = X_MB * *X_CB;
+  }
+  if (options_.differential) {
+    return prepare_difference(memory_, stamp, X_MB, covariance, {}, Eigen::Vector3d::Zero(), how, out);
+  }
+  const auto X_WM = transform(context_.options->world_frame,
+                              in.frame.empty() ? std::string_view{context_.options->world_frame} : in.frame, stamp);
+  if (!X_WM) return err(X_WM.error());
+  if (options_.relative) X_MB = relative_to_first(memory_, X_MB);
+  return prepare_pose(X_MB, covariance, *X_WM, how, out);
+}
+
+void Input::take_twist(WallTime stamp, std::string_view frame, const geometry_msgs::msg::TwistWithCovariance& twist) {
+  const Part* const p = part(kTwistMask);
+  if (p == nullptr) return;
+  context_.filter->offer(p->number, stamp, [&](Reading& out) -> Prepared {
+    const auto X_BS = transform(context_.options->base_link_frame, frame, stamp);
+    if (!X_BS) return err(X_BS.error());
+    Vector6d values;
+    values << vector_of(twist.twist.linear), vector_of(twist.twist.angular);
+    return prepare_twist(values, matrix_of(twist.covariance), *X_BS, context_.filter->turning().w_B,
+                         setup(p->mask, options_.twist_gate), out);
+  });
+}
+
+void Input::take(const sensor_msgs::msg::Imu& message) {
+  ++messages_;
+  const WallTime stamp = time_of(message.header.stamp);
+  Filter& filter = *context_.filter;
+  if (const Part* const p = part(kOrientationMask)) {
+    filter.offer(p->number, stamp, [&](Reading& out) { return prepare_imu_orientation(message, stamp, out); });
+  }
+  if (const Part* const p = part(kRateMask)) {
+    filter.offer(p->number, stamp, [&](Reading& out) -> Prepared {
+      if (is_absent(message.angular_velocity_covariance)) return err(Rejection::Absent);
+      const auto X_BS = transform(context_.options->base_link_frame, or_base(message.header.frame_id), stamp);
+      if (!X_BS) return err(X_BS.error());
+      Vector6d values = Vector6d::Zero();
+      values.tail<3>() = vector_of(message.angular_velocity);
+      return prepare_twist(values, lower_right(matrix_of(message.angular_velocity_covariance)), *X_BS,
+                           Eigen::Vector3d::Zero(), setup(p->mask, options_.twist_gate), out);
+    });
+  }
+  if (const Part* const p = part(kAccelerationMask)) {
+    filter.offer(p->number, stamp, [&](Reading& out) { return prepare_imu_acceleration(message, stamp, out); });
+  }
+}
+
+Prepared Input::prepare_imu_orientation(const sensor_msgs::msg::Imu& message, WallTime stamp, Reading& out) {
+  if (is_absent(message.orientation_covariance)) return err(Rejection::Absent);
+  const auto X_BS = transform(context_.options->base_link_frame, or_base(message.header.frame_id), stamp);
+  if (!X_BS) return err(X_BS.error());
+  const auto& q = message.orientation;
+  const auto q_WS = rotation_from(q.x, q.y, q.z, q.w);
+  if (!q_WS) return err(q_WS.error());
+  const Eigen::Matrix3d covariance = matrix_of(message.orientation_covariance);
+  const PartSetup how = setup(part(kOrientationMask)->mask, options_.pose_gate);
+  if (options_.differential) {
+    return prepare_difference(memory_, stamp, {*q_WS, Eigen::Vector3d::Zero()}, lower_right(covariance), *X_BS,
+                              Eigen::Vector3d::Zero(), how, out);
+  }
+  Eigen::Quaterniond seen = *q_WS;
+  if (options_.relative) {
+    // Relative to how it sat on the base at first: the mounting stays in, for prepare_orientation() to take out.
+    seen = X_BS->rotation * relative_to_first(memory_, {seen, Eigen::Vector3d::Zero()}).rotation;
+  }
+  return prepare_orientation(seen, covariance, *X_BS, how, out);
+}
+
+Prepared Input::prepare_imu_acceleration(const sensor_msgs::msg::Imu& message, WallTime stamp, Reading& out) {
+  if (is_absent(message.linear_acceleration_covariance)) return err(Rejection::Absent);
+  const auto X_BS = transform(context_.options->base_link_frame, or_base(message.header.frame_id), stamp);
+  if (!X_BS) return err(X_BS.error());
+  Eigen::Vector3d gravity_S = Eigen::Vector3d::Zero();
+  if (options_.remove_gravitational_acceleration) {
+    Eigen::Quaterniond q_WS;
+    if (is_absent(message.orientation_covariance)) {
+      const StateVector& x = context_.filter->belief().mean;
+      q_WS = spatial::quaternion_from_rpy({x[kRoll], x[kPitch], x[kYaw]}) * X_BS->rotation;
+    } else {
+      const auto& q = message.orientation;
+      const auto told = rotation_from(q.x, q.y, q.z, q.w);
+      if (!told) return err(told.error());
+      q_WS = *told;
+    }
+    gravity_S = q_WS.conjugate() * Eigen::Vector3d{0.0, 0.0, context_.options->gravity_mps2};
+  }
+  return prepare_acceleration(vector_of(message.linear_acceleration), matrix_of(message.linear_acceleration_covariance),
+                              gravity_S, *X_BS, context_.filter->turning(),
+                              setup(part(kAccelerationMask)->mask, options_.acceleration_gate), out);
+}
+
+}  // namespace nacelle::ekf

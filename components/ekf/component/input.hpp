@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
+#include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
+#include <nav_msgs/msg/odometry.hpp>
+#include <sensor_msgs/msg/imu.hpp>
+#include "ekf/component/ekf_options.hpp"
+#include "ekf/model/filter.hpp"
+#include "nacelle/spatial/transform_buffer.hpp"
+
+namespace nacelle::ekf {
+
+[[nodiscard]] WallTime time_of(const builtin_interfaces::msg::Time& stamp);
+[[nodiscard]] builtin_interfaces::msg::Time stamp_of(WallTime time);
+
+/// What inputs need to know of the rest: the filter they feed and the frames they are expressed in.
+struct InputContext {
+  Filter* filter{};
+  const spatial::TransformBuffer* buffer{};
+  const EkfOptions* options{};
+};
+
+/// One input's messages on their way into the filter, part by part (pose, twist, orientation, ...).
+/// Threads: one. Allocates: in the constructor only.
+class Input {
+ public:
+  /// Parts are numbered on from `first_part` in the filter's counters.
+  Input(const InputOptions& options, const InputContext& context, std::uint16_t first_part);
+
+  void take(const nav_msgs::msg::Odometry& message);
+  void take(const geometry_msgs::msg::PoseWithCovarianceStamped& message);
+  void take(const geometry_msgs::msg::TwistWithCovarianceStamped& message);
+  void take(const sensor_msgs::msg::Imu& message);
+  /// Forgets what differential and relative poses refer to.
+  void forget();
+
+  struct Part {
+    std::string name;  ///< "odom0 twist"
+    std::uint16_t number{};
+    StateMask mask{};
+  };
+  [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
+  [[nodiscard]] const InputOptions& options() const { return options_; }
+  [[nodiscard]] std::uint64_t messages() const { return messages_; }
+  /// Why the last transform was not there.
+  [[nodiscard]] const spatial::LookupFault& last_fault() const { return last_fault_; }
+
+  /// How many parts an input has.
+  [[nodiscard]] static std::uint16_t parts_of(const InputOptions& options);
+
+ private:
+  struct PoseIn {
+    std::string_view frame, child;
+    const geometry_msgs::msg::PoseWithCovariance* pose;
+  };
+  void take_pose(WallTime stamp, const PoseIn& in);
+  void take_twist(WallTime stamp, std::string_view frame, const geometry_msgs::msg::TwistWithCovariance& twist);
+  [[nodiscard]] Prepared prepare(WallTime stamp, const PoseIn& in, Reading& out);
+  [[nodiscard]] Prepared prepare_imu_orientation(const sensor_msgs::msg::Imu& message, WallTime stamp, Reading& out);
+  [[nodiscard]] Prepared prepare_imu_acceleration(const sensor_msgs::msg::Imu& message, WallTime stamp, Reading& out);
+  /// The transform at the time, or the latest if there is none at that time.
+  [[nodiscard]] Result<RigidTransform, Rejection> transform(std::string_view target, std::string_view source,
+                                                            WallTime stamp);
+  [[nodiscard]] std::string_view or_base(const std::string& frame) const {
+    return frame.empty() ? std::string_view{context_.options->base_link_frame} : frame;
+  }
+  [[nodiscard]] PartSetup setup(StateMask mask, double gate) const {
+    return {mask, gate, context_.options->filter.two_d_mode};
+  }
+  [[nodiscard]] const Part* part(StateMask mask) const;
+
+  InputOptions options_;
+  InputContext context_;
+  std::vector<Part> parts_;
+  PoseMemory memory_;
+  std::uint64_t messages_{0};
+  spatial::LookupFault last_fault_;
+};
+
+}  // namespace nacelle::ekf

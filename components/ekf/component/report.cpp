@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ekf/component/report.hpp"
+
+#include <fmt/format.h>
+
+namespace nacelle::ekf {
+namespace {
+
+constexpr int kPatience = 2;  // looks without a fused measurement before anything is said
+
+// The cause that grew most since the last look.
+Rejection main_cause(const PartStats& now, const PartStats& before) {
+  std::size_t most = 0;
+  for (std::size_t i = 1; i < kRejections; ++i) {
+    if (now.rejected[i] - before.rejected[i] > now.rejected[most] - before.rejected[most]) most = i;
+  }
+  return static_cast<Rejection>(most);
+}
+
+std::string in_words(Rejection cause, const Input& input) {
+  switch (cause) {
+    case Rejection::Gate: return "outside the rejection threshold";
+    case Rejection::Stale: return "its stamps go backwards";
+    case Rejection::NotFinite: return "what is configured of it is not a finite number";
+    case Rejection::NoTransform: return "no transform: " + input.last_fault().text();
+    case Rejection::Covariance: return "its covariance is none (not finite, or not positive definite)";
+    case Rejection::BeforeSetPose: return "older than the last set_pose";
+    case Rejection::QueueFull: return "its stamps lie in the future; do the clocks agree?";
+    case Rejection::Absent: return "the messages say that they do not carry it (covariance[0] is -1)";
+    case Rejection::First: return "it only starts the difference";
+  }
+  return "?";
+}
+
+}  // namespace
+
+Watch::Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter) {
+  for (const auto& input : inputs) {
+    for (const auto& part : input->parts())
+      seen_.push_back({filter.stats(part.number), input->messages(), Trouble::None, {}, 0});
+  }
+}
+
+void Watch::look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter, const Logger& logger) {
+  std::size_t at = 0;
+  for (const auto& input : inputs) {
+    for (const auto& part : input->parts()) {
+      Seen& seen = seen_[at++];
+      const PartStats& now = filter.stats(part.number);
+      const bool fused = now.fused > seen.stats.fused;
+      const bool came = input->messages() > seen.messages;
+      const Rejection cause = main_cause(now, seen.stats);
+      seen.idle_looks = fused ? 0 : seen.idle_looks + 1;
+      if (fused && seen.trouble != Trouble::None) {
+        logger.info("{} is fused again", part.name);
+        seen.trouble = Trouble::None;
+      } else if (!fused && seen.idle_looks >= kPatience) {
+        const Trouble trouble = came ? Trouble::Rejected : Trouble::Silent;
+        const bool waits = came && now.waiting > 0 && now.of(cause) == seen.stats.of(cause);
+        if (trouble != seen.trouble || (came && cause != seen.cause)) {
+          if (!came) {
+            logger.warn("waiting for {}: no message on {}", part.name, input->options().topic);
+          } else {
+            logger.warn("{} is not fused: {}", part.name,
+                        waits ? in_words(Rejection::QueueFull, *input) : in_words(cause, *input));
+          }
+          seen.trouble = trouble;
+          seen.cause = cause;
+        }
+      }
+      seen.stats = now;
+      seen.messages = input->messages();
+    }
+  }
+}
+
+void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter, const std::string& node,
+                       diagnostic_msgs::msg::DiagnosticArray& out) {
+  using diagnostic_msgs::msg::DiagnosticStatus;
+  out.status.clear();
+  for (const auto& input : inputs) {
+    for (const auto& part : input->parts()) {
+      const PartStats& stats = filter.stats(part.number);
+      DiagnosticStatus& status = out.status.emplace_back();
+      std::uint64_t rejected = 0;
+      for (const std::uint64_t n : stats.rejected) rejected += n;
+      status.level = stats.fused == 0 ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
+      status.name = fmt::format("{}: {}", node, part.name);
+      status.message = fmt::format("{} fused, {} rejected", stats.fused, rejected);
+      status.hardware_id = "none";
+      const auto add = [&status](std::string_view key, std::uint64_t value) {
+        auto& pair = status.values.emplace_back();
+        pair.key = key;
+        pair.value = fmt::format("{}", value);
+      };
+      add("received", stats.received);
+      add("fused", stats.fused);
+      add("late", stats.late);
+      add("waiting", stats.waiting);
+      for (std::size_t i = 0; i < kRejections; ++i)
+        add(fmt::format("rejected_{}", kRejectionNames[i]), stats.rejected[i]);
+    }
+  }
+}
+
+}  // namespace nacelle::ekf

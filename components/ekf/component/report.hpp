@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include "ekf/component/input.hpp"
+#include "nacelle/base/log.hpp"
+
+namespace nacelle::ekf {
+
+/// Says why a part of an input is not fused, once per cause, and when it is fused again.
+/// Threads: one. Allocates: only when there is something to say.
+class Watch {
+ public:
+  Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter);
+  /// Looks at what happened since the last look; call about once a second.
+  void look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter, const Logger& logger);
+
+ private:
+  enum class Trouble : std::uint8_t { None, Silent, Rejected };
+  struct Seen {
+    PartStats stats;
+    std::uint64_t messages{};
+    Trouble trouble{Trouble::None};
+    Rejection cause{};
+    int idle_looks{0};
+  };
+  std::vector<Seen> seen_;
+};
+
+/// The counters of every part as diagnostics. Allocates: yes.
+void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter, const std::string& node,
+                       diagnostic_msgs::msg::DiagnosticArray& out);
+
+}  // namespace nacelle::ekf

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace nacelle::ekf {
+
+/// Why a part of a message was not fused.
+enum class Rejection : std::uint8_t {
+  Gate,           ///< Farther from the prediction than the rejection threshold.
+  Stale,          ///< Older than the last message of the same part.
+  NotFinite,      ///< No configured quantity of it is a finite number.
+  NoTransform,    ///< Its frame cannot be expressed in the filter's at its time.
+  Covariance,     ///< Not finite, or no covariance matrix at all.
+  BeforeSetPose,  ///< Not newer than the last set_pose.
+  QueueFull,      ///< Too many wait for their time: stamps from the future.
+  Absent,         ///< The message says that it does not carry this part (covariance[0] is -1).
+  First,          ///< Differential: the first message only starts the difference.
+};
+inline constexpr std::size_t kRejections = 9;
+inline constexpr std::array<std::string_view, kRejections> kRejectionNames{
+    "gate", "stale", "not_finite", "no_transform", "covariance", "before_set_pose", "queue_full", "absent", "first"};
+
+/// What became of one part (pose, twist, orientation, ...) of one input.
+/// received == fused + the sum of rejected + waiting.
+struct PartStats {
+  std::uint64_t received{}, fused{}, waiting{};
+  std::array<std::uint64_t, kRejections> rejected{};
+  std::uint64_t late{};  ///< Of the fused: older than the filter, corrected without going back in time.
+
+  [[nodiscard]] std::uint64_t& of(Rejection cause) { return rejected[static_cast<std::size_t>(cause)]; }
+  [[nodiscard]] std::uint64_t of(Rejection cause) const { return rejected[static_cast<std::size_t>(cause)]; }
+};
+
+}  // namespace nacelle::ekf

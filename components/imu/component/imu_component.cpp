@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "imu/component/imu_component.hpp"
+
+#include <fmt/format.h>
+
+#include <numbers>
+#include <thread>
+
+#include "nacelle/io/serial_port.hpp"
+
+namespace nacelle::imu {
+namespace {
+
+Result<std::unique_ptr<io::ByteStream>, Problem> open_serial(const ImuOptions& options, const Clock& clock) {
+  auto port = io::SerialPort::open({options.port, options.baudrate}, clock, options.port_timeout);
+  if (!port) return err(std::move(port).error());
+  return std::unique_ptr<io::ByteStream>{std::move(port).value()};
+}
+
+Problem no_sample(const ImuOptions& options, const ImuCounters& counters) {
+  const double seconds = to_seconds(options.silence_limit);
+  if (counters.line.bytes == 0) {
+    return {options.port, fmt::format("nothing came in {:.1f} s", seconds),
+            "is the IMU connected, and is this its line?"};
+  }
+  if (counters.line.frames == 0) {
+    return {options.port, fmt::format("{} bytes came in {:.1f} s, but no WT901 frame", counters.line.bytes, seconds),
+            fmt::format("is it another device, or another speed? baudrate is {}, a new WT901 speaks 9600",
+                        options.baudrate)};
+  }
+  return {options.port, fmt::format("{} frames came in {:.1f} s, but no whole sample", counters.line.frames, seconds),
+          "the device must send 51 52 53 54 59: set configure_device, or its output with the maker's tool"};
+}
+
+}  // namespace
+
+ImuComponent::ImuComponent(const NodeOptions& options) : ImuComponent(options, open_serial) {}
+
+ImuComponent::ImuComponent(const NodeOptions& options, OpenLine open_line)
+    : LifecycleNode("imu", options), open_line_(std::move(open_line)) {
+  declare_imu_parameters(*this);
+  const QoS qos = QoS(10).best_effort();
+  publishers_.raw = create_publisher<sensor_msgs::msg::Imu>("imu/data_raw", qos);
+  publishers_.oriented = create_publisher<sensor_msgs::msg::Imu>("imu/data", qos);
+  publishers_.field = create_publisher<sensor_msgs::msg::MagneticField>("imu/mag", qos);
+}
+
+ImuComponent::~ImuComponent() { close(); }
+
+CallbackReturn ImuComponent::on_configure(const State&) {
+  const auto options = read_imu_parameters(*this);
+  if (!options) return refuse(options.error());
+  options_ = *options;
+  auto line = open_line_(options_, get_clock());
+  if (!line) return refuse(line.error());
+  line_ = std::move(line).value();
+  if (const auto set_up = set_up_device(); !set_up) {
+    close();
+    return refuse(set_up.error());
+  }
+  calibrated_ = !options_.calibrate_gyro;
+  stream_ = std::make_unique<ImuStream>(
+      options_, get_clock(), publishers_, get_logger(),
+      [this](std::string code, std::string text) { fault(std::move(code), std::move(text)); });
+  // A look at the line a few times per limit is enough to tell silence in time.
+  const Duration look = std::min<Duration>(options_.silence_limit / 4 + Duration{1}, 100ms);
+  reader_ = std::make_unique<io::ReaderThread>(*line_, get_clock(), *stream_,
+                                               io::ReaderThread::Options{.name = "imu_rx", .silence = look});
+  // A slow device may need more than the limit for its first samples.
+  if (!stream_->wait_for_sample(options_.silence_limit + 2 * from_seconds(1.0 / options_.rate_hz))) {
+    const Problem problem = no_sample(options_, stream_->counters());
+    close();
+    return refuse(problem);
+  }
+  return CallbackReturn::SUCCESS;
+}
+
+Result<void, Problem> ImuComponent::set_up_device() {
+  if (!options_.configure_device) return {};
+  // Not saved: the settings are given at every start, and the device's flash wears.
+  for (const Wt901Command& command : {unlock_command(), mask_command(kOutputMask), *rate_command(options_.rate_hz)}) {
+    if (const auto written = line_->write(command); !written) {
+      return err(Problem{options_.port, fmt::format("the IMU cannot be set up: {}", io::explain(written.error())),
+                         "is it connected?"});
+    }
+    if (options_.command_pause > Duration::zero()) std::this_thread::sleep_for(options_.command_pause);
+  }
+  return {};
+}
+
+Result<void, Problem> ImuComponent::calibrate() {
+  // Room for one that was spoilt by a last movement, and for the rest that follows it.
+  const Duration limit =
+      2 * from_seconds(static_cast<double>(options_.calibration_samples) / options_.rate_hz) + options_.silence_limit;
+  const auto bias = stream_->take_calibration(limit);
+  const double deg = 180.0 / std::numbers::pi;
+  if (bias) {
+    calibrated_ = true;
+    get_logger().info("gyro bias {:.3f} {:.3f} {:.3f} deg/s, scatter {:.3f} deg/s over {} samples",
+                      bias->mean_rps[0] * deg, bias->mean_rps[1] * deg, bias->mean_rps[2] * deg, bias->stddev_rps * deg,
+                      options_.calibration_samples);
+    return {};
+  }
+  Problem problem{"gyro calibration", "", "keep the robot still and activate again, or set calibrate_gyro to false"};
+  switch (bias.error()) {
+    case CalibrationFault::TooFewSamples:
+      problem.what =
+          fmt::format("fewer than {} samples came in {:.1f} s", options_.calibration_samples, to_seconds(limit));
+      problem.way_out = "is the line disturbed? the counters are in the log";
+      break;
+    case CalibrationFault::Moving:
+      problem.what =
+          fmt::format("the robot moves: the gyro scatters by more than {} rad/s", options_.calibration_max_stddev);
+      break;
+    case CalibrationFault::Turning:
+      problem.what = fmt::format("the robot turns: the gyro shows more than {} rad/s", options_.calibration_max_bias);
+      break;
+  }
+  return err(problem);
+}
+
+CallbackReturn ImuComponent::on_activate(const State&) {
+  if (!calibrated_) {
+    if (const auto calibrated = calibrate(); !calibrated) return refuse(calibrated.error());
+  }
+  stream_->set_active(true);
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn ImuComponent::on_deactivate(const State&) {
+  stream_->set_active(false);
+  log_counters();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn ImuComponent::on_cleanup(const State&) {
+  close();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn ImuComponent::on_shutdown(const State&) {
+  close();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn ImuComponent::on_error(const State&) {
+  if (stream_) log_counters();
+  close();
+  return CallbackReturn::SUCCESS;
+}
+
+void ImuComponent::close() {
+  reader_.reset();
+  stream_.reset();
+  line_.reset();
+}
+
+void ImuComponent::log_counters() const {
+  const ImuCounters counters = stream_->counters();
+  const auto reader = reader_->stats();
+  get_logger().info(
+      "{} samples published of {} ({} incomplete); {} bytes, {} frames, {} of other types, {} bad checksums, {} bytes "
+      "skipped; the "
+      "line broke {} times",
+      counters.published, counters.samples.samples, counters.samples.incomplete, counters.line.bytes,
+      counters.line.frames, counters.samples.foreign_frames, counters.line.bad_checksums, counters.line.skipped_bytes,
+      reader.breaks);
+}
+
+}  // namespace nacelle::imu

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "imu/component/imu_options.hpp"
+#include "imu/model/gyro_calibration.hpp"
+#include "imu/model/sample_assembler.hpp"
+#include "imu/protocol/wt901_decoder.hpp"
+#include "nacelle/io/arrival_filter.hpp"
+#include "nacelle/io/reader_thread.hpp"
+#include "sensor_msgs/msg/imu.hpp"
+#include "sensor_msgs/msg/magnetic_field.hpp"
+
+namespace nacelle::imu {
+
+/// The three topics of the component.
+struct ImuPublishers {
+  std::shared_ptr<Publisher<sensor_msgs::msg::Imu>> raw, oriented;
+  std::shared_ptr<Publisher<sensor_msgs::msg::MagneticField>> field;
+};
+
+/// What the reading thread counted.
+struct ImuCounters {
+  Wt901Decoder::Stats line{};
+  SampleAssembler::Stats samples{};
+  std::uint64_t published{};
+};
+
+/// From bytes to published samples, on the reading thread.
+///
+/// Time of a sample: when the first byte of its first frame was put on the line, that is the receive time minus what
+/// came after it on the line; an ArrivalFilter takes out what the thread had to wait.
+/// Allocates: nothing once the publishers' messages have their size.
+class ImuStream final : public io::ByteSink {
+ public:
+  /// Told once when no sample came for the silence limit: code and text of the fault.
+  using OnLost = std::function<void(std::string code, std::string text)>;
+
+  ImuStream(const ImuOptions& options, const Clock& clock, ImuPublishers publishers, const Logger& logger,
+            OnLost on_lost);
+
+  void on_bytes(ByteView bytes, MonotonicTime received) override;
+  void on_silence(MonotonicTime now) override;
+  void on_break(io::StreamFault fault, MonotonicTime now) override;
+  void on_return(MonotonicTime now) override;
+
+  // The rest from any thread but the reading one.
+
+  /// Messages leave only while it is set.
+  void set_active(bool active) { active_.store(active, std::memory_order_relaxed); }
+  /// Waits, by an event, for the first sample.
+  [[nodiscard]] bool wait_for_sample(Duration limit);
+  /// Waits for a calibration at rest and takes its result. A robot that moves begins a new one again and again, so
+  /// the first moment of rest that is long enough counts. Errors: what was wrong with the last one before the limit.
+  [[nodiscard]] Result<GyroBias, CalibrationFault> take_calibration(Duration limit);
+  [[nodiscard]] ImuCounters counters() const;
+
+ private:
+  void on_sample();
+  void publish(const Sample& sample, const Vector3& bias_rps);
+  void watch_silence(MonotonicTime now);
+
+  const ImuOptions options_;
+  const Clock& clock_;
+  const Duration byte_time_, period_;
+  ImuPublishers publishers_;
+  const Logger& logger_;
+  OnLost on_lost_;
+
+  Wt901Decoder decoder_;
+  SampleAssembler assembler_;
+  io::ArrivalFilter arrival_;
+  MonotonicTime last_sample_;
+  bool lost_ = false;
+  std::uint64_t published_ = 0;
+  std::atomic<bool> active_{false};
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::condition_variable progress_;
+  ImuCounters counters_;
+  GyroCalibration calibration_;
+  CalibrationFault last_fault_ = CalibrationFault::TooFewSamples;
+  Vector3 bias_rps_{};
+};
+
+}  // namespace nacelle::imu

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "nacelle/base/bytes.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::io {
+
+/// Why a byte stream could not do what it was asked.
+enum class StreamFault : std::uint8_t {
+  HungUp,       ///< The other end is gone: a pulled cable, a closed pty. reopen() may bring it back.
+  ReadFailed,   ///< The kernel refused the read for another reason. reopen() may help.
+  WriteFailed,  ///< The kernel refused the write for another reason.
+  WouldBlock,   ///< The line took only a part of the bytes in time; the rest was not sent.
+  NotFound,     ///< reopen(): the path is not there (yet).
+  NotUsable     ///< reopen(): the path is there but cannot be used (rights, in use, no terminal).
+};
+
+/// "the line hung up (cable pulled?)"
+[[nodiscard]] std::string_view explain(StreamFault fault);
+
+/// A line that carries bytes both ways.
+///
+/// Threads: one thread reads, one other may write at the same time; interrupt() from any thread at any time.
+/// Allocates: nothing after it was made.
+class ByteStream {
+ public:
+  ByteStream() = default;
+  ByteStream(const ByteStream&) = delete;
+  ByteStream& operator=(const ByteStream&) = delete;
+  virtual ~ByteStream() = default;
+
+  /// Waits until bytes, the deadline or an interrupt() come.
+  ///
+  /// An empty view means the deadline or an interrupt. The view is valid until the next call of read_until() or
+  /// reopen().
+  /// Errors: HungUp, ReadFailed. The stream stays as it is; reopen() tries to mend it.
+  [[nodiscard]] virtual Result<ByteView, StreamFault> read_until(MonotonicTime deadline) = 0;
+
+  /// Sends all bytes, or says why not.
+  /// Errors: HungUp, WriteFailed, WouldBlock.
+  [[nodiscard]] virtual Result<void, StreamFault> write(ByteView bytes) = 0;
+
+  /// Makes a waiting read_until() return an empty view at once; the next read waits again.
+  virtual void interrupt() noexcept = 0;
+
+  /// Opens the same line again after a fault. Only from the reading thread.
+  /// Errors: NotFound, NotUsable; the stream is then as before.
+  [[nodiscard]] virtual Result<void, StreamFault> reopen() = 0;
+
+  /// The kernel's number of the line, the same for the stream's whole life (also across reopen()), or -1 without one.
+  ///
+  /// The runtime keeps it beside a prepared stop frame, so that a signal handler can write it (D7).
+  [[nodiscard]] virtual int descriptor() const noexcept = 0;
+};
+
+}  // namespace nacelle::io

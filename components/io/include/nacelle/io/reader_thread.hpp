@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/io/byte_stream.hpp"
+
+namespace nacelle::io {
+
+/// Takes what a ReaderThread reads. Threads: every call comes from the reading thread.
+class ByteSink {
+ public:
+  ByteSink() = default;
+  ByteSink(const ByteSink&) = delete;
+  ByteSink& operator=(const ByteSink&) = delete;
+  virtual ~ByteSink() = default;
+
+  /// Bytes came; `received` was read from the clock right after the kernel handed them over.
+  virtual void on_bytes(ByteView bytes, MonotonicTime received) = 0;
+  /// A read ended at its deadline without a byte, or the line is still away: the place to notice silence.
+  virtual void on_silence(MonotonicTime now) = 0;
+  /// The line broke. Comes once per break, before the first attempt to open it again.
+  virtual void on_break(StreamFault fault, MonotonicTime now) = 0;
+  /// The line is back; half a frame from before is not continued by what comes now.
+  virtual void on_return(MonotonicTime now) = 0;
+};
+
+/// A thread that reads a byte stream into a sink until it is stopped.
+///
+/// Threads: make, stop() and destroy from one thread; stats() from any. Allocates: nothing in the reading loop.
+class ReaderThread {
+ public:
+  struct Options {
+    std::string name;             ///< Of the thread, as in top and the report; the kernel keeps 15 characters.
+    Duration silence = 100ms;     ///< How long a read waits before on_silence(). Must be positive.
+    bool reopen = true;           ///< Try to open the line again after a break; false ends the thread.
+    Duration first_pause = 50ms;  ///< Before the first attempt; doubles after each failure.
+    Duration longest_pause = 2s;
+  };
+  struct Stats {
+    std::uint64_t bytes{}, chunks{}, silences{};
+    std::uint64_t breaks{}, returns{};  ///< breaks == returns, or one more while the line is away
+  };
+
+  /// Starts at once. The stream, the clock and the sink outlive this object.
+  ReaderThread(ByteStream& stream, const Clock& clock, ByteSink& sink, Options options);
+  ReaderThread(const ReaderThread&) = delete;
+  ReaderThread& operator=(const ReaderThread&) = delete;
+  ~ReaderThread() { stop(); }
+
+  /// Ends the thread and waits for it; no call into the sink comes afterwards. A second call does nothing.
+  void stop();
+  [[nodiscard]] Stats stats() const { return *stats_.lock(); }
+
+ private:
+  void run();
+  bool bring_back();
+  bool pause(Duration length);
+  [[nodiscard]] bool stopping() const;
+
+  ByteStream& stream_;
+  const Clock& clock_;
+  ByteSink& sink_;
+  const Options options_;
+  Guarded<Stats> stats_;
+  mutable std::mutex mutex_;
+  std::condition_variable stop_asked_;
+  bool stop_ = false;
+  std::thread thread_;  // last: it starts when everything above is there
+};
+
+}  // namespace nacelle::io

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "nacelle/io/byte_stream.hpp"
+
+namespace nacelle::io {
+
+/// A line whose bytes, times and faults are written down beforehand: the port that tests use.
+///
+/// Time is the test's: `wait` is called with the time at which a read would have ended, and usually moves a manual
+/// clock. Nothing here sleeps. Threads: as ByteStream; append() and written() from any thread. Allocates: yes.
+class ScriptedStream final : public ByteStream {
+ public:
+  /// One thing that happens on the line.
+  struct Step {
+    MonotonicTime at{};                  ///< When the bytes are there.
+    Bytes bytes;                         ///< One chunk, handed over in one read.
+    std::optional<StreamFault> fault{};  ///< Instead of bytes; the line stays broken until reopen().
+  };
+  /// What a read finds when the script is over.
+  enum class AtEnd : std::uint8_t {
+    Silence,  ///< Nothing comes: every read ends at its deadline.
+    Blocks,   ///< Reads wait for append() or interrupt(), whatever their deadline: for tests with a reading thread.
+    HangsUp   ///< The other end is gone.
+  };
+  using Wait = std::function<void(MonotonicTime until)>;
+
+  explicit ScriptedStream(std::vector<Step> script, AtEnd at_end = AtEnd::Silence, Wait wait = {});
+
+  [[nodiscard]] Result<ByteView, StreamFault> read_until(MonotonicTime deadline) override;
+  [[nodiscard]] Result<void, StreamFault> write(ByteView bytes) override;
+  void interrupt() noexcept override;
+  [[nodiscard]] Result<void, StreamFault> reopen() override;
+  [[nodiscard]] int descriptor() const noexcept override { return -1; }
+
+  /// Adds a step to the end of the script.
+  void append(Step step);
+  /// Waits until a reading thread has taken the whole script and waits for more. Only with AtEnd::Blocks.
+  void wait_until_read();
+  /// Lets the next reopen() calls fail this often with NotFound.
+  void refuse_reopen(std::size_t times);
+  /// Lets every write fail from now on; nothing means it succeeds again.
+  void fail_writes(std::optional<StreamFault> fault);
+  /// Everything that was written so far, in order.
+  [[nodiscard]] Bytes written() const;
+  /// Answers a write: called with the bytes, returns what the device sends back at once. Set before reading starts.
+  void answer_writes(std::function<Bytes(ByteView)> device);
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Step> script_;
+  AtEnd at_end_;
+  Wait wait_;
+  std::function<Bytes(ByteView)> device_;
+  Bytes current_;
+  Bytes written_;
+  std::optional<StreamFault> broken_;
+  std::optional<StreamFault> write_fault_;
+  std::size_t refusals_ = 0;
+  bool interrupted_ = false;
+  bool reader_waits_ = false;
+};
+
+}  // namespace nacelle::io

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/io/byte_stream.hpp"
+
+namespace nacelle::io {
+
+std::string_view explain(StreamFault fault) {
+  switch (fault) {
+    case StreamFault::HungUp: return "the line hung up (cable pulled, or the other end closed)";
+    case StreamFault::ReadFailed: return "reading failed";
+    case StreamFault::WriteFailed: return "writing failed";
+    case StreamFault::WouldBlock: return "the line does not take bytes";
+    case StreamFault::NotFound: return "the device is not there";
+    case StreamFault::NotUsable: return "the device is there but cannot be opened";
+  }
+  return "unknown fault";
+}
+
+}  // namespace nacelle::io

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/io/reader_thread.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+
+namespace nacelle::io {
+
+ReaderThread::ReaderThread(ByteStream& stream, const Clock& clock, ByteSink& sink, Options options)
+    : stream_(stream), clock_(clock), sink_(sink), options_(std::move(options)), thread_([this] { run(); }) {}
+
+void ReaderThread::stop() {
+  {
+    const std::lock_guard lock{mutex_};
+    stop_ = true;
+  }
+  stop_asked_.notify_all();
+  stream_.interrupt();
+  if (thread_.joinable()) thread_.join();
+}
+
+bool ReaderThread::stopping() const {
+  const std::lock_guard lock{mutex_};
+  return stop_;
+}
+
+bool ReaderThread::pause(Duration length) {
+  std::unique_lock lock{mutex_};
+  return !stop_asked_.wait_for(lock, length, [this] { return stop_; });
+}
+
+bool ReaderThread::bring_back() {
+  for (Duration wait = options_.first_pause;; wait = std::min(2 * wait, options_.longest_pause)) {
+    // In pieces: a sink that watches for silence wants to hear of this one, too.
+    for (Duration left = wait; left > Duration::zero(); left -= options_.silence) {
+      if (!pause(std::min(left, options_.silence))) return false;
+      ++stats_.lock()->silences;
+      sink_.on_silence(clock_.now());
+    }
+    if (stopping()) return false;
+    if (stream_.reopen()) return true;
+  }
+}
+
+void ReaderThread::run() {
+  // The name is cut, not refused: pthread_setname_np() takes 15 characters and fails on more.
+  pthread_setname_np(pthread_self(), options_.name.substr(0, 15).c_str());
+  while (!stopping()) {
+    const auto bytes = stream_.read_until(clock_.now() + options_.silence);
+    const MonotonicTime now = clock_.now();
+    if (!bytes) {
+      ++stats_.lock()->breaks;
+      sink_.on_break(bytes.error(), now);
+      if (!options_.reopen || !bring_back()) return;
+      ++stats_.lock()->returns;
+      sink_.on_return(clock_.now());
+    } else if (bytes->empty()) {
+      if (stopping()) return;
+      ++stats_.lock()->silences;
+      sink_.on_silence(now);
+    } else {
+      {
+        auto stats = stats_.lock();
+        stats->bytes += bytes->size();
+        ++stats->chunks;
+      }
+      sink_.on_bytes(*bytes, now);
+    }
+  }
+}
+
+}  // namespace nacelle::io

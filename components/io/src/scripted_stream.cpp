@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/io/scripted_stream.hpp"
+
+namespace nacelle::io {
+
+ScriptedStream::ScriptedStream(std::vector<Step> script, AtEnd at_end, Wait wait)
+    : script_(std::make_move_iterator(script.begin()), std::make_move_iterator(script.end())),
+      at_end_(at_end),
+      wait_(std::move(wait)) {}
+
+Result<ByteView, StreamFault> ScriptedStream::read_until(MonotonicTime deadline) {
+  std::unique_lock lock{mutex_};
+  if (broken_) return err(*broken_);
+  if (script_.empty() && at_end_ == AtEnd::Blocks) {
+    reader_waits_ = true;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return interrupted_ || !script_.empty(); });
+    reader_waits_ = false;
+  }
+  if (std::exchange(interrupted_, false)) return ByteView{};
+  if (script_.empty() && at_end_ == AtEnd::HangsUp) {
+    broken_ = StreamFault::HungUp;
+    return err(*broken_);
+  }
+  if (script_.empty() || script_.front().at > deadline) {
+    if (wait_) wait_(deadline);
+    return ByteView{};
+  }
+  Step step = std::move(script_.front());
+  script_.pop_front();
+  if (wait_) wait_(step.at);
+  if (step.fault) {
+    broken_ = step.fault;
+    return err(*broken_);
+  }
+  current_ = std::move(step.bytes);
+  return ByteView{current_};
+}
+
+Result<void, StreamFault> ScriptedStream::write(ByteView bytes) {
+  const std::lock_guard lock{mutex_};
+  if (broken_) return err(*broken_);
+  if (write_fault_) return err(*write_fault_);
+  written_.insert(written_.end(), bytes.begin(), bytes.end());
+  if (device_) {
+    Bytes answer = device_(bytes);
+    if (!answer.empty()) {
+      const MonotonicTime at = script_.empty() ? MonotonicTime{} : script_.front().at;
+      script_.push_front({at, std::move(answer), {}});
+      changed_.notify_all();
+    }
+  }
+  return {};
+}
+
+void ScriptedStream::interrupt() noexcept {
+  const std::lock_guard lock{mutex_};
+  interrupted_ = true;
+  changed_.notify_all();
+}
+
+Result<void, StreamFault> ScriptedStream::reopen() {
+  const std::lock_guard lock{mutex_};
+  if (refusals_ > 0) {
+    --refusals_;
+    return err(StreamFault::NotFound);
+  }
+  broken_.reset();
+  return {};
+}
+
+void ScriptedStream::append(Step step) {
+  const std::lock_guard lock{mutex_};
+  script_.push_back(std::move(step));
+  changed_.notify_all();
+}
+
+void ScriptedStream::wait_until_read() {
+  std::unique_lock lock{mutex_};
+  changed_.wait(lock, [this] { return reader_waits_ && script_.empty(); });
+}
+
+void ScriptedStream::refuse_reopen(std::size_t times) {
+  const std::lock_guard lock{mutex_};
+  refusals_ = times;
+}
+
+void ScriptedStream::fail_writes(std::optional<StreamFault> fault) {
+  const std::lock_guard lock{mutex_};
+  write_fault_ = fault;
+}
+
+Bytes ScriptedStream::written() const {
+  const std::lock_guard lock{mutex_};
+  return written_;
+}
+
+void ScriptedStream::answer_writes(std::function<Bytes(ByteView)> device) {
+  const std::lock_guard lock{mutex_};
+  device_ = std::move(device);
+}
+
+}  // namespace nacelle::io

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lidar/component/lidar_component.hpp"
+
+#include <fmt/format.h>
+
+#include "nacelle/io/serial_port.hpp"
+
+namespace nacelle::lidar {
+namespace {
+
+Result<std::unique_ptr<io::ByteStream>, Problem> open_serial(const LidarOptions& options, const Clock& clock) {
+  auto port = io::SerialPort::open({options.port_name, options.port_baudrate}, clock, options.port_timeout);
+  if (!port) return err(std::move(port).error());
+  return std::unique_ptr<io::ByteStream>{std::move(port).value()};
+}
+
+Problem no_frame(const LidarOptions& options, const LidarCounters& counters) {
+  const double seconds = to_seconds(options.silence_limit);
+  if (counters.line.bytes == 0) {
+    return {options.port_name, fmt::format("nothing came in {:.1f} s", seconds),
+            "is the LiDAR powered and turning, and is this its line?"};
+  }
+  return {options.port_name, fmt::format("{} bytes came in {:.1f} s, but no LD06 frame", counters.line.bytes, seconds),
+          fmt::format("is it another device? port_baudrate is {}, an LD06 speaks 230400", options.port_baudrate)};
+}
+
+}  // namespace
+
+LidarComponent::LidarComponent(const NodeOptions& options) : LidarComponent(options, open_serial) {}
+
+LidarComponent::LidarComponent(const NodeOptions& options, OpenLine open_line)
+    : LifecycleNode("lidar", options), open_line_(std::move(open_line)) {
+  declare_lidar_parameters(*this);
+  publisher_ = create_publisher<sensor_msgs::msg::LaserScan>(get<std::string>("topic_name"), QoS(5).best_effort());
+}
+
+LidarComponent::~LidarComponent() { close(); }
+
+CallbackReturn LidarComponent::on_configure(const State&) {
+  const auto options = read_lidar_parameters(*this);
+  if (!options) return refuse(options.error());
+  auto line = open_line_(*options, get_clock());
+  if (!line) return refuse(line.error());
+  line_ = std::move(line).value();
+  stream_ = std::make_unique<ScanStream>(
+      *options, get_clock(), publisher_, get_logger(),
+      [this](std::string code, std::string text) { fault(std::move(code), std::move(text)); });
+  // A look at the line a few times per limit is enough to tell silence in time.
+  const Duration look = std::min<Duration>(options->silence_limit / 4 + Duration{1}, 100ms);
+  reader_ = std::make_unique<io::ReaderThread>(*line_, get_clock(), *stream_,
+                                               io::ReaderThread::Options{.name = "lidar_rx", .silence = look});
+  if (!stream_->wait_for_frame(options->silence_limit)) {
+    const Problem problem = no_frame(*options, stream_->counters());
+    close();
+    return refuse(problem);
+  }
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn LidarComponent::on_activate(const State&) {
+  stream_->set_active(true);
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn LidarComponent::on_deactivate(const State&) {
+  stream_->set_active(false);
+  log_counters();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn LidarComponent::on_cleanup(const State&) {
+  close();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn LidarComponent::on_shutdown(const State&) {
+  close();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn LidarComponent::on_error(const State&) {
+  if (stream_) log_counters();
+  close();
+  return CallbackReturn::SUCCESS;
+}
+
+void LidarComponent::close() {
+  reader_.reset();
+  stream_.reset();
+  line_.reset();
+}
+
+void LidarComponent::log_counters() const {
+  const LidarCounters counters = stream_->counters();
+  const auto reader = reader_->stats();
+  get_logger().info(
+      "{} scans published of {} turns ({} dropped); {} bytes, {} frames, {} implausible, {} bad checksums, {} bytes "
+      "skipped; "
+      "the line broke {} times",
+      counters.published, counters.turns.scans, counters.turns.dropped_turns, counters.line.bytes, counters.line.frames,
+      counters.line.implausible, counters.line.bad_checksums, counters.line.skipped_bytes, reader.breaks);
+}
+
+}  // namespace nacelle::lidar

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "lidar/model/scan_assembler.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/node/node.hpp"
+
+namespace nacelle::lidar {
+
+/// The parameters of the component, under the names of the maker's ROS driver where it has one.
+struct LidarOptions {
+  std::string port_name = "/dev/ttyUSB0";
+  unsigned port_baudrate = 230400;
+  std::string frame_id = "lidar_link";
+  std::string topic_name = "scan";
+  std::string product_name = "LDLiDAR_LD06";
+  ScanOptions scan{};
+  Duration port_timeout = 2s;   ///< How long configure waits for the port to appear.
+  Duration silence_limit = 2s;  ///< No frame for this long is a fault. Must be positive.
+};
+
+/// Declares the parameters with their defaults and ranges. Touches no hardware.
+void declare_lidar_parameters(Node& node);
+
+/// Reads the declared parameters and checks them together.
+/// Errors: a Problem that names the parameter, its value and the way out.
+[[nodiscard]] Result<LidarOptions, Problem> read_lidar_parameters(const Node& node);
+
+}  // namespace nacelle::lidar

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "odometry/component/odometry_component.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "nacelle/qos/presets.hpp"
+#include "nacelle/spatial/rotation.hpp"
+
+namespace nacelle::odometry {
+namespace {
+
+WallTime time_of(const builtin_interfaces::msg::Time& stamp) {
+  return WallTime{std::chrono::seconds{stamp.sec} + std::chrono::nanoseconds{stamp.nanosec}};
+}
+
+void write_rotation(double yaw_rad, geometry_msgs::msg::Quaternion& out) {
+  out.x = 0.0;
+  out.y = 0.0;
+  out.z = std::sin(0.5 * yaw_rad);
+  out.w = std::cos(0.5 * yaw_rad);
+}
+
+}  // namespace
+
+OdometryComponent::OdometryComponent(const NodeOptions& options) : LifecycleNode("odometry", options) {
+  declare_odometry_parameters(*this);
+  odometry_ = create_publisher<nav_msgs::msg::Odometry>("odom", QoS(10));
+  transforms_ = create_publisher<tf2_msgs::msg::TFMessage>("/tf", DynamicTransformQoS());
+  // Best effort reads from either kind of publisher, as robot_state_publisher does.
+  joints_ = create_subscription<sensor_msgs::msg::JointState>(
+      "joint_states", SensorDataQoS(QoS(10)),
+      [this](const sensor_msgs::msg::JointState& joints) { on_joint_state(joints); });
+  reset_ = create_service<std_srvs::srv::Empty>(
+      "reset_odom", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { reset_pose(); });
+  if (get<bool>("enable_odom_tf")) {
+    claim_ =
+        claim_frame(get<std::string>("odom_frame_id"), get<std::string>("base_frame_id"), FrameClaimKind::Fallback);
+  }
+}
+
+CallbackReturn OdometryComponent::on_configure(const State&) {
+  auto options = read_odometry_parameters(*this);
+  if (!options) {
+    Problem problem = options.error();
+    problem.where = get_fully_qualified_name() + ", " + problem.where;
+    return refuse(problem);
+  }
+  options_ = std::move(options).value();
+  reader_.emplace(JointReaderOptions{options_.left_wheel_names, options_.right_wheel_names,
+                                     options_.wheel_radius_m * options_.left_wheel_radius_multiplier,
+                                     options_.wheel_radius_m * options_.right_wheel_radius_multiplier,
+                                     options_.max_wheel_speed_rps});
+  velocity_.emplace(static_cast<std::size_t>(options_.velocity_rolling_window_size));
+  reset_pose();
+  told_owner_ = false;
+  told_jumps_ = 0;
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn OdometryComponent::on_activate(const State&) {
+  // What happened while inactive was not seen: the next sample starts the differences.
+  reader_->restart();
+  velocity_->clear();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn OdometryComponent::on_cleanup(const State&) {
+  reader_.reset();
+  velocity_.reset();
+  return CallbackReturn::SUCCESS;
+}
+
+void OdometryComponent::reset_pose() {
+  pose_ = {};
+  pose_.covariance.diagonal() << options_.pose_covariance_diagonal[0], options_.pose_covariance_diagonal[1],
+      options_.pose_covariance_diagonal[5];
+}
+
+void OdometryComponent::on_joint_state(const sensor_msgs::msg::JointState& joints) {
+  const auto step = reader_->read(time_of(joints.header.stamp), {joints.name.data(), joints.name.size()},
+                                  {joints.position.data(), joints.position.size()});
+  if (!step) {
+    if (reader_->stats().jumps != told_jumps_) tell_jumps();
+    return;
+  }
+  pose_ = integrate(pose_, step->wheels, options_.separation_m(), options_.noise);
+  publish_odometry(joints, step->wheels, step->dt_s);
+  if (claim_) publish_transform(joints);
+}
+
+void OdometryComponent::publish_odometry(const sensor_msgs::msg::JointState& joints, const WheelStep& step,
+                                         double dt_s) {
+  const double distance_m = 0.5 * (step.left_m + step.right_m);
+  const double turn_rad = (step.right_m - step.left_m) / options_.separation_m();
+  velocity_->add(distance_m, turn_rad, dt_s);
+  auto message = odometry_->borrow();
+  if (!message) return;
+  message->header.stamp = joints.header.stamp;
+  message->header.frame_id = options_.odom_frame_id;
+  message->child_frame_id = options_.base_frame_id;
+  message->pose.pose.position.x = pose_.x_m;
+  message->pose.pose.position.y = pose_.y_m;
+  message->pose.pose.position.z = 0.0;
+  write_rotation(pose_.yaw_rad, message->pose.pose.orientation);
+  auto& pose_covariance = message->pose.covariance;
+  pose_covariance.fill(0.0);
+  for (std::size_t i = 0; i < 6; ++i) pose_covariance[i * 7] = options_.pose_covariance_diagonal[i];
+  constexpr std::size_t kRows[3] = {0, 1, 5};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      pose_covariance[kRows[i] * 6 + kRows[j]] = pose_.covariance(static_cast<int>(i), static_cast<int>(j));
+    }
+  }
+
+  const double speed_mps = velocity_->speed_mps();
+  const double yaw_rate_rps = velocity_->yaw_rate_rps();
+  auto& twist = message->twist.twist;
+  twist.linear.x = speed_mps;
+  twist.linear.y = twist.linear.z = twist.angular.x = twist.angular.y = 0.0;
+  twist.angular.z = yaw_rate_rps;
+  // The same noise as the pose's: the variance of what was travelled in the window, by the window's square.
+  const double half_m = 0.5 * options_.separation_m() * yaw_rate_rps;
+  const double window_s = velocity_->duration_s();
+  const double left = options_.noise.k_left_m * std::abs(speed_mps - half_m) / window_s;
+  const double right = options_.noise.k_right_m * std::abs(speed_mps + half_m) / window_s;
+  const double turn = options_.noise.k_turn_rad * std::abs(yaw_rate_rps) / window_s;
+  auto& twist_covariance = message->twist.covariance;
+  twist_covariance.fill(0.0);
+  for (std::size_t i = 0; i < 6; ++i) twist_covariance[i * 7] = options_.twist_covariance_diagonal[i];
+  twist_covariance[0] += 0.25 * (left + right);
+  twist_covariance[35] += (left + right) / (options_.separation_m() * options_.separation_m()) + turn;
+  twist_covariance[5] = twist_covariance[30] = 0.5 * (right - left) / options_.separation_m();
+  odometry_->publish(std::move(message));
+}
+
+void OdometryComponent::publish_transform(const sensor_msgs::msg::JointState& joints) {
+  if (!claim_->is_owner()) {
+    if (!told_owner_) {
+      told_owner_ = true;
+      get_logger().info("{} -> {} is broadcast by {}; this node leaves it to that one", options_.odom_frame_id,
+                        options_.base_frame_id, claim_->owner());
+    }
+    return;
+  }
+  told_owner_ = false;
+  auto message = transforms_->borrow();
+  if (!message) return;
+  message->transforms.resize(1);
+  auto& transform = message->transforms[0];
+  transform.header.stamp = joints.header.stamp;
+  transform.header.frame_id = options_.odom_frame_id;
+  transform.child_frame_id = options_.base_frame_id;
+  transform.transform.translation.x = pose_.x_m;
+  transform.transform.translation.y = pose_.y_m;
+  transform.transform.translation.z = 0.0;
+  write_rotation(pose_.yaw_rad, transform.transform.rotation);
+  transforms_->publish(std::move(message));
+}
+
+void OdometryComponent::tell_jumps() {
+  told_jumps_ = reader_->stats().jumps;
+  // Every power of two, so that a board that restarts all day does not fill the log.
+  if ((told_jumps_ & (told_jumps_ - 1)) == 0) {
+    get_logger().warn(
+        "a wheel position jumped (now {} times): the board was restarted; the pose goes on from where it was",
+        told_jumps_);
+  }
+  velocity_->clear();
+}
+
+}  // namespace nacelle::odometry

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include <nav_msgs/msg/odometry.hpp>
+#include <sensor_msgs/msg/joint_state.hpp>
+#include <std_srvs/srv/empty.hpp>
+#include <tf2_msgs/msg/tf_message.hpp>
+#include "nacelle/node/lifecycle_node.hpp"
+#include "odometry/component/odometry_options.hpp"
+#include "odometry/model/joint_reader.hpp"
+#include "odometry/model/velocity_window.hpp"
+
+namespace nacelle::odometry {
+
+/// Wheel odometry: joint_states in, odom (one per sample, with its stamp) and the transform odom -> base out.
+///
+/// It owns the transform only while nobody claims it with more right (an EKF); it says once who does. The service reset_odom
+/// (std_srvs/Empty, as ROS users call it) puts the pose back to the origin.
+/// Threads: the component's executor. Allocates: nothing at the rate of joint_states.
+class OdometryComponent final : public LifecycleNode {
+ public:
+  explicit OdometryComponent(const NodeOptions& options);
+
+  [[nodiscard]] JointReaderStats stats() const { return reader_ ? reader_->stats() : JointReaderStats{}; }
+  [[nodiscard]] const PlanarPose& pose() const { return pose_; }
+
+ protected:
+  CallbackReturn on_configure(const State&) override;
+  CallbackReturn on_activate(const State&) override;
+  CallbackReturn on_cleanup(const State&) override;
+
+ private:
+  void on_joint_state(const sensor_msgs::msg::JointState& joints);
+  void reset_pose();
+  void publish_odometry(const sensor_msgs::msg::JointState& joints, const WheelStep& step, double dt_s);
+  void publish_transform(const sensor_msgs::msg::JointState& joints);
+  void tell_jumps();
+
+  OdometryOptions options_;
+  std::optional<JointReader> reader_;
+  std::optional<VelocityWindow> velocity_;
+  PlanarPose pose_;
+  std::shared_ptr<Publisher<nav_msgs::msg::Odometry>> odometry_;
+  std::shared_ptr<Publisher<tf2_msgs::msg::TFMessage>> transforms_;
+  std::shared_ptr<Subscription<sensor_msgs::msg::JointState>> joints_;
+  std::shared_ptr<Service<std_srvs::srv::Empty>> reset_;
+  std::unique_ptr<FrameClaim> claim_;
+  bool told_owner_{false};
+  std::uint64_t told_jumps_{0};
+};
+
+}  // namespace nacelle::odometry

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulation/component/run_world.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sched.h>
+#include <sys/file.h>
+#include <sys/prctl.h>
+#include <sys/signalfd.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include "nacelle/io/descriptor.hpp"
+#include "nacelle/io/pty_pair.hpp"
+#include "simulation/model/world_model.hpp"
+#include "simulation/port/truth_file.hpp"
+
+namespace nacelle::simulation {
+namespace {
+
+// A machine that stood still for longer than this (suspended, stopped in a debugger) is not caught up with: the robot
+// would jump. The world's clock jumps instead.
+constexpr Duration kLongestCatchUp = 250ms;
+// Steps made up for at a time: between them the other side gets its chance to empty the lines.
+constexpr std::uint64_t kStepsAtATime = 20;
+
+/// Takes SIGTERM and SIGINT as events for as long as it lives.
+class Signals {
+ public:
+  Signals() {
+    sigset_t wanted;
+    sigemptyset(&wanted);
+    sigaddset(&wanted, SIGTERM);
+    sigaddset(&wanted, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &wanted, &before_);
+    event_ = io::Descriptor{::signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC)};
+  }
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
+  ~Signals() {
+    // A signal that is still waiting would end the process when it is let through.
+    signalfd_siginfo info{};
+    while (::read(event_.number(), &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {}
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  [[nodiscard]] int descriptor() const { return event_.number(); }
+  /// Takes what came; true if one of them ends the world.
+  [[nodiscard]] bool ask_to_end(bool interrupt_counts) const {
+    bool ends = false;
+    signalfd_siginfo info{};
+    while (::read(event_.number(), &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
+      ends |= info.ssi_signo == SIGTERM || interrupt_counts;
+    }
+    return ends;
+  }
+
+ private:
+  sigset_t before_{};
+  io::Descriptor event_;
+};
+
+/// A file that exists while this object does.
+class Marker {
+ public:
+  explicit Marker(std::string path) : path_(std::move(path)) {}
+  Marker(const Marker&) = delete;
+  Marker& operator=(const Marker&) = delete;
+  ~Marker() { ::unlink(path_.c_str()); }
+  [[nodiscard]] bool write(const std::string& text) const {
+    const std::string fresh = path_ + ".new";
+    const io::Descriptor file{::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
+    return file.is_open() && ::write(file.number(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+           ::rename(fresh.c_str(), path_.c_str()) == 0;
+  }
+
+ private:
+  std::string path_;
+};
+
+struct Lines {
+  std::array<std::unique_ptr<io::PtyPair>, kDevices.size()> ptys;
+  [[nodiscard]] io::PtyPair& operator[](Device device) { return *ptys[static_cast<std::size_t>(device)]; }
+};
+
+Result<Lines, Problem> open_lines(const std::string& directory) {
+  Lines lines;
+  for (const Device device : kDevices) {
+    auto pty = io::PtyPair::create();
+    if (!pty) return err(std::move(pty).error());
+    auto linked = pty.value()->link_as(fmt::format("{}/{}", directory, name_of(device)));
+    if (!linked) return err(linked.error());
+    lines.ptys[static_cast<std::size_t>(device)] = std::move(pty).value();
+  }
+  return lines;
+}
+
+io::Descriptor start_ticks() {
+  io::Descriptor timer{::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)};
+  itimerspec ticks{};
+  ticks.it_value.tv_nsec = ticks.it_interval.tv_nsec = WorldModel::kStep.count();
+  if (timer.is_open()) ::timerfd_settime(timer.number(), 0, &ticks, nullptr);
+  return timer;
+}
+
+constexpr std::size_t kTicks = 0, kSignals = 1, kStop = 2, kFirstLine = 3;  // what is polled, in this order
+
+/// The world between its lines and the clock.
+class Runner {
+ public:
+  Runner(const WorldOptions& options, const Clock& clock, Lines lines, TruthFile& truth)
+      : clock_(clock), lines_(std::move(lines)), truth_file_(truth), world_(options.settings), origin_(clock.now()) {
+    truth_.seed = options.settings.seed;
+    write_truth();
+  }
+
+  void read_lines(const std::array<pollfd, 6>& watched) {
+    for (const Device device : kDevices) {
+      if ((watched[kFirstLine + static_cast<std::size_t>(device)].revents & POLLIN) == 0) continue;
+      // A few chunks only: a host that writes without end must not stop the world.
+      for (int chunk = 0; chunk < 4; ++chunk) {
+        const auto bytes = lines_[device].read();
+        if (!bytes || bytes->empty()) break;
+        count(device).received_bytes += bytes->size();
+        const auto before = world_.board().motion_commands();
+        world_.receive(device, *bytes);
+        if (world_.board().motion_commands() != before) truth_.last_motion_command_ns = clock_.now().nanoseconds();
+      }
+    }
+  }
+
+  /// Makes the steps that are due; false if some are left.
+  bool catch_up() {
+    const Duration due = clock_.now() - origin_;
+    if (due - world_.now() > kLongestCatchUp) {
+      const auto skipped = (due - world_.now()) / WorldModel::kStep;
+      report_.skipped_steps += static_cast<std::uint64_t>(skipped);
+      origin_ += skipped * WorldModel::kStep;
+    }
+    std::uint64_t steps = 0;
+    for (; steps < kStepsAtATime && world_.now() + WorldModel::kStep <= clock_.now() - origin_; ++steps) {
+      world_.step([this](Device device, ByteView bytes) {
+        const std::size_t taken = lines_[device].write_some(bytes);
+        count(device).sent_bytes += taken;
+        count(device).dropped_bytes += bytes.size() - taken;
+      });
+    }
+    if (steps > 1) report_.late_steps += steps - 1;
+    if (steps > 0) write_truth();
+    return steps < kStepsAtATime;
+  }
+
+  [[nodiscard]] std::array<pollfd, 6> watched(int ticks, int signals, int stop) {
+    return {pollfd{ticks, POLLIN, 0},
+            pollfd{signals, POLLIN, 0},
+            pollfd{stop, POLLIN, 0},
+            pollfd{lines_[Device::Lidar].device_end(), POLLIN, 0},
+            pollfd{lines_[Device::Imu].device_end(), POLLIN, 0},
+            pollfd{lines_[Device::Base].device_end(), POLLIN, 0}};
+  }
+
+  [[nodiscard]] WorldReport report() const {
+    WorldReport report = report_;
+    report.seconds = to_seconds(world_.now());
+    return report;
+  }
+
+ private:
+  [[nodiscard]] WorldReport::Line& count(Device device) { return report_.lines[static_cast<std::size_t>(device)]; }
+
+  void write_truth() {
+    const DriveModel& drive = world_.drive();
+    truth_.time_s = to_seconds(world_.now());
+    truth_.x_m = drive.pose().x_m;
+    truth_.y_m = drive.pose().y_m;
+    truth_.yaw_rad = drive.pose().yaw_rad;
+    truth_.speed_mps = drive.speed_mps();
+    truth_.yaw_rate_rps = drive.yaw_rate_rps();
+    truth_.left_command_mps = world_.board().left_command_mps();
+    truth_.right_command_mps = world_.board().right_command_mps();
+    truth_.motion_commands = world_.board().motion_commands();
+    truth_.contacts = drive.contacts();
+    truth_file_.write(truth_);
+  }
+
+  const Clock& clock_;
+  Lines lines_;
+  TruthFile& truth_file_;
+  Truth truth_;
+  WorldModel world_;
+  MonotonicTime origin_;
+  WorldReport report_;
+};
+
+}  // namespace
+
+Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock& clock) {
+  const Signals signals;  // first: a signal from now on ends the world in order
+  if (options.end_with_parent) {
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (options.parent_pid != 0 && ::getppid() != options.parent_pid) return WorldReport{};
+  }
+  std::error_code made;
+  std::filesystem::create_directories(options.directory, made);
+  const io::Descriptor directory{::open(options.directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
+  if (!directory.is_open()) {
+    return err(Problem{options.directory, fmt::format("cannot be used ({})", std::strerror(errno)),
+                       "choose another with --dir"});
+  }
+  if (::flock(directory.number(), LOCK_EX | LOCK_NB) != 0) {
+    return err(Problem{options.directory, "another world runs here", "end it, or choose another directory with --dir"});
+  }
+  const std::string ready_path = options.directory + "/ready";
+  ::unlink(ready_path.c_str());  // of a world that was killed
+  auto truth = TruthFile::create(options.directory + "/truth");
+  if (!truth) return err(std::move(truth).error());
+  auto lines = open_lines(options.directory);
+  if (!lines) return err(std::move(lines).error());
+  const io::Descriptor ticks = start_ticks();
+  Runner runner{options, clock, std::move(lines).value(), *truth.value()};
+  const Marker ready{ready_path};  // after the runner: it is the first to go
+  if (!ready.write(fmt::format("{}\n", ::getpid()))) {
+    return err(Problem{ready_path, "cannot be written", "is the directory writable?"});
+  }
+
+  auto watched = runner.watched(ticks.number(), signals.descriptor(), options.stop_descriptor);
+  const timespec at_once{};
+  for (bool behind = false;;) {
+    if (::ppoll(watched.data(), watched.size(), behind ? &at_once : nullptr, nullptr) < 0 && errno != EINTR) {
+      return err(Problem{"simulated world", fmt::format("ppoll failed ({})", std::strerror(errno)), ""});
+    }
+    if ((watched[kStop].revents & (POLLIN | POLLHUP)) != 0) return runner.report();
+    if ((watched[kSignals].revents & POLLIN) != 0 && signals.ask_to_end(!options.end_with_parent))
+      return runner.report();
+    if ((watched[kTicks].revents & POLLIN) != 0) {
+      std::uint64_t expirations = 0;  // the clock says how many steps are due, whatever the timer counted
+      [[maybe_unused]] const auto read = ::read(ticks.number(), &expirations, sizeof expirations);
+    }
+    runner.read_lines(watched);
+    behind = !runner.catch_up();
+    if (behind) ::sched_yield();
+  }
+}
+
+}  // namespace nacelle::simulation

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "simulation/model/world_settings.hpp"
+
+namespace nacelle::simulation {
+
+/// Where and how a world runs.
+struct WorldOptions {
+  std::string directory;     ///< Gets lidar, imu and base (links to ptys), truth and ready. Made if missing.
+  WorldSettings settings{};  ///< Seed, robot, errors.
+  /// The kernel ends this process when the thread that started it dies (PR_SET_PDEATHSIG). SIGINT is left to that
+  /// parent: Ctrl-C reaches every process of the terminal, and the robot's world must outlive the robot's shutdown.
+  bool end_with_parent = false;
+  /// Who the parent is: if it died before the request above, the world ends at once. 0: unknown.
+  std::int64_t parent_pid = 0;
+  int stop_descriptor = -1;  ///< A descriptor that can be read when the world shall end, for a host that is no shell.
+};
+
+/// What a world did.
+struct WorldReport {
+  struct Line {
+    std::uint64_t sent_bytes{};     ///< Handed to the kernel.
+    std::uint64_t dropped_bytes{};  ///< Nobody read the line: it was full.
+    std::uint64_t received_bytes{};
+  };
+  double seconds{};
+  std::uint64_t late_steps{};     ///< Steps that were made up for after a delay of the machine.
+  std::uint64_t skipped_steps{};  ///< Given up because the machine stood still for longer; the world's clock jumped.
+  std::array<Line, 3> lines{};    ///< In the order of Device: lidar, imu, base.
+};
+
+/// Runs the simulated robot in real time until SIGTERM, SIGINT, the parent's death or the stop descriptor.
+///
+/// The file <directory>/ready appears when every line can be opened, and is the first to go. On the way out all files
+/// and links are removed. The calling thread's signal mask is changed while it runs.
+/// Errors:  a Problem: no pty, directory not writable, another world runs in the same directory.
+/// Threads: the calling one.
+[[nodiscard]] Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock& clock);
+
+}  // namespace nacelle::simulation

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "simulation/model/motor_board.hpp"
+#include "simulation/model/paced_line.hpp"
+#include "simulation/model/sensor_models.hpp"
+
+namespace nacelle::simulation {
+
+/// The devices of the robot, each on a line of its own.
+enum class Device : std::uint8_t { Lidar, Imu, Base };
+inline constexpr std::array kDevices{Device::Lidar, Device::Imu, Device::Base};
+/// "lidar", "imu", "base": the names of the links.
+[[nodiscard]] constexpr std::string_view name_of(Device device) {
+  return device == Device::Lidar ? "lidar" : device == Device::Imu ? "imu" : "base";
+}
+
+/// The robot in its room, with its devices: bytes in, bytes out, time told.
+///
+/// The same seed, commands and times give the same bytes. Threads: one. Allocates: yes; it lives in a process of its
+/// own.
+class WorldModel {
+ public:
+  explicit WorldModel(const WorldSettings& settings);
+  WorldModel(const WorldModel&) = delete;  // its parts know each other by address
+  WorldModel& operator=(const WorldModel&) = delete;
+
+  /// Bytes that the host wrote to a device. The LiDAR has no receive line.
+  void receive(Device device, ByteView bytes);
+
+  /// Moves the world on by one step and calls `deliver(Device, ByteView)` with what its lines carried in it.
+  template <typename Deliver>
+  void step(Deliver&& deliver) {
+    advance();
+    for (const Device device : kDevices) {
+      line(device).release(now_, [&](ByteView bytes) { deliver(device, bytes); });
+    }
+  }
+
+  [[nodiscard]] Duration now() const { return now_; }
+  [[nodiscard]] const DriveModel& drive() const { return drive_; }
+  [[nodiscard]] const MotorBoard& board() const { return board_; }
+  [[nodiscard]] const ImuModel& imu() const { return imu_; }
+  [[nodiscard]] const UgvLineReader::Stats& base_lines() const { return base_reader_.stats(); }
+  [[nodiscard]] const WorldSettings& settings() const { return settings_; }
+
+  static constexpr Duration kStep = 1ms;
+  static constexpr unsigned kLidarBaud = 230400, kImuBaud = 115200, kBaseBaud = 115200;
+
+ private:
+  void advance();
+  void send_imu_sample();
+  void send_feedback();
+  [[nodiscard]] PacedLine& line(Device device) { return lines_[static_cast<std::size_t>(device)]; }
+
+  const WorldSettings settings_;
+  const Room room_;
+  DriveModel drive_;
+  MotorBoard board_;
+  LidarModel lidar_;
+  ImuModel imu_;
+  Wt901Registers imu_registers_;
+  UgvLineReader base_reader_;
+  std::array<PacedLine, 3> lines_{PacedLine{kLidarBaud}, PacedLine{kImuBaud}, PacedLine{kBaseBaud}};
+  Duration now_{};
+  Duration next_imu_sample_{};
+  Duration last_feedback_{};
+};
+
+}  // namespace nacelle::simulation

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace nacelle::simulation {
+
+/// What the robot's maker says about it: the numbers that the motor board and the drivers believe.
+struct RobotNominal {
+  double wheel_radius_m = 0.033;
+  double track_m = 0.30;
+  int counts_per_turn = 1440;
+  double body_radius_m = 0.16;          ///< Of the circle that may not enter a wall.
+  double motor_time_constant_s = 0.05;  ///< Wheel speed reaches 63 % of a step in this time.
+};
+
+/// How far the real thing is from the nominal one: standard deviations of normal draws.
+///
+/// These are the defaults of `nacelle sim world`; the acceptance of the drive is measured in this world, so a test
+/// pins them.
+struct WorldErrors {
+  double wheel_radius = 0.003;   ///< Of each wheel, relative; drawn once per seed.
+  double track = 0.01;           ///< Relative; drawn once per seed.
+  double slip = 0.005;           ///< Of each wheel, relative; drawn each second.
+  double gyro_bias_dps = 0.1;    ///< Of each axis; drawn once per seed.
+  double gyro_noise_dps = 0.1;   ///< Of each axis, rms per sample.
+  double range_noise_m = 0.010;  ///< Of each LiDAR point.
+  double accelerometer_noise_g = 0.002;
+  double accelerometer_bias_g = 0.003;
+  double magnetometer_noise_counts = 2.0;
+  double heading_error_deg = 1.0;  ///< Amplitude of the magnetic heading's error over one turn; drawn once per seed.
+};
+
+/// Everything that makes a world what it is.
+struct WorldSettings {
+  std::uint64_t seed = 1;
+  RobotNominal robot{};
+  WorldErrors errors{};
+};
+
+}  // namespace nacelle::simulation

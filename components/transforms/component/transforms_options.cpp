@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transforms/component/transforms_options.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace nacelle::transforms {
+namespace {
+
+constexpr std::size_t kLargestDescription = 16U
+                                            << 20U;  // a robot's URDF is some kilobytes; a wrong file may be anything
+
+Result<std::string, Problem> text_of(const std::string& path) {
+  errno = 0;
+  std::ifstream in{path, std::ios::binary};
+  if (!in) {
+    return err(Problem{path, fmt::format("the robot description cannot be read: {}", std::strerror(errno)),
+                       "see robot_description_file"});
+  }
+  std::string text;
+  char piece[4096];
+  while (in.read(piece, sizeof piece) || in.gcount() > 0) {
+    text.append(piece, static_cast<std::size_t>(in.gcount()));
+    if (text.size() > kLargestDescription) {
+      return err(Problem{path, "is larger than 16 MiB, which no robot description is", "see robot_description_file"});
+    }
+  }
+  if (in.bad()) return err(Problem{path, "the robot description cannot be read", "is it a file?"});
+  return text;
+}
+
+// A frame has one parent, whether the description or the parameter says so.
+Result<void, Problem> check_parents(const TransformsOptions& options) {
+  std::map<std::string, std::string> parents;
+  for (const Joint& joint : options.tree.joints) parents[joint.child] = joint.parent;
+  for (const StaticTransform& transform : options.static_transforms) {
+    const auto [known, added] = parents.emplace(transform.child, transform.parent);
+    if (!added) {
+      return err(Problem{
+          "parameter static_transforms",
+          fmt::format("frame '{}' has two parents, '{}' and '{}'", transform.child, known->second, transform.parent),
+          "leave one of them out"});
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+void declare_transforms_parameters(Node& node) {
+  const auto say = [](const char* text) { return ParameterDescriptor{.description = text, .read_only = true}; };
+  node.declare_parameter("robot_description", "", say("The robot as URDF text; published on robot_description."));
+  node.declare_parameter("robot_description_file", "", say("A file that holds it, instead."));
+  node.declare_parameter(
+      "static_transforms", std::vector<std::string>{},
+      say("More fixed transforms: \"x y z yaw pitch roll parent child\" or \"x y z qx qy qz qw parent child\"."));
+  ParameterDescriptor frequency = say("Most transforms per second and movable joint, Hz; 0 is none.");
+  frequency.floating_point_range = FloatingPointRange{0.0, 1000.0, 0.0};
+  node.declare_parameter("publish_frequency", 30.0, frequency);
+  node.declare_parameter("frame_prefix", "",
+                         say("Written before every link name of the description; no slash is added."));
+  node.declare_parameter("ignore_timestamp", false, say("Publish for every joint state, whatever its stamp."));
+}
+
+Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) {
+  TransformsOptions options;
+  options.description = node.get<std::string>("robot_description");
+  const auto file = node.get<std::string>("robot_description_file");
+  std::string where = "parameter robot_description";
+  if (!options.description.empty() && !file.empty()) {
+    return err(Problem{where, "robot_description_file is set, too", "give one of them"});
+  }
+  if (!file.empty()) {
+    where = file;
+    auto text = text_of(file);
+    if (!text) return err(text.error());
+    options.description = std::move(text).value();
+  }
+  for (const std::string& entry : node.get<std::vector<std::string>>("static_transforms")) {
+    auto transform = read_static_transform(entry);
+    if (!transform) return err(Problem{"parameter static_transforms", transform.error(), ""});
+    options.static_transforms.push_back(std::move(transform).value());
+  }
+  if (options.description.empty() && options.static_transforms.empty()) {
+    return err(Problem{where, "no robot description is given",
+                       "set robot_description (URDF text) or robot_description_file, or at least static_transforms"});
+  }
+  if (!options.description.empty()) {
+    auto tree = read_urdf(options.description, where);
+    if (!tree) return err(tree.error());
+    options.tree = std::move(tree).value();
+  }
+  options.frame_prefix = node.get<std::string>("frame_prefix");
+  for (Joint& joint : options.tree.joints) {
+    joint.parent.insert(0, options.frame_prefix);
+    joint.child.insert(0, options.frame_prefix);
+  }
+  if (const auto checked = check_parents(options); !checked) return err(checked.error());
+  options.joints = {node.get<double>("publish_frequency"), node.get<bool>("ignore_timestamp")};
+  return options;
+}
+
+}  // namespace nacelle::transforms

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "commands.hpp"
+#include "nacelle/base/log.hpp"
+#include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/session/session.hpp"
+#include "nacelle/session/stop_signal.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+struct Wish {
+  std::string file;
+  std::vector<std::string> arguments;
+  std::string name, report_file;
+  std::vector<std::string> last_messages;
+  long parent_pid = 0;
+  bool verbose = false, show_arguments = false;
+};
+
+/// The world's seed is an argument of the launch file; only the report asks.
+std::optional<std::int64_t> seed_of(const launch::Plan& plan, const std::map<std::string, std::string>& arguments) {
+  std::string text;
+  for (const auto& argument : plan.arguments) {
+    if (argument.name == "seed") text = argument.default_value.value_or("");
+  }
+  if (const auto given = arguments.find("seed"); given != arguments.end()) text = given->second;
+  std::int64_t seed = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (text.empty() || read.ec != std::errc{} || read.ptr != text.data() + text.size()) return std::nullopt;
+  return seed;
+}
+
+void show_arguments(const launch::Plan& plan) {
+  std::printf("Arguments (pass arguments as '<name>:=<value>'):\n");
+  for (const auto& argument : plan.arguments) {
+    std::printf("\n    '%s':\n", argument.name.c_str());
+    if (!argument.description.empty()) std::printf("        %s\n", argument.description.c_str());
+    if (argument.default_value) std::printf("        (default: '%s')\n", argument.default_value->c_str());
+  }
+}
+
+int run(const Wish& wish) {
+  // First of all: from here on no signal ends the process half way.
+  session::StopSignal stop{session::kill_all_programs};
+  die_with_parent(wish.parent_pid);
+  auto arguments = launch::parse_arguments(wish.arguments);
+  if (!arguments) {
+    for (const auto& problem : arguments.error()) complain(problem);
+    return kUsage;
+  }
+  const session::ProgramPlaces places = program_places();
+  auto plan = launch::load_plan(wish.file, arguments.value(), launch_environment(places));
+  if (!plan) {
+    for (const auto& problem : plan.error()) complain(problem);
+    return kFailed;
+  }
+  if (wish.show_arguments) {
+    show_arguments(plan.value());
+    return kDone;
+  }
+  session::SessionOptions options;
+  options.container_name = wish.name.empty() ? plan.value().container.name : wish.name;
+  options.places = places;
+  options.seed = seed_of(plan.value(), arguments.value());
+  options.report_file = wish.report_file;
+  options.last_messages = wish.last_messages;
+  options.verbose = wish.verbose;
+  const SystemClock clock;
+  session::Session session{std::move(plan).value(), std::move(options), clock, stop};
+  return session.run();
+}
+
+}  // namespace
+
+void add_launch_command(CLI::App& app, int& exit_code) {
+  auto wish = std::make_shared<Wish>();
+  CLI::App* const command =
+      app.add_subcommand("launch", "start the components of a launch file, and run them until Ctrl-C");
+  command->add_option("file", wish->file, "a .launch.yaml, .launch.xml file")->required();
+  command->add_option("arguments", wish->arguments, "name:=value for the file's arguments");
+  command->add_option("--name", wish->name, "the container's name on its control socket (default: the file's)");
+  command->add_option("--report", wish->report_file, "write the run's figures to this JSON file");
+  command->add_flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
+  command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
+  command->add_option("--last-message", wish->last_messages, "put this topic's last message into the report")
+      ->group("")
+      ->expected(1)
+      ->allow_extra_args(false);
+  command->add_option("--parent", wish->parent_pid, "end when this process ends")->group("");
+  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "commands.hpp"
+#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/teleop/teleop.hpp"
+#include "program.hpp"
+#include "simulation/component/run_world.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+struct TeleopWish {
+  std::string container, topic = "/cmd_vel";
+  bool twist = false, stamped = false;
+  teleop::TeleopSettings settings;
+};
+
+int run_teleop_command(TeleopWish& wish) {
+  const session::StopSignal stop;
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  wish.settings.topic = wish.topic.rfind('/', 0) == 0 ? wish.topic : "/" + wish.topic;
+  wish.settings.stamped = !wish.twist;
+  const SystemClock clock;
+  return teleop::run_teleop(client.value(), wish.settings, stop, clock);
+}
+
+struct WorldWish {
+  simulation::WorldOptions options;
+  bool verbose = false;
+};
+
+int run_world_command(const WorldWish& wish) {
+  const SystemClock clock;
+  auto report = simulation::run_world(wish.options, clock);
+  if (!report) return complain(report.error());
+  if (wish.verbose) {
+    std::fprintf(stderr, "world: %.1f s, %llu late steps, %llu skipped\n", report.value().seconds,
+                 static_cast<unsigned long long>(report.value().late_steps),
+                 static_cast<unsigned long long>(report.value().skipped_steps));
+  }
+  return kDone;
+}
+
+// Words only: names of nodes and topics come from the running container.
+constexpr const char* kBashCompletion = R"BASH(_nacelle() {
+  local current=${COMP_WORDS[COMP_CWORD]} words="" program=${COMP_WORDS[0]}
+  case $COMP_CWORD in
+    1) words="launch drive component lifecycle topic teleop sim interface --help --version" ;;
+    2)
+      case ${COMP_WORDS[1]} in
+        component) words="list load unload" ;;
+        lifecycle) words="get set" ;;
+        topic) words="list echo hz pub" ;;
+        sim) words="world" ;;
+        interface) words="list show hash encode decode" ;;
+        drive) words="--for --stay --seed --report --verbose" ;;
+      esac ;;
+    *)
+      case ${COMP_WORDS[1]}:${COMP_WORDS[2]} in
+        topic:echo | topic:hz | topic:pub) words="$("$program" topic list 2>/dev/null)" ;;
+        component:unload | lifecycle:get) words="$("$program" component list 2>/dev/null | awk 'NR > 1 { print $2 }')" ;;
+        lifecycle:set)
+          if ((COMP_CWORD == 3)); then
+            words="$("$program" component list 2>/dev/null | awk 'NR > 1 { print $2 }')"
+          else
+            words="configure activate deactivate cleanup shutdown"
+          fi ;;
+        interface:show | interface:hash | interface:encode | interface:decode) words="$("$program" interface list 2>/dev/null)" ;;
+        drive:*) words="--for --stay --seed --report --verbose" ;;
+      esac ;;
+  esac
+  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
+}
+complete -o default -F _nacelle nacelle
+)BASH";
+
+}  // namespace
+
+void add_teleop_command(CLI::App& app, int& exit_code) {
+  auto wish = std::make_shared<TeleopWish>();
+  CLI::App* const command = app.add_subcommand("teleop", "drive with the keys, as in teleop_twist_keyboard");
+  command->add_option("--topic", wish->topic, "where the commands go")->capture_default_str();
+  CLI::Option* const stamped = command->add_flag("--stamped", wish->stamped, "send TwistStamped (the default)");
+  command->add_flag("--twist", wish->twist, "send Twist")->excludes(stamped);
+  command->add_option("--speed", wish->settings.keys.speed_mps, "forward speed in m/s at first")
+      ->check(CLI::Range(0.01, 1.0))
+      ->capture_default_str();
+  command->add_option("--turn", wish->settings.keys.yaw_rate_rps, "turning speed in rad/s at first")
+      ->check(CLI::Range(0.01, 3.0))
+      ->capture_default_str();
+  command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
+  command->callback([wish, &exit_code] { exit_code = run_teleop_command(*wish); });
+}
+
+void add_sim_commands(CLI::App& app, int& exit_code) {
+  auto wish = std::make_shared<WorldWish>();
+  CLI::App* const group = app.add_subcommand("sim", "the simulated robot");
+  group->require_subcommand(1);
+  CLI::App* const world =
+      group->add_subcommand("world", "run the world: devices appear as lidar, imu and base in a folder, until Ctrl-C");
+  world->add_option("--dir", wish->options.directory, "the folder for the device links; made if missing")->required();
+  world->add_option("--seed", wish->options.settings.seed, "of the world's random numbers")->capture_default_str();
+  world->add_option("--parent", wish->options.parent_pid, "end when this process ends")->group("");
+  world->add_flag("-v,--verbose", wish->verbose, "say at the end how it went");
+  world->callback([wish, &exit_code] {
+    wish->options.end_with_parent = wish->options.parent_pid != 0;
+    exit_code = run_world_command(*wish);
+  });
+}
+
+void add_completion_command(CLI::App& app, int& exit_code) {
+  auto shell = std::make_shared<std::string>("bash");
+  CLI::App* const command =
+      app.add_subcommand("completion", "print the completion for a shell:  source <(nacelle completion bash)")
+          ->group("");
+  command->add_option("shell", *shell, "bash")->check(CLI::IsMember({"bash"}));
+  command->callback([shell, &exit_code] {
+    std::fputs(kBashCompletion, stdout);
+    exit_code = kDone;
+  });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program.hpp"
+
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "interface_command.hpp"
+#include "nacelle/control/socket_path.hpp"
+#include "nacelle/qos/profiles.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path program_path() {
+  std::error_code ignored;
+  return fs::read_symlink("/proc/self/exe", ignored);
+}
+
+/// The prefix of an installation; of a build tree, the build directory.
+fs::path prefix() { return program_path().parent_path().parent_path(); }
+/// Of a build in <source>/build, the source; it has launch files and profiles at its top level.
+fs::path source_tree() { return prefix().parent_path(); }
+
+std::vector<std::string> split_path(const char* text) {
+  std::vector<std::string> parts;
+  const std::string_view all = text != nullptr ? text : "";
+  for (std::size_t begin = 0; begin < all.size();) {
+    const std::size_t end = std::min(all.find(':', begin), all.size());
+    if (end > begin) parts.emplace_back(all.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+/// A build directory anywhere knows its source from CMake's cache.
+fs::path source_of_build() {
+  std::error_code ignored;
+  if (fs::exists(source_tree() / "launch" / "robot.launch.yaml", ignored)) return source_tree();
+  if (FILE* const cache = std::fopen((prefix() / "CMakeCache.txt").c_str(), "re"); cache != nullptr) {
+    constexpr std::string_view kKey = "CMAKE_HOME_DIRECTORY:INTERNAL=";
+    char line[4096];
+    std::string found;
+    while (found.empty() && std::fgets(line, sizeof line, cache) != nullptr) {
+      const std::string_view text{line};
+      if (text.rfind(kKey, 0) == 0) found = std::string{text.substr(kKey.size(), text.find('\n') - kKey.size())};
+    }
+    std::fclose(cache);
+    return found;
+  }
+  return {};
+}
+
+std::string first_existing(const std::vector<fs::path>& candidates) {
+  std::error_code ignored;
+  for (const auto& candidate : candidates) {
+    if (fs::exists(candidate, ignored)) return candidate.string();
+  }
+  return {};
+}
+
+}  // namespace
+
+int complain(const Problem& problem) {
+  std::fprintf(stderr, "nacelle: %s\n", problem.text().c_str());
+  return kFailed;
+}
+
+session::ProgramPlaces program_places() {
+  session::ProgramPlaces places;
+  places.program = program_path().string();
+  places.component_folders = split_path(std::getenv("NACELLE_COMPONENT_PATH"));
+  // Beside ../lib the folder of the architecture, where Debian puts libraries; message libraries lie in the same ones.
+  places.message_folders = message_library_directories();
+  for (const auto& folder : places.message_folders) places.component_folders.push_back((folder / "nacelle").string());
+  places.prefixes = split_path(std::getenv("NACELLE_PREFIX_PATH"));
+  places.prefixes.push_back(prefix().string());
+  return places;
+}
+
+std::string default_launch_file() {
+  std::vector<fs::path> candidates{prefix() / "share/nacelle_launch/robot.launch.yaml",
+                                   prefix() / "share/nacelle_launch/launch/robot.launch.yaml"};
+  if (const fs::path source = source_of_build(); !source.empty())
+    candidates.push_back(source / "launch/robot.launch.yaml");
+  return first_existing(candidates);
+}
+
+launch::Environment launch_environment(const session::ProgramPlaces& places) {
+  launch::Environment environment = launch::system_environment();
+  const fs::path source = source_of_build();
+  environment.find_package_share = [prefixes = places.prefixes,
+                                    source](const std::string& package) -> std::optional<std::string> {
+    std::vector<fs::path> candidates;
+    for (const auto& prefix : prefixes) candidates.push_back(fs::path{prefix} / "share" / package);
+    if (!source.empty() && package == "nacelle_launch") candidates.push_back(source / "launch");
+    std::string found = first_existing(candidates);
+    if (found.empty()) return std::nullopt;
+    return found;
+  };
+  std::vector<fs::path> profiles{prefix() / "share/nacelle_qos/profiles/robot.yaml"};
+  if (!source.empty()) profiles.push_back(source / "qos_profiles/profiles/robot.yaml");
+  if (const std::string file = first_existing(profiles); !file.empty()) {
+    if (auto loaded = load_profiles(file)) {
+      environment.profiles = std::move(loaded).value();
+    } else {
+      for (const auto& problem : loaded.error()) complain(problem);
+    }
+  }
+  environment.anonymous_suffix = std::to_string(::getpid());
+  return environment;
+}
+
+Result<control::Client, int> connect(const std::string& container_option) {
+  std::optional<std::string> wanted;
+  if (!container_option.empty()) {
+    wanted = container_option;
+  } else if (const char* const variable = std::getenv("NACELLE_CONTAINER"); variable != nullptr && *variable != '\0') {
+    wanted = variable;
+  }
+  auto found =
+      control::choose_container(control::running_containers(control::socket_places_from_environment()), wanted);
+  if (!found) {
+    complain(found.error().problem);
+    return err(found.error().fault == control::ChoiceFault::NoContainer ? kNoContainer : kUsage);
+  }
+  auto client = control::Client::connect(found.value().path);
+  if (!client) {
+    complain(client.error());
+    return err(kNoContainer);
+  }
+  return std::move(client).value();
+}
+
+void die_with_parent(long parent_pid) {
+  if (parent_pid <= 0) return;
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (::getppid() != parent_pid) ::raise(SIGTERM);
+}
+
+}  // namespace nacelle::cli

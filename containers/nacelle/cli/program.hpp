@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/control/client.hpp"
+#include "nacelle/launch/load_plan.hpp"
+#include "nacelle/session/session.hpp"
+
+namespace nacelle::cli {
+
+/// The program's exit codes.
+inline constexpr int kDone = 0, kFailed = 1, kUsage = 2, kNoContainer = 3;
+
+/// Says it on stderr and returns kFailed.
+int complain(const Problem& problem);
+
+/// Where the running program finds what belongs to it, built or installed.
+[[nodiscard]] session::ProgramPlaces program_places();
+/// The launch file that `nacelle drive` starts unless it is given another one; empty if there is none.
+[[nodiscard]] std::string default_launch_file();
+/// The environment of launch files: variables, packages' folders, the robot's QoS profiles.
+[[nodiscard]] launch::Environment launch_environment(const session::ProgramPlaces& places);
+
+/// A connection to the container that is meant: --container, else NACELLE_CONTAINER, else the only one.
+/// Errors: the exit code; what is wrong has been said on stderr.
+[[nodiscard]] Result<control::Client, int> connect(const std::string& container_option);
+
+/// The kernel ends this process when its parent dies; at once if it has died before this call.
+void die_with_parent(long parent_pid);
+
+}  // namespace nacelle::cli

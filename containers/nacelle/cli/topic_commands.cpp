@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "nacelle/msgs/any_message.hpp"
+#include "nacelle/msgs/json.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/session/stop_signal.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr Duration kAnswerLimit = 10s;
+
+struct Wish {
+  std::string container, topic, type, message = "{}";
+  bool as_json = false, with_types = false, once = false, full = false;
+  double rate_hz = 1.0;
+  std::size_t window = 1000, times = 0;
+};
+
+int list(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto reply = client.value().call({{"verb", "topic.list"}}, kAnswerLimit);
+  if (!reply) return complain(reply.error());
+  if (wish.as_json) {
+    std::printf("%s\n", reply.value()["topics"].dump().c_str());
+    return kDone;
+  }
+  for (const auto& row : reply.value()["topics"]) {
+    const std::string name = row["name"], type = row["type"];
+    std::printf(wish.with_types ? "%s [%s]\n" : "%s\n", name.c_str(), type.c_str());
+  }
+  return kDone;
+}
+
+std::string absolute(const std::string& topic) { return topic.rfind('/', 0) == 0 ? topic : "/" + topic; }
+
+/// Listens to a topic and gives each item to `take` until that answers false, a signal comes or the container ends.
+template <typename Take>
+int listen(const Wish& wish, const char* show, Take&& take) {
+  const session::StopSignal stop;
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  json request{{"verb", "topic.listen"}, {"topic", absolute(wish.topic)}, {"show", show}};
+  if (!wish.type.empty()) request["type"] = wish.type;
+  request["longest"] = wish.full ? 0 : 128;
+  auto reply = client.value().call(request, kAnswerLimit);
+  if (!reply) return complain(reply.error());
+  while (!stop.is_raised()) {
+    pollfd waits[2] = {{stop.descriptor(), POLLIN, 0}, {client.value().descriptor(), POLLIN, 0}};
+    if (::poll(waits, 2, -1) <= 0) continue;
+    if (waits[0].revents != 0) break;
+    while (true) {
+      auto frame = client.value().receive(0ns);
+      if (!frame) return stop.is_raised() ? kDone : complain(frame.error());
+      if (!frame.value()) break;
+      if (frame.value()->kind == control::FrameKind::Item && !take(as_text(frame.value()->payload))) return kDone;
+    }
+  }
+  return kDone;
+}
+
+int echo(const Wish& wish) {
+  return listen(wish, wish.as_json ? "json" : "yaml", [&](std::string_view text) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fputs(wish.as_json ? "\n" : "---\n", stdout);
+    std::fflush(stdout);
+    return !wish.once;
+  });
+}
+
+int hz(const Wish& wish) {
+  std::deque<double> times_s;
+  double shown_at_s = 0;
+  return listen(wish, "times", [&](std::string_view text) {
+    std::int64_t ns = 0;
+    if (std::from_chars(text.data(), text.data() + text.size(), ns).ec != std::errc{}) return true;
+    const double now_s = static_cast<double>(ns) * 1e-9;
+    times_s.push_back(now_s);
+    if (times_s.size() > wish.window + 1) times_s.pop_front();
+    if (shown_at_s == 0) shown_at_s = now_s;
+    if (now_s - shown_at_s < 1.0 || times_s.size() < 2) return true;
+    shown_at_s = now_s;
+    const double n = static_cast<double>(times_s.size() - 1), mean_s = (times_s.back() - times_s.front()) / n;
+    double least_s = INFINITY, most_s = 0, squares = 0;
+    for (std::size_t i = 1; i < times_s.size(); ++i) {
+      const double gap_s = times_s[i] - times_s[i - 1];
+      least_s = std::min(least_s, gap_s);
+      most_s = std::max(most_s, gap_s);
+      squares += (gap_s - mean_s) * (gap_s - mean_s);
+    }
+    // ros2 topic hz's lines.
+    std::printf("average rate: %.3f\n\tmin: %.3fs max: %.3fs std dev: %.5fs window: %zu\n", 1.0 / mean_s, least_s,
+                most_s, std::sqrt(squares / n), times_s.size() - 1);
+    std::fflush(stdout);
+    return !wish.once;
+  });
+}
+
+int publish(const Wish& wish) {
+  const session::StopSignal stop;
+  msgs::TypeLibrary library{program_places().message_folders};
+  auto type = library.message(wish.type);
+  if (!type) return complain(type.error());
+  msgs::AnyMessage message{*type.value()};
+  if (auto read = msgs::from_json(wish.message, *type.value(), message.get()); !read) return complain(read.error());
+  const Bytes cdr = message.encoded();
+
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto handle = client.value().open_writer(absolute(wish.topic), wish.type, kAnswerLimit);
+  if (!handle) return complain(handle.error());
+  const SystemClock clock;
+  MonotonicTime next = clock.now();
+  const Duration period = from_seconds(1.0 / wish.rate_hz);
+  for (std::size_t sent = 0; !stop.is_raised() && (wish.times == 0 || sent < wish.times); ++sent) {
+    if (auto done = client.value().publish(handle.value(), cdr); !done) return complain(done.error());
+    std::printf("publishing #%zu: %s\n", sent + 1, wish.message.c_str());
+    std::fflush(stdout);
+    // Refusals come as faults; asking for something shows that the message was taken.
+    if (auto taken = client.value().stats(kAnswerLimit); !taken) return complain(taken.error());
+    if (wish.times != 0 && sent + 1 == wish.times) break;
+    next += period;
+    while (!stop.is_raised() && clock.now() < next) {
+      pollfd wait{stop.descriptor(), POLLIN, 0};
+      ::poll(&wait, 1, static_cast<int>((next - clock.now()) / 1ms) + 1);
+    }
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_topic_commands(CLI::App& app, int& exit_code) {
+  CLI::App* const group = app.add_subcommand("topic", "list, watch, measure and write topics of a running container");
+  group->require_subcommand(1);
+  auto wish = std::make_shared<Wish>();
+  const auto common = [&wish](CLI::App* command) {
+    command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
+    return command;
+  };
+
+  CLI::App* const list_command = common(group->add_subcommand("list", "the topics"));
+  list_command->add_flag("-t,--show-types", wish->with_types, "the types too");
+  list_command->add_flag("--json", wish->as_json, "types and counts as JSON");
+  list_command->callback([wish, &exit_code] { exit_code = list(*wish); });
+
+  CLI::App* const echo_command = common(group->add_subcommand("echo", "show a topic's messages"));
+  echo_command->add_option("topic", wish->topic)->required();
+  echo_command->add_option("type", wish->type, "of a topic with several: the one to show");
+  echo_command->add_flag("--once", wish->once, "one message, then end");
+  echo_command->add_flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
+  echo_command->add_flag("--json", wish->as_json, "one JSON object a line, always whole");
+  echo_command->callback([wish, &exit_code] { exit_code = echo(*wish); });
+
+  CLI::App* const hz_command = common(group->add_subcommand("hz", "measure a topic's rate"));
+  hz_command->add_option("topic", wish->topic)->required();
+  hz_command->add_option("type", wish->type, "of a topic with several: the one to measure");
+  hz_command->add_option("-w,--window", wish->window, "how many messages the rate is taken over")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str();
+  hz_command->add_flag("--once", wish->once, "one figure, then end");
+  hz_command->callback([wish, &exit_code] { exit_code = hz(*wish); });
+
+  CLI::App* const pub_command = common(group->add_subcommand("pub", "publish a message"));
+  pub_command->add_option("topic", wish->topic)->required();
+  pub_command->add_option("type", wish->type, "e.g. geometry_msgs/msg/Twist")->required();
+  pub_command->add_option("message", wish->message, "JSON; missing fields take their defaults");
+  pub_command->add_option("-r,--rate", wish->rate_hz, "messages per second")
+      ->check(CLI::Range(0.001, 1000.0))
+      ->capture_default_str();
+  pub_command->add_option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)");
+  pub_command->add_flag_callback(
+      "-1,--once", [wish] { wish->times = 1; }, "one message, then end");
+  pub_command->callback([wish, &exit_code] { exit_code = publish(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/control/client.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace nacelle::control {
+namespace {
+
+// An image as JSON is a few megabytes; nothing that a container says is longer than this.
+constexpr std::size_t kLongestReply = 64U << 20U;
+
+Problem gone(const char* what) { return {"container", what, "look at the container's own output"}; }
+
+}  // namespace
+
+nlohmann::json reply_of(const Problem& problem) {
+  return {{"ok", false}, {"problem", {{"where", problem.where}, {"what", problem.what}, {"way_out", problem.way_out}}}};
+}
+
+Client::Client(int fd) : fd_(fd), reader_(kLongestReply) {}
+Client::Client(Client&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), reader_(std::move(other.reader_)), out_(std::move(other.out_)) {}
+Client& Client::operator=(Client&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  std::swap(reader_, other.reader_);
+  std::swap(out_, other.out_);
+  return *this;
+}
+Client::~Client() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+Result<Client, Problem> Client::connect(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof(address.sun_path)) return err(Problem{path, "too long for a socket's path", ""});
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return err(Problem{path, std::strerror(errno), ""});
+  Client client{fd};
+  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    return err(Problem{path, std::strerror(errno), "is the container running?"});
+  }
+  return client;
+}
+
+Result<void, Problem> Client::send(FrameKind kind, std::string_view payload) {
+  out_.clear();
+  append_frame(out_, kind, payload);
+  std::string_view rest = out_;
+  while (!rest.empty()) {
+    const ssize_t sent = ::send(fd_, rest.data(), rest.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) return err(gone("it ended while it was asked"));
+    rest.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  return {};
+}
+
+Result<std::optional<Frame>, Problem> Client::receive(Duration limit) {
+  const SystemClock clock;
+  const MonotonicTime until = clock.now() + limit;
+  while (true) {
+    auto frame = reader_.next();
+    if (!frame)
+      return err(Problem{"container", to_text(frame.error()), "use the `nacelle` that started the container"});
+    if (frame.value()) return frame.value();
+    const Duration left = until - clock.now();
+    pollfd wait{fd_, POLLIN, 0};
+    const auto milliseconds = left > 0ns ? static_cast<int>(left / 1ms) + 1 : 0;
+    const int ready = ::poll(&wait, 1, milliseconds);
+    // A signal is the caller's business: it looks at its own flag and asks again.
+    if (ready <= 0) return std::optional<Frame>{};
+    const ByteSpan room = reader_.room();
+    const ssize_t got = ::recv(fd_, room.data(), room.size(), 0);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return err(gone("it ended before it answered"));
+    reader_.filled(static_cast<std::size_t>(got));
+  }
+}
+
+Result<Frame, Problem> Client::expect(FrameKind kind, Duration limit) {
+  const SystemClock clock;
+  const MonotonicTime until = clock.now() + limit;
+  while (true) {
+    auto frame = receive(until - clock.now());
+    if (!frame) return err(frame.error());
+    if (!frame.value()) {
+      if (clock.now() < until) continue;
+      return err(gone("it did not answer in time"));
+    }
+    if (frame.value()->kind == kind) return *frame.value();
+    if (frame.value()->kind == FrameKind::Fault) {
+      return err(Problem{"container", std::string{as_text(frame.value()->payload)}, ""});
+    }
+    // Something that was announced while we waited (Shutdown); the caller asks for it when it matters.
+  }
+}
+
+Result<nlohmann::json, Problem> Client::call(const nlohmann::json& request, Duration limit) {
+  if (auto sent = send(FrameKind::Request, request.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+      !sent) {
+    return err(sent.error());
+  }
+  auto frame = expect(FrameKind::Reply, limit);
+  if (!frame) return err(frame.error());
+  nlohmann::json reply = nlohmann::json::parse(as_text(frame.value().payload), nullptr, false);
+  if (!reply.is_object()) return err(gone("its answer is not an object"));
+  if (reply.value("ok", false)) return reply;
+  const nlohmann::json problem = reply.value("problem", nlohmann::json::object());
+  return err(Problem{problem.value("where", ""), problem.value("what", "refused"), problem.value("way_out", "")});
+}
+
+Result<std::uint16_t, Problem> Client::open_writer(std::string_view topic, std::string_view type, Duration limit) {
+  std::string names;
+  append_name_pair(names, {topic, type});
+  if (auto sent = send(FrameKind::OpenWriter, names); !sent) return err(sent.error());
+  auto frame = expect(FrameKind::Opened, limit);
+  if (!frame) return err(frame.error());
+  const auto handle = read_handle(frame.value().payload);
+  if (!handle) return err(gone("its answer has the wrong length"));
+  return *handle;
+}
+
+Result<void, Problem> Client::publish(std::uint16_t handle, ByteView cdr) {
+  std::string payload;
+  append_handle(payload, handle);
+  payload.append(as_text(cdr));
+  return send(FrameKind::Publish, payload);
+}
+
+Result<TransformAnswer, Problem> Client::lookup(std::string_view target, std::string_view source, Duration limit) {
+  std::string names;
+  append_name_pair(names, {target, source});
+  if (auto sent = send(FrameKind::Lookup, names); !sent) return err(sent.error());
+  auto frame = expect(FrameKind::Transform, limit);
+  if (!frame) return err(frame.error());
+  const auto answer = read_transform(frame.value().payload);
+  if (!answer) return err(gone("its transform cannot be read"));
+  return *answer;
+}
+
+Result<std::string, Problem> Client::stats(Duration limit) {
+  if (auto sent = send(FrameKind::Stats, ""); !sent) return err(sent.error());
+  auto frame = expect(FrameKind::Stats, limit);
+  if (!frame) return err(frame.error());
+  return std::string{as_text(frame.value().payload)};
+}
+
+}  // namespace nacelle::control

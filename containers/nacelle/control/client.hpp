@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/control/frame.hpp"
+#include "nacelle/control/wire.hpp"
+
+namespace nacelle::control {
+
+/// A connection to a container's control socket, for programs outside of it.
+///
+/// Errors:  a Problem when the container is gone, answers nonsense, or takes longer than the time limit.
+/// Threads: one at a time.
+class Client {
+ public:
+  [[nodiscard]] static Result<Client, Problem> connect(const std::string& path);
+  Client(Client&& other) noexcept;
+  Client& operator=(Client&& other) noexcept;
+  ~Client();
+
+  /// One request and its reply; `{"ok": false, "problem": ...}` comes back as that Problem.
+  [[nodiscard]] Result<nlohmann::json, Problem> call(const nlohmann::json& request, Duration limit);
+  [[nodiscard]] Result<void, Problem> send(FrameKind kind, std::string_view payload);
+  /// The next frame, or nothing after the time limit. The frame stays valid until the next call.
+  [[nodiscard]] Result<std::optional<Frame>, Problem> receive(Duration limit);
+
+  /// Announces what will be published; the handle is for publish().
+  [[nodiscard]] Result<std::uint16_t, Problem> open_writer(std::string_view topic, std::string_view type,
+                                                           Duration limit);
+  [[nodiscard]] Result<void, Problem> publish(std::uint16_t handle, ByteView cdr);
+  [[nodiscard]] Result<TransformAnswer, Problem> lookup(std::string_view target, std::string_view source,
+                                                        Duration limit);
+  /// The live figures as a JSON text.
+  [[nodiscard]] Result<std::string, Problem> stats(Duration limit);
+
+  [[nodiscard]] int descriptor() const { return fd_; }
+
+ private:
+  explicit Client(int fd);
+  [[nodiscard]] Result<Frame, Problem> expect(FrameKind kind, Duration limit);
+
+  int fd_ = -1;
+  FrameReader reader_;
+  std::string out_;
+};
+
+/// The Problem in a reply, and the reply to be made of one.
+[[nodiscard]] nlohmann::json reply_of(const Problem& problem);
+
+}  // namespace nacelle::control

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/control/socket_path.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace nacelle::control {
+namespace {
+
+constexpr const char* kSuffix = ".sock";
+
+std::optional<sockaddr_un> address_of(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof(address.sun_path)) return std::nullopt;
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  return address;
+}
+
+bool answers(const std::string& path) {
+  const auto address = address_of(path);
+  if (!address) return false;
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return false;
+  // EAGAIN is a full backlog: somebody listens.
+  const bool alive =
+      ::connect(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) == 0 || errno == EAGAIN;
+  ::close(fd);
+  return alive;
+}
+
+/// Makes the folder ours, or says why it is not.
+std::optional<std::string> refusal_of(const std::string& folder, bool must_be_private) {
+  if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return std::strerror(errno);
+  struct stat seen {};
+  // lstat: in /tmp, a symbolic link of that name may be somebody else's trap.
+  if (::lstat(folder.c_str(), &seen) != 0) return std::strerror(errno);
+  if (!S_ISDIR(seen.st_mode)) return "not a folder";
+  if (must_be_private && seen.st_uid != ::geteuid()) return fmt::format("owned by user {}", seen.st_uid);
+  if (must_be_private && (seen.st_mode & 0077) != 0) return "open to other users (chmod 700 it)";
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
+  return std::nullopt;
+}
+
+std::vector<std::pair<std::string, bool>> candidates(const SocketPlaces& places) {
+  std::vector<std::pair<std::string, bool>> folders;  // and: must nobody else see into it?
+  if (!places.xdg_runtime_dir.empty()) folders.emplace_back(places.xdg_runtime_dir + "/nacelle", true);
+  // A package may make /run/nacelle with a group of operators, so only writing matters there.
+  if (!places.system_dir.empty()) folders.emplace_back(places.system_dir, false);
+  if (!places.fallback_dir.empty()) folders.emplace_back(places.fallback_dir, true);
+  return folders;
+}
+
+}  // namespace
+
+SocketPlaces socket_places_from_environment() {
+  SocketPlaces places;
+  if (const char* const runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && runtime[0] == '/') {
+    places.xdg_runtime_dir = runtime;
+  }
+  places.fallback_dir = fmt::format("/tmp/nacelle-{}", ::geteuid());
+  return places;
+}
+
+Result<void, Problem> validate_container_name(const std::string& name) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
+  };
+  if (name.empty() || name.size() > 48 || name.front() == '.' || !std::all_of(name.begin(), name.end(), allowed)) {
+    return err(Problem{"container name '" + name + "'", "not a name",
+                       "use 1 to 48 letters, digits, '_', '-' and '.', not beginning with '.'"});
+  }
+  return {};
+}
+
+Result<std::string, Problem> folder_for_socket(const SocketPlaces& places) {
+  std::string tried;
+  for (const auto& [folder, must_be_private] : candidates(places)) {
+    const auto refusal = refusal_of(folder, must_be_private);
+    if (!refusal) return folder;
+    tried += fmt::format("{}{}: {}", tried.empty() ? "" : ", ", folder, *refusal);
+  }
+  return err(
+      Problem{"control socket", "no folder to put it in (" + tried + ")", "set XDG_RUNTIME_DIR to a folder of yours"});
+}
+
+Result<std::string, Problem> socket_path_of(const SocketPlaces& places, const std::string& name) {
+  auto folder = folder_for_socket(places);
+  if (!folder) return err(folder.error());
+  return folder.value() + "/" + name + kSuffix;
+}
+
+std::vector<FoundContainer> running_containers(const SocketPlaces& places) {
+  std::vector<FoundContainer> found;
+  for (const auto& [folder, must_be_private] : candidates(places)) {
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+      if (entry.path().extension() != kSuffix) continue;
+      FoundContainer container{entry.path().stem().string(), entry.path().string()};
+      const auto same = [&](const FoundContainer& other) { return other.name == container.name; };
+      if (answers(container.path) && std::none_of(found.begin(), found.end(), same))
+        found.push_back(std::move(container));
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return found;
+}
+
+Result<FoundContainer, NoChoice> choose_container(const std::vector<FoundContainer>& running,
+                                                  const std::optional<std::string>& wanted) {
+  std::vector<std::string> names;
+  for (const FoundContainer& container : running) names.push_back(container.name);
+  if (wanted) {
+    const auto at = std::find(names.begin(), names.end(), *wanted);
+    if (at != names.end()) return running[static_cast<std::size_t>(at - names.begin())];
+    return err(NoChoice{ChoiceFault::NoContainer,
+                        Problem{"container '" + *wanted + "'", "not running",
+                                names.empty() ? "start it with `nacelle launch FILE --name " + *wanted + "`"
+                                              : "running: " + join(names)}});
+  }
+  if (running.empty()) {
+    return err(NoChoice{
+        ChoiceFault::NoContainer,
+        Problem{"", "no container is running", "start one with `nacelle launch FILE` or `nacelle drive --stay`"}});
+  }
+  if (running.size() > 1) {
+    return err(NoChoice{ChoiceFault::Ambiguous, Problem{"", "several containers are running: " + join(names),
+                                                        "pick one with --container NAME or NACELLE_CONTAINER"}});
+  }
+  return running.front();
+}
+
+Result<SocketClaim, Problem> SocketClaim::take(const SocketPlaces& places, const std::string& name) {
+  if (auto valid = validate_container_name(name); !valid) return err(valid.error());
+  auto folder = folder_for_socket(places);
+  if (!folder) return err(folder.error());
+
+  SocketClaim claim;
+  const std::string path = folder.value() + "/" + name + kSuffix;
+  const auto address = address_of(path);
+  if (!address) {
+    return err(Problem{"control socket " + path, "the path is longer than a socket's may be (107 bytes)",
+                       "use a shorter container name or another XDG_RUNTIME_DIR"});
+  }
+  const std::string lock_path = folder.value() + "/" + name + ".lock";
+  // The lock, not the socket's file, says whether the owner lives: a file survives kill -9, a lock does not.
+  while (claim.lock_ < 0) {
+    const int fd = ::open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (fd < 0) return err(Problem{lock_path, std::strerror(errno), "is the folder yours?"});
+    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      ::close(fd);
+      return err(Problem{"container '" + name + "'", "it is running already (" + path + ")",
+                         "stop it first, or give this one another name with --name"});
+    }
+    struct stat held {
+    }, named{};
+    // The last owner may have removed the file between our open and our lock; then the lock is on nothing.
+    if (::fstat(fd, &held) == 0 && ::stat(lock_path.c_str(), &named) == 0 && held.st_ino == named.st_ino) {
+      claim.lock_ = fd;
+      claim.lock_path_ = lock_path;
+    } else {
+      ::close(fd);
+    }
+  }
+  ::unlink(path.c_str());
+  claim.listen_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (claim.listen_ < 0 || ::bind(claim.listen_, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0 ||
+      ::listen(claim.listen_, 16) != 0) {
+    return err(Problem{"control socket " + path, std::strerror(errno), "set XDG_RUNTIME_DIR to a folder of yours"});
+  }
+  claim.path_ = path;
+  return claim;
+}
+
+SocketClaim::SocketClaim(SocketClaim&& other) noexcept
+    : lock_(std::exchange(other.lock_, -1)),
+      listen_(std::exchange(other.listen_, -1)),
+      path_(std::exchange(other.path_, {})),
+      lock_path_(std::exchange(other.lock_path_, {})) {}
+
+SocketClaim::~SocketClaim() {
+  if (listen_ >= 0) ::close(listen_);
+  if (!path_.empty()) ::unlink(path_.c_str());
+  if (lock_ >= 0) {
+    ::unlink(lock_path_.c_str());
+    ::close(lock_);
+  }
+}
+
+}  // namespace nacelle::control

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+
+namespace nacelle::control {
+
+/// What the places depend on; main() takes it from the environment, tests make one up.
+struct SocketPlaces {
+  std::string xdg_runtime_dir;  ///< Empty: not set.
+  std::string system_dir = "/run/nacelle";
+  std::string fallback_dir;  ///< /tmp/nacelle-<uid>
+};
+[[nodiscard]] SocketPlaces socket_places_from_environment();
+
+/// Letters, digits, '_', '-' and '.', at most 48 of them and not beginning with '.': what may name a container.
+[[nodiscard]] Result<void, Problem> validate_container_name(const std::string& name);
+
+/// The folder for a new socket, made (mode 0700) if need be: the first of $XDG_RUNTIME_DIR/nacelle, /run/nacelle and
+/// /tmp/nacelle-<uid> that we may write to. One that somebody else owns or may look into is refused.
+[[nodiscard]] Result<std::string, Problem> folder_for_socket(const SocketPlaces& places);
+
+/// Where the socket of a container of that name would be. Errors: as folder_for_socket().
+[[nodiscard]] Result<std::string, Problem> socket_path_of(const SocketPlaces& places, const std::string& name);
+
+/// A socket of a container that may be running.
+struct FoundContainer {
+  std::string name, path;
+  friend bool operator==(const FoundContainer&, const FoundContainer&) = default;
+};
+/// Every container that answers, by name. A socket that nobody listens on is left out (its container was killed).
+[[nodiscard]] std::vector<FoundContainer> running_containers(const SocketPlaces& places);
+
+enum class ChoiceFault { NoContainer, Ambiguous };
+struct NoChoice {
+  ChoiceFault fault;
+  Problem problem;
+};
+/// The container that is meant: the one named, or the only one. Pure.
+[[nodiscard]] Result<FoundContainer, NoChoice> choose_container(const std::vector<FoundContainer>& running,
+                                                                const std::optional<std::string>& wanted);
+
+/// A name that is taken: the lock that proves it, and the listening socket. The destructor removes both.
+class SocketClaim {
+ public:
+  /// Errors: the name is invalid or in use by a living container, or the folder cannot be used.
+  [[nodiscard]] static Result<SocketClaim, Problem> take(const SocketPlaces& places, const std::string& name);
+  SocketClaim(SocketClaim&& other) noexcept;
+  SocketClaim& operator=(SocketClaim&&) = delete;
+  ~SocketClaim();
+
+  [[nodiscard]] int listening_descriptor() const { return listen_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  SocketClaim() = default;
+  int lock_ = -1, listen_ = -1;
+  std::string path_, lock_path_;
+};
+
+}  // namespace nacelle::control

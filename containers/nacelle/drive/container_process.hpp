@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/control/client.hpp"
+#include "nacelle/session/foreign_programs.hpp"
+
+namespace nacelle::drive {
+
+/// A container in a process of its own, and what it said.
+/// Threads: one. The destructor ends the process.
+class ContainerProcess {
+ public:
+  /// `show_output`: its lines go to our stderr too.
+  [[nodiscard]] static Result<std::unique_ptr<ContainerProcess>, Problem> start(session::ProgramSpec spec,
+                                                                                std::string container_name,
+                                                                                bool show_output, const Clock& clock);
+  ContainerProcess(const ContainerProcess&) = delete;
+  ContainerProcess& operator=(const ContainerProcess&) = delete;
+  ~ContainerProcess();
+
+  /// Waits until the control socket answers. Errors: the process ended (with its last lines), or the limit passed.
+  [[nodiscard]] Result<control::Client, Problem> connect(Duration limit, int stop_descriptor);
+  /// Takes in what it has said, waiting up to `limit` for more, for its end, or for `stop_descriptor`.
+  void listen(Duration limit, int stop_descriptor);
+  /// "exited with 1"; empty while it runs.
+  [[nodiscard]] std::string ended() { return process_->ended(); }
+  /// Waits for the end, listening; kills it after the limit. Returns how it ended.
+  std::string wait_for_end(Duration limit);
+  /// Asks it to end as Ctrl-C does.
+  void interrupt() const;
+  /// The last lines that it said, each with an indent.
+  [[nodiscard]] std::string last_lines() const;
+
+ private:
+  ContainerProcess(std::unique_ptr<session::ForeignProgram> process, int output, std::string name, bool show_output,
+                   const Clock& clock);
+  void take_output();
+
+  std::unique_ptr<session::ForeignProgram> process_;
+  int output_;
+  std::string name_;
+  bool show_output_;
+  const Clock& clock_;
+  std::string partial_;
+  std::deque<std::string> lines_;
+};
+
+}  // namespace nacelle::drive

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/drive/drive.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "nacelle/control/client.hpp"
+#include "nacelle/drive/container_process.hpp"
+#include "nacelle/drive/live_view.hpp"
+#include "nacelle/drive/velocity_sender.hpp"
+#include "nacelle/report/run_report.hpp"
+#include "simulation/port/truth_file.hpp"
+
+namespace nacelle::drive {
+namespace {
+
+constexpr Duration kAnswerLimit = 5s;
+constexpr Duration kBringUpLimit = 60s;
+constexpr Duration kShutdownLimit = 30s;
+constexpr Duration kControlPeriod = 20ms;
+constexpr Duration kStaleLimit = 1s;
+constexpr int kInterrupted = 130;  // what a shell says of a program that SIGINT ended
+
+/// A folder for one run's device links, truth and report; gone with the object.
+class RunFolder {
+ public:
+  RunFolder() {
+    const char* const base = std::getenv("XDG_RUNTIME_DIR");
+    for (const std::string& where :
+         {std::string{base != nullptr ? base : ""}, std::filesystem::temp_directory_path().string()}) {
+      std::string name = where + "/nacelle-drive-XXXXXX";
+      if (!where.empty() && ::mkdtemp(name.data()) != nullptr) {
+        path_ = name;
+        return;
+      }
+    }
+  }
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+  ~RunFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// Where filter and world think the robot is, at standstill.
+struct FinalPoses {
+  bool taken = false;
+  double ekf_x_m = 0, ekf_y_m = 0, truth_x_m = 0, truth_y_m = 0;
+};
+
+class Run {
+ public:
+  Run(const DriveSettings& settings, session::StopSignal& stop, const Clock& clock)
+      : settings_(settings),
+        stop_(stop),
+        clock_(clock),
+        view_(::isatty(STDOUT_FILENO) == 1 && !settings.verbose, clock.now()),
+        course_(settings.course) {}
+
+  int run() {
+    auto done = bring_up();
+    if (done) done = settings_.duration || settings_.stay ? idle() : drive();
+    take_down(done.has_value());
+    if (!done) return fail(done.error());
+    return finish();
+  }
+
+ private:
+  [[nodiscard]] Result<void, Problem> bring_up() {
+    if (folder_.path().empty())
+      return err(Problem{"drive", "no folder for the run can be made", "set TMPDIR to a folder of yours"});
+    session::ProgramSpec spec;
+    spec.label = "container";
+    spec.path = settings_.program;
+    name_ = fmt::format("drive-{}", ::getpid());
+    spec.arguments = {"launch",
+                      settings_.launch_file,
+                      "--name",
+                      name_,
+                      "--report",
+                      container_report(),
+                      "--last-message",
+                      settings_.odometry_topic,
+                      "--parent",
+                      std::to_string(::getpid()),
+                      "--verbose",
+                      "sim:=true",
+                      fmt::format("seed:={}", settings_.seed),
+                      "sim_dir:=" + folder_.path()};
+    spec.arguments.insert(spec.arguments.end(), settings_.arguments.begin(), settings_.arguments.end());
+    // It puts a robot to rest before it ends.
+    spec.sigterm_after = 10s;
+    auto process = ContainerProcess::start(spec, name_, settings_.verbose, clock_);
+    if (!process) return err(process.error());
+    container_ = std::move(process).value();
+
+    auto client = container_->connect(kBringUpLimit, stop_.descriptor());
+    if (!client) return err(interrupted_or(client.error()));
+    client_.emplace(std::move(client).value());
+    const MonotonicTime until = clock_.now() + kBringUpLimit;
+    while (true) {
+      auto stats = look("");
+      if (!stats) return stats;
+      if (phase_ == "running") return {};
+      if (stop_.is_raised()) return err(Problem{"", "interrupted", ""});
+      if (clock_.now() > until) return err(Problem{"container", "is still " + phase_, "see its last lines below"});
+      container_->listen(50ms, stop_.descriptor());
+    }
+  }
+
+  [[nodiscard]] Result<void, Problem> idle() {
+    const MonotonicTime begin = clock_.now();
+    const bool for_ever = settings_.stay;
+    while (!stop_.is_raised()) {
+      const Duration ran = clock_.now() - begin;
+      if (!for_ever && ran >= *settings_.duration) break;
+      const std::string activity = for_ever ? fmt::format("until Ctrl-C; container '{}'", name_)
+                                            : fmt::format("{:.0f} s left", to_seconds(*settings_.duration - ran));
+      if (auto stats = look(activity); !stats) return stats;
+      if (auto fine = check_faults(); !fine) return fine;
+      container_->listen(for_ever ? view_.period() : std::min(view_.period(), *settings_.duration - ran),
+                         stop_.descriptor());
+    }
+    // Of --stay and --for, Ctrl-C is an ordinary end.
+    return {};
+  }
+
+  [[nodiscard]] Result<void, Problem> drive() {
+    auto sender = VelocitySender::open(*client_, settings_.topic, settings_.stamped, "base_link");
+    if (!sender) return err(sender.error());
+    const auto zero = [&] { static_cast<void>(sender.value().send(0, 0, clock_.wall_now())); };
+    MonotonicTime next = clock_.now(), next_look = next;
+    WallTime newest{};
+    MonotonicTime newest_at = next;
+    while (!course_.is_over()) {
+      auto X_OB = client_->lookup(settings_.odom_frame, settings_.base_frame, kAnswerLimit);
+      if (!X_OB) return err(interrupted_or(X_OB.error()));
+      const MonotonicTime now = clock_.now();
+      if (X_OB.value().known && X_OB.value().stamp > newest) {
+        newest = X_OB.value().stamp;
+        newest_at = now;
+      }
+      if (stop_.is_raised() || now - newest_at > kStaleLimit) {
+        zero();
+        if (stop_.is_raised()) return err(Problem{"", "interrupted", ""});
+        return err(Problem{"drive",
+                           fmt::format("no new transform {} -> {} for a second; the robot was stopped",
+                                       settings_.odom_frame, settings_.base_frame),
+                           "does the launch file start odometry or an EKF?"});
+      }
+      if (X_OB.value().known) {
+        pose_ = planar(X_OB.value());
+        const VelocityCommand command = course_.step(pose_, now);
+        if (auto sent = sender.value().send(command.speed_mps, command.yaw_rate_rps, clock_.wall_now()); !sent)
+          return err(interrupted_or(sent.error()));
+      }
+      if (now >= next_look) {
+        next_look = now + view_.period();
+        if (auto stats = look(activity()); !stats) return stats;
+        if (auto fine = check_faults(); !fine) {
+          zero();
+          return fine;
+        }
+      }
+      // A steady grid; after a delay it begins anew, so that no burst of commands follows.
+      next = std::max(next + kControlPeriod, clock_.now());
+      container_->listen(next - clock_.now(), stop_.descriptor());
+      while (clock_.now() < next && !stop_.is_raised() && container_->ended().empty())
+        container_->listen(next - clock_.now(), stop_.descriptor());
+    }
+    zero();
+    if (course_.phase() == CoursePhase::Stalled) {
+      return err(Problem{"drive", fmt::format("the robot does not move any more: {}", activity()),
+                         "is something in its way, or a limit at zero?"});
+    }
+    return take_final_poses();
+  }
+
+  [[nodiscard]] Result<void, Problem> take_final_poses() {
+    auto X_OB = client_->lookup(settings_.odom_frame, settings_.base_frame, kAnswerLimit);
+    if (!X_OB) return err(X_OB.error());
+    const auto truth = simulation::read_truth(folder_.path() + "/truth");
+    // Without a simulated world (sim:=false) there is nothing to compare with.
+    if (truth && X_OB.value().known) {
+      final_ = {true, X_OB.value().translation_m[0], X_OB.value().translation_m[1], truth.value().x_m,
+                truth.value().y_m};
+    }
+    driven_ = true;
+    return {};
+  }
+
+  [[nodiscard]] Result<void, Problem> look(const std::string& activity) {
+    auto text = client_->stats(kAnswerLimit);
+    if (!text) return err(interrupted_or(text.error()));
+    stats_ = nlohmann::json::parse(text.value(), nullptr, false);
+    if (!stats_.is_object() || !stats_.contains("streams") || !stats_.contains("nodes"))
+      return err(Problem{"container", "its figures cannot be read", ""});
+    phase_ = stats_.value("phase", "");
+    view_.show(stats_, activity, clock_.now());
+    return {};
+  }
+
+  [[nodiscard]] Result<void, Problem> check_faults() const {
+    for (const auto& node : stats_["nodes"]) {
+      if (node.contains("fault"))
+        return err(Problem{"component " + node["name"].get<std::string>(),
+                           "is faulted: " + node["fault"].get<std::string>(), ""});
+    }
+    if (phase_ != "running") return err(Problem{"container", "is " + phase_ + " before the drive was over", ""});
+    return {};
+  }
+
+  [[nodiscard]] std::string activity() const {
+    const unsigned sides = settings_.course.sides;
+    return fmt::format("side {} of {}, {:.2f} m, at ({:+.2f}, {:+.2f}) m, {:+.0f} deg",
+                       std::min(course_.sides_done() + 1, sides), sides, course_.distance_m(), pose_.x_m, pose_.y_m,
+                       pose_.yaw_rad * 180 / M_PI);
+  }
+
+  [[nodiscard]] static PlanarPose planar(const control::TransformAnswer& X) {
+    const auto [x, y, z, w] = X.rotation_xyzw;
+    return {X.translation_m[0], X.translation_m[1], std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
+  }
+
+  /// What broke the connection: our own Ctrl-C, the container's end, or the problem itself.
+  [[nodiscard]] Problem interrupted_or(Problem problem) const {
+    if (stop_.is_raised()) return {"", "interrupted", ""};
+    container_->wait_for_end(200ms);
+    return problem;
+  }
+
+  void take_down(bool fine) {
+    if (!container_) return;
+    if (fine || client_) {
+      // While it stops, Ctrl-C has nothing more to add.
+      if (!client_ || !client_->send(control::FrameKind::Shutdown, "")) container_->interrupt();
+    } else {
+      container_->interrupt();
+    }
+    how_ended_ = container_->wait_for_end(kShutdownLimit);
+    view_.clear();
+  }
+
+  int fail(const Problem& problem) {
+    if (stop_.is_raised()) {
+      std::fprintf(stderr, "nacelle: interrupted by %s; the robot was stopped and taken down (container %s)\n",
+                   stop_.name(), how_ended_.c_str());
+      return kInterrupted;
+    }
+    const std::string lines = container_ ? container_->last_lines() : "";
+    std::fprintf(stderr, "nacelle: %s\n", problem.text().c_str());
+    if (!lines.empty() && !settings_.verbose)
+      std::fprintf(stderr, "The container (%s) said at last:\n%s", how_ended_.c_str(), lines.c_str());
+    return 1;
+  }
+
+  int finish() {
+    std::ifstream file{container_report()};
+    auto report = nlohmann::ordered_json::parse(file, nullptr, false);
+    if (how_ended_ != "exited with 0" || !report.is_object()) {
+      return fail({"container", how_ended_ + (report.is_object() ? "" : ", and left no report"), ""});
+    }
+    report["seed"] = settings_.seed;
+    if (driven_) report["drive"] = report::to_json(figures(report));
+    report.erase("last_messages");
+    std::fputs(report::summary_of(report).c_str(), stdout);
+    std::fflush(stdout);
+    if (settings_.report_file.empty()) return 0;
+    std::ofstream out{settings_.report_file, std::ios::trunc};
+    out << report.dump(2) << '\n';
+    out.flush();
+    if (out) return 0;
+    std::fprintf(stderr, "nacelle: %s\n",
+                 Problem{settings_.report_file, "the report cannot be written", "is the folder there, and yours?"}
+                     .text()
+                     .c_str());
+    return 1;
+  }
+
+  [[nodiscard]] report::DriveFigures figures(const nlohmann::ordered_json& report) const {
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    report::DriveFigures drive{course_.distance_m(), kUnknown, kUnknown};
+    if (!final_.taken) return drive;
+    drive.ekf_error_m = std::hypot(final_.ekf_x_m - final_.truth_x_m, final_.ekf_y_m - final_.truth_y_m);
+    const nlohmann::ordered_json::json_pointer position{"/pose/pose/position"};
+    const auto messages = report.value("last_messages", nlohmann::ordered_json::object());
+    const auto odometry = messages.find(settings_.odometry_topic);
+    if (odometry != messages.end() && odometry->is_object() && odometry->contains(position)) {
+      const auto& at = (*odometry)[position];
+      drive.odometry_error_m =
+          std::hypot(at.value("x", kUnknown) - final_.truth_x_m, at.value("y", kUnknown) - final_.truth_y_m);
+    }
+    return drive;
+  }
+
+  [[nodiscard]] std::string container_report() const { return folder_.path() + "/container.json"; }
+
+  const DriveSettings& settings_;
+  session::StopSignal& stop_;
+  const Clock& clock_;
+  RunFolder folder_;
+  std::string name_;
+  LiveView view_;
+  SquareCourse course_;
+  std::unique_ptr<ContainerProcess> container_;
+  std::optional<control::Client> client_;
+  nlohmann::json stats_;
+  std::string phase_, how_ended_;
+  PlanarPose pose_;
+  FinalPoses final_;
+  bool driven_ = false;
+};
+
+}  // namespace
+
+int run_drive(const DriveSettings& settings, session::StopSignal& stop, const Clock& clock) {
+  return Run{settings, stop, clock}.run();
+}
+
+}  // namespace nacelle::drive

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/time.hpp"
+#include "nacelle/drive/model/square_course.hpp"
+#include "nacelle/session/stop_signal.hpp"
+
+namespace nacelle::drive {
+
+struct DriveSettings {
+  std::string program;  ///< The running `nacelle`, which is started again as the container.
+  std::string launch_file;
+  std::vector<std::string> arguments;  ///< "name:=value", handed on to the launch file.
+  std::optional<Duration> duration;    ///< --for: run this long without driving.
+  bool stay = false;                   ///< --stay: run until Ctrl-C without driving.
+  std::int64_t seed = 1;
+  std::string report_file;  ///< Empty: none.
+  bool verbose = false;     ///< The container's own lines are shown.
+  bool stamped = true;
+  std::string topic = "/cmd_vel", odometry_topic = "/odom", odom_frame = "odom", base_frame = "base_footprint";
+  CourseOptions course;
+};
+
+/// Starts the launch file in a process of its own with the simulated robot, drives the course (or only runs), shows how it
+/// goes, takes the robot down in order and shows the figures. Returns the process's exit code.
+[[nodiscard]] int run_drive(const DriveSettings& settings, session::StopSignal& stop, const Clock& clock);
+
+}  // namespace nacelle::drive

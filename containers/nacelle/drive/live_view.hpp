@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::drive {
+
+/// Messages per second of each stream, from the counts of the last two seconds. Pure.
+class RateMeter {
+ public:
+  void note(const std::string& stream, std::uint64_t published, MonotonicTime now);
+  /// 0 until two counts are known.
+  [[nodiscard]] double hz(const std::string& stream) const;
+
+ private:
+  struct Count {
+    MonotonicTime at;
+    std::uint64_t published;
+  };
+  std::map<std::string, std::deque<Count>> counts_;
+};
+
+/// Shows how a run goes: on a terminal a block that is refreshed in place, elsewhere a line every few seconds.
+/// Threads: one.
+class LiveView {
+ public:
+  LiveView(bool on_terminal, MonotonicTime start) : on_terminal_(on_terminal), start_(start) {}
+
+  /// How long to wait between two looks at the figures.
+  [[nodiscard]] Duration period() const { return on_terminal_ ? 250ms : 1000ms; }
+  /// `stats` as the container gives them, `activity` what the drive is doing.
+  void show(const nlohmann::json& stats, const std::string& activity, MonotonicTime now);
+  /// Takes the block away.
+  void clear();
+
+  [[nodiscard]] const RateMeter& rates() const { return rates_; }
+
+ private:
+  [[nodiscard]] std::string block(const nlohmann::json& stats, const std::string& activity, MonotonicTime now) const;
+  [[nodiscard]] std::string line(const nlohmann::json& stats, const std::string& activity, MonotonicTime now) const;
+
+  bool on_terminal_;
+  MonotonicTime start_;
+  RateMeter rates_;
+  std::size_t lines_shown_ = 0;
+  std::string last_phase_;
+  bool was_active_ = false;  // the last line told of an activity
+  MonotonicTime last_line_;
+};
+
+}  // namespace nacelle::drive

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::drive {
+
+/// Pose of the base in odom, X_OB, on the floor.
+struct PlanarPose {
+  double x_m = 0, y_m = 0, yaw_rad = 0;
+};
+
+/// What the base is asked to do; forward and counter-clockwise are positive.
+struct VelocityCommand {
+  double speed_mps = 0, yaw_rate_rps = 0;
+};
+
+struct CourseOptions {
+  double side_m = 1.0;
+  unsigned sides = 4;              ///< Equal sides of a regular polygon; 4 is the square.
+  double speed_mps = 0.3;          ///< Top speed along a side.
+  double yaw_rate_rps = 1.0;       ///< Top rate while turning in place.
+  double acceleration_mps2 = 0.4;  ///< Low enough that the wheels keep their grip.
+  double yaw_acceleration_rps2 = 1.5;
+  /// From a command to the pose that shows its effect: wheels, odometry, filter, socket. Braking begins this much earlier.
+  Duration reaction = 120ms;
+  double position_tolerance_m = 0.006;
+  double yaw_tolerance_rad = 0.006;
+  Duration settle = 400ms;         ///< Standing still between two moves, so that one does not leak into the next.
+  Duration final_settle = 1000ms;  ///< Standing still at the end, so that odometry and truth mean the same instant.
+  Duration stall_limit = 4s;       ///< Without any progress for this long, the course is given up.
+};
+
+enum class CoursePhase : std::uint8_t { Straight, Turn, Settle, Done, Stalled };
+
+/// Drives a polygon by closed loop on the pose: along a side, turn in place, the next side; ends at the start pose.
+///
+/// The corners are fixed in odom by the first pose, so errors of one side do not add up over the course.
+/// Units: SI. Frame: odom. Threads: one. Allocates: nothing.
+class SquareCourse {
+ public:
+  explicit SquareCourse(const CourseOptions& options);
+
+  /// The next command for the pose that was read now. Call at a steady rate, e.g. 50 Hz.
+  [[nodiscard]] VelocityCommand step(const PlanarPose& pose, MonotonicTime now);
+
+  [[nodiscard]] CoursePhase phase() const { return phase_; }
+  [[nodiscard]] bool is_over() const { return phase_ == CoursePhase::Done || phase_ == CoursePhase::Stalled; }
+  /// Sides driven so far.
+  [[nodiscard]] unsigned sides_done() const { return sides_done_; }
+  /// Length of the path of the poses, in m.
+  [[nodiscard]] double distance_m() const { return distance_m_; }
+  /// Straight line from the start to the last pose, in m.
+  [[nodiscard]] double distance_from_start_m() const;
+
+ private:
+  [[nodiscard]] VelocityCommand drive_side(const PlanarPose& pose, double dt_s);
+  [[nodiscard]] VelocityCommand turn(const PlanarPose& pose, double dt_s);
+  [[nodiscard]] VelocityCommand brake(double dt_s);
+  void rest(MonotonicTime now);
+  void note_progress(const PlanarPose& pose, MonotonicTime now);
+
+  CourseOptions options_;
+  CoursePhase phase_ = CoursePhase::Settle;
+  bool next_is_turn_ = false;
+  unsigned sides_done_ = 0, corrections_ = 0;
+  bool started_ = false;
+  PlanarPose start_, last_, corner_;  // corner_: where the present side begins, heading along it
+  double goal_yaw_rad_ = 0;
+  VelocityCommand command_;
+  MonotonicTime last_step_, rests_since_, progress_at_;
+  PlanarPose progress_pose_;
+  double distance_m_ = 0;
+};
+
+}  // namespace nacelle::drive

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "nacelle/report/run_report.hpp"
+
+namespace nacelle::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string joined(const ordered_json& names, const char* separator) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : separator) + name.get<std::string>();
+  return text;
+}
+
+std::string drops_of(const ordered_json& dropped) {
+  std::string text;
+  for (const auto& [cause, n] : dropped.items())
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", n.get<std::uint64_t>(), cause);
+  return text.empty() ? "0" : text;
+}
+
+std::string number_or_dash(const ordered_json& value, const char* format) {
+  return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : "-";
+}
+
+}  // namespace
+
+std::string summary_of(const ordered_json& report) {
+  std::string text;
+  const auto line = [&](const std::string& content) { text.append(content).push_back('\n'); };
+
+  std::size_t name_width = 6;
+  for (const auto& stream : report["streams"])
+    name_width = std::max(name_width, stream["name"].get<std::string>().size());
+  line(fmt::format("{:<{}}  {:>7} {:>9} {:>9} {:>7} {:>6}  {:>19}  {}", "stream", name_width, "Hz", "published",
+                   "delivered", "readers", "copies", "p50/p99/max us", "dropped"));
+  for (const auto& stream : report["streams"]) {
+    const auto& latency = stream["latency_us"];
+    line(fmt::format("{:<{}}  {:>7.2f} {:>9} {:>9} {:>7} {:>6}  {:>19}  {}", stream["name"].get<std::string>(),
+                     name_width, stream["hz"].get<double>(), stream["published"].get<std::uint64_t>(),
+                     stream["delivered"].get<std::uint64_t>(), stream["readers"].get<std::uint64_t>(),
+                     stream["copies"].get<std::uint64_t>(),
+                     fmt::format("{:.0f}/{:.0f}/{:.0f}", latency["p50"].get<double>(), latency["p99"].get<double>(),
+                                 latency["max"].get<double>()),
+                     drops_of(stream["dropped"])));
+  }
+  line("");
+  if (const auto& drive = report["drive"]; drive.is_object()) {
+    const auto millimetres = [](const ordered_json& metres) {
+      return metres.is_number() ? fmt::format("{:.1f} mm", metres.get<double>() * 1e3) : "unknown";
+    };
+    line(fmt::format("drive      {:.2f} m; off at the end: odometry {}, EKF {}", drive["distance_m"].get<double>(),
+                     millimetres(drive["odometry_error_m"]), millimetres(drive["ekf_error_m"])));
+  }
+  if (const auto& command = report["command_to_wheel_ms"]; command["p99"].is_number()) {
+    line(fmt::format("cmd_vel    to the wheels: p50 {} ms, p99 {} ms", number_or_dash(command["p50"], "{:.2f}"),
+                     number_or_dash(command["p99"], "{:.2f}")));
+  }
+  const auto& process = report["process"];
+  line(fmt::format("process    {:.1f} % of one core, {:.1f} MB, {} threads", process["cpu_percent"].get<double>(),
+                   process["rss_mb"].get<double>(), process["threads"].get<std::uint64_t>()));
+  std::string allocations;
+  for (const auto& [thread, rate] : process["allocations_per_second"].items()) {
+    if (rate.get<double>() != 0)
+      allocations += fmt::format("{}{} {:.1f}/s", allocations.empty() ? "" : ", ", thread, rate.get<double>());
+  }
+  const bool counted = !process["allocations_per_second"].empty();
+  line("heap       " + (!counted              ? "not counted in this run"
+                        : allocations.empty() ? "no allocation on any thread"
+                                              : allocations + "; 0 on every other thread"));
+  line(fmt::format("bring-up   {:.0f} ms: {}", report["bringup"]["ms"].get<double>(),
+                   joined(report["bringup"]["order"], " ")));
+  line("shutdown   " + joined(report["shutdown"]["order"], " "));
+  return text;
+}
+
+}  // namespace nacelle::report

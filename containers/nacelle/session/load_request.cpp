@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/load_request.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "nacelle/base/names.hpp"
+
+namespace nacelle::session {
+namespace {
+
+/// The value of "--dir X" or "--dir=X".
+std::string option_value(const std::vector<std::string>& words, const std::string& option) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == option && i + 1 < words.size()) return words[i + 1];
+    if (words[i].rfind(option + "=", 0) == 0) return words[i].substr(option.size() + 1);
+  }
+  return {};
+}
+
+}  // namespace
+
+runtime::LoadRequest load_request_of(const launch::ComponentPlan& plan) {
+  runtime::LoadRequest request;
+  request.plugin = plan.plugin;
+  request.name = plan.name;
+  request.name_space = plan.namespace_;
+  for (const auto& parameter : plan.parameters) request.parameters[parameter.name] = parameter.value;
+  request.remaps = plan.remaps;
+  for (const auto& qos : plan.qos) {
+    request.qos.push_back({qos.topic, qos.side == launch::Side::Publisher,
+                           [qos](const QoS& in_code) { return qos.applied_to(in_code); }});
+  }
+  request.thread.own = plan.thread.mode == launch::ThreadMode::Own;
+  request.thread.priority = plan.thread.priority.value_or(0);
+  request.thread.cpus = plan.thread.cpus;
+  return request;
+}
+
+Result<ProgramSpec, Problem> program_spec_of(const launch::ProgramPlan& plan, const std::string& own_program,
+                                             const std::vector<std::string>& prefixes) {
+  ProgramSpec spec;
+  spec.label = plan.label;
+  spec.arguments = plan.command_arguments();
+  spec.environment = plan.environment;
+  spec.working_directory = plan.working_directory;
+  spec.required = plan.required;
+  spec.sigterm_after = plan.sigterm_timeout.value_or(spec.sigterm_after);
+  spec.sigkill_after = plan.sigkill_timeout.value_or(spec.sigkill_after);
+  if (plan.package.empty()) {
+    spec.path = plan.executable;
+    return spec;
+  }
+  if (plan.package == "nacelle" && plan.executable == "nacelle") {
+    spec.path = own_program;
+    const bool is_world = spec.arguments.size() >= 2 && spec.arguments[0] == "sim" && spec.arguments[1] == "world";
+    if (is_world) {
+      // The robot's devices are there when the world says so.
+      if (const std::string folder = option_value(spec.arguments, "--dir"); !folder.empty())
+        spec.ready_file = folder + "/ready";
+      spec.arguments.insert(spec.arguments.end(), {"--parent", std::to_string(::getpid())});
+    }
+    return spec;
+  }
+  std::string looked;
+  for (const auto& prefix : prefixes) {
+    const std::string path = prefix + "/lib/" + plan.package + "/" + plan.executable;
+    if (::access(path.c_str(), X_OK) == 0) {
+      spec.path = path;
+      return spec;
+    }
+    looked += (looked.empty() ? "" : ", ") + path;
+  }
+  return err(Problem{
+      plan.where.text(),
+      "program '" + plan.executable + "' of package '" + plan.package + "' is not there (looked for " + looked + ")",
+      "install it, or add its prefix to NACELLE_PREFIX_PATH"});
+}
+
+}  // namespace nacelle::session

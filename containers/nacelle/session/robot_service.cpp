@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/robot_service.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "nacelle/report/run_report.hpp"
+#include "nacelle/session/process_figures.hpp"
+
+namespace nacelle::session {
+
+const char* to_text(Phase phase) {
+  switch (phase) {
+    case Phase::Starting: return "starting";
+    case Phase::Running: return "running";
+    case Phase::Stopping: return "stopping";
+    case Phase::Down: return "down";
+  }
+  return "?";
+}
+
+RobotService::RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
+                           void (*on_shutdown)(void*), void* context)
+    : container_(container), types_(message_folders), on_shutdown_(on_shutdown), context_(context) {
+  streams_.reserve(64);
+}
+
+Result<std::uint16_t, std::string> RobotService::open_writer(control::NamePair topic_and_type) {
+  if (auto valid = validate_full_topic_name(topic_and_type.first); !valid) return err(valid.error().text());
+  auto type = types_.message(topic_and_type.second);
+  if (!type) return err(type.error().text());
+  for (std::size_t i = 0; i < writers_.size(); ++i) {
+    if (writers_[i].writer) continue;
+    // Named, so that it counts as one of the stream's writers: the command of a person at the socket is data of the robot.
+    EndpointSpec spec{std::string{topic_and_type.first}, type.value(), QoS{10}, "/control_socket"};
+    writers_[i] = {container_.transport().create_writer(spec), type.value()};
+    return static_cast<std::uint16_t>(i);
+  }
+  return err(std::string{"too many writers are open"});
+}
+
+void RobotService::close_writer(std::uint16_t handle) {
+  if (handle < writers_.size()) writers_[handle] = {};
+}
+
+const char* RobotService::publish(const control::Publication& publication) {
+  if (publication.handle >= writers_.size() || !writers_[publication.handle].writer)
+    return "no such handle; open the writer first";
+  const OpenWriter& open = writers_[publication.handle];
+  // Between two stops nothing is sent: what came too late must not move a robot that is being put to rest.
+  if (phase_ != Phase::Running) return "the robot is not running (yet, or any more)";
+  Block* const block = open.writer->borrow();
+  if (block == nullptr) return "no message is free: the readers hold them all";
+  if (auto decoded = open.type->decode(publication.cdr, block->message); !decoded) {
+    drop_reference(*block);
+    return msgs::explain(decoded.error());
+  }
+  static_cast<void>(open.writer->publish(*block));
+  return nullptr;
+}
+
+control::TransformAnswer RobotService::lookup(control::NamePair target_and_source) {
+  if (!transforms_)
+    transforms_ = std::static_pointer_cast<spatial::TransformBuffer>(container_.shared_object(buffer_name_));
+  control::TransformAnswer answer;
+  if (!transforms_) return answer;
+  const auto found = transforms_->lookup_latest(target_and_source.first, target_and_source.second);
+  if (!found) return answer;
+  const auto& X_TS = found.value().X_TS;
+  answer.known = true;
+  answer.stamp = found.value().stamp;
+  answer.translation_m = {X_TS.translation_m.x(), X_TS.translation_m.y(), X_TS.translation_m.z()};
+  answer.rotation_xyzw = {X_TS.rotation.x(), X_TS.rotation.y(), X_TS.rotation.z(), X_TS.rotation.w()};
+  return answer;
+}
+
+void RobotService::append_stats(std::string& out) {
+  // Names are ROS names and types, so nothing needs escaping; nodes_json_ was made by a JSON library.
+  const auto at = std::back_inserter(out);
+  fmt::format_to(at, R"({{"phase":"{}","cpu_s":{:.3f},"rss_mb":{:.1f},"nodes":)", to_text(phase_),
+                 to_seconds(cpu_time()), static_cast<double>(resident_bytes()) / 1e6);
+  out.append(*nodes_json_.lock());
+  out.append(R"(,"streams":[)");
+  container_.report_streams(streams_);
+  bool first = true;
+  for (const auto& stream : streams_) {
+    fmt::format_to(
+        at,
+        R"({}{{"name":"{}","type":"{}","published":{},"delivered":{},"readers":{},"writers":{},"copies":{},"hz":{:.3f}}})",
+        first ? "" : ",", stream.name, stream.type, stream.published, stream.delivered, stream.readers, stream.writers,
+        stream.copies, stream.hz());
+    first = false;
+  }
+  out.append("]}");
+}
+
+void RobotService::set_nodes(const std::vector<runtime::ComponentInfo>& nodes) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const auto& node : nodes) {
+    nlohmann::ordered_json row{{"name", report::component_name(node.node)},
+                               {"state", node.managed ? nacelle::to_text(node.state) : "running"}};
+    if (!node.fault.code.empty()) row["fault"] = node.fault.code + ": " + node.fault.text;
+    list.push_back(std::move(row));
+  }
+  *nodes_json_.lock() = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace nacelle::session

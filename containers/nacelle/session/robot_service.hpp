@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/control/server.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/node/transport.hpp"
+#include "nacelle/runtime/container.hpp"
+#include "nacelle/spatial/transform_buffer.hpp"
+
+namespace nacelle::session {
+
+/// What the robot is doing, for those who watch.
+enum class Phase : std::uint8_t { Starting, Running, Stopping, Down };
+[[nodiscard]] const char* to_text(Phase phase);
+
+/// Answers the control thread from the container: publishing, transforms, live figures.
+///
+/// Threads: FastService's members on the control thread; set_phase() and set_nodes() from any thread.
+/// Allocates: open_writer(); the first answers, until the buffers have their size.
+class RobotService final : public control::FastService {
+ public:
+  /// `on_shutdown` is called on the control thread when a client wants the end; it only notes it.
+  RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
+               void (*on_shutdown)(void*), void* context);
+
+  [[nodiscard]] Result<std::uint16_t, std::string> open_writer(control::NamePair topic_and_type) override;
+  void close_writer(std::uint16_t handle) override;
+  [[nodiscard]] const char* publish(const control::Publication& publication) override;
+  [[nodiscard]] control::TransformAnswer lookup(control::NamePair target_and_source) override;
+  void append_stats(std::string& out) override;
+  void request_shutdown() override { on_shutdown_(context_); }
+
+  void set_phase(Phase phase) { phase_ = phase; }
+  [[nodiscard]] Phase phase() const { return phase_; }
+  /// Names and states as they are now; called when one has changed.
+  void set_nodes(const std::vector<runtime::ComponentInfo>& nodes);
+
+ private:
+  struct OpenWriter {
+    std::unique_ptr<Writer> writer;
+    const msgs::MessageType* type = nullptr;
+  };
+
+  runtime::Container& container_;
+  msgs::TypeLibrary types_;
+  void (*on_shutdown_)(void*);
+  void* context_;
+  std::atomic<Phase> phase_{Phase::Starting};
+  Guarded<std::string> nodes_json_{std::in_place, "[]"};
+  std::array<OpenWriter, 64> writers_;
+  const std::string buffer_name_ = spatial::kTransformBufferName;
+  spatial::TransformBufferPtr transforms_;
+  std::vector<runtime::StreamReport> streams_;
+};
+
+}  // namespace nacelle::session

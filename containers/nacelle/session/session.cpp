@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/session.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <ranges>
+
+#include "nacelle/control/socket_path.hpp"
+#include "nacelle/msgs/json.hpp"
+#include "nacelle/session/load_request.hpp"
+#include "nacelle/session/topic_tap.hpp"
+#include "nacelle/session/verb_desk.hpp"
+
+namespace nacelle::session {
+namespace {
+
+// The report's steady state: issue-wide words, "2 s after the last activation".
+constexpr Duration kSettling = 2s;
+constexpr Duration kProgramReadyLimit = 15s;
+constexpr Duration kLastMessageLimit = 500ms;
+
+Problem interrupted(const StopSignal& stop) {
+  return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
+}
+
+}  // namespace
+
+Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, StopSignal& stop)
+    : plan_(std::move(plan)),
+      options_(std::move(options)),
+      clock_(clock),
+      stop_(stop),
+      on_terminal_(::isatty(STDERR_FILENO) == 1),
+      fault_event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  report_.seed = options_.seed;
+}
+
+Session::~Session() {
+  manager_.reset();
+  server_.reset();
+  service_.reset();
+  container_.reset();
+  for (auto& program : std::views::reverse(programs_)) program->stop(clock_);
+  ::close(fault_event_);
+}
+
+void Session::say(const std::string& line) const {
+  std::fprintf(stderr, on_terminal_ && !options_.verbose ? "\r\033[K%s\n" : "%s\n", line.c_str());
+}
+
+void Session::progress(const std::string& line) const {
+  if (options_.verbose) {
+    std::fprintf(stderr, "%s\n", line.c_str());
+  } else if (on_terminal_) {
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
+  }
+}
+
+int Session::run() {
+  for (const auto& message : plan_.messages) say(message.text);
+  for (const auto& unused : plan_.unused_sections) {
+    say(fmt::format("{}: the parameters for '{}' go to nobody: there is no such node", unused.where.text(),
+                    unused.pattern));
+  }
+  auto claim = control::SocketClaim::take(control::socket_places_from_environment(), options_.container_name);
+  if (!claim) {
+    say("nacelle: " + claim.error().text());
+    return 1;
+  }
+  runtime::ContainerOptions container_options;
+  container_options.name = options_.container_name;
+  container_options.component_path = options_.places.component_folders;
+  container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
+  container_->on_fault([event = fault_event_](const runtime::ComponentInfo&) {
+    const std::uint64_t one = 1;
+    static_cast<void>(!::write(event, &one, sizeof one));
+  });
+  service_ = std::make_unique<RobotService>(
+      *container_, options_.places.message_folders,
+      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_);
+  server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_);
+
+  auto up = bring_up();
+  std::optional<Problem> failure;
+  if (!up) {
+    failure = up.error();
+    undoing_ = true;
+    // Said at once: taking things down may take a while.
+    say("nacelle: " + failure->text());
+  } else {
+    failure = serve();
+    if (failure) say("nacelle: " + failure->text());
+  }
+  take_down();
+  if (!undoing_ && !write_report()) return 1;
+  return failure ? 1 : 0;
+}
+
+Result<void, Problem> Session::bring_up() {
+  if (auto started = start_programs(); !started) return started;
+  if (auto loaded = load_components(); !loaded) return loaded;
+  const auto clashes = container_->clashes();
+  if (!clashes.empty()) {
+    std::string text;
+    for (const auto& clash : clashes) text += "\n  " + clash.text();
+    return err(Problem{"quality of service", fmt::format("{} pair(s) do not fit:{}", clashes.size(), text),
+                       "\n  nothing was activated"});
+  }
+  for (const auto& conflict : container_->frame_conflicts()) return err(conflict);
+  return activate();
+}
+
+Result<void, Problem> Session::start_programs() {
+  for (const auto& plan : plan_.programs) {
+    if (stop_.is_raised()) return err(interrupted(stop_));
+    auto spec = program_spec_of(plan, options_.places.program, options_.places.prefixes);
+    if (!spec) return err(spec.error());
+    progress("starting program " + spec.value().label);
+    auto program = ForeignProgram::start(spec.value());
+    if (!program)
+      return err(
+          Problem{plan.where.text() + ": " + program.error().where, program.error().what, program.error().way_out});
+    programs_.push_back(std::move(program).value());
+    if (auto ready = programs_.back()->wait_until_ready(kProgramReadyLimit, stop_.descriptor(), clock_); !ready)
+      return ready;
+  }
+  return {};
+}
+
+Result<void, Problem> Session::load_components() {
+  std::size_t number = 0;
+  for (const auto& component : plan_.components) {
+    if (stop_.is_raised()) return err(interrupted(stop_));
+    progress(fmt::format("[{}/{}] loading {}", ++number, plan_.components.size(), component.full_name()));
+    auto loaded = container_->load(load_request_of(component));
+    if (!loaded) {
+      const Problem problem{component.where.text() + ": " + loaded.error().where, loaded.error().what,
+                            loaded.error().way_out};
+      if (component.required) return err(problem);
+      left_out_.insert(component.full_name());
+      say("nacelle: left out, since it is not required: " + problem.text());
+    }
+    composition_changed();
+  }
+  return {};
+}
+
+Result<void, Problem> Session::activate() {
+  std::vector<lifecycle_manager::ManagedNode> nodes;
+  const auto takes_part = [this](const std::string& name) {
+    const auto* const component = plan_of(name);
+    const auto found = container_->find(name);
+    return component != nullptr && found && found.value().managed &&
+           component->target != launch::TargetState::Unconfigured;
+  };
+  for (const auto& component : plan_.components) {
+    if (!takes_part(component.full_name())) continue;
+    lifecycle_manager::ManagedNode node{component.full_name(), {}};
+    for (const auto& after : component.after) {
+      // One that was left out, or that has no state to wait for, cannot hold anybody up.
+      if (takes_part(after.node)) node.after.push_back({after.node, after.where.text()});
+    }
+    nodes.push_back(std::move(node));
+  }
+  auto order = lifecycle_manager::bring_up_order(nodes);
+  if (!order) return err(order.error());
+  manager_ = std::make_unique<lifecycle_manager::LifecycleManager>(
+      std::move(order).value(),
+      [this](const std::string& node, Transition transition) { return trigger(node, transition); }, clock_,
+      [this](const lifecycle_manager::Step& step) { on_step(step); });
+  const auto outcome = manager_->startup();
+  if (outcome.success) {
+    report_.bringup = time_since_process_start();
+    service_->set_phase(Phase::Running);
+    composition_changed();
+    std::string names;
+    for (const auto& name : report_.bringup_order) names += " " + name;
+    say(fmt::format("{} components active in {:.0f} ms:{}", report_.bringup_order.size(),
+                    to_milliseconds(report_.bringup), names));
+    return {};
+  }
+  if (stop_.is_raised()) return err(interrupted(stop_));
+  const auto* const component = plan_of(outcome.problem.where);
+  Problem problem = outcome.problem;
+  if (component != nullptr)
+    problem.where = component->where.text() + ": component " + component->name + " (" + component->plugin + ")";
+  return err(problem);
+}
+
+TransitionOutcome Session::trigger(const std::string& node, Transition transition) {
+  const auto found = container_->find(node);
+  // Unloaded by hand, or left out: nothing to do, and nothing wrong.
+  if (!found || left_out_.count(node) != 0) return {true, StateId::Unconfigured, {}};
+  const auto* const component = plan_of(node);
+  const bool up = transition == Transition::Configure || transition == Transition::Activate;
+  const StateId state = found.value().state;
+  if (up && stop_.is_raised()) return {false, state, fmt::format("interrupted by {}", stop_.name())};
+  const bool wants_active = component == nullptr || component->target == launch::TargetState::Active;
+  if (transition == Transition::Activate && !wants_active) return {true, state, {}};
+  // Somebody else brought it there already (a fault, a person).
+  if (transition == Transition::Deactivate && state != StateId::Active) return {true, state, {}};
+  if (transition == Transition::Cleanup && state != StateId::Inactive) return {true, state, {}};
+
+  // The first clean-up takes the endpoints away: what is to be counted is counted before it.
+  if (transition == Transition::Cleanup) take_final_figures();
+  progress(fmt::format("{} {}", nacelle::to_text(transition), node));
+  TransitionOutcome outcome = container_->trigger(found.value().id, transition);
+  if (outcome.success) {
+    const std::string name = report::component_name(node);
+    if (transition == Transition::Activate) report_.bringup_order.push_back(name);
+    if (transition == Transition::Deactivate) report_.shutdown_order.push_back(name);
+  } else if (up && component != nullptr && !component->required) {
+    left_out_.insert(node);
+    say(fmt::format("nacelle: left out, since it is not required: {} could not {}: {}", node,
+                    nacelle::to_text(transition), outcome.reason));
+    if (outcome.state == StateId::Inactive)
+      static_cast<void>(container_->trigger(found.value().id, Transition::Cleanup));
+    outcome = {true, StateId::Unconfigured, {}};
+  }
+  service_->set_nodes(container_->list());
+  return outcome;
+}
+
+void Session::on_step(const lifecycle_manager::Step& step) {
+  if (options_.verbose) {
+    progress(fmt::format("{} {} {} in {:.1f} ms ({})", step.node, nacelle::to_text(step.transition),
+                         step.success ? "done" : "FAILED", to_milliseconds(step.took), step.reason));
+  }
+}
+
+Result<void, Problem> Session::bring_to(const runtime::ComponentInfo& component, launch::TargetState target) {
+  std::vector<Transition> steps;
+  if (target != launch::TargetState::Unconfigured) steps.push_back(Transition::Configure);
+  if (target == launch::TargetState::Active) steps.push_back(Transition::Activate);
+  for (const Transition step : steps) {
+    const TransitionOutcome outcome = container_->trigger(component.id, step);
+    if (!outcome.success)
+      return err(
+          Problem{component.node, std::string{"could not "} + nacelle::to_text(step) + ": " + outcome.reason, ""});
+  }
+  return {};
+}
+
+void Session::composition_changed() {
+  service_->set_nodes(container_->list());
+  if (service_->phase() != Phase::Running) return;
+  steady_.reset();
+  steady_from_ = clock_.now() + kSettling;
+}
+
+std::optional<Problem> Session::serve() {
+  VerbDesk desk{*this};
+  std::vector<pollfd> waits;
+  waits.reserve(64);
+  while (true) {
+    waits.clear();
+    waits.push_back({stop_.descriptor(), POLLIN, 0});
+    waits.push_back({server_->handed_over_descriptor(), POLLIN, 0});
+    waits.push_back({fault_event_, POLLIN, 0});
+    for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
+    const std::size_t guests_at = waits.size();
+    desk.append_waits(waits);
+
+    int limit_ms = -1;
+    if (steady_from_ && !steady_.has_begun())
+      limit_ms = std::max(0, static_cast<int>((*steady_from_ - clock_.now()) / 1ms) + 1);
+    if (::poll(waits.data(), waits.size(), limit_ms) < 0 && errno != EINTR)
+      return Problem{"container", "poll failed", ""};
+    if (steady_from_ && !steady_.has_begun() && clock_.now() >= *steady_from_) steady_.begin(clock_.now());
+    if (waits[0].revents != 0) break;
+    if (waits[2].revents != 0) {
+      std::uint64_t count = 0;
+      static_cast<void>(!::read(fault_event_, &count, sizeof count));
+      service_->set_nodes(container_->list());
+    }
+    for (const auto& program : programs_) {
+      if (program->descriptor() < 0) continue;
+      const std::string how = program->ended();
+      if (how.empty()) continue;
+      const Problem problem{"program " + program->spec().label, how, "see its output above"};
+      if (program->spec().required) return problem;
+      say("nacelle: " + problem.text());
+    }
+    desk.serve(waits.data() + guests_at, waits.size() - guests_at);
+    if (waits[1].revents != 0) {
+      for (auto& handed : server_->take_handed_over()) desk.take(std::move(handed));
+    }
+  }
+  return std::nullopt;
+}
+
+void Session::take_down() {
+  const bool was_running = service_->phase() == Phase::Running;
+  service_->set_phase(Phase::Stopping);
+  if (was_running) report_.process = steady_.end(clock_.now());
+  if (was_running) fetch_last_messages();
+  // Components that were loaded by hand go first: the plan's cannot depend on them.
+  for (const auto& info : std::views::reverse(container_->list())) {
+    if (plan_of(info.node) == nullptr && info.managed && info.state == StateId::Active) {
+      if (container_->trigger(info.id, Transition::Deactivate).success)
+        report_.shutdown_order.push_back(report::component_name(info.node));
+    }
+  }
+  if (manager_ && was_running) {
+    const auto outcome = manager_->shutdown();
+    if (!outcome.success) say("nacelle: shutdown: " + outcome.problem.text());
+  }
+  take_final_figures();
+  for (const auto& info : std::views::reverse(container_->list())) {
+    auto unloaded = container_->unload(info.id);
+    if (!unloaded) say("nacelle: shutdown: " + unloaded.error().text());
+  }
+  for (auto& program : std::views::reverse(programs_)) {
+    progress("stopping program " + program->spec().label);
+    program->stop(clock_);
+  }
+  service_->set_phase(Phase::Down);
+  if (on_terminal_ && !options_.verbose) std::fprintf(stderr, "\r\033[K");
+}
+
+void Session::take_final_figures() {
+  if (undoing_ || !report_.streams.empty()) return;
+  container_->report_streams(report_.streams);
+  container_->report_histograms(report_.histograms);
+  // Only topics that had ends or messages; services are no streams.
+  std::erase_if(report_.streams, [](const runtime::StreamReport& stream) {
+    return stream.type.find("/msg/") == std::string::npos ||
+           (stream.readers == 0 && stream.writers == 0 && stream.published == 0);
+  });
+}
+
+void Session::fetch_last_messages() {
+  nlohmann::ordered_json last = nlohmann::ordered_json::object();
+  for (const auto& topic : options_.last_messages) {
+    last[topic] = nullptr;
+    const auto* const type = container_->topic_type(topic);
+    if (type == nullptr) continue;
+    TopicTap tap{container_->transport(), topic, *type, 1};
+    pollfd wait{tap.descriptor(), POLLIN, 0};
+    if (::poll(&wait, 1, static_cast<int>(kLastMessageLimit / 1ms)) <= 0) continue;
+    if (Block* const block = tap.take(); block != nullptr) {
+      last[topic] = nlohmann::ordered_json::parse(msgs::to_json(*type, block->message));
+      drop_reference(*block);
+    }
+  }
+  last_messages_json_ = last.dump();
+}
+
+bool Session::write_report() {
+  if (options_.report_file.empty()) return true;
+  nlohmann::ordered_json json = report::to_json(report_);
+  if (!options_.last_messages.empty())
+    json["last_messages"] = nlohmann::ordered_json::parse(last_messages_json_, nullptr, false);
+  std::ofstream file{options_.report_file, std::ios::trunc};
+  file << json.dump(2) << '\n';
+  file.flush();
+  if (file) return true;
+  say("nacelle: " +
+      Problem{options_.report_file, "the report cannot be written", "is the folder there, and yours?"}.text());
+  return false;
+}
+
+}  // namespace nacelle::session

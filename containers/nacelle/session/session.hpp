@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/control/server.hpp"
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
+#include "nacelle/report/run_report.hpp"
+#include "nacelle/runtime/container.hpp"
+#include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/session/robot_service.hpp"
+#include "nacelle/session/stop_signal.hpp"
+
+namespace nacelle::session {
+
+/// Where an installed or freshly built program finds what belongs to it.
+struct ProgramPlaces {
+  std::string program;                         ///< The running `nacelle`.
+  std::vector<std::string> component_folders;  ///< NACELLE_COMPONENT_PATH first, then ../lib/nacelle.
+  std::vector<std::filesystem::path> message_folders;
+  std::vector<std::string> prefixes;  ///< For a foreign node's <prefix>/lib/<package>/<program>.
+};
+
+struct SessionOptions {
+  std::string container_name;  ///< Of the control socket.
+  ProgramPlaces places;
+  std::optional<std::int64_t> seed;        ///< For the report only.
+  std::string report_file;                 ///< Empty: none.
+  std::vector<std::string> last_messages;  ///< Topics whose last message the report is to hold beside the figures.
+  bool verbose = false;                    ///< Each step is a line.
+};
+
+/// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
+///
+/// Threads: one, the main thread; it also serves the slow requests of the control socket.
+class Session {
+ public:
+  Session(launch::Plan plan, SessionOptions options, const Clock& clock, StopSignal& stop);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  ~Session();
+
+  /// Brings the robot up, runs it until a signal, a request or a program's end, and takes it down again.
+  /// Returns the process's exit code; what went wrong has been said on stderr.
+  [[nodiscard]] int run();
+
+  // For the requests of the control socket.
+  [[nodiscard]] runtime::Container& container() { return *container_; }
+  [[nodiscard]] const launch::Plan& plan() const { return plan_; }
+  [[nodiscard]] const SessionOptions& options() const { return options_; }
+  [[nodiscard]] Phase phase() const { return service_->phase(); }
+  /// Takes a loaded component to a state, one transition after the other. Errors: the first that failed, with its reason.
+  [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component, launch::TargetState target);
+  /// States changed by somebody else than the bring-up: shows them to those who watch, and begins the steady state anew.
+  void composition_changed();
+  void request_shutdown() { stop_.raise_by_request(); }
+
+ private:
+  [[nodiscard]] Result<void, Problem> bring_up();
+  [[nodiscard]] Result<void, Problem> start_programs();
+  [[nodiscard]] Result<void, Problem> load_components();
+  [[nodiscard]] Result<void, Problem> activate();
+  [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
+  void on_step(const lifecycle_manager::Step& step);
+  /// Runs until it is to end. Returns what ended it if that is a failure.
+  [[nodiscard]] std::optional<Problem> serve();
+  void take_down();
+  void take_final_figures();
+  void fetch_last_messages();
+  [[nodiscard]] bool write_report();
+
+  void say(const std::string& line) const;       // always
+  void progress(const std::string& line) const;  // a line when verbose, one changing line on a terminal, else nothing
+  [[nodiscard]] const launch::ComponentPlan* plan_of(const std::string& node) const { return plan_.find(node); }
+
+  launch::Plan plan_;
+  SessionOptions options_;
+  const Clock& clock_;
+  StopSignal& stop_;
+  bool on_terminal_;
+  int fault_event_ = -1;
+
+  // Destroyed from below: the server first, so that nobody asks any more, the container before the programs it talks to.
+  std::vector<std::unique_ptr<ForeignProgram>> programs_;
+  std::unique_ptr<runtime::Container> container_;
+  std::unique_ptr<RobotService> service_;
+  std::unique_ptr<control::ControlServer> server_;
+  std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
+
+  std::set<std::string> left_out_;  // not required, and failed
+  bool undoing_ = false;            // a failed bring-up: no figures to take
+  report::RunReport report_;
+  std::string last_messages_json_;
+  SteadyState steady_;
+  std::optional<MonotonicTime> steady_from_;
+};
+
+}  // namespace nacelle::session

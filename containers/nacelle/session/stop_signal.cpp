@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/stop_signal.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+
+#include "nacelle/base/expect.hpp"
+
+namespace nacelle::session {
+namespace {
+
+// A handler has no argument of ours: what it touches is static, and lock-free.
+constexpr int kRequest = -1;
+std::atomic<int> first_signal{0};
+std::atomic<int> signals_seen{0};
+std::atomic<void (*)() noexcept> emergency_exit{nullptr};
+std::array<int, 2> pipe_ends{-1, -1};
+constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+std::array<struct sigaction, kSignals.size()> before{};
+struct sigaction pipe_before {};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+void wake(int number) noexcept {
+  int none = 0;
+  first_signal.compare_exchange_strong(none, number);
+  const int saved = errno;
+  const char byte = 1;
+  static_cast<void>(!::write(pipe_ends[1], &byte, 1));
+  errno = saved;
+}
+
+void on_signal(int number) {
+  wake(number);
+  if (signals_seen.fetch_add(1) + 1 <= StopSignal::kGracefulSignals) return;
+  if (auto* const leave = emergency_exit.load(); leave != nullptr) leave();
+  ::_exit(128 + number);
+}
+
+}  // namespace
+
+StopSignal::StopSignal(void (*emergency)() noexcept) {
+  NACELLE_EXPECT(pipe_ends[0] < 0, "one StopSignal per process at a time");
+  first_signal = 0;
+  signals_seen = 0;
+  emergency_exit = emergency;
+  NACELLE_EXPECT(::pipe2(pipe_ends.data(), O_CLOEXEC | O_NONBLOCK) == 0, "two descriptors are free");
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before[i]);
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  ::sigaction(SIGPIPE, &ignore, &pipe_before);
+}
+
+StopSignal::~StopSignal() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
+  ::sigaction(SIGPIPE, &pipe_before, nullptr);
+  emergency_exit = nullptr;
+  for (int& end : pipe_ends) {
+    ::close(end);
+    end = -1;
+  }
+}
+
+int StopSignal::descriptor() const { return pipe_ends[0]; }
+int StopSignal::number() const { return first_signal.load(); }
+
+const char* StopSignal::name() const {
+  switch (number()) {
+    case SIGINT: return "SIGINT";
+    case SIGTERM: return "SIGTERM";
+    case SIGHUP: return "SIGHUP";
+    default: return "a request";
+  }
+}
+
+void StopSignal::raise_by_request() const { wake(kRequest); }
+
+}  // namespace nacelle::session

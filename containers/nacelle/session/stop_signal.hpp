@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace nacelle::session {
+
+/// SIGINT, SIGTERM and SIGHUP as an event that can be polled, from construction to destruction; SIGPIPE is ignored.
+///
+/// The first signal asks for an orderly end. From the second on a person is impatient: after `kGracefulSignals` the
+/// `emergency` function runs in the signal handler, and the process ends with 128 + the signal.
+/// Threads: one object per process; is_raised() from any thread.
+class StopSignal {
+ public:
+  /// `emergency` must be async-signal-safe; it may be null.
+  explicit StopSignal(void (*emergency)() noexcept = nullptr);
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+  ~StopSignal();
+
+  static constexpr int kGracefulSignals = 2;
+
+  /// Readable once a signal has come, and for ever after.
+  [[nodiscard]] int descriptor() const;
+  [[nodiscard]] bool is_raised() const { return number() != 0; }
+  /// The first signal's number; 0 for none.
+  [[nodiscard]] int number() const;
+  /// "SIGINT", "SIGTERM", "SIGHUP", or "a request".
+  [[nodiscard]] const char* name() const;
+  /// As if a signal had come. Threads: any; async-signal-safe.
+  void raise_by_request() const;
+};
+
+}  // namespace nacelle::session

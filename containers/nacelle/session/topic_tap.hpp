@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "nacelle/node/transport.hpp"
+
+namespace nacelle::session {
+
+/// A tool's look at a topic: best effort, never in the way of the robot, and not one of the stream's readers in the report.
+///
+/// Messages of writers with a history (transient_local) come even if they are older than the tap.
+/// Threads: one, but for the writers' wake-up.
+class TopicTap final : private ReadyListener {
+ public:
+  TopicTap(Transport& transport, const std::string& topic, const msgs::MessageType& type, std::size_t depth);
+  TopicTap(const TopicTap&) = delete;
+  TopicTap& operator=(const TopicTap&) = delete;
+  ~TopicTap() override;
+
+  /// Readable when there may be something to take.
+  [[nodiscard]] int descriptor() const { return event_; }
+  /// The next message, or null; call until null. The block is returned with drop_reference().
+  [[nodiscard]] Block* take();
+  [[nodiscard]] const msgs::MessageType& type() const { return type_; }
+  [[nodiscard]] std::size_t writer_count() const { return reader_->writer_count(); }
+
+ private:
+  void on_ready() noexcept override;
+
+  const msgs::MessageType& type_;
+  int event_;
+  std::unique_ptr<Reader> reader_;
+};
+
+}  // namespace nacelle::session

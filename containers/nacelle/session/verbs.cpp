@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/verbs.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "nacelle/control/client.hpp"
+#include "nacelle/session/load_request.hpp"
+#include "nacelle/session/session.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using control::reply_of;
+using nlohmann::json;
+
+json to_json(const runtime::ComponentInfo& info) {
+  json row{{"id", info.id},           {"node", info.node},
+           {"plugin", info.plugin},   {"library", info.library},
+           {"managed", info.managed}, {"state", info.managed ? nacelle::to_text(info.state) : ""}};
+  if (!info.fault.code.empty()) row["fault"] = {{"code", info.fault.code}, {"text", info.fault.text}};
+  return row;
+}
+
+json list_components(Session& session) {
+  json rows = json::array();
+  for (const auto& info : session.container().list()) rows.push_back(to_json(info));
+  return {{"ok", true}, {"container", session.options().container_name}, {"components", rows}};
+}
+
+/// Loads, checks the new wiring, and takes the component to its state; undone if any of it fails.
+json load(Session& session, const runtime::LoadRequest& request, launch::TargetState target) {
+  auto loaded = session.container().load(request);
+  if (!loaded) return reply_of(loaded.error());
+  const std::string node = loaded.value().node;
+  std::string clashes;
+  for (const auto& clash : session.container().clashes()) {
+    if (clash.writer_node == node || clash.reader_node == node) clashes += (clashes.empty() ? "" : "; ") + clash.text();
+  }
+  Result<void, Problem> done{};
+  if (!clashes.empty()) {
+    done = err(Problem{node, clashes, ""});
+  } else if (loaded.value().managed) {
+    done = session.bring_to(loaded.value(), target);
+  }
+  if (!done) {
+    static_cast<void>(session.container().unload(loaded.value().id));
+    session.composition_changed();
+    Problem problem = done.error();
+    problem.way_out += problem.way_out.empty() ? "it was taken out again" : "; it was taken out again";
+    return reply_of(problem);
+  }
+  session.composition_changed();
+  json reply = to_json(session.container().find(node).value_or(loaded.value()));
+  reply["ok"] = true;
+  return reply;
+}
+
+json load_by_name(Session& session, const json& request) {
+  const std::string name = request.value("name", "");
+  std::vector<std::string> names;
+  for (const auto& component : session.plan().components) {
+    names.push_back(component.name);
+    if (component.full_name() == name || component.name == name)
+      return load(session, load_request_of(component), component.target);
+  }
+  return reply_of({"component " + name, "the launch file has no component of that name",
+                   suggestion(name, names) + "; a plugin is loaded with its class and --name"});
+}
+
+json load_plugin(Session& session, const json& request) {
+  runtime::LoadRequest wanted;
+  wanted.plugin = request.value("plugin", "");
+  wanted.name = request.value("name", "");
+  wanted.name_space = join_namespaces("/", request.value("namespace", ""));
+  if (wanted.name_space.empty()) wanted.name_space = "/";
+  // The file first, single values over it: as ros2 component load does.
+  if (request.contains("params_file")) {
+    const std::string path = request["params_file"];
+    std::ifstream file{path};
+    if (!file) return reply_of({path, "cannot be read", "give a file that this user may read"});
+    std::ostringstream text;
+    text << file.rdbuf();
+    auto parsed = launch::parse_parameter_file(text.str(), path);
+    if (!parsed) return reply_of(parsed.error().front());
+    for (const auto& parameter :
+         parsed.value().parameters_for(fully_qualified_node_name(wanted.name_space, wanted.name))) {
+      wanted.parameters[parameter.name] = parameter.value;
+    }
+  }
+  for (const auto& text : request.value("parameters", json::array())) {
+    auto parameter = launch::parse_parameter_assignment(text.get<std::string>());
+    if (!parameter)
+      return reply_of({"-p " + text.get<std::string>(), parameter.error().what, parameter.error().way_out});
+    wanted.parameters[parameter.value().first] = parameter.value().second;
+  }
+  for (const auto& text : request.value("remaps", json::array())) {
+    auto rule = parse_remap_rule(text.get<std::string>());
+    if (!rule) return reply_of({"-r " + text.get<std::string>(), rule.error().what, rule.error().way_out});
+    wanted.remaps.push_back(rule.value());
+  }
+  return load(session, wanted, launch::TargetState::Active);
+}
+
+json unload(Session& session, const json& request) {
+  auto component = session.container().find(request.value("name", ""));
+  if (!component) return reply_of(component.error());
+  auto outcome = session.container().unload(component.value().id);
+  session.composition_changed();
+  if (!outcome) return reply_of(outcome.error());
+  return {{"ok", true},
+          {"id", component.value().id},
+          {"node", component.value().node},
+          {"library", component.value().library},
+          {"image_closed", outcome.value().image_closed},
+          {"held_by", outcome.value().held_by}};
+}
+
+json lifecycle_get(Session& session, const json& request) {
+  auto component = session.container().find(request.value("name", ""));
+  if (!component) return reply_of(component.error());
+  if (!component.value().managed) return reply_of({component.value().node, "is a plain node without a lifecycle", ""});
+  return {{"ok", true},
+          {"node", component.value().node},
+          {"state", nacelle::to_text(component.value().state)},
+          {"id", static_cast<int>(component.value().state)}};
+}
+
+json lifecycle_set(Session& session, const json& request) {
+  auto component = session.container().find(request.value("name", ""));
+  if (!component) return reply_of(component.error());
+  Transition transition{};
+  const std::string word = request.value("transition", "");
+  if (!parse_transition(word, transition)) {
+    return reply_of({"transition '" + word + "'", "there is no such transition",
+                     suggestion(word, {"configure", "activate", "deactivate", "cleanup", "shutdown"})});
+  }
+  const TransitionOutcome outcome = session.container().trigger(component.value().id, transition);
+  session.composition_changed();
+  if (!outcome.success) {
+    return reply_of({component.value().node,
+                     std::string{"could not "} + nacelle::to_text(transition) + ": " + outcome.reason,
+                     std::string{"it is "} + nacelle::to_text(outcome.state) + " now"});
+  }
+  return {{"ok", true}, {"node", component.value().node}, {"state", nacelle::to_text(outcome.state)}};
+}
+
+json list_topics(Session& session) {
+  std::vector<runtime::StreamReport> streams;
+  session.container().report_streams(streams);
+  json rows = json::array();
+  for (const auto& stream : streams) {
+    if (stream.writers == 0 && stream.readers == 0) continue;  // a stream that was
+    rows.push_back({{"name", stream.name},
+                    {"type", stream.type},
+                    {"writers", stream.writers},
+                    {"readers", stream.readers},
+                    {"published", stream.published},
+                    {"delivered", stream.delivered},
+                    {"copies", stream.copies},
+                    {"hz", stream.hz()}});
+  }
+  std::sort(rows.begin(), rows.end(),
+            [](const json& a, const json& b) { return a["name"].get<std::string>() < b["name"].get<std::string>(); });
+  return {{"ok", true}, {"topics", rows}};
+}
+
+bool changes_something(const std::string& verb) {
+  return verb == "component.load" || verb == "component.load_plugin" || verb == "component.unload" ||
+         verb == "lifecycle.set";
+}
+
+}  // namespace
+
+json reply_to_verb(Session& session, const std::string& verb, const json& request) {
+  if (changes_something(verb) && session.phase() != Phase::Running) {
+    return reply_of({"container " + session.options().container_name, std::string{"it is "} + to_text(session.phase()),
+                     "try again when it is running"});
+  }
+  if (verb == "component.list") return list_components(session);
+  if (verb == "component.load") return load_by_name(session, request);
+  if (verb == "component.load_plugin") return load_plugin(session, request);
+  if (verb == "component.unload") return unload(session, request);
+  if (verb == "lifecycle.get") return lifecycle_get(session, request);
+  if (verb == "lifecycle.set") return lifecycle_set(session, request);
+  if (verb == "topic.list") return list_topics(session);
+  if (verb == "shutdown") {
+    session.request_shutdown();
+    return {{"ok", true}};
+  }
+  return reply_of(
+      {"request '" + verb + "'", "is unknown to this container", "use the `nacelle` that started the container"});
+}
+
+}  // namespace nacelle::session

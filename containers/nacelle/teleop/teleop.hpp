@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "nacelle/base/time.hpp"
+#include "nacelle/control/client.hpp"
+#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/teleop/model/teleop_keys.hpp"
+
+namespace nacelle::teleop {
+
+struct TeleopSettings {
+  std::string topic = "/cmd_vel";
+  bool stamped = true;  ///< TwistStamped; else Twist.
+  std::string frame = "base_link";
+  TeleopOptions keys;
+};
+
+/// Drives from the keys of stdin until Ctrl-C, a signal, or the end of the terminal; sends a zero whatever the end is.
+/// Returns the process's exit code; the terminal is as it was before.
+[[nodiscard]] int run_teleop(control::Client& client, const TeleopSettings& settings, const session::StopSignal& stop,
+                             const Clock& clock);
+
+}  // namespace nacelle::teleop

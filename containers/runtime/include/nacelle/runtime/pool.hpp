@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "nacelle/msgs/message_type.hpp"
+#include "nacelle/node/message.hpp"
+
+namespace nacelle::runtime {
+
+/// The envelopes and messages of one writer.
+///
+/// borrow() gives back what was recycled: messages keep their values and capacity, foreign Buffers go home at the last release.
+/// reserve() makes what the stream's queues can hold; beyond that, messages are made on demand and counted.
+///
+/// Threads:   borrow() and adopt() from the writer's thread; reclaim() from any. A reclaimer's push is its last access, so the
+///            owner may delete the pool as soon as it has got every envelope back (all_home()).
+/// Allocates: in borrow() and adopt() when nothing is free.
+class MessagePool final : public BlockHome {
+ public:
+  explicit MessagePool(const msgs::MessageType& type) : type_(type) {}
+  ~MessagePool() override;
+  MessagePool(const MessagePool&) = delete;
+  MessagePool& operator=(const MessagePool&) = delete;
+
+  /// One reference, the caller's. Never null: the pool grows.
+  [[nodiscard]] Block* borrow();
+  /// Envelope around a message made with `new`; takes it over.
+  [[nodiscard]] Block* adopt(void* message);
+  void reclaim(Block& block) noexcept override;
+  /// Makes envelopes until there are that many, each with a copy of `like`, so that strings and sequences have their capacity:
+  /// what the queues can hold at once costs no allocation later. Threads: the writer's.
+  void reserve(std::size_t envelopes, const void* like);
+
+  /// Gives the free messages the values, and so the capacity, of `like`: the first published message tells what the rest need.
+  void warm(const void* like);
+
+  /// Envelopes that somebody still holds. Threads: the owner's only.
+  [[nodiscard]] std::size_t outstanding();
+  /// Envelopes ever made. Threads: any.
+  [[nodiscard]] std::uint64_t made() const { return made_.load(std::memory_order_relaxed); }
+  [[nodiscard]] const msgs::MessageType& type() const { return type_; }
+
+ private:
+  struct Envelope;
+  Envelope* take_free(bool with_message);
+  Envelope* make_pooled();
+  void collect();
+
+  const msgs::MessageType& type_;
+  std::atomic<Envelope*> returned_{nullptr};  // pushed by anybody, taken whole by the owner: no ABA
+  Envelope* free_pooled_ = nullptr;
+  Envelope* free_bare_ = nullptr;
+  std::size_t free_count_ = 0;
+  std::size_t pooled_ = 0;
+  std::atomic<std::uint64_t> made_{0};
+};
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/node/host.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::runtime {
+
+/// Who broadcasts which transform: every child frame has one owner. Threads: any.
+class FrameRegistry {
+ public:
+  FrameRegistry() : claims_(std::make_shared<Claims>()) {}
+  [[nodiscard]] std::unique_ptr<FrameClaim> claim(const std::string& node, const std::string& parent,
+                                                  const std::string& child, FrameClaimKind kind);
+  /// Frames with two primary owners, or with two parents.
+  [[nodiscard]] std::vector<Problem> conflicts() const;
+
+ private:
+  class Claim;
+  struct Entry {
+    std::string node, parent, child;
+    FrameClaimKind kind;
+    std::atomic<bool>* owner;
+  };
+  using List = Guarded<std::vector<Entry>>;
+  struct Claims {
+    List list;
+  };
+  static void elect(std::vector<Entry>& entries, const std::string& child);
+  std::shared_ptr<Claims> claims_;
+};
+
+}  // namespace nacelle::runtime

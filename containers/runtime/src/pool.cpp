@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/runtime/pool.hpp"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "nacelle/base/expect.hpp"
+
+namespace nacelle::runtime {
+
+struct MessagePool::Envelope : Block {
+  Envelope* next = nullptr;
+  bool pooled = false;  // the message lies behind the envelope; else it is adopted, or gone
+};
+
+namespace {
+
+std::size_t round_up(std::size_t n, std::size_t alignment) { return (n + alignment - 1) / alignment * alignment; }
+
+}  // namespace
+
+MessagePool::~MessagePool() {
+  NACELLE_EXPECT(outstanding() == 0, "a pool outlives its messages");
+  for (Envelope* list : {free_pooled_, free_bare_}) {
+    while (list != nullptr) {
+      Envelope* const next = list->next;
+      const bool pooled = list->pooled;
+      if (pooled) type_.destroy(list->message);
+      const std::align_val_t alignment{std::max(alignof(Envelope), type_.alignment)};
+      list->~Envelope();
+      ::operator delete(static_cast<void*>(list), alignment);
+      list = next;
+    }
+  }
+}
+
+void MessagePool::collect() {
+  Envelope* list = returned_.exchange(nullptr, std::memory_order_acquire);
+  while (list != nullptr) {
+    Envelope* const next = list->next;
+    Envelope*& home = list->pooled ? free_pooled_ : free_bare_;
+    list->next = home;
+    home = list;
+    ++free_count_;
+    list = next;
+  }
+}
+
+MessagePool::Envelope* MessagePool::take_free(bool with_message) {
+  Envelope*& list = with_message ? free_pooled_ : free_bare_;
+  if (list == nullptr) collect();
+  if (list == nullptr) return nullptr;
+  --free_count_;
+  return std::exchange(list, list->next);
+}
+
+MessagePool::Envelope* MessagePool::make_pooled() {
+  const std::size_t alignment = std::max(alignof(Envelope), type_.alignment);
+  const std::size_t offset = round_up(sizeof(Envelope), type_.alignment);
+  void* const memory = ::operator new (offset + type_.size, std::align_val_t{alignment});
+  auto* const envelope = new (memory) Envelope;
+  envelope->home = this;
+  envelope->message = static_cast<std::byte*>(memory) + offset;
+  envelope->pooled = true;
+  try {
+    type_.construct(envelope->message);
+  } catch (...) {
+    envelope->~Envelope();
+    ::operator delete (memory, std::align_val_t{alignment});
+    throw;
+  }
+  made_.fetch_add(1, std::memory_order_relaxed);
+  ++pooled_;
+  return envelope;
+}
+
+Block* MessagePool::borrow() {
+  Envelope* envelope = take_free(true);
+  if (envelope == nullptr) envelope = make_pooled();
+#ifndef NDEBUG
+  type_.poison(envelope->message);
+#endif
+  return envelope;
+}
+
+void MessagePool::reserve(std::size_t envelopes, const void* like) {
+  while (pooled_ < envelopes) {
+    Envelope* const envelope = make_pooled();
+    type_.copy_assign(envelope->message, like);
+    envelope->next = free_pooled_;
+    free_pooled_ = envelope;
+    ++free_count_;
+  }
+}
+
+void MessagePool::warm(const void* like) {
+  collect();
+  for (Envelope* envelope = free_pooled_; envelope != nullptr; envelope = envelope->next)
+    type_.copy_assign(envelope->message, like);
+}
+
+Block* MessagePool::adopt(void* message) {
+  Envelope* envelope = take_free(false);
+  if (envelope == nullptr) {
+    const std::align_val_t alignment{std::max(alignof(Envelope), type_.alignment)};
+    envelope = new (::operator new(sizeof(Envelope), alignment)) Envelope;
+    envelope->home = this;
+    made_.fetch_add(1, std::memory_order_relaxed);
+  }
+  envelope->message = message;
+  return envelope;
+}
+
+void MessagePool::reclaim(Block& block) noexcept {
+  auto& envelope = static_cast<Envelope&>(block);
+  if (envelope.pooled) {
+    if (type_.holds_buffers) type_.recycle(envelope.message);
+  } else {
+    type_.destroy(envelope.message);
+    if (type_.alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
+      ::operator delete (envelope.message, std::align_val_t{type_.alignment});
+    } else {
+      ::operator delete(envelope.message);
+    }
+    envelope.message = nullptr;
+  }
+  envelope.references.store(1, std::memory_order_relaxed);
+  envelope.shared_state.store(0, std::memory_order_relaxed);
+  Envelope* head = returned_.load(std::memory_order_relaxed);
+  do {
+    envelope.next = head;
+  } while (!returned_.compare_exchange_weak(head, &envelope, std::memory_order_release, std::memory_order_relaxed));
+}
+
+std::size_t MessagePool::outstanding() {
+  collect();
+  return made_.load(std::memory_order_relaxed) - free_count_;
+}
+
+}  // namespace nacelle::runtime

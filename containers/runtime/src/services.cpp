@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services.hpp"
+
+#include <utility>
+
+namespace nacelle::runtime {
+namespace {
+
+void answer(const Call& call, std::unique_ptr<AnyMessage> response) {
+  const auto client = call.client.lock();
+  if (!client) return;
+  auto port = client->lock();  // held while pushing, so that the client cannot go meanwhile
+  if (*port != nullptr) (*port)->push(call.sequence, std::move(response));
+}
+
+}  // namespace
+
+void ServiceDirectory::add(const std::string& name, ServerPort& server) { servers_.lock()->emplace(name, &server); }
+
+void ServiceDirectory::remove(const std::string& name, ServerPort& server) {
+  auto servers = servers_.lock();
+  const auto [first, last] = servers->equal_range(name);
+  for (auto it = first; it != last; ++it) {
+    if (it->second == &server) {
+      servers->erase(it);
+      return;
+    }
+  }
+}
+
+bool ServiceDirectory::send(const std::string& name, const msgs::MessageType& request, Call call) {
+  auto servers = servers_.lock();
+  const auto [first, last] = servers->equal_range(name);
+  for (auto it = first; it != last; ++it) {
+    if (&it->second->request_type() != &request || !it->second->is_open()) continue;
+    it->second->push(std::move(call));
+    return true;
+  }
+  return false;
+}
+
+bool ServiceDirectory::is_ready(const std::string& name, const msgs::MessageType& request) const {
+  auto servers = servers_.lock();
+  const auto [first, last] = servers->equal_range(name);
+  for (auto it = first; it != last; ++it) {
+    if (&it->second->request_type() == &request && it->second->is_open()) return true;
+  }
+  return false;
+}
+
+void ServerPort::push(Call call) {
+  calls_.lock()->push_back(std::move(call));
+  waiting_.fetch_add(1, std::memory_order_release);
+  on_ready();
+}
+
+void ServerPort::execute(MonotonicTime) {
+  std::deque<Call> taken;
+  {
+    auto calls = calls_.lock();
+    if (calls->empty()) return;
+    taken.push_back(std::move(calls->front()));
+    calls->pop_front();
+    waiting_.fetch_sub(1, std::memory_order_release);
+  }
+  const Call& call = taken.front();
+  if (!is_open()) {
+    answer(call, nullptr);
+    return;
+  }
+  auto response = std::make_unique<AnyMessage>(response_);
+  try {
+    callback_.run(callback_.context, call.request.get(), response->get());
+  } catch (...) {
+    answer(call, nullptr);
+    throw;  // the executor makes it the component's fault
+  }
+  answer(call, std::move(response));
+}
+
+void ServerPort::refuse_all() {
+  std::deque<Call> waiting;
+  calls_.lock()->swap(waiting);
+  waiting_.store(0, std::memory_order_release);
+  for (const Call& call : waiting) answer(call, nullptr);
+}
+
+void ClientPort::push(std::int64_t sequence, std::unique_ptr<AnyMessage> response) {
+  answers_.lock()->push_back({sequence, std::move(response)});
+  waiting_.fetch_add(1, std::memory_order_release);
+  on_ready();
+}
+
+void ClientPort::execute(MonotonicTime) {
+  Answer next{};
+  {
+    auto answers = answers_.lock();
+    if (answers->empty()) return;
+    next = std::move(answers->front());
+    answers->pop_front();
+    waiting_.fetch_sub(1, std::memory_order_release);
+  }
+  callback_.run(callback_.context, next.sequence, next.response ? next.response->get() : nullptr);
+}
+
+}  // namespace nacelle::runtime

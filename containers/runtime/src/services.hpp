@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/msgs/message_type.hpp"
+#include "nacelle/node/host.hpp"
+#include "nacelle/runtime/executor.hpp"
+
+namespace nacelle::runtime {
+
+/// A message of a type known at run time only, on the heap.
+class AnyMessage {
+ public:
+  explicit AnyMessage(const msgs::MessageType& type)
+      : type_(&type), memory_(::operator new (type.size, std::align_val_t{type.alignment})) {
+    type.construct(memory_);
+  }
+  AnyMessage(AnyMessage&& other) noexcept : type_(other.type_), memory_(std::exchange(other.memory_, nullptr)) {}
+  AnyMessage& operator=(AnyMessage&&) = delete;
+  ~AnyMessage() {
+    if (memory_ == nullptr) return;
+    type_->destroy(memory_);
+    ::operator delete (memory_, std::align_val_t{type_->alignment});
+  }
+  [[nodiscard]] void* get() const { return memory_; }
+  [[nodiscard]] const msgs::MessageType& type() const { return *type_; }
+
+ private:
+  const msgs::MessageType* type_;
+  void* memory_;
+};
+
+class ClientPort;
+class ServerPort;
+
+/// One request on its way; nothing in it belongs to a component.
+struct Call {
+  std::weak_ptr<Guarded<ClientPort*>> client;
+  std::int64_t sequence;
+  AnyMessage request;
+};
+
+/// Who answers which service of the container. Threads: any.
+class ServiceDirectory {
+ public:
+  void add(const std::string& name, ServerPort& server);
+  void remove(const std::string& name, ServerPort& server);
+  /// Hands the call to the server, or returns false if there is none that is open.
+  [[nodiscard]] bool send(const std::string& name, const msgs::MessageType& request, Call call);
+  [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request) const;
+
+ private:
+  Guarded<std::multimap<std::string, ServerPort*>> servers_;
+};
+
+/// A service's queue of calls.
+class ServerPort final : public Executable {
+ public:
+  ServerPort(CallbackGroup& group, const msgs::MessageType& request, const msgs::MessageType& response,
+             ServiceCallback callback, const std::atomic<bool>& open)
+      : Executable(group), request_(request), response_(response), callback_(callback), open_(open) {}
+  void execute(MonotonicTime now) override;
+  [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
+  void push(Call call);
+  /// Tells every waiting client that there will be no answer.
+  void refuse_all();
+  [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
+  [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
+
+ private:
+  const msgs::MessageType& request_;
+  const msgs::MessageType& response_;
+  const ServiceCallback callback_;
+  const std::atomic<bool>& open_;  // the node's lifecycle gate
+  Guarded<std::deque<Call>> calls_;
+  std::atomic<std::size_t> waiting_{0};
+};
+
+/// A client's queue of responses.
+class ClientPort final : public Executable {
+ public:
+  ClientPort(CallbackGroup& group, ResponseCallback callback)
+      : Executable(group), callback_(callback), self_(std::make_shared<Guarded<ClientPort*>>(std::in_place, this)) {}
+  void execute(MonotonicTime now) override;
+  [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
+  void push(std::int64_t sequence, std::unique_ptr<AnyMessage> response);
+  /// After this no server reaches the port any more.
+  void detach() { *self_->lock() = nullptr; }
+  [[nodiscard]] std::weak_ptr<Guarded<ClientPort*>> handle() const { return self_; }
+
+ private:
+  struct Answer {
+    std::int64_t sequence;
+    std::unique_ptr<AnyMessage> response;  // null: there will be none
+  };
+  const ResponseCallback callback_;
+  const std::shared_ptr<Guarded<ClientPort*>> self_;
+  Guarded<std::deque<Answer>> answers_;
+  std::atomic<std::size_t> waiting_{0};
+};
+
+}  // namespace nacelle::runtime

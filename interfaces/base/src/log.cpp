@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/base/log.hpp"
+
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <cctype>
+#include <memory>
+
+namespace nacelle {
+namespace {
+
+std::atomic<LogLevel> lowest_level{LogLevel::Info};
+
+spdlog::level::level_enum to_spdlog(LogLevel level) {
+  switch (level) {
+    case LogLevel::Debug: return spdlog::level::debug;
+    case LogLevel::Info: return spdlog::level::info;
+    case LogLevel::Warn: return spdlog::level::warn;
+    case LogLevel::Error: return spdlog::level::err;
+    case LogLevel::Fatal: return spdlog::level::critical;
+  }
+  return spdlog::level::info;
+}
+
+std::shared_ptr<spdlog::logger> with_format(std::shared_ptr<spdlog::logger> sink) {
+  sink->set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  sink->set_level(spdlog::level::trace);
+  sink->flush_on(spdlog::level::warn);
+  return sink;
+}
+
+// The process's one log; the logger's name is part of each line, so that loggers are values and need no registry.
+std::shared_ptr<spdlog::logger>& process_log() {
+  static std::shared_ptr<spdlog::logger> log =
+      with_format(std::make_shared<spdlog::logger>("nacelle", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+  return log;
+}
+
+}  // namespace
+
+bool Logger::enabled(LogLevel level) const { return level >= lowest_level.load(std::memory_order_relaxed); }
+
+void Logger::write(LogLevel level, std::string_view text) const {
+  process_log()->log(to_spdlog(level), "[{}] {}", name_, text);
+}
+
+void set_log_level(LogLevel level) { lowest_level.store(level, std::memory_order_relaxed); }
+
+bool parse_log_level(std::string_view text, LogLevel& level) {
+  std::string lower;
+  for (const char c : text) lower.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
+  if (lower == "debug")
+    level = LogLevel::Debug;
+  else if (lower == "info")
+    level = LogLevel::Info;
+  else if (lower == "warn" || lower == "warning")
+    level = LogLevel::Warn;
+  else if (lower == "error")
+    level = LogLevel::Error;
+  else if (lower == "fatal")
+    level = LogLevel::Fatal;
+  else
+    return false;
+  return true;
+}
+
+bool log_to_file(const std::string& path) {
+  try {
+    process_log() = with_format(
+        std::make_shared<spdlog::logger>("nacelle", std::make_shared<spdlog::sinks::basic_file_sink_mt>(path)));
+    return true;
+  } catch (const spdlog::spdlog_ex&) { return false; }
+}
+
+}  // namespace nacelle

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/base/problem.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace nacelle {
+namespace {
+
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
+  for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t change = a[i - 1] == b[j - 1] ? 0 : 1;
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + change});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+}  // namespace
+
+std::string Problem::text() const {
+  std::string all;
+  if (!where.empty()) all += where + ": ";
+  all += what;
+  if (!way_out.empty()) all += "; " + way_out;
+  return all;
+}
+
+std::string nearest_name(std::string_view wrong, const std::vector<std::string>& candidates) {
+  std::string best;
+  std::size_t best_distance = 0;
+  for (const auto& candidate : candidates) {
+    const std::size_t d = distance(wrong, candidate);
+    if (d > std::max<std::size_t>(1, std::max(wrong.size(), candidate.size()) / 3)) continue;
+    if (best.empty() || d < best_distance) {
+      best = candidate;
+      best_distance = d;
+    }
+  }
+  return best;
+}
+
+std::string suggestion(std::string_view wrong, const std::vector<std::string>& candidates) {
+  if (const auto near = nearest_name(wrong, candidates); !near.empty()) return "did you mean '" + near + "'?";
+  if (candidates.empty()) return {};
+  return (candidates.size() == 1 ? "the only choice is " : "one of ") + join(candidates);
+}
+
+std::string join(const std::vector<std::string>& parts, std::string_view separator) {
+  std::string all;
+  for (const auto& part : parts) {
+    if (!all.empty()) all += separator;
+    all += part;
+  }
+  return all;
+}
+
+}  // namespace nacelle

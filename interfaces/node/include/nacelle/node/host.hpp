@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "nacelle/base/bytes.hpp"
+#include "nacelle/base/histogram.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/node/message.hpp"
+#include "nacelle/node/transport.hpp"
+
+namespace nacelle {
+
+/// Runs a subscription's callback for one message. For Taking::Own it takes over the block's reference; for Taking::Share it
+/// looks (or adds a reference of its own). Lives in the component; called on its executor only.
+struct MessageCallback {
+  void (*run)(void* context, Block& block, Reader& reader) = nullptr;
+  void* context = nullptr;
+};
+
+/// A callback without an argument, as two words: a std::function would need the component's code to be destroyed.
+struct PlainCallback {
+  void (*run)(void* context) = nullptr;
+  void* context = nullptr;
+};
+
+/// Answers a request in place. Lives in the component; called on its executor only.
+struct ServiceCallback {
+  void (*run)(void* context, const void* request, void* response) = nullptr;
+  void* context = nullptr;
+};
+
+/// Takes a response; null means that there will be none (the server went away). Called on the client's executor only.
+struct ResponseCallback {
+  void (*run)(void* context, std::int64_t sequence, const void* response) = nullptr;
+  void* context = nullptr;
+};
+
+/// Handles of the host's objects. Destroying one ends the thing; its callback does not run afterwards.
+class SubscriptionHandle {
+ public:
+  virtual ~SubscriptionHandle() = default;
+  [[nodiscard]] virtual Reader& reader() = 0;
+};
+class TimerHandle {
+ public:
+  virtual ~TimerHandle() = default;
+  virtual void cancel() = 0;
+  virtual void reset() = 0;
+  [[nodiscard]] virtual bool is_canceled() const = 0;
+};
+class ServiceHandle {
+ public:
+  virtual ~ServiceHandle() = default;
+};
+class ClientHandle {
+ public:
+  virtual ~ClientHandle() = default;
+  /// Moves the request's fields out of `request`. Returns the call's number, or 0 if no server is there.
+  [[nodiscard]] virtual std::int64_t send(void* request) = 0;
+  [[nodiscard]] virtual bool service_is_ready() const = 0;
+};
+
+/// How firmly a node means to broadcast a transform.
+enum class FrameClaimKind : std::uint8_t {
+  Primary,   ///< Owns the frame; two of these for one child are an error of the composition.
+  Fallback,  ///< Owns it only while no primary claim exists (wheel odometry beside an EKF).
+};
+
+/// A node's claim on the transform parent -> child. Every frame has one parent and one owner.
+class FrameClaim {
+ public:
+  virtual ~FrameClaim() = default;
+  /// Threads: any; one relaxed load.
+  [[nodiscard]] virtual bool is_owner() const = 0;
+  /// Who owns the frame instead; empty while we do.
+  [[nodiscard]] virtual std::string owner() const = 0;
+  /// Gives the claim up (a parameter switched the broadcast off).
+  virtual void withdraw() = 0;
+};
+
+/// A container as one node sees it: everything that leaves the node goes through here.
+///
+/// The runtime implements it, and a recording host in test/support, so that a component runs in a unit test without an
+/// executor and without a thread. Topic and service names are fully qualified and remapped already.
+/// Threads: from the component's executor and its constructor, unless said otherwise. Handles must not outlive the node.
+class NodeHost {
+ public:
+  virtual ~NodeHost() = default;
+
+  [[nodiscard]] virtual const Clock& clock() const = 0;
+  [[nodiscard]] virtual std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) = 0;
+  [[nodiscard]] virtual std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
+                                                                                MessageCallback callback) = 0;
+  [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback) = 0;
+  [[nodiscard]] virtual std::unique_ptr<ServiceHandle> create_service(const std::string& name,
+                                                                      const msgs::MessageType& request,
+                                                                      const msgs::MessageType& response,
+                                                                      ServiceCallback callback) = 0;
+  [[nodiscard]] virtual std::unique_ptr<ClientHandle> create_client(const std::string& name,
+                                                                    const msgs::MessageType& request,
+                                                                    const msgs::MessageType& response,
+                                                                    ResponseCallback callback) = 0;
+  [[nodiscard]] virtual std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
+                                                                FrameClaimKind kind) = 0;
+
+  /// One object per name and container, made by the first who asks. `make` must live in a library that is never unloaded.
+  [[nodiscard]] virtual std::shared_ptr<void> shared_object(const std::string& name,
+                                                            std::shared_ptr<void> (*make)()) = 0;
+
+  /// A duration that reports show under the node's name. Lives as long as the node. Threads of record(): one writer.
+  [[nodiscard]] virtual DurationHistogram& create_histogram(const std::string& name) = 0;
+
+  /// Bytes that stop the hardware, and where to write them, so that anybody can without running component code (design D7).
+  /// The descriptor stays open until clear_safe_stop().
+  virtual void register_safe_stop(int descriptor, ByteView frame) = 0;
+  virtual void clear_safe_stop() = 0;
+
+  /// The component cannot go on: the host runs error processing on its executor. Threads: any.
+  virtual void report_fault(std::string code, std::string text) = 0;
+  /// Opens or closes the lifecycle gate of all endpoints of the node.
+  virtual void set_active(bool active) = 0;
+};
+
+/// Who a node is.
+struct NodeIdentity {
+  std::string name;
+  std::string name_space;  ///< "/" or "/robot1"
+  [[nodiscard]] std::string fully_qualified() const { return name_space == "/" ? "/" + name : name_space + "/" + name; }
+};
+
+/// Makes hosts; one per container. Nodes find it in their NodeOptions.
+class Context {
+ public:
+  virtual ~Context() = default;
+  [[nodiscard]] virtual std::unique_ptr<NodeHost> create_host(const NodeIdentity& identity) = 0;
+};
+
+}  // namespace nacelle

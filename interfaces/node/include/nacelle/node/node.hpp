@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "nacelle/base/log.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/msgs/message_type.hpp"
+#include "nacelle/node/host.hpp"
+#include "nacelle/node/node_options.hpp"
+#include "nacelle/node/parameter.hpp"
+#include "nacelle/node/publisher.hpp"
+#include "nacelle/node/service.hpp"
+#include "nacelle/node/subscription.hpp"
+#include "nacelle/node/timer.hpp"
+
+namespace nacelle {
+
+/// A named participant of the graph, in rclcpp's words. Always active; most components are LifecycleNodes.
+///
+/// Publishers, subscriptions, services, parameters and frames are declared in the constructor, which touches no hardware.
+/// Threads: everything here belongs to the component's executor, except const members and fault() of LifecycleNode.
+/// Errors:  rclcpp's named exceptions for what a programmer or a launch file got wrong.
+class Node {
+ public:
+  Node(const std::string& default_name, const NodeOptions& options);
+  virtual ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  [[nodiscard]] const std::string& get_name() const { return identity_.name; }
+  [[nodiscard]] const std::string& get_namespace() const { return identity_.name_space; }
+  [[nodiscard]] std::string get_fully_qualified_name() const { return identity_.fully_qualified(); }
+  [[nodiscard]] const Logger& get_logger() const { return logger_; }
+  [[nodiscard]] const Clock& get_clock() const { return host_->clock(); }
+  /// ROS time: what goes into a header's stamp.
+  [[nodiscard]] WallTime now() const { return host_->clock().wall_now(); }
+
+  /// Topic names are relative, private (~/) or absolute; remaps and the launch file's QoS apply.
+  template <typename T>
+  std::shared_ptr<Publisher<T>> create_publisher(const std::string& topic, const QoS& qos) {
+    EndpointSpec spec = endpoint(topic, T::message_type(), qos, true);
+    auto writer = make_writer(spec);
+    return std::make_shared<Publisher<T>>(spec.topic, spec.qos, std::move(writer));
+  }
+
+  /// The callback's first parameter is the wish: `const T&` or `std::shared_ptr<const T>` shares, `Loan<T>` (or, at the price of
+  /// a heap node, `std::unique_ptr<T>`) owns. A second parameter `const MessageInfo&` is optional.
+  template <typename T, typename F>
+  std::shared_ptr<Subscription<T>> create_subscription(const std::string& topic, const QoS& qos, F&& callback) {
+    using Made = detail::CallbackSubscription<T, std::decay_t<F>>;
+    EndpointSpec spec = endpoint(topic, T::message_type(), qos, false);
+    auto made = std::make_shared<Made>(spec.topic, spec.qos, std::forward<F>(callback));
+    made->attach(make_subscription(spec, detail::kTaking<T, detail::FirstArgument<F>>, {&Made::run, made.get()}));
+    return made;
+  }
+
+  /// Errors: InvalidNameError for a period that is not positive.
+  template <typename F>
+  std::shared_ptr<Timer> create_wall_timer(Duration period, F&& callback) {
+    using Made = detail::CallbackTimer<std::decay_t<F>>;
+    auto made = std::make_shared<Made>(std::forward<F>(callback));
+    made->attach(make_timer(period, {&Made::run, made.get()}));
+    return made;
+  }
+
+  /// The callback takes (const S::Request&, S::Response&).
+  template <typename S, typename F>
+  std::shared_ptr<Service<S>> create_service(const std::string& name, F&& callback) {
+    using Made = detail::CallbackService<S, std::decay_t<F>>;
+    const std::string full = resolve_service_name(name);
+    auto made = std::make_shared<Made>(full, std::forward<F>(callback));
+    made->attach(
+        host_->create_service(full, S::Request::message_type(), S::Response::message_type(), {&Made::run, made.get()}));
+    return made;
+  }
+  template <typename S>
+  std::shared_ptr<Client<S>> create_client(const std::string& name) {
+    const std::string full = resolve_service_name(name);
+    auto made = std::make_shared<Client<S>>(full);
+    made->attach(host_->create_client(full, S::Request::message_type(), S::Response::message_type(),
+                                      {&Client<S>::run, made.get()}));
+    return made;
+  }
+
+  /// Declares a parameter and returns its value: the override of the launch file, or the default.
+  /// Errors: ParameterAlreadyDeclared, InvalidParameterType, InvalidParameterValue (range), with node, name and value.
+  template <typename T>
+  typename detail::StoredAs<T>::type declare_parameter(const std::string& name, const T& default_value,
+                                                       ParameterDescriptor descriptor = {}) {
+    using Stored = typename detail::StoredAs<T>::type;
+    ParameterValue value{std::in_place_type<Stored>};
+    if constexpr (std::is_same_v<T, std::vector<int>>) {
+      value = Stored(default_value.begin(), default_value.end());
+    } else {
+      value = static_cast<Stored>(default_value);
+    }
+    const ParameterType type = type_of(value);
+    return std::get<Stored>(parameters_.declare(name, std::move(value), type, std::move(descriptor)));
+  }
+  std::string declare_parameter(const std::string& name, const char* default_value,
+                                ParameterDescriptor descriptor = {}) {
+    return declare_parameter<std::string>(name, default_value, std::move(descriptor));
+  }
+  /// Declares a parameter without a default; it stays NotSet unless overridden.
+  const ParameterValue& declare_parameter(const std::string& name, ParameterType type,
+                                          ParameterDescriptor descriptor = {}) {
+    return parameters_.declare(name, ParameterValue{}, type, std::move(descriptor));
+  }
+  [[nodiscard]] bool has_parameter(const std::string& name) const { return parameters_.has(name); }
+  [[nodiscard]] Parameter get_parameter(const std::string& name) const { return {name, parameters_.get(name)}; }
+  /// The stored alternative: bool, int64_t, double, string or a vector of those.
+  template <typename T>
+  [[nodiscard]] T get(const std::string& name) const {
+    return std::get<T>(parameters_.get(name));
+  }
+  SetParametersResult set_parameter(const Parameter& parameter) { return parameters_.set_atomically({parameter}); }
+  SetParametersResult set_parameters_atomically(const std::vector<Parameter>& parameters) {
+    return parameters_.set_atomically(parameters);
+  }
+  void add_on_set_parameters_callback(ParameterStore::OnSet callback) { parameters_.add_on_set(std::move(callback)); }
+  [[nodiscard]] const ParameterStore& parameters() const { return parameters_; }
+  [[nodiscard]] ParameterStore& parameters() { return parameters_; }
+
+  /// Says that this node broadcasts the transform parent -> child.
+  std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
+                                          FrameClaimKind kind = FrameClaimKind::Primary) {
+    return host_->claim_frame(parent, child, kind);
+  }
+  /// The container's one object of that name, e.g. the transform buffer. `make` lives in a library that is never unloaded.
+  template <typename T>
+  std::shared_ptr<T> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) {
+    return std::static_pointer_cast<T>(host_->shared_object(name, make));
+  }
+  DurationHistogram& create_histogram(const std::string& name) { return host_->create_histogram(name); }
+  void register_safe_stop(int descriptor, ByteView frame) { host_->register_safe_stop(descriptor, frame); }
+  void clear_safe_stop() { host_->clear_safe_stop(); }
+
+  /// The names after expansion and remapping. Errors: InvalidNameError.
+  [[nodiscard]] std::string resolve_topic_name(const std::string& name) const;
+  [[nodiscard]] std::string resolve_service_name(const std::string& name) const;
+
+ protected:
+  [[nodiscard]] NodeHost& host() { return *host_; }
+
+ private:
+  EndpointSpec endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos, bool publisher) const;
+  std::unique_ptr<Writer> make_writer(const EndpointSpec& spec);
+  std::unique_ptr<SubscriptionHandle> make_subscription(const EndpointSpec& spec, Taking taking,
+                                                        MessageCallback callback);
+  std::unique_ptr<TimerHandle> make_timer(Duration period, PlainCallback callback);
+
+  NodeIdentity identity_;
+  Logger logger_;
+  std::vector<RemapRule> remaps_;
+  std::vector<QosOverride> qos_overrides_;
+  ParameterStore parameters_;
+  std::unique_ptr<NodeHost> host_;
+};
+
+}  // namespace nacelle

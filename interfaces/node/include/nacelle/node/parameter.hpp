@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+namespace nacelle {
+
+/// A parameter's value in rcl_interfaces' types; monostate is "not set".
+using ParameterValue =
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<std::uint8_t>, std::vector<bool>,
+                 std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
+
+/// Numbered as rcl_interfaces/msg/ParameterType.
+enum class ParameterType : std::uint8_t {
+  NotSet,
+  Bool,
+  Integer,
+  Double,
+  String,
+  ByteArray,
+  BoolArray,
+  IntegerArray,
+  DoubleArray,
+  StringArray
+};
+
+[[nodiscard]] inline ParameterType type_of(const ParameterValue& value) {
+  return static_cast<ParameterType>(value.index());
+}
+[[nodiscard]] const char* to_text(ParameterType type);
+[[nodiscard]] std::string to_text(const ParameterValue& value);
+
+/// An inclusive range; step 0 means any value in it.
+struct IntegerRange {
+  std::int64_t from = 0, to = 0;
+  std::uint64_t step = 0;
+};
+struct FloatingPointRange {
+  double from = 0, to = 0, step = 0;
+};
+
+/// rcl_interfaces/msg/ParameterDescriptor, in C++.
+struct ParameterDescriptor {
+  std::string description;
+  std::string additional_constraints;
+  bool read_only = false;
+  bool dynamic_typing = false;
+  std::optional<IntegerRange> integer_range = std::nullopt;
+  std::optional<FloatingPointRange> floating_point_range = std::nullopt;
+};
+
+struct SetParametersResult {
+  bool successful = true;
+  std::string reason;
+};
+
+/// A name with its value.
+class Parameter {
+ public:
+  Parameter() = default;
+  Parameter(std::string name, ParameterValue value) : name_(std::move(name)), value_(std::move(value)) {}
+
+  [[nodiscard]] const std::string& get_name() const { return name_; }
+  [[nodiscard]] ParameterType get_type() const { return type_of(value_); }
+  [[nodiscard]] const ParameterValue& get_parameter_value() const { return value_; }
+  [[nodiscard]] bool as_bool() const { return std::get<bool>(value_); }
+  [[nodiscard]] std::int64_t as_int() const { return std::get<std::int64_t>(value_); }
+  [[nodiscard]] double as_double() const { return std::get<double>(value_); }
+  [[nodiscard]] const std::string& as_string() const { return std::get<std::string>(value_); }
+  [[nodiscard]] const std::vector<double>& as_double_array() const { return std::get<std::vector<double>>(value_); }
+  [[nodiscard]] const std::vector<std::string>& as_string_array() const {
+    return std::get<std::vector<std::string>>(value_);
+  }
+
+ private:
+  std::string name_;
+  ParameterValue value_;
+};
+
+namespace exceptions {
+// rclcpp's named exceptions, so that code written for it reads the same.
+struct ParameterAlreadyDeclaredException : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+struct ParameterNotDeclaredException : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+struct InvalidParameterTypeException : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+struct InvalidParameterValueException : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+struct ParameterImmutableException : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+struct InvalidNameError : std::runtime_error {
+  using runtime_error::runtime_error;
+};
+}  // namespace exceptions
+
+namespace detail {
+// Maps what a caller writes (int, float, const char*) to the stored alternative.
+template <typename T>
+struct StoredAs {
+  using type = T;
+};
+template <typename T>
+requires(std::is_integral_v<T> && !std::is_same_v<T, bool>) struct StoredAs<T> {
+  using type = std::int64_t;
+};
+template <typename T>
+requires std::is_floating_point_v<T>
+struct StoredAs<T> {
+  using type = double;
+};
+template <>
+struct StoredAs<const char*> {
+  using type = std::string;
+};
+template <>
+struct StoredAs<std::vector<int>> {
+  using type = std::vector<std::int64_t>;
+};
+}  // namespace detail
+
+/// The declared parameters of one node: typed once, held in their ranges, watched by callbacks.
+///
+/// An integer override for a double parameter is taken as that double (a person writes `rate: 50`).
+/// Errors:  rclcpp's named exceptions; texts name node, parameter, value and range.
+/// Threads: one executor; a component copies what its own threads need.
+class ParameterStore {
+ public:
+  using OnSet = std::function<SetParametersResult(const std::vector<Parameter>&)>;
+
+  ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides);
+
+  const ParameterValue& declare(const std::string& name, ParameterValue value, ParameterType type,
+                                ParameterDescriptor descriptor);
+  [[nodiscard]] bool has(const std::string& name) const { return entries_.count(name) != 0; }
+  [[nodiscard]] const ParameterValue& get(const std::string& name) const;
+  [[nodiscard]] const ParameterDescriptor& describe(const std::string& name) const;
+  /// All or nothing; refusals come with the reason in rclcpp's words.
+  SetParametersResult set_atomically(const std::vector<Parameter>& parameters);
+  void undeclare(const std::string& name);
+  [[nodiscard]] std::vector<std::string> list() const;
+  void add_on_set(OnSet callback) { on_set_.push_back(std::move(callback)); }
+
+  [[nodiscard]] const std::map<std::string, ParameterValue>& overrides() const { return overrides_; }
+  /// Overrides that nobody has declared: misspelt, most likely.
+  [[nodiscard]] std::vector<std::string> unused_overrides() const;
+
+ private:
+  struct Entry {
+    ParameterValue value;
+    ParameterType type;
+    ParameterDescriptor descriptor;
+  };
+  [[nodiscard]] std::string refusal(const std::string& name, const Entry& entry, const ParameterValue& value) const;
+
+  std::string node_;
+  std::map<std::string, ParameterValue> overrides_;
+  std::map<std::string, Entry> entries_;
+  std::vector<OnSet> on_set_;
+};
+
+}  // namespace nacelle

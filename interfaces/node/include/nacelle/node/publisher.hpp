@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "nacelle/node/message.hpp"
+#include "nacelle/node/transport.hpp"
+
+namespace nacelle {
+
+/// Sends messages of one type to one topic.
+///
+/// Three ways, cheapest first: borrow() a pooled message, set every field, publish(Loan) (no allocation, no copy);
+/// publish(unique_ptr) adopts a heap message (no copy); publish(const T&) copies it, which is counted.
+///
+/// Threads:   belongs to one thread at a time (the component's executor, or the I/O thread it was handed to).
+/// Allocates: nothing in steady state with borrow().
+template <typename T>
+class Publisher {
+ public:
+  using SharedPtr = std::shared_ptr<Publisher>;
+
+  Publisher(std::string topic, QoS qos, std::unique_ptr<Writer> writer)
+      : topic_(std::move(topic)), qos_(std::move(qos)), writer_(std::move(writer)) {}
+
+  /// A message of the topic's pool with an earlier message's values and capacity; empty if the pool is dry.
+  [[nodiscard]] Loan<T> borrow() {
+    Block* const block = writer_->borrow();
+    if (block == nullptr) return {};
+    return Loan<T>{static_cast<T*>(block->message), ReturnToStore{block}};
+  }
+  /// Gives the message away. An empty loan is dropped silently: borrow() has counted it.
+  PublishResult publish(Loan<T> message) {
+    if (!message) return PublishResult::WouldBlock;
+    Block* const block = message.get_deleter().block();
+    static_cast<void>(message.release());
+    return writer_->publish(*block);
+  }
+  PublishResult publish(std::unique_ptr<T> message) { return writer_->publish(*writer_->adopt(message.release())); }
+  PublishResult publish(const T& message) {
+    Loan<T> copy = borrow();
+    if (!copy) return PublishResult::WouldBlock;
+    *copy = message;
+    return publish(std::move(copy));
+  }
+
+  [[nodiscard]] const std::string& get_topic_name() const { return topic_; }
+  [[nodiscard]] const QoS& get_actual_qos() const { return qos_; }
+  [[nodiscard]] std::size_t get_subscription_count() const { return writer_->reader_count(); }
+  [[nodiscard]] WriterCounters counters() const { return writer_->counters(); }
+
+ private:
+  std::string topic_;
+  QoS qos_;
+  std::unique_ptr<Writer> writer_;
+};
+
+}  // namespace nacelle

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "nacelle/node/host.hpp"
+
+namespace nacelle {
+namespace detail {
+
+template <typename F>
+struct CallableArguments : CallableArguments<decltype(&F::operator())> {};
+template <typename R, typename... A>
+struct CallableArguments<R (*)(A...)> {
+  using type = std::tuple<A...>;
+};
+template <typename C, typename R, typename... A>
+struct CallableArguments<R (C::*)(A...)> {
+  using type = std::tuple<A...>;
+};
+template <typename C, typename R, typename... A>
+struct CallableArguments<R (C::*)(A...) const> {
+  using type = std::tuple<A...>;
+};
+template <typename C, typename R, typename... A>
+struct CallableArguments<R (C::*)(A...) noexcept> {
+  using type = std::tuple<A...>;
+};
+template <typename C, typename R, typename... A>
+struct CallableArguments<R (C::*)(A...) const noexcept> {
+  using type = std::tuple<A...>;
+};
+
+// The exact parameter type decides, not is_invocable: a Loan converts to shared_ptr, and would silently become a sharer.
+template <typename F>
+using FirstArgument = std::tuple_element_t<0, typename CallableArguments<std::decay_t<F>>::type>;
+template <typename F>
+inline constexpr std::size_t kArgumentCount = std::tuple_size_v<typename CallableArguments<std::decay_t<F>>::type>;
+
+template <typename T, typename Argument>
+inline constexpr Taking kTaking = std::is_same_v<std::remove_cvref_t<Argument>, Loan<T>> ||
+                                          std::is_same_v<std::remove_cvref_t<Argument>, std::unique_ptr<T>>
+                                      ? Taking::Own
+                                      : Taking::Share;
+
+}  // namespace detail
+
+class SubscriptionBase {
+ public:
+  virtual ~SubscriptionBase() = default;
+};
+
+/// Calls back for each message of one topic; see Node::create_subscription().
+template <typename T>
+class Subscription : public SubscriptionBase {
+ public:
+  using SharedPtr = std::shared_ptr<Subscription>;
+
+  [[nodiscard]] const std::string& get_topic_name() const { return topic_; }
+  [[nodiscard]] const QoS& get_actual_qos() const { return qos_; }
+  [[nodiscard]] std::size_t get_publisher_count() const { return handle_->reader().writer_count(); }
+  [[nodiscard]] ReaderCounters counters() const { return handle_->reader().counters(); }
+
+ protected:
+  Subscription(std::string topic, QoS qos) : topic_(std::move(topic)), qos_(std::move(qos)) {}
+  std::string topic_;
+  QoS qos_;
+  std::unique_ptr<SubscriptionHandle> handle_;
+};
+
+namespace detail {
+
+template <typename T, typename F>
+class CallbackSubscription final : public Subscription<T> {
+ public:
+  CallbackSubscription(std::string topic, QoS qos, F callback)
+      : Subscription<T>(std::move(topic), std::move(qos)), callback_(std::move(callback)) {}
+  ~CallbackSubscription() override { this->handle_.reset(); }  // before the callable goes
+
+  void attach(std::unique_ptr<SubscriptionHandle> handle) { this->handle_ = std::move(handle); }
+
+  static void run(void* context, Block& block, Reader& reader) {
+    auto& self = *static_cast<CallbackSubscription*>(context);
+    using Argument = FirstArgument<F>;
+    using Plain = std::remove_cvref_t<Argument>;
+    if constexpr (std::is_same_v<Plain, T>) {
+      self.call(*static_cast<const T*>(block.message), block.info);
+    } else if constexpr (std::is_same_v<Plain, std::shared_ptr<const T>>) {
+      const MessageInfo info = block.info;
+      const T* const message = static_cast<const T*>(block.message);
+      self.call(std::shared_ptr<const T>(share_block(block), message), info);
+    } else if constexpr (std::is_same_v<Plain, Loan<T>>) {
+      const MessageInfo info = block.info;
+      self.call(Loan<T>{static_cast<T*>(block.message), ReturnToStore{&block}}, info);
+    } else {
+      static_assert(std::is_same_v<Plain, std::unique_ptr<T>>,
+                    "a callback takes const T&, std::shared_ptr<const T>, nacelle::Loan<T> or std::unique_ptr<T>");
+      const MessageInfo info = block.info;
+      Loan<T> home{static_cast<T*>(block.message), ReturnToStore{&block}};
+      auto own = std::make_unique<T>(std::move(*home));
+      home.reset();
+      reader.note_rehomed();
+      self.call(std::move(own), info);
+    }
+  }
+
+ private:
+  template <typename M>
+  void call(M&& message, const MessageInfo& info) {
+    if constexpr (kArgumentCount<F> == 1) {
+      callback_(std::forward<M>(message));
+    } else {
+      callback_(std::forward<M>(message), info);
+    }
+  }
+  F callback_;
+};
+
+}  // namespace detail
+}  // namespace nacelle

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "nacelle/node/host.hpp"
+
+namespace nacelle {
+
+/// Calls back at a fixed period of the monotonic clock, on the component's executor.
+///
+/// A late tick is not made up for: the next one is due at the next multiple of the period. Silent while a lifecycle node is
+/// not active.
+class Timer {
+ public:
+  using SharedPtr = std::shared_ptr<Timer>;
+  virtual ~Timer() = default;
+  void cancel() { handle_->cancel(); }
+  /// Starts a full period from now; also ends a cancel().
+  void reset() { handle_->reset(); }
+  [[nodiscard]] bool is_canceled() const { return handle_->is_canceled(); }
+
+ protected:
+  std::unique_ptr<TimerHandle> handle_;
+};
+
+namespace detail {
+
+template <typename F>
+class CallbackTimer final : public Timer {
+ public:
+  explicit CallbackTimer(F callback) : callback_(std::move(callback)) {}
+  ~CallbackTimer() override { handle_.reset(); }
+  void attach(std::unique_ptr<TimerHandle> handle) { handle_ = std::move(handle); }
+  static void run(void* context) { static_cast<CallbackTimer*>(context)->callback_(); }
+
+ private:
+  F callback_;
+};
+
+}  // namespace detail
+}  // namespace nacelle

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "nacelle/node/message.hpp"
+#include "nacelle/qos/qos.hpp"
+
+namespace nacelle::msgs {
+struct MessageType;
+}
+
+namespace nacelle {
+
+/// What publish() did with the message. The message is gone from the caller in every case.
+enum class PublishResult : std::uint8_t {
+  Published,   ///< Handed to every matched reader (perhaps none).
+  Inactive,    ///< The lifecycle node is not active: dropped and counted.
+  WouldBlock,  ///< A reliable KEEP_ALL reader is full: this reader did not get it, counted.
+};
+
+/// One end of a stream as the graph sees it.
+struct EndpointSpec {
+  std::string topic;                        ///< Fully qualified name, e.g. "/camera/image_raw".
+  const msgs::MessageType* type = nullptr;  ///< Lives in the message package's library.
+  QoS qos{10};
+  std::string node;  ///< Fully qualified node name, for reports; empty: a tool, left out of them.
+  /// The lifecycle gate. While it holds false, a writer's publish() drops and counts; a reader starts as the gate is when it is
+  /// made and follows set_enabled() from then on. Null is open.
+  const std::atomic<bool>* gate = nullptr;
+};
+
+/// Does a reader look at a shared message or take it for itself? The callback's signature decides (design D4).
+enum class Taking : std::uint8_t { Share, Own };
+
+struct WriterCounters {
+  std::uint64_t published = 0;
+  std::uint64_t inactive = 0;      ///< Dropped by the lifecycle gate.
+  std::uint64_t would_block = 0;   ///< Refusals of full KEEP_ALL readers.
+  std::uint64_t copies = 0;        ///< Messages copied in publish() for owners.
+  std::uint64_t bytes_copied = 0;  ///< Encoded size of those copies.
+  std::uint64_t pool_grown = 0;    ///< Envelopes made after the first ones: steady state adds none.
+};
+
+struct ReaderCounters {
+  std::uint64_t received = 0;     ///< Put into the queue.
+  std::uint64_t delivered = 0;    ///< Taken out for the callback.
+  std::uint64_t overwritten = 0;  ///< KEEP_LAST: the oldest made room.
+  std::uint64_t full = 0;         ///< KEEP_ALL: no room left.
+  std::uint64_t inactive = 0;     ///< Dropped by the lifecycle gate.
+  std::uint64_t discarded = 0;    ///< Still waiting when the reader was closed.
+  std::uint64_t rehomed = 0;      ///< Moved to the heap for a plain unique_ptr.
+};
+
+/// The sending end. Ownership: the publisher's; destroying it leaves the stream.
+/// Threads: borrow(), adopt() and publish() belong to one thread at a time; const members from any thread.
+class Writer {
+ public:
+  virtual ~Writer() = default;
+  /// An envelope from this writer's pool, with one reference that is the caller's; null when the pool is dry.
+  [[nodiscard]] virtual Block* borrow() = 0;
+  /// An envelope around a message made with `new`; it is destroyed through its MessageType. Takes over `message`.
+  [[nodiscard]] virtual Block* adopt(void* message) = 0;
+  /// Takes over the caller's reference. Stamps the message and hands it to the matched readers.
+  virtual PublishResult publish(Block& block) = 0;
+  [[nodiscard]] virtual std::size_t reader_count() const = 0;
+  [[nodiscard]] virtual WriterCounters counters() const = 0;
+  [[nodiscard]] virtual std::uint64_t id() const = 0;
+};
+
+/// Told that a reader has something to take. Threads: called from the publisher's thread, so only note it and return.
+class ReadyListener {
+ public:
+  virtual ~ReadyListener() = default;
+  virtual void on_ready() noexcept = 0;
+};
+
+/// The receiving end: a queue in the shape that the QoS asks for.
+/// Threads: take() belongs to one thread at a time; the rest from any thread.
+class Reader {
+ public:
+  virtual ~Reader() = default;
+  /// The oldest waiting message with one reference that is the caller's (for Taking::Own: the only one), or null.
+  [[nodiscard]] virtual Block* take() = 0;
+  [[nodiscard]] virtual bool has_waiting() const = 0;
+  [[nodiscard]] virtual std::size_t writer_count() const = 0;
+  [[nodiscard]] virtual ReaderCounters counters() const = 0;
+  /// The lifecycle gate. Closing it drops (and counts) what waits; opening it brings what the reader has missed of a
+  /// transient_local history.
+  virtual void set_enabled(bool enabled) = 0;
+  /// Bookkeeping of whoever runs the callback: time since publish(), and moves to the heap for a plain unique_ptr.
+  virtual void note_latency(Duration latency) = 0;
+  virtual void note_rehomed() = 0;
+};
+
+/// A way for messages between endpoints with one QoS meaning (design D5): in process, between processes, on the network.
+///
+/// Every implementation passes test/conformance, the fake of test/support included. Endpoints that cannot be matched (QoS or
+/// type) are made all the same and reported: the other pairs of the topic still work.
+/// Threads: any. A listener given to create_reader() must outlive the reader.
+class Transport {
+ public:
+  virtual ~Transport() = default;
+  /// Never null.
+  [[nodiscard]] virtual std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) = 0;
+  /// Never null. `listener` may be null for a reader that is polled.
+  [[nodiscard]] virtual std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking,
+                                                              ReadyListener* listener) = 0;
+};
+
+}  // namespace nacelle

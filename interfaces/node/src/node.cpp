@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/node/node.hpp"
+
+#include <fmt/format.h>
+
+namespace nacelle {
+namespace {
+
+template <typename T>
+T or_throw(Result<T, Problem> result) {
+  if (!result) throw exceptions::InvalidNameError(result.error().text());
+  return std::move(result).value();
+}
+
+NodeIdentity identify(const std::string& default_name, const NodeOptions& options) {
+  NodeIdentity identity{options.node_name().empty() ? default_name : options.node_name(),
+                        options.node_namespace().empty() ? "/" : options.node_namespace()};
+  if (identity.name_space.front() != '/') identity.name_space.insert(0, 1, '/');
+  identity.name_space = remap_namespace(identity.name_space, identity.name, options.remap_rules());
+  identity.name = remap_node_name(identity.name, options.remap_rules());
+  if (const auto ok = validate_node_name(identity.name); !ok) throw exceptions::InvalidNameError(ok.error().text());
+  if (const auto ok = validate_namespace(identity.name_space); !ok)
+    throw exceptions::InvalidNameError(ok.error().text());
+  return identity;
+}
+
+// ROS names loggers with dots: "robot1.lidar".
+std::string logger_name(const NodeIdentity& identity) {
+  std::string name = identity.fully_qualified().substr(1);
+  for (char& c : name) {
+    if (c == '/') c = '.';
+  }
+  return name;
+}
+
+}  // namespace
+
+Node::Node(const std::string& default_name, const NodeOptions& options)
+    : identity_(identify(default_name, options)),
+      logger_(logger_name(identity_)),
+      remaps_(options.remap_rules()),
+      qos_overrides_(options.qos_overrides()),
+      parameters_(identity_.fully_qualified(), options.parameter_overrides()),
+      host_(options.context().create_host(identity_)) {
+  declare_parameter("use_sim_time", false,
+                    {.description = "Take the time from /clock.", .additional_constraints = "", .read_only = true});
+}
+
+Node::~Node() = default;
+
+std::string Node::resolve_topic_name(const std::string& name) const {
+  const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));
+  return or_throw(remap_topic(full, remaps_, {identity_.name, identity_.name_space, identity_.name}));
+}
+
+std::string Node::resolve_service_name(const std::string& name) const {
+  const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));
+  return or_throw(remap_service(full, remaps_, {identity_.name, identity_.name_space, identity_.name}));
+}
+
+EndpointSpec Node::endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos,
+                            bool publisher) const {
+  EndpointSpec spec{resolve_topic_name(topic), &type, qos, identity_.fully_qualified()};
+  for (const auto& override_ : qos_overrides_) {
+    if (override_.for_publisher != publisher) continue;
+    const auto full = or_throw(expand_topic_name(override_.topic, identity_.name, identity_.name_space));
+    if (full == spec.topic) spec.qos = override_.apply(spec.qos);
+  }
+  return spec;
+}
+
+std::unique_ptr<Writer> Node::make_writer(const EndpointSpec& spec) { return host_->create_writer(spec); }
+
+std::unique_ptr<SubscriptionHandle> Node::make_subscription(const EndpointSpec& spec, Taking taking,
+                                                            MessageCallback callback) {
+  return host_->create_subscription(spec, taking, callback);
+}
+
+std::unique_ptr<TimerHandle> Node::make_timer(Duration period, PlainCallback callback) {
+  if (period <= Duration::zero()) {
+    throw std::invalid_argument(fmt::format("node {}: a timer's period must be positive, not {} ns",
+                                            get_fully_qualified_name(), period.count()));
+  }
+  return host_->create_timer(period, callback);
+}
+
+}  // namespace nacelle

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/node/parameter.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "nacelle/base/problem.hpp"
+
+namespace nacelle {
+namespace {
+
+// rclcpp's equality for ranges: relative to the magnitude, a hundred units in the last place.
+bool about_equal(double x, double y) {
+  return std::abs(x - y) <= std::numeric_limits<double>::epsilon() * std::abs(x + y) * 100;
+}
+
+bool in_range(const FloatingPointRange& range, double v) {
+  if (about_equal(v, range.from) || about_equal(v, range.to)) return true;
+  if (!(v > range.from && v < range.to)) return false;  // also refuses NaN
+  if (range.step == 0.0) return true;
+  return about_equal(v, range.from + std::round((v - range.from) / range.step) * range.step);
+}
+
+bool in_range(const IntegerRange& range, std::int64_t v) {
+  if (v == range.from || v == range.to) return true;
+  if (v < range.from || v > range.to) return false;
+  return range.step == 0 || (static_cast<std::uint64_t>(v) - static_cast<std::uint64_t>(range.from)) % range.step == 0;
+}
+
+// A person writes `rate: 50` for a double, and `[1, 2]` for doubles.
+ParameterValue widened(ParameterValue value, ParameterType type) {
+  if (type == ParameterType::Double && type_of(value) == ParameterType::Integer) {
+    return static_cast<double>(std::get<std::int64_t>(value));
+  }
+  if (type == ParameterType::DoubleArray && type_of(value) == ParameterType::IntegerArray) {
+    const auto& whole = std::get<std::vector<std::int64_t>>(value);
+    return std::vector<double>(whole.begin(), whole.end());
+  }
+  return value;
+}
+
+template <typename T>
+std::string list_text(const std::vector<T>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+}  // namespace
+
+const char* to_text(ParameterType type) {
+  static constexpr const char* kNames[] = {"not set",    "bool",       "integer",       "double",       "string",
+                                           "byte array", "bool array", "integer array", "double array", "string array"};
+  return kNames[static_cast<std::size_t>(type)];
+}
+
+std::string to_text(const ParameterValue& value) {
+  struct Print {
+    std::string operator()(std::monostate) const { return "(not set)"; }
+    std::string operator()(bool v) const { return v ? "true" : "false"; }
+    std::string operator()(std::int64_t v) const { return std::to_string(v); }
+    std::string operator()(double v) const { return fmt::format("{}", v); }
+    std::string operator()(const std::string& v) const { return v; }
+    std::string operator()(const std::vector<std::uint8_t>& v) const { return list_text(v); }
+    std::string operator()(const std::vector<bool>& v) const { return list_text(std::vector<int>(v.begin(), v.end())); }
+    std::string operator()(const std::vector<std::int64_t>& v) const { return list_text(v); }
+    std::string operator()(const std::vector<double>& v) const { return list_text(v); }
+    std::string operator()(const std::vector<std::string>& v) const { return list_text(v); }
+  };
+  return std::visit(Print{}, value);
+}
+
+ParameterStore::ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides)
+    : node_(std::move(node)), overrides_(std::move(overrides)) {}
+
+std::string ParameterStore::refusal(const std::string& name, const Entry& entry, const ParameterValue& value) const {
+  if (!entry.descriptor.dynamic_typing && type_of(value) != entry.type) {
+    return fmt::format("Wrong parameter type, parameter {{{}}} is of type {{{}}}, setting it to {{{}}} is not allowed.",
+                       name, to_text(entry.type), to_text(type_of(value)));
+  }
+  if (const auto& range = entry.descriptor.integer_range; range && type_of(value) == ParameterType::Integer) {
+    if (!in_range(*range, std::get<std::int64_t>(value))) {
+      return fmt::format("Parameter {{{}}} doesn't comply with integer range: {} is not in {} to {}{}.", name,
+                         to_text(value), range->from, range->to,
+                         range->step == 0 ? "" : fmt::format(" in steps of {}", range->step));
+    }
+  }
+  if (const auto& range = entry.descriptor.floating_point_range; range && type_of(value) == ParameterType::Double) {
+    if (!in_range(*range, std::get<double>(value))) {
+      return fmt::format("Parameter {{{}}} doesn't comply with floating point range: {} is not in {} to {}{}.", name,
+                         to_text(value), range->from, range->to,
+                         range->step == 0 ? "" : fmt::format(" in steps of {}", range->step));
+    }
+  }
+  return {};
+}
+
+const ParameterValue& ParameterStore::declare(const std::string& name, ParameterValue value, ParameterType type,
+                                              ParameterDescriptor descriptor) {
+  if (entries_.count(name) != 0) {
+    throw exceptions::ParameterAlreadyDeclaredException(
+        fmt::format("node {}: parameter '{}' has already been declared", node_, name));
+  }
+  Entry entry{std::move(value), type, std::move(descriptor)};
+  const bool optional = type_of(entry.value) == ParameterType::NotSet;
+  if (const auto given = overrides_.find(name); given != overrides_.end()) {
+    ParameterValue wanted = widened(given->second, type);
+    if (!entry.descriptor.dynamic_typing && type_of(wanted) != type) {
+      throw exceptions::InvalidParameterTypeException(
+          fmt::format("node {}: parameter '{}' is {} but was given {} ({}); write a {} value", node_, name,
+                      to_text(type), to_text(type_of(wanted)), to_text(wanted), to_text(type)));
+    }
+    entry.value = std::move(wanted);
+  }
+  if (!(optional && type_of(entry.value) == ParameterType::NotSet)) {
+    if (const auto why = refusal(name, entry, entry.value); !why.empty()) {
+      throw exceptions::InvalidParameterValueException(fmt::format("node {}: {}", node_, why));
+    }
+  }
+  return entries_.emplace(name, std::move(entry)).first->second.value;
+}
+
+const ParameterValue& ParameterStore::get(const std::string& name) const {
+  const auto entry = entries_.find(name);
+  if (entry == entries_.end()) {
+    throw exceptions::ParameterNotDeclaredException(
+        fmt::format("node {}: parameter '{}' is not declared; {}", node_, name, suggestion(name, list())));
+  }
+  return entry->second.value;
+}
+
+const ParameterDescriptor& ParameterStore::describe(const std::string& name) const {
+  static_cast<void>(get(name));  // throws for an unknown name
+  return entries_.at(name).descriptor;
+}
+
+SetParametersResult ParameterStore::set_atomically(const std::vector<Parameter>& parameters) {
+  std::vector<Parameter> wanted;
+  for (const auto& parameter : parameters) {
+    const auto& name = parameter.get_name();
+    const auto found = entries_.find(name);
+    if (found == entries_.end())
+      return {false, fmt::format("parameter '{}' cannot be set because it was not declared", name)};
+    if (found->second.descriptor.read_only)
+      return {false, fmt::format("parameter '{}' cannot be set because it is read-only", name)};
+    ParameterValue value = widened(parameter.get_parameter_value(), found->second.type);
+    if (const auto why = refusal(name, found->second, value); !why.empty()) return {false, why};
+    wanted.emplace_back(name, std::move(value));
+  }
+  for (const auto& callback : on_set_) {
+    if (auto result = callback(wanted); !result.successful) return result;
+  }
+  for (const auto& parameter : wanted) entries_.at(parameter.get_name()).value = parameter.get_parameter_value();
+  return {};
+}
+
+void ParameterStore::undeclare(const std::string& name) { entries_.erase(name); }
+
+std::vector<std::string> ParameterStore::list() const {
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : entries_) names.push_back(name);
+  return names;
+}
+
+std::vector<std::string> ParameterStore::unused_overrides() const {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : overrides_) {
+    if (entries_.count(name) == 0) names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace nacelle

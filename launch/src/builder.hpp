@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "element.hpp"
+#include "nacelle/launch/load_plan.hpp"
+#include "nacelle/launch/plan.hpp"
+
+namespace nacelle::launch {
+
+// Above any robot's needs, and low enough that a hostile file costs no more than a large honest one.
+inline constexpr std::size_t kMaxActions = 1000;
+inline constexpr std::size_t kMaxEvaluatedBytes = 2U << 20U;
+
+/// A parameter, or a file of them, that a scope or a node lists. Order matters: the later wins.
+struct ParameterSource {
+  Parameter parameter;                        ///< If there is no file.
+  std::shared_ptr<const ParameterFile> file;  ///< Read and without faults.
+  std::string path;                           ///< Of the file.
+  bool substituted = false;                   ///< The file's text is not what the nodes are to see.
+};
+
+/// What an action sees; a group works on a copy.
+struct Scope {
+  /// Launch configurations. One without a value is an argument whose absence was reported before.
+  std::map<std::string, std::optional<std::string>> variables;
+  std::string namespace_ = "/";
+  std::map<std::string, std::optional<std::string>> environment;  ///< Set to, or unset.
+  std::vector<ParameterSource> parameters;
+  std::vector<RemapRule> remaps;
+};
+
+/// A launch file while it is worked on.
+struct File {
+  std::string path;
+  std::set<std::string> declared;  ///< Arguments of it and of what it includes.
+};
+
+/// Walks the elements of all files and fills a plan.
+class Builder {
+ public:
+  Builder(const Environment& environment, const std::map<std::string, std::string>& arguments);
+
+  void run_top(const std::string& text, const std::string& path);
+  [[nodiscard]] Result<Plan, std::vector<Problem>> finish();
+  void report(const Location& where, std::string what, std::string way_out = {});
+  /// The same for a Problem without `where`; one without `what` was reported before.
+  void report(const Location& where, const Problem& problem);
+
+ private:
+  struct Target {  // a load_composable_node's
+    std::string name;
+    Location where;
+  };
+
+  // actions.cpp
+  void run_file(const std::string& text, const std::string& path, Scope& scope, const std::optional<Location>& from);
+  void run_actions(const Element& parent, Scope& scope);
+  void run_action(const Element& action, Scope& scope);
+  void declare_argument(const Element& element, Scope& scope);
+  void include(const Element& element, Scope& scope);
+  void group(const Element& element, Scope& scope);
+  void program(const Element& element, Scope& scope);
+  void container(const Element& element, Scope& scope);
+  void load_composable(const Element& element, Scope& scope);
+
+  // components.cpp
+  void component(const Element& element, Scope& scope);
+  void read_qos(const Element& element, Scope& scope, ComponentPlan& into);
+  void read_after(const Element& element, Scope& scope, ComponentPlan& into);
+  void read_thread(const Element& element, Scope& scope, ThreadPlan& into);
+  void read_budget(const Element& element, Scope& scope, ComponentPlan& into);
+  void read_on_fault(const Element& element, Scope& scope, ComponentPlan& into);
+
+  /// False, and reported once, when the files ask for too much.
+  [[nodiscard]] bool counted(const Element& action);
+
+  // values.cpp
+  [[nodiscard]] Location at(int line) const { return {files_.back().path, line}; }
+  /// The attribute's text; nothing if it is missing or was reported.
+  [[nodiscard]] std::optional<std::string> text(const Element& element, std::string_view attribute, Scope& scope);
+  [[nodiscard]] std::optional<std::string> evaluate(const RawText& raw, Scope& scope);
+  [[nodiscard]] Result<std::string, Problem> look_up(const std::string& name, const std::vector<std::string>& arguments,
+                                                     Scope& scope);
+  [[nodiscard]] bool flag(const Element& element, std::string_view attribute, bool otherwise, Scope& scope);
+  [[nodiscard]] std::optional<Duration> duration(const Element& element, std::string_view attribute, Scope& scope);
+  [[nodiscard]] std::optional<std::uint64_t> count(const Element& element, std::string_view attribute,
+                                                   std::uint64_t most, Scope& scope);
+  /// One of the words, as its place in the list.
+  [[nodiscard]] std::optional<std::size_t> word(const Element& element, std::string_view attribute,
+                                                const std::vector<std::string>& words, Scope& scope);
+  [[nodiscard]] bool condition_holds(const Element& element, Scope& scope);
+  [[nodiscard]] std::string beside_file(const std::string& path) const;
+  [[nodiscard]] std::vector<std::string> words_of(const Element& element, std::string_view attribute, Scope& scope);
+
+  // parameters.cpp
+  void read_parameters(const Element& element, Scope& scope, const std::string& prefix,
+                       std::vector<ParameterSource>& into);
+  void read_parameter(const Element& param, Scope& scope, const std::string& prefix,
+                      std::vector<ParameterSource>& into);
+  [[nodiscard]] std::optional<ParameterValue> parameter_value(const Element& element, Scope& scope);
+  void read_parameter_file(const Element& element, std::string_view attribute, bool substitute, Scope& scope,
+                           std::vector<ParameterSource>& into);
+  void substitute_tree(YamlNode& node, const std::string& path, Scope& scope);
+  [[nodiscard]] std::vector<Parameter> resolve(const std::vector<ParameterSource>& sources,
+                                               const std::string& full_name);
+  void note_sections(const ParameterSource& source, const std::string& full_name);
+  void read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into);
+  [[nodiscard]] std::string node_namespace(const Element& element, Scope& scope);
+
+  // finish.cpp
+  void check_names();
+  void check_targets();
+  void resolve_after();
+  void find_cycles();
+  void check_arguments();
+
+  const Environment& environment_;
+  const std::map<std::string, std::string>& arguments_;
+  Plan plan_;
+  std::vector<Problem> problems_;
+  std::vector<File> files_;  // the innermost last
+  std::size_t files_read_ = 0;
+  std::size_t actions_run_ = 0;
+  std::size_t evaluated_bytes_ = 0;
+  std::vector<Target> targets_;
+  std::set<std::string> declared_;
+  std::map<std::string, std::shared_ptr<const ParameterFile>> parameter_files_;
+  std::map<std::pair<std::string, std::string>, std::pair<Location, bool>> sections_;  // (path, pattern) -> used
+};
+
+/// true/True/TRUE/1 and false/False/FALSE/0, as launch's conditions.
+[[nodiscard]] std::optional<bool> parse_condition(std::string_view text);
+
+}  // namespace nacelle::launch

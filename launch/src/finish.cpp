@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "builder.hpp"
+#include "unsupported.hpp"
+
+namespace nacelle::launch {
+
+void Builder::check_names() {
+  std::map<std::string, Location> seen;
+  const auto claim = [&](const std::string& full_name, const Location& where) {
+    const auto [first, added] = seen.emplace(full_name, where);
+    if (!added)
+      report(where, "a second node has the name '" + full_name + "'; the first is at " + first->second.text(),
+             "give it another name or namespace");
+  };
+  if (plan_.container.declared)
+    claim(fully_qualified_node_name(plan_.container.namespace_, plan_.container.name), plan_.container.where);
+  for (const auto& component : plan_.components) {
+    if (!component.name.empty()) claim(component.full_name(), component.where);
+  }
+  for (const auto& program : plan_.programs) {
+    if (!program.name.empty()) claim(fully_qualified_node_name(program.namespace_, program.name), program.where);
+  }
+}
+
+void Builder::check_targets() {
+  const ContainerPlan& container = plan_.container;
+  for (const auto& target : targets_) {
+    if (!container.declared) {
+      report(target.where, "there is no container '" + target.name + "': the files declare no node_container");
+    } else if (target.name != container.name &&
+               target.name != fully_qualified_node_name(container.namespace_, container.name)) {
+      report(target.where, "there is no container '" + target.name + "'", suggestion(target.name, {container.name}));
+    }
+  }
+}
+
+void Builder::resolve_after() {
+  std::vector<std::string> full_names;
+  for (const auto& component : plan_.components) full_names.push_back(component.full_name());
+  const auto known = [&](const std::string& name) {
+    return std::find(full_names.begin(), full_names.end(), name) != full_names.end();
+  };
+  for (auto& component : plan_.components) {
+    for (auto& condition : component.after) {
+      std::string full = join_namespaces(component.namespace_, condition.node);
+      // A short name is first looked for beside the component, then at the root.
+      if (!known(full) && known(join_namespaces("/", condition.node))) full = join_namespaces("/", condition.node);
+      if (!known(full)) {
+        std::vector<std::string> others;
+        for (const auto& other : plan_.components) {
+          if (&other != &component) others.push_back(condition.node.starts_with('/') ? other.full_name() : other.name);
+        }
+        report(condition.where,
+               "'after' names the node '" + condition.node.substr(0, 80) + "', which is no component of this launch",
+               suggestion(condition.node.substr(0, 80), others));
+      } else if (full == component.full_name()) {
+        report(condition.where, "the node '" + component.name + "' cannot wait for itself");
+      }
+      condition.node = std::move(full);
+    }
+  }
+}
+
+void Builder::find_cycles() {
+  // Takes away what waits for nothing that is left, until nothing more can be taken; the rest waits in a circle.
+  std::map<std::string, const ComponentPlan*> left;
+  for (const auto& component : plan_.components) left.emplace(component.full_name(), &component);
+  const auto waits = [&left](const ComponentPlan& component) {
+    return std::any_of(component.after.begin(), component.after.end(),
+                       [&](const auto& c) { return left.count(c.node) != 0; });
+  };
+  for (bool taken = true; taken;) {
+    taken = std::erase_if(left, [&](const auto& entry) { return !waits(*entry.second); }) > 0;
+  }
+  if (left.empty()) return;
+  // From any of the rest, following one wait each leads into a circle.
+  std::vector<const ComponentPlan*> path{left.begin()->second};
+  while (true) {
+    const auto& after = path.back()->after;
+    const auto next = std::find_if(after.begin(), after.end(), [&](const auto& c) { return left.count(c.node) != 0; });
+    const ComponentPlan* waited_for = left.at(next->node);
+    const auto seen = static_cast<std::size_t>(std::find(path.begin(), path.end(), waited_for) - path.begin());
+    path.push_back(waited_for);
+    if (seen + 1 == path.size()) continue;  // only now on the path
+    std::string text;
+    for (std::size_t i = seen; i < path.size(); ++i) text += (text.empty() ? "" : " waits for ") + path[i]->name;
+    return report(next->where, "'after' goes round in a circle: " + text, "take one of the conditions out");
+  }
+}
+
+void Builder::check_arguments() {
+  for (const auto& [name, value] : arguments_) {
+    if (declared_.count(name) != 0) continue;
+    report({plan_.file, 0}, "the files declare no argument '" + name.substr(0, 80) + "'",
+           suggestion(name.substr(0, 80), {declared_.begin(), declared_.end()}));
+  }
+}
+
+Result<Plan, std::vector<Problem>> Builder::finish() {
+  check_names();
+  check_targets();
+  resolve_after();
+  if (problems_.empty()) find_cycles();
+  check_arguments();
+  for (auto& refusal : refuse_unavailable(plan_)) problems_.push_back(std::move(refusal));
+  for (const auto& [key, section] : sections_) {
+    if (!section.second) plan_.unused_sections.push_back({key.second, section.first});
+  }
+  if (problems_.empty()) return std::move(plan_);
+  // A file that is included twice tells its faults twice.
+  std::vector<Problem> once;
+  for (auto& problem : problems_) {
+    if (once.size() < 200 && std::find(once.begin(), once.end(), problem) == once.end())
+      once.push_back(std::move(problem));
+  }
+  return err(std::move(once));
+}
+
+}  // namespace nacelle::launch

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include "builder.hpp"
+#include "nacelle/qos/text.hpp"
+#include "substitution.hpp"
+
+namespace nacelle::launch {
+namespace {
+
+std::string shown(std::string_view text) {
+  std::string out;
+  for (const char c : text.substr(0, 80)) out += (c >= ' ' && c != 0x7f) ? c : '?';
+  return text.size() > 80 ? out + "..." : out;
+}
+
+std::optional<double> as_number(std::string_view text) {
+  const ParameterValue value = value_of_scalar(text);
+  if (const auto* i = std::get_if<std::int64_t>(&value)) return static_cast<double>(*i);
+  if (const auto* d = std::get_if<double>(&value)) return *d;
+  return std::nullopt;
+}
+
+bool equal_values(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  const auto left = parse_condition(a);
+  const auto right = parse_condition(b);
+  if (left && right && !as_number(a) && !as_number(b)) return *left == *right;
+  const auto x = as_number(a);
+  const auto y = as_number(b);
+  return x && y && *x == *y;
+}
+
+}  // namespace
+
+std::optional<bool> parse_condition(std::string_view text) {
+  for (const auto word : {"true", "True", "TRUE", "1"}) {
+    if (text == word) return true;
+  }
+  for (const auto word : {"false", "False", "FALSE", "0"}) {
+    if (text == word) return false;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> Builder::evaluate(const RawText& raw, Scope& scope) {
+  auto value = substitute(raw.text, [&](const std::string& name, const std::vector<std::string>& arguments) {
+    return look_up(name, arguments, scope);
+  });
+  if (value) {
+    evaluated_bytes_ += value->size();
+    if (evaluated_bytes_ <= kMaxEvaluatedBytes) return std::move(*value);
+    if (evaluated_bytes_ - value->size() <= kMaxEvaluatedBytes)
+      report(at(raw.line), "the substituted texts are longer than 2 MiB together");
+    return std::nullopt;
+  }
+  // What check_template() finds was told when the file was read.
+  if (check_template(raw.text)) report(at(raw.line), value.error());
+  return std::nullopt;
+}
+
+std::optional<std::string> Builder::text(const Element& element, std::string_view attribute, Scope& scope) {
+  const Attribute* found = element.find(attribute);
+  if (found == nullptr || found->is_list || found->values.empty()) return std::nullopt;
+  return evaluate(found->values.front(), scope);
+}
+
+Result<std::string, Problem> Builder::look_up(const std::string& name, const std::vector<std::string>& arguments,
+                                              Scope& scope) {
+  const auto as_bool = [&](const std::string& text) -> Result<bool, Problem> {
+    if (const auto value = parse_condition(text)) return *value;
+    return err(Problem{"", "$(" + name + ") needs true or false, not '" + shown(text) + "'", ""});
+  };
+  const auto text_of = [](bool value) { return std::string(value ? "true" : "false"); };
+
+  if (name == "var") {
+    const auto found = scope.variables.find(arguments[0]);
+    if (found == scope.variables.end()) {
+      std::vector<std::string> names;
+      for (const auto& [known, value] : scope.variables) names.push_back(known);
+      return err(Problem{"", "no argument or variable has the name '" + shown(arguments[0]) + "'",
+                         suggestion(shown(arguments[0]), names)});
+    }
+    if (!found->second) return err(Problem{});
+    return *found->second;
+  }
+  if (name == "env") {
+    const auto changed = scope.environment.find(arguments[0]);
+    const auto value = changed != scope.environment.end() ? changed->second
+                       : environment_.getenv              ? environment_.getenv(arguments[0])
+                                                          : std::nullopt;
+    if (value) return *value;
+    if (arguments.size() == 2) return arguments[1];
+    return err(Problem{"", "the environment variable '" + shown(arguments[0]) + "' is not set",
+                       "set it, or write a default: $(env " + shown(arguments[0]) + " default)"});
+  }
+  if (name == "find-pkg-share") {
+    if (environment_.find_package_share) {
+      if (auto share = environment_.find_package_share(arguments[0])) return *share;
+    }
+    return err(Problem{"", "no package has the name '" + shown(arguments[0]) + "'",
+                       suggestion(shown(arguments[0]), environment_.packages)});
+  }
+  if (name == "dirname") return beside_file(".");
+  if (name == "filename") return files_.back().path;
+  if (name == "anon") return arguments[0] + "_" + environment_.anonymous_suffix;
+  if (name == "equals") return text_of(equal_values(arguments[0], arguments[1]));
+  if (name == "not-equals") return text_of(!equal_values(arguments[0], arguments[1]));
+  bool all = true;
+  bool any = false;
+  for (const auto& argument : arguments) {
+    const auto value = as_bool(argument);
+    if (!value) return err(value.error());
+    all = all && *value;
+    any = any || *value;
+  }
+  return text_of(name == "not" ? !any : name == "and" ? all : any);
+}
+
+bool Builder::flag(const Element& element, std::string_view attribute, bool otherwise, Scope& scope) {
+  const auto value = text(element, attribute, scope);
+  if (!value) return otherwise;
+  if (const auto truth = parse_condition(*value)) return *truth;
+  report(at(element.find(attribute)->line),
+         "'" + std::string(attribute) + "' must be true or false, not '" + shown(*value) + "'");
+  return otherwise;
+}
+
+bool Builder::condition_holds(const Element& element, Scope& scope) {
+  // An action whose condition cannot be told is left out: its fault was reported, what it does would add noise.
+  const auto holds = [&](std::string_view attribute, bool wanted) {
+    if (element.find(attribute) == nullptr) return true;
+    return flag(element, attribute, !wanted, scope) == wanted;
+  };
+  return holds("if", true) && holds("unless", false);
+}
+
+std::optional<Duration> Builder::duration(const Element& element, std::string_view attribute, Scope& scope) {
+  const auto value = text(element, attribute, scope);
+  if (!value) return std::nullopt;
+  // launch's own durations are seconds without a unit.
+  if (const auto number = as_number(*value); number && *number >= 0 && *number < 1e9) return from_seconds(*number);
+  auto parsed = parse_duration(*value);
+  if (parsed) return *parsed;
+  report(at(element.find(attribute)->line), parsed.error());
+  return std::nullopt;
+}
+
+std::optional<std::uint64_t> Builder::count(const Element& element, std::string_view attribute, std::uint64_t most,
+                                            Scope& scope) {
+  const auto value = text(element, attribute, scope);
+  if (!value) return std::nullopt;
+  std::uint64_t number = 0;
+  const auto [end, fault] = std::from_chars(value->data(), value->data() + value->size(), number);
+  if (fault == std::errc{} && end == value->data() + value->size() && number <= most) return number;
+  report(at(element.find(attribute)->line), "'" + std::string(attribute) + "' must be a whole number from 0 to " +
+                                                std::to_string(most) + ", not '" + shown(*value) + "'");
+  return std::nullopt;
+}
+
+std::optional<std::size_t> Builder::word(const Element& element, std::string_view attribute,
+                                         const std::vector<std::string>& words, Scope& scope) {
+  const auto value = text(element, attribute, scope);
+  if (!value) return std::nullopt;
+  const auto found = std::find(words.begin(), words.end(), *value);
+  if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
+  report(at(element.find(attribute)->line), "'" + std::string(attribute) + "' cannot be '" + shown(*value) + "'",
+         suggestion(shown(*value), words));
+  return std::nullopt;
+}
+
+std::string Builder::beside_file(const std::string& path) const {
+  const std::filesystem::path named(path);
+  if (named.is_absolute()) return named.lexically_normal().string();
+  const auto folder = std::filesystem::path(files_.back().path).parent_path();
+  auto joined = (folder / named).lexically_normal().string();
+  while (joined.size() > 1 && joined.back() == '/') joined.pop_back();
+  return joined.empty() ? "." : joined;
+}
+
+std::vector<std::string> Builder::words_of(const Element& element, std::string_view attribute, Scope& scope) {
+  std::vector<std::string> words;
+  const Attribute* found = element.find(attribute);
+  if (found == nullptr) return words;
+  for (const auto& raw : found->values) {
+    if (found->is_list) {
+      if (auto value = evaluate(raw, scope)) words.push_back(std::move(*value));
+      continue;
+    }
+    const auto templates = split_words(raw.text);
+    if (!templates) {
+      report(at(raw.line), templates.error());
+      continue;
+    }
+    for (const auto& one : *templates) {
+      if (auto value = evaluate({one, true, raw.line}, scope)) words.push_back(std::move(*value));
+    }
+  }
+  return words;
+}
+
+}  // namespace nacelle::launch

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <tinyxml2.h>
+
+#include "element.hpp"
+#include "nacelle/qos/yaml_tree.hpp"
+
+namespace nacelle::launch {
+namespace {
+
+constexpr std::size_t kMaxXmlBytes = kMaxYamlBytes;
+constexpr std::size_t kMaxXmlElements = kMaxYamlNodes;
+
+class XmlFront {
+ public:
+  explicit XmlFront(const std::string& file) : file_(file) {}
+
+  // The recursion is as deep as the document, which tinyxml2 bounds (TINYXML2_MAX_ELEMENT_DEPTH).
+  void read(const tinyxml2::XMLElement& from, Element& into) {
+    if (++elements_ > kMaxXmlElements) return;
+    into.name = from.Name();
+    into.line = from.GetLineNum();
+    for (const auto* a = from.FirstAttribute(); a != nullptr; a = a->Next()) {
+      if (into.attributes.size() >= 200) return report(a->GetLineNum(), "more than 200 attributes");
+      if (into.find(a->Name()) != nullptr)
+        report(a->GetLineNum(), std::string("the attribute '") + a->Name() + "' stands here twice");
+      into.attributes.push_back({a->Name(), a->GetLineNum(), false, {{a->Value(), false, a->GetLineNum()}}});
+    }
+    for (const auto* node = from.FirstChild(); node != nullptr; node = node->NextSibling()) {
+      if (const auto* child = node->ToElement(); child != nullptr) {
+        into.children.emplace_back();
+        read(*child, into.children.back());
+      } else if (node->ToText() != nullptr) {
+        report(node->GetLineNum(), "text inside <" + into.name + ">", "values are attributes");
+      }
+    }
+  }
+  void report(int line, std::string what, std::string way_out = {}) {
+    if (problems.size() < 100)
+      problems.push_back({file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)});
+  }
+  [[nodiscard]] bool too_many() const { return elements_ > kMaxXmlElements; }
+  std::vector<Problem> problems;
+
+ private:
+  const std::string& file_;
+  std::size_t elements_ = 0;
+};
+
+}  // namespace
+
+Result<Element, std::vector<Problem>> read_xml(std::string_view text, const std::string& file) {
+  if (text.size() > kMaxXmlBytes) {
+    return err(std::vector<Problem>{{file, "the file has more than " + std::to_string(kMaxXmlBytes) + " bytes", ""}});
+  }
+  tinyxml2::XMLDocument document;
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+    std::string where = file;
+    if (document.ErrorLineNum() > 0) where += ":" + std::to_string(document.ErrorLineNum());
+    return err(std::vector<Problem>{{where, std::string("this is not XML: ") + document.ErrorName(), ""}});
+  }
+  XmlFront front(file);
+  const auto* root = document.RootElement();
+  if (root == nullptr) return err(std::vector<Problem>{{file, "the file holds no element", "start with <launch>"}});
+  if (std::string_view(root->Name()) != "launch") {
+    front.report(root->GetLineNum(), std::string("the root element is <") + root->Name() + ">", "it must be <launch>");
+  }
+  if (root->NextSiblingElement() != nullptr) {
+    front.report(root->NextSiblingElement()->GetLineNum(), "a second root element", "put all into one <launch>");
+  }
+  Element launch;
+  if (front.problems.empty()) front.read(*root, launch);
+  if (front.too_many()) front.report(root->GetLineNum(), "more than " + std::to_string(kMaxXmlElements) + " elements");
+  if (!front.problems.empty()) return err(std::move(front.problems));
+  return launch;
+}
+
+Result<Element, std::vector<Problem>> read_launch_file(std::string_view text, const std::string& file) {
+  if (file.ends_with(".xml")) return read_xml(text, file);
+  if (file.ends_with(".yaml") || file.ends_with(".yml")) return read_yaml(text, file);
+  if (file.ends_with(".py")) {
+    return err(std::vector<Problem>{
+        {file, "a launch file in Python is a program, which Nacelle does not run", "write the same in YAML or XML"}});
+  }
+  return err(std::vector<Problem>{{file, "the name says neither YAML nor XML", "name it .launch.yaml or .launch.xml"}});
+}
+
+}  // namespace nacelle::launch

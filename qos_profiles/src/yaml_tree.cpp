@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/qos/yaml_tree.hpp"
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
+
+#include <exception>
+#include <sstream>
+#include <utility>
+
+namespace nacelle {
+namespace {
+
+int line_of(const YAML::Mark& mark) { return mark.line < 0 ? 1 : mark.line + 1; }
+
+// Stops the parser from inside an event; the parser's own recursion is bounded by this too.
+struct Stop {
+  int line;
+  std::string what;
+  std::string way_out;
+};
+
+std::string tag_of(const std::string& tag) {
+  constexpr std::string_view kStandard = "tag:yaml.org,2002:";
+  if (tag == "?" || tag == "!" || tag.empty()) return {};
+  return tag.starts_with(kStandard) ? tag.substr(kStandard.size()) : tag;
+}
+
+// Builds the tree from events rather than from YAML::Node, which expands aliases and forgets which text was quoted.
+class TreeBuilder final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+  void OnDocumentEnd() override {}
+
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    refuse_anchor(mark, anchor);
+    add({.kind = YamlNode::Kind::Null, .line = line_of(mark)});
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { refuse_anchor(mark, 1); }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    refuse_anchor(mark, anchor);
+    add({.kind = YamlNode::Kind::Scalar,
+         .line = line_of(mark),
+         .quoted = tag == "!",
+         .tag = tag_of(tag),
+         .text = value});
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value /*style*/) override {
+    open(mark, tag, anchor, YamlNode::Kind::Sequence);
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value /*style*/) override {
+    open(mark, tag, anchor, YamlNode::Kind::Map);
+  }
+  void OnMapEnd() override { close(); }
+
+  YamlNode root;
+
+ private:
+  struct Level {
+    YamlNode node;
+    bool has_key = false;
+    std::string key;
+    int key_line = 0;
+  };
+
+  static void refuse_anchor(const YAML::Mark& mark, YAML::anchor_t anchor) {
+    if (anchor != 0)
+      throw Stop{line_of(mark), "anchors and aliases are not supported", "write the value where it is used"};
+  }
+  void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YamlNode::Kind kind) {
+    refuse_anchor(mark, anchor);
+    if (levels_.size() >= static_cast<std::size_t>(kMaxYamlDepth)) {
+      throw Stop{line_of(mark), "more than " + std::to_string(kMaxYamlDepth) + " levels of nesting", ""};
+    }
+    if (in_key()) throw Stop{line_of(mark), "a key must be text, not a list or a map", ""};
+    Level level;
+    level.node.kind = kind;
+    level.node.line = line_of(mark);
+    level.node.tag = tag_of(tag);
+    levels_.push_back(std::move(level));
+  }
+  void close() {
+    YamlNode node = std::move(levels_.back().node);
+    levels_.pop_back();
+    add(std::move(node));
+  }
+  [[nodiscard]] bool in_key() const {
+    return !levels_.empty() && levels_.back().node.is_map() && !levels_.back().has_key;
+  }
+  void add(YamlNode node) {
+    if (++nodes_ > kMaxYamlNodes) throw Stop{node.line, "more than " + std::to_string(kMaxYamlNodes) + " values", ""};
+    if (levels_.empty()) {
+      root = std::move(node);
+      return;
+    }
+    Level& level = levels_.back();
+    if (in_key()) {
+      if (!node.is_scalar()) throw Stop{node.line, "a key must be text", ""};
+      level.has_key = true;
+      level.key = std::move(node.text);
+      level.key_line = node.line;
+      return;
+    }
+    if (level.has_key) {
+      node.key = std::move(level.key);
+      node.key_line = level.key_line;
+      level.has_key = false;
+    }
+    level.node.items.push_back(std::move(node));
+  }
+
+  std::vector<Level> levels_;
+  std::size_t nodes_ = 0;
+};
+
+Problem problem_at(const std::string& file, int line, std::string what, std::string way_out) {
+  return {file + ":" + std::to_string(line), std::move(what), std::move(way_out)};
+}
+
+}  // namespace
+
+const YamlNode* YamlNode::find(std::string_view name) const {
+  if (!is_map()) return nullptr;
+  for (auto item = items.rbegin(); item != items.rend(); ++item) {
+    if (item->key == name) return &*item;
+  }
+  return nullptr;
+}
+
+const char* YamlNode::kind_text() const {
+  switch (kind) {
+    case Kind::Null: return "nothing";
+    case Kind::Scalar: return "text";
+    case Kind::Sequence: return "a list";
+    case Kind::Map: return "a map";
+  }
+  return "nothing";
+}
+
+Result<YamlNode, Problem> parse_yaml(std::string_view text, const std::string& file_name) {
+  if (text.size() > kMaxYamlBytes) {
+    return err(Problem{file_name,
+                       "the file has " + std::to_string(text.size()) + " bytes; at most " +
+                           std::to_string(kMaxYamlBytes) + " are read",
+                       ""});
+  }
+  try {
+    std::istringstream stream{std::string(text)};
+    YAML::Parser parser(stream);
+    TreeBuilder builder;
+    if (!parser.HandleNextDocument(builder)) return YamlNode{.line = 1};
+    TreeBuilder second;
+    if (parser.HandleNextDocument(second)) {
+      return err(
+          problem_at(file_name, second.root.line, "a second document starts here", "keep one document per file"));
+    }
+    return std::move(builder.root);
+  } catch (const Stop& stop) {
+    return err(problem_at(file_name, stop.line, stop.what, stop.way_out));
+  } catch (const YAML::Exception& fault) {
+    return err(problem_at(file_name, line_of(fault.mark), "this is not YAML: " + fault.msg, ""));
+  } catch (const std::exception& fault) {
+    return err(Problem{file_name, std::string("this is not YAML: ") + fault.what(), ""});
+  }
+}
+
+}  // namespace nacelle

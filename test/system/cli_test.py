@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The program without a container: usage, exit codes, messages."""
+import subprocess
+import unittest
+
+from robot import PROGRAM, RobotTest
+
+
+class WithoutContainer(RobotTest):
+    COMMANDS = (
+        ["launch"], ["drive"], ["component"], ["component", "list"], ["component", "load"], ["component", "unload"], ["lifecycle"],
+        ["lifecycle", "get"], ["lifecycle", "set"], ["topic"], ["topic", "list"], ["topic", "echo"], ["topic", "hz"], ["topic", "pub"],
+        ["teleop"], ["sim"], ["sim", "world"], ["interface"], ["interface", "list"], [],
+    )  # fmt: skip
+
+    def test_every_command_explains_itself(self):
+        for command in self.COMMANDS:
+            with self.subTest(command=command):
+                self.assertIn("--help", self.expect_exit(self.run_program(*command, "--help"), 0).stdout)
+
+    def test_the_version_is_known(self):
+        self.assertRegex(self.expect_exit(self.run_program("--version"), 0).stdout, r"^nacelle \d+\.\d+\.\d+\n$")
+
+    def test_wrong_usage_is_2(self):
+        for words in ([], ["no-such-command"], ["topic"], ["topic", "echo"], ["drive", "--no-such-option"], ["drive", "--for", "1", "--stay"],
+                      ["drive", "--for", "-1"], ["lifecycle", "set", "camera", "explode"], ["drive", "a.yaml", "b.yaml"],
+                      ["component", "load", "camera", "--name", "other"]):  # fmt: skip
+            with self.subTest(words=words):
+                self.assertTrue(self.expect_exit(self.run_program(*words), 2).stderr)
+
+    def test_no_container_is_3_with_a_way_out(self):
+        for words in (["topic", "list"], ["topic", "echo", "/scan"], ["topic", "hz", "/scan"], ["component", "list"], ["component", "load", "camera"],
+                      ["component", "unload", "camera"], ["lifecycle", "get", "camera"], ["lifecycle", "set", "camera", "activate"], ["teleop"],
+                      ["topic", "list", "--container", "other"], ["topic", "pub", "/x", "std_msgs/msg/String"]):  # fmt: skip
+            with self.subTest(words=words):
+                self.assertIn("nacelle launch", self.expect_exit(self.run_program(*words), 3).stderr)
+
+    def test_a_launch_file_that_is_not_there_is_1_and_named(self):
+        for command in ("launch", "drive"):
+            outcome = self.expect_exit(self.run_program(command, "/no/such/robot.launch.yaml"), 1)
+            self.assertIn("/no/such/robot.launch.yaml", outcome.stderr)
+
+    def test_the_completion_is_valid_bash(self):
+        script = self.expect_exit(self.run_program("completion", "bash"), 0).stdout
+        self.assertEqual(subprocess.run(["bash", "-n"], input=script, text=True).returncode, 0)
+        complete = script + f'\nCOMP_WORDS=({PROGRAM} topic e); COMP_CWORD=2; _nacelle; echo "${{COMPREPLY[@]}}"'
+        self.assertEqual(subprocess.run(["bash", "-c", complete], capture_output=True, text=True).stdout, "echo\n")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line on a running robot."""
+import json
+import os
+import pathlib
+import pty
+import re
+import select
+import signal
+import subprocess
+import threading
+import time
+import unittest
+
+from robot import LAUNCH_FILE, PROGRAM, SLOW, STREAMS_HZ, RunningRobotTest, wait_for
+
+
+class Commands(RunningRobotTest):
+    def test_topics_are_listed_with_their_types(self):
+        names = self.expect_exit(self.run_program("topic", "list"), 0).stdout.split()
+        self.assertEqual(names, sorted(names))
+        for name in ("/camera/image_raw", "/camera/camera_info", "/detections", "/scan", "/imu/data_raw", "/imu/data", "/imu/mag", "/cmd_vel",
+                     "/joint_states", "/battery/state", "/odom", "/odometry/filtered", "/tf", "/tf_static", "/robot_description", "/diagnostics"):  # fmt: skip
+            self.assertIn(name, names)
+        typed = self.expect_exit(self.run_program("topic", "list", "-t"), 0).stdout.splitlines()
+        self.assertIn("/scan [sensor_msgs/msg/LaserScan]", typed)
+
+    def test_echo_shows_a_message_and_hides_no_reader(self):
+        text = self.expect_exit(self.run_program("topic", "echo", "/odom", "--once"), 0).stdout
+        self.assertIn("frame_id: odom\n", text)
+        self.assertTrue(text.endswith("---\n"), text)
+        scan = json.loads(self.expect_exit(self.run_program("topic", "echo", "scan", "--once", "--json"), 0).stdout)
+        self.assertEqual(scan["header"]["frame_id"], "lidar_link")
+        image = self.expect_exit(self.run_program("topic", "echo", "/camera/image_raw", "--once"), 0).stdout
+        self.assertIn("- '...'", image)
+        self.assertLess(len(image), 4000)
+
+    def test_echo_of_a_topic_with_history_shows_what_was_sent_before(self):
+        text = self.expect_exit(self.run_program("topic", "echo", "/robot_description", "--once", "--full"), 0).stdout
+        self.assertIn("<robot", text)
+
+    def test_a_topic_that_is_not_there_is_1_with_the_nearest_name(self):
+        outcome = self.expect_exit(self.run_program("topic", "echo", "/scam", "--once"), 1)
+        self.assertIn("did you mean '/scan'", outcome.stderr)
+
+    def test_hz_measures_a_rate(self):
+        text = self.expect_exit(self.run_program("topic", "hz", "/imu/data_raw", "--once"), 0).stdout
+        rate = float(re.search(r"average rate: ([\d.]+)", text)[1])
+        self.assertAlmostEqual(rate, 100, delta=5 * SLOW)
+
+    def test_pub_reaches_the_robot_and_bad_messages_do_not(self):
+        before = sum(row["published"] for row in json.loads(self.run_program("topic", "list", "--json").stdout) if row["name"] == "/cmd_vel")
+        self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", "{}"), 0)
+        after = sum(row["published"] for row in json.loads(self.run_program("topic", "list", "--json").stdout) if row["name"] == "/cmd_vel")
+        self.assertEqual(after, before + 1)
+        wrong = self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", '{"linaer": {}}'), 1)
+        self.assertIn("linear", wrong.stderr)
+
+    def test_the_lifecycle_can_be_seen_and_changed(self):
+        self.assertEqual(self.expect_exit(self.run_program("lifecycle", "get", "/lidar"), 0).stdout, "active [3]\n")
+        outcome = self.expect_exit(self.run_program("lifecycle", "set", "lidar", "deactivate"), 0)
+        self.assertEqual(outcome.stdout, "Transitioning successful\n")
+        self.assertEqual(self.run_program("lifecycle", "get", "lidar").stdout, "inactive [2]\n")
+        refused = self.expect_exit(self.run_program("lifecycle", "set", "lidar", "configure"), 1)
+        self.assertIn("could not configure", refused.stderr)
+        self.expect_exit(self.run_program("lifecycle", "set", "lidar", "activate"), 0)
+        self.expect_exit(self.run_program("lifecycle", "get", "lidr"), 1)
+
+    def test_a_second_container_of_the_same_name_is_refused(self):
+        outcome = self.expect_exit(self.run_program("launch", LAUNCH_FILE, f"sim_dir:={self.folder}/sim2", "--name", "robot"), 1)
+        self.assertIn("running already", outcome.stderr)
+
+    def test_a_plugin_is_loaded_with_its_own_name_and_unloaded_by_id(self):
+        loaded = self.expect_exit(
+            self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "extra", "--namespace", "/lab", "--json"), 0)
+        row = json.loads(loaded.stdout)
+        self.assertEqual((row["node"], row["state"]), ("/lab/extra", "active"))
+        again = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "extra", "--namespace", "/lab"), 1)
+        self.assertIn("/lab/extra", again.stderr)
+        outcome = self.expect_exit(self.run_program("component", "unload", row["id"]), 0)
+        self.assertIn(f"Unloaded component {row['id']} ('/lab/extra')", outcome.stdout)
+        wrong = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "x", "-p", "nonsense"), 1)
+        self.assertIn("nonsense", wrong.stderr)
+
+    def test_the_camera_can_be_taken_out_and_put_back_while_the_others_run(self):
+        maps = pathlib.Path(f"/proc/{self.robot.pid}/maps")
+        self.assertIn("nacelle_camera.so", maps.read_text())
+        others = {name: hz for name, hz in STREAMS_HZ.items() if name != "/camera/image_raw"}
+        watches = {name: self.start_program("topic", "hz", name) for name in others}
+        lines = {name: [] for name in others}
+        threads = [threading.Thread(target=lambda n=name: lines[n].extend(watches[n].stdout)) for name in others]
+        for thread in threads:
+            thread.start()
+        for name in others:
+            wait_for(f"{name} is measured", lambda n=name: lines[n])
+
+        for _ in range(3):
+            outcome = self.expect_exit(self.run_program("component", "unload", "camera"), 0)
+            self.assertNotIn("held by", outcome.stdout)
+            self.assertNotIn("nacelle_camera.so", maps.read_text())
+            self.expect_exit(self.run_program("component", "load", "camera"), 0)
+            self.assertIn("nacelle_camera.so", maps.read_text())
+            before = self.topics()["/camera/image_raw"]["published"]
+            wait_for("the camera gives images again", lambda b=before: self.topics()["/camera/image_raw"]["published"] > b + 5)
+
+        deadline = time.monotonic() + 4
+        wait_for("a few seconds were measured", lambda: time.monotonic() > deadline)
+        for name in others:
+            watches[name].send_signal(signal.SIGINT)
+        for thread in threads:
+            thread.join(10)
+        for watch in watches.values():
+            watch.communicate(timeout=10)
+        for name, hz in others.items():
+            rates = re.findall(r"average rate: ([\d.]+)", "".join(lines[name]))
+            self.assertTrue(rates, name)
+            self.assertAlmostEqual(float(rates[-1]), hz, delta=0.02 * hz * SLOW, msg=name)
+        self.assertEqual(self.run_program("lifecycle", "get", "camera").stdout, "active [3]\n")
+
+
+class Teleop(RunningRobotTest):
+    def setUp(self):
+        self.commands = []
+        self.echo = self.start_program("topic", "echo", "/cmd_vel", "geometry_msgs/msg/Twist", "--json")
+        self.reader = threading.Thread(target=self.read_commands)
+        self.reader.start()
+        self.keyboard, terminal = pty.openpty()
+        self.teleop = subprocess.Popen([PROGRAM, "teleop", "--twist"], env=self.environment, stdin=terminal, stdout=subprocess.PIPE,
+                                       stderr=subprocess.STDOUT, start_new_session=True)  # fmt: skip
+        os.close(terminal)
+        wait_for("teleop has opened the topic", lambda: self.topics()["/cmd_vel"]["writers"] >= 1)
+
+    def tearDown(self):
+        if self.teleop.poll() is None:
+            self.teleop.kill()
+        self.teleop.communicate()
+        self.echo.send_signal(signal.SIGINT)
+        self.reader.join(10)
+        self.echo.communicate(timeout=10)
+        if self.keyboard is not None:
+            os.close(self.keyboard)
+
+    def read_commands(self):
+        for line in self.echo.stdout:
+            message = json.loads(line)
+            self.commands.append((message["linear"]["x"], message["angular"]["z"]))
+
+    def topics(self):
+        # Twist and TwistStamped are two streams on one name.
+        rows = json.loads(self.expect_exit(self.run_program("topic", "list", "--json"), 0).stdout)
+        return {row["name"]: row for row in sorted(rows, key=lambda row: row["writers"])}
+
+    def drive_forward(self):
+        os.write(self.keyboard, b"i")
+        wait_for("the robot is told to go", lambda: any(x > 0 for x, _ in self.commands))
+
+    def ends_with_zero(self):
+        return bool(self.commands) and self.commands[-1] == (0, 0)
+
+    def test_a_released_key_stops_the_robot(self):
+        self.drive_forward()
+        wait_for("the robot is told to stop", self.ends_with_zero)
+        self.assertIsNone(self.teleop.poll())
+
+    def test_a_closed_terminal_stops_the_robot(self):
+        self.drive_forward()
+        os.close(self.keyboard)
+        self.keyboard = None
+        self.assertEqual(self.teleop.wait(10 * SLOW), 0)
+        wait_for("the robot is told to stop", self.ends_with_zero)
+
+    def test_a_signal_stops_the_robot(self):
+        self.drive_forward()
+        self.teleop.send_signal(signal.SIGTERM)
+        self.assertEqual(self.teleop.wait(10 * SLOW), 0)
+        wait_for("the robot is told to stop", self.ends_with_zero)
+
+
+if __name__ == "__main__":
+    unittest.main()

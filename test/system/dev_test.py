@@ -1,0 +1,68 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""What ./dev promises before it builds anything: words, exit codes, completion, and the one list of packages."""
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+VERBS = ("setup", "build", "run", "test", "bench", "lint", "nacelle")
+
+
+def dev(*arguments, cwd=ROOT, env=None, script=ROOT / "dev"):
+    return subprocess.run(
+        [str(script), *arguments], cwd=cwd, env=env, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
+    )
+
+
+class DevTest(unittest.TestCase):
+    def test_alone_and_with_help_it_prints_every_verb(self):
+        for arguments in ((), ("--help",), ("-h",)):
+            answer = dev(*arguments)
+            self.assertEqual(answer.returncode, 0)
+            for verb in VERBS:
+                self.assertRegex(answer.stdout, rf"(?m)^  {verb}\b")
+
+    def test_an_unknown_verb_is_a_usage_error(self):
+        answer = dev("biuld")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("biuld", answer.stderr)
+        self.assertEqual(answer.stdout, "")
+
+    def test_a_wrong_option_is_a_usage_error_before_anything_is_installed_or_built(self):
+        for arguments in (
+            ("test", "--sanitizer", "memory"),
+            ("run", "--sanitizer="),
+            ("build", "--jobs", "many"),
+            ("build", "--jobs", "0"),
+            ("run", "--sanitizer"),
+            ("bench", "--jsn", "x"),
+        ):
+            with self.subTest(arguments=arguments):
+                answer = dev(*arguments)
+                self.assertEqual(answer.returncode, 2, answer)
+                self.assertNotIn("installs:", answer.stdout)
+
+    def test_the_completion_is_bash_and_offers_the_verbs(self):
+        script = dev("completion").stdout + 'COMP_WORDS=(./dev ""); COMP_CWORD=1; _nacelle_dev; echo "${COMPREPLY[@]}"'
+        answer = subprocess.run(["bash", "-u", "-c", script], capture_output=True, text=True, check=True)
+        self.assertTrue(set(VERBS) <= set(answer.stdout.split()), answer.stdout)
+
+    def test_it_works_from_any_folder_through_a_link_and_without_a_locale(self):
+        with tempfile.TemporaryDirectory() as folder:
+            link = Path(folder) / "a link"
+            link.symlink_to(ROOT / "dev")
+            answer = dev("setup", "build", cwd=folder, env={"PATH": os.environ["PATH"]}, script=link)
+            self.assertEqual(answer.returncode, 0, answer.stderr)
+            self.assertIn("installs: nothing", answer.stdout)
+
+    def test_what_a_line_of_the_list_needs_is_what_is_looked_for(self):
+        answer = dev("setup", "no such line")
+        self.assertEqual(answer.returncode, 2, answer)
+        self.assertIn("no such line", answer.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

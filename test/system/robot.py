@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the system tests share: the built program, folders of a test's own, waiting for events with a deadline."""
+import contextlib
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+PROGRAM = os.environ["NACELLE_PROGRAM"]
+LAUNCH_FILE = os.environ["NACELLE_LAUNCH_FILE"]
+SLOW = float(os.environ.get("NACELLE_TEST_SLOWNESS", "1"))  # sanitizers need more patience
+STREAMS_HZ = {"/camera/image_raw": 30, "/scan": 10, "/imu/data_raw": 100, "/odom": 50, "/odometry/filtered": 50}
+# Threads that may allocate: OpenCV's and those that write text.
+MAY_ALLOCATE = ("detector", "monitor")
+
+
+def wait_for(what, condition, limit_s=20.0):
+    """Polls until the condition answers something true, and returns that."""
+    deadline = time.monotonic() + limit_s * SLOW
+    while True:
+        answer = condition()
+        if answer:
+            return answer
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {limit_s} s: {what}")
+        time.sleep(0.02)  # the polling period, not a synchronisation
+
+
+class RobotTest(unittest.TestCase):
+    """Each class has a runtime folder of its own, so that its containers are alone."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="nacelle-system-"))
+        cls.environment = {**os.environ, "XDG_RUNTIME_DIR": str(cls.folder)}
+        cls.environment.pop("NACELLE_CONTAINER", None)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder, ignore_errors=True)
+
+    @classmethod
+    def run_program(cls, *arguments, limit_s=60, **options):
+        return subprocess.run(
+            [PROGRAM, *map(str, arguments)], env=cls.environment, capture_output=True, text=True, timeout=limit_s * SLOW, **options
+        )
+
+    @classmethod
+    def start_program(cls, *arguments, **options):
+        options.setdefault("stdout", subprocess.PIPE)
+        options.setdefault("stderr", subprocess.STDOUT)
+        return subprocess.Popen([PROGRAM, *map(str, arguments)], env=cls.environment, text=True, start_new_session=True, **options)
+
+    def expect_exit(self, outcome, code):
+        self.assertEqual(outcome.returncode, code, f"{outcome.args}\n{outcome.stdout}\n{outcome.stderr}")
+        return outcome
+
+    def our_processes(self):
+        """Command lines of living processes that were given this class's folder."""
+        found = []
+        for entry in pathlib.Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                command = (entry / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                if str(self.folder) in command and PROGRAM in command:
+                    found.append(command)
+        return found
+
+
+class RunningRobotTest(RobotTest):
+    """One simulated robot for all tests of the class."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.log = open(cls.folder / "log", "w+")
+        cls.report_file = cls.folder / "report.json"
+        cls.robot = cls.start_program(
+            "launch", LAUNCH_FILE, "sim:=true", "seed:=5", f"sim_dir:={cls.folder}/sim", "--name", "robot", "--report", cls.report_file,
+            stdout=cls.log, stderr=subprocess.STDOUT,
+        )
+        try:
+            wait_for("every component is active", cls.is_up, 60)
+        except BaseException:
+            cls.tearDownClass()
+            raise
+
+    @classmethod
+    def is_up(cls):
+        if cls.robot.poll() is not None:
+            raise AssertionError("the robot ended: " + (cls.folder / "log").read_text())
+        listed = cls.run_program("component", "list", "--json")
+        rows = json.loads(listed.stdout)["components"] if listed.returncode == 0 else []
+        return len(rows) >= 10 and all(row["state"] in ("active", "") for row in rows)
+
+    @classmethod
+    def tearDownClass(cls):
+        if cls.robot.poll() is None:
+            cls.robot.send_signal(signal.SIGINT)
+            try:
+                cls.robot.wait(30 * SLOW)
+            except subprocess.TimeoutExpired:
+                cls.robot.kill()
+                cls.robot.wait()
+        cls.log.close()
+        super().tearDownClass()
+
+    def topics(self):
+        return {row["name"]: row for row in json.loads(self.expect_exit(self.run_program("topic", "list", "--json"), 0).stdout)}

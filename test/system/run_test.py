@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole runs: figures, order, the drive, what is broken, interruptions."""
+import json
+import pathlib
+import re
+import signal
+import subprocess
+import unittest
+
+from robot import LAUNCH_FILE, MAY_ALLOCATE, PROGRAM, SLOW, STREAMS_HZ, RobotTest, wait_for
+
+
+class WholeRun(RobotTest):
+    def run_and_report(self, *arguments, limit_s=120):
+        file = self.folder / "report.json"
+        outcome = self.expect_exit(self.run_program("drive", "--report", file, *arguments, limit_s=limit_s), 0)
+        return json.loads(file.read_text()), outcome.stdout
+
+    def check_streams(self, report, summary):
+        streams = {stream["name"]: stream for stream in report["streams"]}
+        for name, hz in STREAMS_HZ.items():
+            with self.subTest(stream=name):
+                self.assertAlmostEqual(streams[name]["hz"], hz, delta=0.02 * hz * SLOW)
+                self.assertIn(name, summary)
+        for name in ("/camera/image_raw", "/scan", "/imu/data_raw", "/odometry/filtered"):
+            self.assertGreaterEqual(streams[name]["readers"], 2, name)
+        for name, stream in streams.items():
+            with self.subTest(stream=name):
+                # transient_local history is delivered to late readers too, once each.
+                in_flight = stream["published"] * stream["readers"] - stream["delivered"]
+                self.assertGreaterEqual(in_flight, 0)
+                self.assertLessEqual(in_flight, 2 * stream["readers"], stream)
+                self.assertEqual((stream["copies"], stream["bytes_copied"]), (0, 0))
+                self.assertLessEqual(stream["latency_us"]["p50"], stream["latency_us"]["p99"])
+                self.assertLessEqual(stream["latency_us"]["p99"], stream["latency_us"]["max"] * 1.13 + 1)
+
+    def check_process(self, report):
+        process = report["process"]
+        self.assertGreater(process["rss_mb"], 1)
+        self.assertGreaterEqual(process["threads"], 3)
+        for thread, rate in process["allocations_per_second"].items():
+            if not thread.startswith(MAY_ALLOCATE):
+                self.assertEqual(rate, 0, f"thread {thread} allocates")
+
+    def test_a_run_without_a_drive_gives_true_figures(self):
+        report, summary = self.run_and_report("--for", "8", "--seed", "3")
+        self.check_streams(report, summary)
+        self.check_process(report)
+        self.assertIsNone(report["drive"])
+        self.assertEqual(report["seed"], 3)
+        self.assertGreater(report["bringup"]["ms"], 0)
+        self.assertEqual(report["shutdown"]["order"], report["bringup"]["order"][::-1])
+        self.assertEqual(
+            sorted(report["bringup"]["order"]),
+            sorted(["camera", "detector", "lidar", "imu", "diff_drive", "odometry", "ekf", "transforms", "monitor", "monitor_2"]),
+        )
+        self.assertEqual(self.our_processes(), [])
+
+    def test_the_drive_ends_where_it_began(self):
+        report, summary = self.run_and_report("--seed", "4")
+        self.check_streams(report, summary)
+        self.check_process(report)
+        drive = report["drive"]
+        self.assertAlmostEqual(drive["distance_m"], 4.0, delta=0.3)
+        self.assertLess(drive["ekf_error_m"], 0.04)
+        self.assertLess(drive["odometry_error_m"], 0.25)
+        self.assertGreater(drive["odometry_error_m"], 0)
+        self.assertLess(report["command_to_wheel_ms"]["p99"], 40 * SLOW)
+        cmd_vel = next(s for s in report["streams"] if s["name"] == "/cmd_vel" and s["published"])
+        self.assertAlmostEqual(cmd_vel["hz"], 50, delta=3)
+
+    def test_one_seed_gives_one_order(self):
+        orders = set()
+        for _ in range(4):
+            report, _ = self.run_and_report("--for", "0.2", "--seed", "9")
+            orders.add((tuple(report["bringup"]["order"]), tuple(report["shutdown"]["order"])))
+        self.assertEqual(len(orders), 1, orders)
+
+
+class Interrupted(RobotTest):
+    def test_an_interruption_at_any_moment_leaves_nothing_behind(self):
+        # The moments are events of the bring-up, seen in the container's own lines.
+        for moment in (r"^", r"starting program", r"\[1/", r"\[9/", r"configure /ekf", r"activate /diff_drive", r"components active"):
+            with self.subTest(moment=moment):
+                sim = self.folder / "sim"
+                robot = self.start_program("launch", LAUNCH_FILE, "sim:=true", f"sim_dir:={sim}", "--name", "robot", "-v")
+                lines = []
+                if moment != r"^":
+                    for line in robot.stdout:
+                        lines.append(line)
+                        if re.search(moment, line):
+                            break
+                robot.send_signal(signal.SIGINT)
+                rest, _ = robot.communicate(timeout=30 * SLOW)
+                text = "".join(lines) + rest
+                expected = 0 if moment == "components active" else 1
+                if moment != r"^":  # before the handler stands, the kernel's own answer is right
+                    self.assertEqual(robot.returncode, expected, text)
+                wait_for("its processes are gone", lambda: not self.our_processes(), 5)
+                self.assertFalse(sim.exists() and list(sim.iterdir()), "the world takes its links with it")
+                self.assertEqual([p for p in (self.folder / "nacelle").glob("*.sock")], [])
+
+    def test_ctrl_c_in_a_drive_stops_the_robot_in_order(self):
+        drive = self.start_program("drive", LAUNCH_FILE, "--seed", "2")
+        for line in drive.stdout:
+            if re.search(r"side \d of 4", line):
+                break
+        drive.send_signal(signal.SIGINT)
+        rest, _ = drive.communicate(timeout=30 * SLOW)
+        self.assertEqual(drive.returncode, 130, rest)
+        self.assertIn("interrupted by SIGINT; the robot was stopped and taken down (container exited with 0)", rest)
+
+    def test_a_killed_drive_takes_the_container_and_the_world_with_it(self):
+        drive = self.start_program("drive", LAUNCH_FILE, "--stay")
+        for line in drive.stdout:
+            if "running" in line:
+                break
+        self.assertGreaterEqual(len(self.our_processes()), 2)
+        drive.kill()
+        drive.communicate()
+        wait_for("container and world are gone", lambda: not self.our_processes(), 20)
+
+
+class Broken(RobotTest):
+    def bring_up(self, text, *arguments):
+        file = self.folder / "broken.launch.yaml"
+        file.write_text(text)
+        outcome = self.expect_exit(self.run_program("launch", file, *arguments), 1)
+        complaints = [line for line in outcome.stderr.splitlines() if line.startswith("nacelle:")]
+        self.assertEqual(len(complaints), 1, outcome.stderr)
+        self.assertEqual(self.our_processes(), [])
+        return complaints[0]
+
+    def robot_with(self, before, after):
+        text = pathlib.Path(LAUNCH_FILE).read_text()
+        self.assertIn(before, text)
+        # The file is elsewhere now; what it names relative to itself is not.
+        return text.replace(before, after).replace("$(dirname)", str(pathlib.Path(LAUNCH_FILE).parent))
+
+    def test_a_port_that_does_not_exist(self):
+        text = self.robot_with("value: $(var lidar_port_used)", "value: /no/such/port")
+        message = self.bring_up(text, f"sim_dir:={self.folder}/sim")
+        for part in ("component lidar (nacelle::lidar::LidarComponent)", "/no/such/port", "broken.launch.yaml:", "could not configure"):
+            self.assertIn(part, message)
+
+    def test_a_parameter_out_of_range(self):
+        text = self.robot_with("name: serial_port, value: $(var base_port_used)}", "name: serial_port, value: $(var base_port_used)}, {name: wheel_radius, value: -1.0}")
+        message = self.bring_up(text, f"sim_dir:={self.folder}/sim")
+        for part in ("diff_drive", "wheel_radius", "-1"):
+            self.assertIn(part, message)
+
+    def test_a_library_that_is_missing(self):
+        text = self.robot_with("plugin: nacelle::camera::CameraComponent", "plugin: nacelle::camera::CamraComponent")
+        message = self.bring_up(text, f"sim_dir:={self.folder}/sim")
+        for part in ("camera", "there is no plugin nacelle::camera::CamraComponent", "did you mean 'nacelle::camera::CameraComponent'"):
+            self.assertIn(part, message)
+
+    def test_a_component_that_is_not_required_is_left_out(self):
+        text = self.robot_with("{name: port_name, value: $(var lidar_port_used)}", "{name: port_name, value: /no/such/port}")
+        text = text.replace("      name: lidar\n", "      name: lidar\n      required: false\n")
+        file = self.folder / "left_out.launch.yaml"
+        file.write_text(text)
+        robot = self.start_program("launch", file, f"sim_dir:={self.folder}/sim", "-v")
+        lines = []
+        for line in robot.stdout:
+            lines.append(line)
+            if "components active" in line:
+                break
+        robot.send_signal(signal.SIGTERM)
+        robot.communicate(timeout=30 * SLOW)
+        self.assertEqual(robot.returncode, 0, "".join(lines))
+        self.assertTrue(any("left out, since it is not required" in line and "/no/such/port" in line for line in lines), lines)
+        self.assertIn("9 components active", lines[-1])
+
+
+if __name__ == "__main__":
+    unittest.main()

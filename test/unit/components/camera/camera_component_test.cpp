@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/component/camera_component.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "camera/component/calibration.hpp"
+#include "camera/port/pattern_source.hpp"
+#include "camera/port/v4l2_capture.hpp"
+#include "scripted_camera.hpp"
+#include "support/recording_host.hpp"
+
+namespace nacelle::camera {
+namespace {
+
+using sensor_msgs::msg::CameraInfo;
+using sensor_msgs::msg::Image;
+using ::testing::HasSubstr;
+
+struct BadOption {
+  const char* name;
+  ParameterValue value;
+  const char* says;
+};
+class BadOptions : public ::testing::TestWithParam<BadOption> {};
+TEST_P(BadOptions, refuse_the_configuration_with_name_value_and_way_out) {
+  test::RecordingContext context;
+  CameraComponent camera{NodeOptions{context}.append_parameter_override(GetParam().name, GetParam().value)};
+  const auto outcome = camera.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_EQ(outcome.state, StateId::Unconfigured);
+  EXPECT_THAT(outcome.reason, HasSubstr(GetParam().name));
+  EXPECT_THAT(outcome.reason, HasSubstr(GetParam().says));
+}
+INSTANTIATE_TEST_SUITE_P(
+    All, BadOptions,
+    ::testing::Values(BadOption{"source", std::string("v4l"), "did you mean 'v4l2'"},
+                      BadOption{"pixel_format", std::string("YUYW"), "did you mean 'YUYV'"},
+                      BadOption{"output_encoding", std::string("rgb"), "did you mean 'rgb8'"},
+                      BadOption{"image_size", std::vector<std::int64_t>{640}, "[640] is no size"},
+                      BadOption{"image_size", std::vector<std::int64_t>{-1, 480}, "[-1, 480] is no size"},
+                      BadOption{"time_per_frame", std::vector<std::int64_t>{1, 0}, "[1, 0] is no time"},
+                      BadOption{"video_device", std::string(), "is empty"},
+                      BadOption{"camera_frame_id", std::string(), "is empty"},
+                      BadOption{"camera_info_url", std::string("package://robot/front.yaml"), "package index"},
+                      BadOption{"camera_info_url", std::string("/etc/front.yaml"), "no URL"},
+                      BadOption{"camera_info_url", std::string("file:///no/such/file.yaml"), "cannot read"}));
+
+TEST(CameraComponent, says_that_the_device_is_absent_when_it_is_required) {
+  test::RecordingContext context;
+  CameraComponent camera{NodeOptions{context}
+                             .append_parameter_override("source", std::string("v4l2"))
+                             .append_parameter_override("video_device", std::string("/dev/no-such-camera"))};
+  const auto outcome = camera.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_THAT(outcome.reason, HasSubstr("/dev/no-such-camera: open failed: No such file or directory (errno 2)"));
+  EXPECT_THAT(outcome.reason, HasSubstr("plugged in"));
+}
+
+TEST(CameraComponent, shows_the_pattern_on_its_thread_when_there_is_no_device) {
+  const SystemClock clock;
+  test::RecordingContext context{clock};
+  CameraComponent camera{
+      NodeOptions{context}.append_parameter_override("video_device", std::string("/dev/no-such-camera"))};
+  for (int round = 1; round <= 2; ++round) {  // up and down twice
+    ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+    ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+    EXPECT_TRUE(context.wait_for("/camera/image_raw", static_cast<std::size_t>(4 * round)));
+    EXPECT_TRUE(camera.trigger(Transition::Deactivate).success);
+    EXPECT_TRUE(camera.trigger(Transition::Cleanup).success);
+  }
+  const auto images = context.published<Image>("/camera/image_raw");
+  const auto infos = context.published<CameraInfo>("/camera/camera_info");
+  ASSERT_GE(images.size(), 8U);
+  ASSERT_GE(infos.size(), images.size());
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    ASSERT_EQ(images[i].encoding, "rgb8");
+    ASSERT_EQ(images[i].data.size(), 640U * 480U * 3U);
+    ASSERT_EQ(images[i].header, infos[i].header);
+    ASSERT_EQ(infos[i].distortion_model, "plumb_bob");
+    ASSERT_NEAR(infos[i].k[0], 554.256, 0.001);
+  }
+  EXPECT_EQ(images[0].header.frame_id, "camera_optical_frame");
+  EXPECT_TRUE(context.faults().empty());
+}
+
+TEST(CameraComponent, can_be_activated_again_after_a_deactivation_and_shut_down_from_any_state) {
+  const SystemClock clock;
+  test::RecordingContext context{clock};
+  CameraComponent camera{NodeOptions{context}.append_parameter_override("source", std::string("pattern"))};
+  ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+    ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
+  }
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  EXPECT_TRUE(camera.trigger(Transition::Shutdown).success);
+}
+
+class CameraControls : public ::testing::Test {
+ protected:
+  CameraControls() {
+    v4l2_queryctrl brightness{};
+    brightness.id = V4L2_CID_BRIGHTNESS;
+    brightness.type = V4L2_CTRL_TYPE_INTEGER;
+    std::memcpy(brightness.name, "Brightness", 11);
+    brightness.maximum = 255;
+    device->controls = {brightness};
+    device->control_values[V4L2_CID_BRIGHTNESS] = 128;
+  }
+  CameraComponent make(NodeOptions options) {
+    return CameraComponent{options.append_parameter_override("source", std::string("v4l2")),
+                           [this](Source, const Clock& c) { return std::make_unique<V4l2Capture>(c, device); }};
+  }
+  test::RecordingContext context;
+  std::shared_ptr<ScriptedCamera> device = std::make_shared<ScriptedCamera>(context.clock());
+};
+
+TEST_F(CameraControls, are_parameters_while_the_device_is_open) {
+  auto camera = make(NodeOptions{context});
+  ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+  EXPECT_EQ(camera.get<std::int64_t>("brightness"), 128);
+  EXPECT_TRUE(camera.set_parameter({"brightness", std::int64_t{7}}).successful);
+  EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 7);
+  device->fail_next(VIDIOC_S_CTRL, -ERANGE);
+  const auto refused = camera.set_parameter({"brightness", std::int64_t{7000}});
+  EXPECT_FALSE(refused.successful);
+  EXPECT_THAT(refused.reason, HasSubstr("range"));
+  ASSERT_TRUE(camera.trigger(Transition::Cleanup).success);
+  EXPECT_FALSE(camera.has_parameter("brightness"));
+}
+
+TEST_F(CameraControls, are_set_from_the_launch_file_and_again_when_the_device_is_opened_again) {
+  auto camera = make(NodeOptions{context}
+                         .append_parameter_override("brightness", std::int64_t{200})
+                         .append_parameter_override("contrast", std::int64_t{5}));
+  ASSERT_TRUE(camera.trigger(Transition::Configure).success) << "a control that is missing costs a warning";
+  EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
+  device->control_values[V4L2_CID_BRIGHTNESS] = 1;  // somebody else used it meanwhile
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
+}
+
+TEST(CalibrationPath, replaces_the_names_that_camera_info_manager_knows) {
+  ::setenv("ROS_HOME", "/var/ros", 1);
+  EXPECT_EQ(calibration_path("file://${ROS_HOME}/camera_info/${NAME}.yaml", "hd_webcam").value(),
+            "/var/ros/camera_info/hd_webcam.yaml");
+  EXPECT_EQ(calibration_path("file:///etc/a.yaml", "x").value(), "/etc/a.yaml");
+  EXPECT_FALSE(calibration_path("file://etc/a.yaml", "x"));
+  EXPECT_FALSE(calibration_path("flash:///", "x"));
+}
+
+TEST(StreamInfo, uses_a_calibration_of_the_images_size_only) {
+  const auto path = std::filesystem::path{::testing::TempDir()} / "camera_component_test_front.yaml";
+  std::ofstream{path} << "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [500, 0, 320, "
+                         "0, 500, 240, 0, 0, 1]}\n"
+                         "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
+                         "rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n"
+                         "projection_matrix: {rows: 3, cols: 4, data: [500, 0, 320, 0, 0, 500, 240, 0, 0, 0, 1, 0]}\n";
+  CaptureFormat format;
+  format.width = 640;
+  format.height = 480;
+  const auto fitting = stream_info("file://" + path.string(), format);
+  ASSERT_TRUE(fitting) << fitting.error().text();
+  EXPECT_EQ(fitting.value().info.k[0], 500);
+  EXPECT_TRUE(fitting.value().remark.empty());
+
+  format.width = 320;
+  const auto other = stream_info("file://" + path.string(), format);
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other.value().info.k[0], 0);
+  EXPECT_EQ(other.value().info.width, 320U);
+  EXPECT_THAT(other.value().remark, HasSubstr("640x480"));
+  std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace nacelle::camera

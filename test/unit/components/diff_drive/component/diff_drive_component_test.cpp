@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diff_drive/component/diff_drive_component.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "../port/base_rig.hpp"
+#include "support/recording_host.hpp"
+
+namespace nacelle::diff_drive {
+namespace {
+
+using geometry_msgs::msg::Twist;
+using geometry_msgs::msg::TwistStamped;
+using sensor_msgs::msg::BatteryState;
+using sensor_msgs::msg::JointState;
+using ::testing::HasSubstr;
+
+constexpr const char* kStopLine = "{\"T\":1,\"L\":0,\"R\":0}";
+
+Twist twist(double linear_mps, double angular_rps = 0.0) {
+  Twist message;
+  message.linear.x = linear_mps;
+  message.angular.z = angular_rps;
+  return message;
+}
+
+/// The component behind a real pty with a tiny board, in real time: its loop is a thread of its own.
+class DriveTest : public ::testing::Test {
+ protected:
+  NodeOptions on_the_board() {
+    NodeOptions options{context_};
+    options.append_parameter_override("hardware", std::string("waveshare"));
+    options.append_parameter_override("serial_port", pty_->path());
+    options.append_parameter_override("port_timeout", 0.0);  // the tiny board speaks when a test says so
+    options.append_parameter_override("motor_watchdog", 0.0);
+    options.append_parameter_override("cmd_vel_timeout", 60.0);  // a busy machine must not look like a dead sender
+    return options;
+  }
+  NodeOptions on_the_loopback() {
+    NodeOptions options{context_};
+    options.append_parameter_override("hardware", std::string("loopback"));
+    return options;
+  }
+  static void activate(DiffDriveComponent& drive) {
+    const auto configured = drive.trigger(Transition::Configure);
+    ASSERT_TRUE(configured.success) << configured.reason;
+    const auto activated = drive.trigger(Transition::Activate);
+    ASSERT_TRUE(activated.success) << activated.reason;
+  }
+  /// Reads speed commands until the wheels are told this; false after a few seconds of other commands.
+  bool board_is_told(double left_mps, double right_mps) {
+    for (int lines = 0; lines < 200; ++lines) {
+      if (!board_.take_until(1)) return false;
+      if (std::abs(board_.left_mps - left_mps) < 1e-4 && std::abs(board_.right_mps - right_mps) < 1e-4) return true;
+    }
+    return false;
+  }
+  /// Everything that is on its way; the wheels' last command then is what the board was left with.
+  void drain_board() {
+    for (pollfd watched{pty_->device_end(), POLLIN, 0}; ::poll(&watched, 1, 100) > 0;) board_.take_until(1);
+  }
+
+  SystemClock clock_;
+  test::RecordingContext context_{clock_};
+  std::unique_ptr<io::PtyPair> pty_ = io::PtyPair::create().value();
+  TinyBoard board_{*pty_};
+};
+
+TEST_F(DriveTest, the_constructor_touches_no_hardware) {
+  auto options = on_the_board();
+  options.append_parameter_override("serial_port", std::string("/nowhere/at/all"));
+  const DiffDriveComponent drive{options};
+  EXPECT_EQ(drive.get_name(), "diff_drive");
+  EXPECT_TRUE(context_.safe_stop().empty());
+}
+
+TEST_F(DriveTest, a_port_that_does_not_exist_is_named) {
+  auto options = on_the_board();
+  options.append_parameter_override("serial_port", std::string("/nowhere/at/all"));
+  DiffDriveComponent drive{options};
+  const auto outcome = drive.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_EQ(outcome.state, StateId::Unconfigured);
+  EXPECT_THAT(outcome.reason, HasSubstr("/diff_drive"));
+  EXPECT_THAT(outcome.reason, HasSubstr("serial_port"));
+  EXPECT_THAT(outcome.reason, HasSubstr("/nowhere/at/all"));
+}
+
+TEST_F(DriveTest, a_parameter_out_of_range_is_named) {
+  auto options = on_the_loopback();
+  options.append_parameter_override("wheel_radius", 0.0);
+  DiffDriveComponent drive{options};
+  const auto outcome = drive.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_THAT(outcome.reason, HasSubstr("wheel_radius"));
+}
+
+TEST_F(DriveTest, publishes_joint_states_with_their_names_at_the_capture_time) {
+  DiffDriveComponent drive{on_the_loopback()};
+  activate(drive);
+  ASSERT_TRUE(context_.wait_for("/joint_states", 5));
+  ASSERT_TRUE(drive.trigger(Transition::Deactivate).success);
+
+  const auto states = context_.published<JointState>("/joint_states");
+  ASSERT_GE(states.size(), 5U);
+  for (const auto& state : states) {
+    EXPECT_EQ(state.name, (std::vector<std::string>{"left_wheel_joint", "right_wheel_joint"}));
+    EXPECT_EQ(state.position, (Buffer<double>{0.0, 0.0}));
+    EXPECT_EQ(state.velocity, (Buffer<double>{0.0, 0.0}));
+    EXPECT_TRUE(state.effort.empty());
+    EXPECT_GT(state.header.stamp.sec, 1'600'000'000);
+  }
+}
+
+TEST_F(DriveTest, tells_the_battery_with_nan_for_what_is_not_measured) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  board_.say(0.0);
+  ASSERT_TRUE(context_.wait_for("/battery/state", 1));
+  const auto battery = context_.published<BatteryState>("/battery/state").front();
+  EXPECT_FLOAT_EQ(battery.voltage, 12.0F);
+  for (const float unmeasured : {battery.temperature, battery.current, battery.charge, battery.capacity,
+                                 battery.design_capacity, battery.percentage}) {
+    EXPECT_TRUE(std::isnan(unmeasured));
+  }
+  EXPECT_TRUE(battery.present);
+}
+
+TEST_F(DriveTest, follows_twist_and_twist_stamped_on_the_same_topic) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2));
+  EXPECT_TRUE(board_is_told(0.2, 0.2));
+
+  TwistStamped stamped;
+  stamped.twist = twist(0.1, 0.4);
+  context_.inject("/cmd_vel", stamped);
+  EXPECT_TRUE(board_is_told(0.1 - 0.4 * 0.15, 0.1 + 0.4 * 0.15));
+  EXPECT_EQ(drive.command_stats().accepted, 2U);
+}
+
+TEST_F(DriveTest, stops_when_the_commands_stop) {
+  auto options = on_the_board();
+  options.append_parameter_override("cmd_vel_timeout", 0.5);
+  DiffDriveComponent drive{options};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2));
+  ASSERT_TRUE(board_is_told(0.2, 0.2));
+  EXPECT_TRUE(board_is_told(0.0, 0.0));
+}
+
+TEST_F(DriveTest, keeps_the_command_before_a_broken_one) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2));
+  ASSERT_TRUE(board_is_told(0.2, 0.2));
+  context_.inject("/cmd_vel", twist(std::numeric_limits<double>::quiet_NaN()));
+  context_.inject("/cmd_vel", twist(1e12));
+  ASSERT_TRUE(board_.take_until(1));
+  ASSERT_TRUE(board_.take_until(1));
+  EXPECT_EQ(board_.left_mps, 0.2);
+  EXPECT_EQ(drive.command_stats().refused[static_cast<std::size_t>(CommandFault::NotFinite)], 1U);
+  EXPECT_EQ(drive.command_stats().refused[static_cast<std::size_t>(CommandFault::Absurd)], 1U);
+}
+
+TEST_F(DriveTest, refuses_a_command_whose_stamp_is_old) {
+  DiffDriveComponent drive{on_the_loopback()};
+  activate(drive);
+  TwistStamped stamped;
+  stamped.twist = twist(0.1);
+  stamped.header.stamp.sec = static_cast<std::int32_t>(clock_.wall_now().nanoseconds() / 1'000'000'000) - 5;
+  context_.inject("/cmd_vel", stamped);
+  EXPECT_EQ(drive.command_stats().refused[static_cast<std::size_t>(CommandFault::Stale)], 1U);
+  EXPECT_EQ(drive.command_stats().accepted, 0U);
+}
+
+TEST_F(DriveTest, leaves_the_board_with_a_stop_and_moves_again_only_on_a_new_command) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2));
+  ASSERT_TRUE(board_is_told(0.2, 0.2));
+
+  ASSERT_TRUE(drive.trigger(Transition::Deactivate).success);
+  context_.inject("/cmd_vel", twist(0.3));  // nobody listens
+  drain_board();
+  EXPECT_EQ(board_.lines.back(), kStopLine);
+
+  ASSERT_TRUE(drive.trigger(Transition::Activate).success);
+  board_.lines.clear();
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(board_.take_until(1));
+  for (const auto& line : board_.lines) EXPECT_THAT(line, ::testing::Not(HasSubstr("\"L\":0."))) << line;
+  context_.inject("/cmd_vel", twist(0.25));
+  EXPECT_TRUE(board_is_told(0.25, 0.25));
+}
+
+TEST_F(DriveTest, an_unload_while_driving_leaves_the_board_with_a_stop) {
+  {
+    DiffDriveComponent drive{on_the_board()};
+    activate(drive);
+    context_.inject("/cmd_vel", twist(0.2));
+    ASSERT_TRUE(board_is_told(0.2, 0.2));
+  }
+  drain_board();
+  EXPECT_EQ(board_.lines.back(), kStopLine);
+}
+
+TEST_F(DriveTest, registers_the_stop_frame_from_configure_to_cleanup) {
+  DiffDriveComponent drive{on_the_board()};
+  ASSERT_TRUE(drive.trigger(Transition::Configure).success);
+  EXPECT_EQ(as_text(context_.safe_stop()), std::string(kStopLine) + "\n");
+  ASSERT_TRUE(drive.trigger(Transition::Activate).success);
+  ASSERT_TRUE(drive.trigger(Transition::Deactivate).success);
+  EXPECT_FALSE(context_.safe_stop().empty());
+  ASSERT_TRUE(drive.trigger(Transition::Cleanup).success);
+  EXPECT_TRUE(context_.safe_stop().empty());
+}
+
+TEST_F(DriveTest, a_lost_line_is_a_fault_that_can_be_configured_again) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  pty_->hang_up();
+  const auto limit = std::chrono::steady_clock::now() + 10s;
+  while (context_.faults().empty() && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+  ASSERT_EQ(context_.faults().size(), 1U);
+  EXPECT_EQ(context_.faults()[0].code, "SERIAL_LOST");
+  EXPECT_THAT(context_.faults()[0].text, HasSubstr("cable"));
+
+  drive.process_fault(context_.faults()[0]);
+  EXPECT_EQ(drive.get_current_state().state(), StateId::Unconfigured);
+  EXPECT_TRUE(context_.safe_stop().empty());
+
+  pty_ = io::PtyPair::create().value();
+  drive.set_parameter({"serial_port", pty_->path()});
+  EXPECT_TRUE(drive.trigger(Transition::Configure).success);
+}
+
+TEST_F(DriveTest, a_silent_board_is_a_fault) {
+  auto options = on_the_board();
+  options.append_parameter_override("port_timeout", 0.1);
+  DiffDriveComponent drive{options};
+  activate(drive);
+  const auto limit = std::chrono::steady_clock::now() + 10s;
+  while (context_.faults().empty() && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+  ASSERT_FALSE(context_.faults().empty());
+  EXPECT_EQ(context_.faults()[0].code, "FEEDBACK_LOST");
+}
+
+TEST_F(DriveTest, records_how_long_a_command_took_to_the_wheels) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2));
+  ASSERT_TRUE(board_is_told(0.2, 0.2));
+  ASSERT_TRUE(drive.trigger(Transition::Deactivate).success);
+  EXPECT_EQ(context_.histogram("command_to_wheel").count(), 1U);
+}
+
+TEST_F(DriveTest, the_limited_velocity_is_published_on_request_and_keeps_the_curve) {
+  auto options = on_the_loopback();
+  options.append_parameter_override("publish_limited_velocity", true);
+  options.append_parameter_override("linear.x.max_velocity", 0.25);
+  options.append_parameter_override("linear.x.max_acceleration", 1.0);
+  DiffDriveComponent drive{options};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(1.0, 2.0));
+  ASSERT_TRUE(context_.wait_for("/diff_drive/cmd_vel_out", 20));
+  const auto twists = context_.published<TwistStamped>("/diff_drive/cmd_vel_out");
+  for (const auto& limited : twists) EXPECT_NEAR(limited.twist.angular.z, 2.0 * limited.twist.linear.x, 1e-9);
+  EXPECT_NEAR(twists[19].twist.linear.x, 0.25, 1e-9);
+}
+
+}  // namespace
+}  // namespace nacelle::diff_drive

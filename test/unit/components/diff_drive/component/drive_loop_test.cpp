@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diff_drive/component/drive_loop.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "../port/base_rig.hpp"
+
+namespace nacelle::diff_drive {
+namespace {
+
+/// Remembers commands, fails when it is told to, and lets time pass without anybody waiting.
+class RecordingPort final : public BasePort {
+ public:
+  explicit RecordingPort(ToldClock& clock) : clock_(clock) {}
+
+  Result<void, BaseFault> start() override { return {}; }
+  Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) override {
+    if (read_fault) return err(*read_fault);
+    clock_.set(deadline + late);
+    if (speaks) sink.on_wheel_state({0, 0, {}, 12.0, clock_.now()});
+    return {};
+  }
+  Result<void, BaseFault> write(const WheelRates& rates) override {
+    if (write_fault) return err(*write_fault);
+    clock_.advance(write_time);
+    commands.push_back(rates);
+    return {};
+  }
+  Result<void, BaseFault> stop() override {
+    ++stops;
+    return write({});
+  }
+  void interrupt() noexcept override {}
+  double max_wheel_rate() const override { return most_rps; }
+  ByteView stop_frame() const override { return {}; }
+  int descriptor() const noexcept override { return -1; }
+  Stats stats() const override { return {}; }
+
+  std::vector<WheelRates> commands;
+  int stops = 0;
+  bool speaks = true;
+  Duration late{};
+  Duration write_time{};
+  double most_rps = std::numeric_limits<double>::infinity();
+  std::optional<BaseFault> read_fault, write_fault;
+
+ private:
+  ToldClock& clock_;
+};
+
+class Watching final : public DriveObserver {
+ public:
+  void on_wheel_state(const WheelState&) override { ++states; }
+  void on_cycle(const BodyTwist& commanded, MonotonicTime) override { twists.push_back(commanded); }
+  void on_command_written(Duration since_published) override { latencies.push_back(since_published); }
+  int states = 0;
+  std::vector<BodyTwist> twists;
+  std::vector<Duration> latencies;
+};
+
+struct LoopRig {
+  explicit LoopRig(DriveLoop::Settings settings = {}) : loop(settings, port, clock, commands, watching) {
+    loop.arm(clock.now());
+  }
+  void command(double linear_mps, double angular_rps = 0.0) {
+    commands.put({{linear_mps, angular_rps}, clock.now(), clock.now()});
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) ASSERT_TRUE(loop.cycle());
+  }
+
+  ToldClock clock;
+  RecordingPort port{clock};
+  LatestValue<DriveCommand> commands;
+  Watching watching;
+  DriveLoop loop;
+};
+
+DriveLoop::Settings with_limits(double velocity, double acceleration, double deceleration) {
+  AxisLimits linear;
+  linear.max_velocity = velocity;
+  linear.max_acceleration = acceleration;
+  linear.max_deceleration = deceleration;
+  DriveLoop::Settings settings;
+  settings.limits = {resolved(linear).value(), resolved({}).value()};
+  return settings;
+}
+
+TEST(DriveLoop, commands_only_stops_before_the_first_command) {
+  LoopRig rig;
+  rig.cycles(10);
+  EXPECT_EQ(rig.port.commands.size(), 10U);
+  EXPECT_EQ(rig.port.stops, 10);
+}
+
+TEST(DriveLoop, turns_a_command_into_wheel_rates) {
+  LoopRig rig;
+  rig.command(0.3, 0.5);
+  rig.cycles(1);
+  const DriveGeometry drive;
+  EXPECT_EQ(rig.port.commands.back(), wheel_rates(drive, {0.3, 0.5}));
+}
+
+TEST(DriveLoop, keeps_its_rate_on_absolute_instants) {
+  LoopRig rig;
+  rig.port.late = 3ms;
+  rig.cycles(500);
+  EXPECT_EQ(rig.clock.now(), (MonotonicTime{100s + 500 * 20ms + 3ms}));
+  EXPECT_EQ(rig.loop.stats().skipped, 0U);
+}
+
+TEST(DriveLoop, skips_the_periods_that_a_late_cycle_slept_through) {
+  LoopRig rig;
+  rig.port.late = 45ms;
+  rig.cycles(1);
+  rig.port.late = 0ms;
+  rig.cycles(1);
+  EXPECT_EQ(rig.loop.stats().skipped, 2U);
+  EXPECT_EQ(rig.clock.now(), (MonotonicTime{100s + 80ms}));
+}
+
+TEST(DriveLoop, stops_one_cycle_after_the_timeout_at_the_latest_and_obeys_the_deceleration) {
+  LoopRig rig{with_limits(1.0, 5.0, -1.0)};
+  rig.command(0.5);
+  rig.cycles(25);  // 500 ms: the command has just not expired
+  EXPECT_EQ(rig.watching.twists.back().linear_mps, 0.5);
+  rig.cycles(1);
+  EXPECT_NEAR(rig.watching.twists.back().linear_mps, 0.5 - 1.0 * 0.02, 1e-12);
+  rig.cycles(25);
+  EXPECT_EQ(rig.watching.twists.back(), BodyTwist{});
+  EXPECT_EQ(rig.loop.command_state(), CommandWatch::State::TimedOut);
+  rig.cycles(100);
+  EXPECT_EQ(rig.watching.twists.back(), BodyTwist{}) << "it stays stopped";
+  rig.command(0.1);
+  rig.cycles(10);
+  EXPECT_EQ(rig.watching.twists.back().linear_mps, 0.1);
+}
+
+TEST(DriveLoop, a_command_from_before_it_was_armed_moves_nothing) {
+  LoopRig rig;
+  rig.command(0.5);
+  rig.clock.advance(1ms);
+  rig.loop.arm(rig.clock.now());
+  rig.cycles(10);
+  EXPECT_EQ(rig.port.stops, 10);
+  EXPECT_EQ(rig.loop.stats().commands.early, 1U);
+}
+
+TEST(DriveLoop, arming_again_forgets_the_speed_and_the_command) {
+  LoopRig rig{with_limits(1.0, 1.0, -1.0)};
+  rig.command(0.5);
+  rig.cycles(20);
+  rig.loop.arm(rig.clock.now());
+  rig.cycles(1);
+  EXPECT_EQ(rig.watching.twists.back(), BodyTwist{});
+}
+
+TEST(DriveLoop, keeps_the_curve_when_a_wheel_would_be_too_fast) {
+  LoopRig rig;
+  rig.port.most_rps = 10.0;
+  rig.command(1.0, 2.0);
+  rig.cycles(1);
+  const BodyTwist twist = rig.watching.twists.back();
+  EXPECT_NEAR(twist.angular_rps / twist.linear_mps, 2.0, 1e-12);
+  EXPECT_NEAR(rig.port.commands.back().right_rps, 10.0, 1e-9);
+}
+
+TEST(DriveLoop, tells_how_long_each_command_took_to_the_end_of_its_write) {
+  LoopRig rig;
+  rig.port.write_time = 2ms;
+  rig.command(0.5);
+  rig.cycles(3);
+  ASSERT_EQ(rig.watching.latencies.size(), 1U) << "once per command";
+  EXPECT_EQ(rig.watching.latencies[0], Duration{22ms});
+}
+
+TEST(DriveLoop, counts_a_superseded_command_in_no_latency) {
+  LoopRig rig;
+  rig.command(0.5);
+  rig.command(0.4);
+  rig.cycles(1);
+  EXPECT_EQ(rig.watching.latencies.size(), 1U);
+  EXPECT_NEAR(rig.port.commands.back().left_rps, 0.4 / 0.033, 1e-9);
+}
+
+TEST(DriveLoop, a_stuck_line_is_tried_again_and_the_command_counts_when_it_got_through) {
+  LoopRig rig;
+  rig.command(0.5);
+  rig.port.write_fault = BaseFault::LineStuck;
+  rig.cycles(5);
+  EXPECT_TRUE(rig.watching.latencies.empty());
+  rig.port.write_fault.reset();
+  rig.cycles(1);
+  ASSERT_EQ(rig.watching.latencies.size(), 1U);
+  EXPECT_EQ(rig.watching.latencies[0], Duration{120ms});
+  EXPECT_EQ(rig.loop.stats().unwritten, 5U);
+}
+
+TEST(DriveLoop, gives_a_line_up_that_stays_stuck) {
+  LoopRig rig;
+  rig.port.write_fault = BaseFault::LineStuck;
+  Result<void, DriveFault> last;
+  int cycles = 0;
+  while (last && cycles < 1000) {
+    last = rig.loop.cycle();
+    ++cycles;
+  }
+  ASSERT_FALSE(last);
+  EXPECT_EQ(last.error().kind, DriveFault::Kind::SerialStuck);
+  EXPECT_EQ(cycles, 51) << "one second";
+}
+
+TEST(DriveLoop, faults_and_stops_when_the_line_is_lost) {
+  LoopRig rig;
+  rig.command(0.5);
+  rig.cycles(1);
+  rig.port.read_fault = BaseFault::LineLost;
+  const auto lost = rig.loop.cycle();
+  ASSERT_FALSE(lost);
+  EXPECT_STREQ(code_of(lost.error().kind), "SERIAL_LOST");
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+}
+
+TEST(DriveLoop, faults_and_stops_when_the_board_falls_silent) {
+  LoopRig rig;
+  rig.command(0.5);
+  rig.port.speaks = false;
+  Result<void, DriveFault> last;
+  int cycles = 0;
+  while (last && cycles < 1000) {
+    last = rig.loop.cycle();
+    ++cycles;
+  }
+  ASSERT_FALSE(last);
+  EXPECT_STREQ(code_of(last.error().kind), "FEEDBACK_LOST");
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+  EXPECT_EQ(cycles, 51);
+}
+
+TEST(DriveLoop, hears_every_state_that_comes_between_two_cycles) {
+  ToldClock clock;
+  LoopbackPort port{clock, {4ms, 12.0}, [&](MonotonicTime until) { clock.set(until); }};
+  LatestValue<DriveCommand> commands;
+  Watching watching;
+  DriveLoop loop{{}, port, clock, commands, watching};
+  loop.arm(clock.now());
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(loop.cycle());
+  EXPECT_EQ(watching.states, 250);
+}
+
+TEST(DriveLoop, drives_perfect_wheels_around_a_circle) {
+  ToldClock clock;
+  LoopbackPort port{clock, {}, [&](MonotonicTime until) { clock.set(until); }};
+  LatestValue<DriveCommand> commands;
+  Watching watching;
+  DriveLoop::Settings settings;
+  settings.command_timeout = 0s;
+  DriveLoop loop{settings, port, clock, commands, watching};
+  loop.arm(clock.now());
+  commands.put({{0.2, 0.4}, clock.now(), clock.now()});
+  for (int i = 0; i < 501; ++i) ASSERT_TRUE(loop.cycle());
+  Heard heard;
+  static_cast<void>(port.read_until(clock.now() + 20ms, heard));
+  // From the first cycle's end to here: 10.02 s.
+  const BodyTwist driven = body_twist(settings.geometry, {heard.states.back().left_rad, heard.states.back().right_rad});
+  EXPECT_NEAR(driven.linear_mps, 0.2 * 10.02, 1e-6);
+  EXPECT_NEAR(driven.angular_rps, 0.4 * 10.02, 1e-6);
+}
+
+}  // namespace
+}  // namespace nacelle::diff_drive

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "imu/component/imu_component.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <thread>
+
+#include "nacelle/io/scripted_stream.hpp"
+#include "nacelle/io/serial_port.hpp"
+#include "simulation/model/sensor_models.hpp"
+#include "support/allocation_guard.hpp"
+#include "support/recording_host.hpp"
+#include "unit/components/simulation/running_world.hpp"
+
+namespace nacelle::imu {
+namespace {
+
+using sensor_msgs::msg::Imu;
+using sensor_msgs::msg::MagneticField;
+using test::RecordingContext;
+using AtEnd = io::ScriptedStream::AtEnd;
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+template <typename Message>
+double seconds_of(const Message& message) {
+  return message.header.stamp.sec + message.header.stamp.nanosec * 1e-9;
+}
+
+/// A WT901 at 100 Hz as a script: whole samples of five frames, with the times at which their last byte arrives.
+class ScriptedImu {
+ public:
+  io::ScriptedStream::Step sample(const simulation::Wt901Reading& reading) {
+    Bytes bytes;
+    for (const std::uint8_t type : {0x51, 0x52, 0x53, 0x54, 0x59}) {
+      const auto frame = print_wt901(type, reading);
+      bytes.insert(bytes.end(), frame.begin(), frame.end());
+    }
+    next_ += 10ms;
+    return {next_ - 10ms + 55 * io::byte_time(115200), bytes, {}};
+  }
+  static simulation::Wt901Reading at_rest(double yaw_rate_dps = 0.0) {
+    simulation::Wt901Reading reading;
+    reading.acceleration_g = {0.0, 0.0, 1.0};
+    reading.angular_velocity_dps = {0.0, 0.0, yaw_rate_dps};
+    reading.magnetic_field_counts = {0.0, 133.0, -287.0};
+    return reading;
+  }
+
+ private:
+  MonotonicTime next_{1s};  // where the manual clock begins
+};
+
+class ImuComponentTest : public ::testing::Test {
+ protected:
+  /// Makes a component over a scripted line; `script` is there before configure.
+  ImuComponent& make(int samples, double yaw_rate_dps = 0.0, std::map<std::string, ParameterValue> overrides = {},
+                     AtEnd at_end = AtEnd::Blocks) {
+    overrides.emplace("command_pause", 0.0);
+    overrides.emplace("calibration_samples", std::int64_t{20});
+    NodeOptions options{context_};
+    options.parameter_overrides(overrides);
+    component_ = std::make_unique<ImuComponent>(options, [=, this](const ImuOptions&, const Clock&) {
+      std::vector<io::ScriptedStream::Step> script;
+      for (int i = 0; i < samples; ++i) script.push_back(imu_.sample(ScriptedImu::at_rest(yaw_rate_dps)));
+      auto line = std::make_unique<io::ScriptedStream>(std::move(script), at_end, [this](MonotonicTime until) {
+        if (until > context_.clock().now()) context_.clock().advance(until - context_.clock().now());
+      });
+      line_ = line.get();
+      return Result<std::unique_ptr<io::ByteStream>, Problem>{std::move(line)};
+    });
+    return *component_;
+  }
+  void play(int samples, double yaw_rate_dps = 0.0) {
+    for (int i = 0; i < samples; ++i) line_->append(imu_.sample(ScriptedImu::at_rest(yaw_rate_dps)));
+    line_->wait_until_read();
+  }
+
+  RecordingContext context_;
+  ScriptedImu imu_;
+  io::ScriptedStream* line_ = nullptr;
+  std::unique_ptr<ImuComponent> component_;
+};
+
+TEST_F(ImuComponentTest, publishes_three_messages_of_each_sample_with_one_stamp) {
+  ImuComponent& imu = make(25);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  line_->wait_until_read();
+  const std::size_t before = context_.published<Imu>("/imu/data").size();
+  play(10);
+
+  const auto raw = context_.published<Imu>("/imu/data_raw");
+  const auto oriented = context_.published<Imu>("/imu/data");
+  const auto field = context_.published<MagneticField>("/imu/mag");
+  ASSERT_EQ(raw.size(), before + 10);
+  ASSERT_EQ(oriented.size(), raw.size());
+  ASSERT_EQ(field.size(), raw.size());
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    EXPECT_EQ(raw[i].header.stamp.nanosec, oriented[i].header.stamp.nanosec);
+    EXPECT_EQ(raw[i].header.stamp.nanosec, field[i].header.stamp.nanosec);
+    EXPECT_EQ(raw[i].header.frame_id, "imu_link");
+  }
+}
+
+TEST_F(ImuComponentTest, stamps_a_sample_with_the_time_its_first_byte_was_sent) {
+  ImuComponent& imu = make(25);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  line_->wait_until_read();
+  play(10);
+  const auto messages = context_.published<Imu>("/imu/data");
+  ASSERT_GE(messages.size(), 10U);
+  // The script's sample n is taken at n * 10 ms; the manual wall clock starts at 1.7e9 s with it.
+  for (std::size_t i = 0; i < 10; ++i) {
+    const double expected = 0.01 * static_cast<double>(25 + i);
+    EXPECT_NEAR(seconds_of(messages[messages.size() - 10 + i]) - 1.7e9, expected, 1e-6) << "sample " << i;
+  }
+}
+
+TEST_F(ImuComponentTest, covariances_are_never_zero_for_what_is_there_and_minus_one_for_what_is_not) {
+  ImuComponent& imu = make(25);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  line_->wait_until_read();
+  play(1);
+  const Imu raw = context_.published<Imu>("/imu/data_raw").back();
+  const Imu oriented = context_.published<Imu>("/imu/data").back();
+  const MagneticField field = context_.published<MagneticField>("/imu/mag").back();
+  EXPECT_EQ(raw.orientation_covariance[0], -1.0);
+  EXPECT_NEAR(oriented.orientation_covariance[0], 0.05 * 0.05, 1e-12);
+  for (const std::size_t i : {0U, 4U, 8U}) {
+    EXPECT_NEAR(raw.angular_velocity_covariance[i], 0.002 * 0.002, 1e-15);
+    EXPECT_NEAR(raw.linear_acceleration_covariance[i], 0.04 * 0.04, 1e-12);
+    EXPECT_NEAR(oriented.orientation_covariance[i], 0.05 * 0.05, 1e-12);
+    EXPECT_NEAR(field.magnetic_field_covariance[i], 25e-14, 1e-18);
+  }
+  EXPECT_NEAR(oriented.orientation.w, 1.0, 1e-9);
+  EXPECT_NEAR(oriented.linear_acceleration.z, 9.80665, 1e-9);
+  EXPECT_NEAR(field.magnetic_field.y, 133 * 1.5e-7, 1e-12);
+}
+
+TEST_F(ImuComponentTest, takes_the_bias_off_that_it_measured_at_rest) {
+  ImuComponent& imu = make(25, 0.5);  // 0.5 deg/s while standing
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  line_->wait_until_read();
+  play(1, 10.5);
+  EXPECT_NEAR(context_.published<Imu>("/imu/data").back().angular_velocity.z, 10.0 * kDeg, 0.07 * kDeg);
+  EXPECT_NEAR(context_.published<Imu>("/imu/data_raw").back().angular_velocity.z, 10.0 * kDeg, 0.07 * kDeg);
+}
+
+TEST_F(ImuComponentTest, refuses_to_activate_while_the_robot_turns_and_can_be_asked_again) {
+  ImuComponent& imu = make(25, 30.0, {{"silence_limit", 0.1}});
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  const auto refused = imu.trigger(Transition::Activate);
+  EXPECT_FALSE(refused.success);
+  EXPECT_EQ(refused.state, StateId::Inactive);
+  EXPECT_NE(refused.reason.find("the robot turns"), std::string::npos) << refused.reason;
+  EXPECT_NE(refused.reason.find("keep the robot still"), std::string::npos) << refused.reason;
+
+  play(60);  // the first of them spoil one calibration
+  const auto accepted = imu.trigger(Transition::Activate);
+  EXPECT_TRUE(accepted.success) << accepted.reason;
+}
+
+TEST_F(ImuComponentTest, needs_no_calibration_if_told_so) {
+  ImuComponent& imu = make(3, 30.0, {{"calibrate_gyro", false}});
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  line_->wait_until_read();
+  play(1, 30.0);
+  EXPECT_NEAR(context_.published<Imu>("/imu/data").back().angular_velocity.z, 30.0 * kDeg, 0.07 * kDeg);
+}
+
+TEST_F(ImuComponentTest, sets_the_device_up) {
+  ImuComponent& imu = make(3, 0.0, {{"rate", 50.0}});
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  simulation::Wt901Registers device;
+  device.feed(line_->written(), 0.0);
+  EXPECT_EQ(device.rate_hz(), 50.0);
+  EXPECT_EQ(device.mask(), 0x021E);
+  EXPECT_EQ(device.stats().commands, 3U);
+  EXPECT_EQ(device.stats().skipped_bytes, 0U);
+}
+
+TEST_F(ImuComponentTest, leaves_the_device_alone_if_told_so) {
+  ImuComponent& imu = make(3, 0.0, {{"configure_device", false}});
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  EXPECT_TRUE(line_->written().empty());
+}
+
+TEST_F(ImuComponentTest, silence_is_a_fault) {
+  ImuComponent& imu = make(25, 0.0, {}, AtEnd::Silence);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  while (context_.faults().empty()) std::this_thread::yield();
+  EXPECT_EQ(context_.faults().front().code, "IMU_SILENT");
+  EXPECT_EQ(imu.process_fault(context_.faults().front()).state, StateId::Unconfigured);
+}
+
+TEST_F(ImuComponentTest, configure_fails_when_nothing_comes) {
+  ImuComponent& imu = make(0, 0.0, {{"silence_limit", 0.02}});
+  const auto outcome = imu.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_NE(outcome.reason.find("nothing came"), std::string::npos) << outcome.reason;
+}
+
+std::string refusal_of(const std::map<std::string, ParameterValue>& overrides) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.parameter_overrides(overrides);
+  ImuComponent imu{options};
+  const auto outcome = imu.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  return outcome.reason;
+}
+
+TEST(ImuParameters, what_is_wrong_is_named_with_the_way_out) {
+  EXPECT_NE(
+      refusal_of({{"port", std::string{"/dev/no_imu"}}, {"port_timeout", 0.0}}).find("/dev/no_imu: no such device"),
+      std::string::npos);
+  EXPECT_NE(refusal_of({{"rate", 60.0}}).find("no rate of 60 Hz"), std::string::npos);
+  EXPECT_NE(refusal_of({{"baudrate", std::int64_t{9600}}}).find("need more than 9600 baud"), std::string::npos);
+  EXPECT_NE(refusal_of({{"frame_id", std::string{}}}).find("frame_id"), std::string::npos);
+}
+
+TEST(ImuParameters, a_standard_deviation_of_zero_is_out_of_range) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("orientation_stddev", 0.0);
+  EXPECT_THROW(ImuComponent{options}, exceptions::InvalidParameterValueException);
+}
+
+TEST(ImuStream, decoding_and_joining_allocate_nothing) {
+  RecordingContext context;
+  const NodeOptions options{context};
+  Node node{"test", options};
+  const ImuPublishers publishers{node.create_publisher<Imu>("a", QoS(5)), node.create_publisher<Imu>("b", QoS(5)),
+                                 node.create_publisher<MagneticField>("c", QoS(5))};
+  ImuStream stream{{}, context.clock(), publishers, node.get_logger(), [](auto, auto) {}};
+  ScriptedImu imu;
+  std::vector<Bytes> samples;
+  for (int i = 0; i < 300; ++i) samples.push_back(imu.sample(ScriptedImu::at_rest()).bytes);
+  const test::AllocationGuard guard;
+  for (const Bytes& sample : samples) stream.on_bytes(sample, context.clock().now());
+  EXPECT_EQ(guard.count(), 0U);
+  EXPECT_EQ(stream.counters().samples.samples, 300U);
+}
+
+TEST(ImuOnTheLine, calibrates_and_publishes_through_a_real_terminal) {
+  simulation::WorldSettings settings{.seed = 2};
+  settings.errors.gyro_bias_dps = 2.0;  // so that a bias that stays is plain to see
+  simulation::RunningWorld world{"imu_component", settings};
+  RecordingContext context{world.clock()};
+  NodeOptions options{context};
+  options.append_parameter_override("port", world.path("imu"));
+  ImuComponent imu{options};
+  const auto configured = imu.trigger(Transition::Configure);
+  ASSERT_TRUE(configured.success) << configured.reason;
+  const auto activated = imu.trigger(Transition::Activate);
+  ASSERT_TRUE(activated.success) << activated.reason;
+  ASSERT_TRUE(context.wait_for("/imu/data", 50, 30s));
+
+  const auto messages = context.published<Imu>("/imu/data");
+  std::array<double, 3> mean{};
+  for (const Imu& message : messages) {
+    mean[0] += message.angular_velocity.x / static_cast<double>(messages.size());
+    mean[1] += message.angular_velocity.y / static_cast<double>(messages.size());
+    mean[2] += message.angular_velocity.z / static_cast<double>(messages.size());
+  }
+  // 0.1 deg/s of noise: the bias from 100 samples, the mean from 50 or more; six standard deviations of their
+  // difference.
+  for (const double axis : mean) EXPECT_NEAR(axis, 0.0, 6 * 0.1 * kDeg * std::sqrt(1.0 / 100 + 1.0 / 50));
+  EXPECT_NEAR(messages.back().linear_acceleration.z, 9.81, 0.2);
+  ASSERT_TRUE(imu.trigger(Transition::Deactivate).success);
+  EXPECT_TRUE(context.faults().empty());
+}
+
+}  // namespace
+}  // namespace nacelle::imu

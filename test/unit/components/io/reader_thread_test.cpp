@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/io/reader_thread.hpp"
+
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include <array>
+#include <condition_variable>
+#include <functional>
+
+#include "nacelle/io/scripted_stream.hpp"
+
+namespace nacelle::io {
+namespace {
+
+/// Writes down what it was called with and lets the test wait for it.
+class RecordingSink final : public ByteSink {
+ public:
+  void on_bytes(ByteView bytes, MonotonicTime) override {
+    note([&] {
+      received.insert(received.end(), bytes.begin(), bytes.end());
+      std::array<char, 16> name{};
+      pthread_getname_np(pthread_self(), name.data(), name.size());
+      thread_name = name.data();
+    });
+  }
+  void on_silence(MonotonicTime) override {
+    note([&] { ++silences; });
+  }
+  void on_break(StreamFault fault, MonotonicTime) override {
+    note([&] { breaks.push_back(fault); });
+  }
+  void on_return(MonotonicTime) override {
+    note([&] { ++returns; });
+  }
+
+  void wait_for(const std::function<bool()>& done) {
+    std::unique_lock lock{mutex_};
+    changed_.wait(lock, done);
+  }
+
+  Bytes received;
+  std::string thread_name;
+  std::vector<StreamFault> breaks;
+  int silences = 0, returns = 0;
+
+ private:
+  template <typename F>
+  void note(F&& change) {
+    const std::lock_guard lock{mutex_};
+    change();
+    changed_.notify_all();
+  }
+  std::mutex mutex_;
+  std::condition_variable changed_;
+};
+
+constexpr auto kBlocks = ScriptedStream::AtEnd::Blocks;
+
+TEST(ReaderThread, hands_over_every_chunk_in_order_under_its_name) {
+  const SystemClock clock;
+  RecordingSink sink;
+  ScriptedStream line{{{{}, {1, 2}}, {{}, {3}}}, kBlocks};
+  ReaderThread reader{line, clock, sink, {.name = "a_name_longer_than_fits"}};
+
+  sink.wait_for([&] { return sink.received.size() == 3; });
+  reader.stop();
+
+  EXPECT_EQ(sink.received, (Bytes{1, 2, 3}));
+  EXPECT_EQ(sink.thread_name, "a_name_longer_t");
+  EXPECT_EQ(reader.stats().bytes, 3U);
+  EXPECT_EQ(reader.stats().chunks, 2U);
+}
+
+TEST(ReaderThread, opens_the_line_again_until_it_is_back) {
+  const SystemClock clock;
+  RecordingSink sink;
+  ScriptedStream line{{{{}, {1}}, {{}, {}, StreamFault::HungUp}, {{}, {2}}}, kBlocks};
+  line.refuse_reopen(3);
+  ReaderThread reader{line, clock, sink, {.name = "test", .first_pause = 0ms}};
+
+  sink.wait_for([&] { return sink.received.size() == 2; });
+  reader.stop();
+
+  EXPECT_EQ(sink.breaks, std::vector{StreamFault::HungUp});
+  EXPECT_EQ(sink.returns, 1);
+  EXPECT_EQ(sink.received, (Bytes{1, 2}));
+  EXPECT_EQ(reader.stats().breaks, reader.stats().returns);
+}
+
+TEST(ReaderThread, ends_with_the_first_break_if_it_shall_not_open_again) {
+  const SystemClock clock;
+  RecordingSink sink;
+  ScriptedStream line{{{{}, {}, StreamFault::ReadFailed}}, kBlocks};
+  ReaderThread reader{line, clock, sink, {.name = "test", .reopen = false}};
+
+  sink.wait_for([&] { return !sink.breaks.empty(); });
+  reader.stop();
+
+  EXPECT_EQ(sink.returns, 0);
+}
+
+TEST(ReaderThread, stops_while_the_line_is_away) {
+  const SystemClock clock;
+  RecordingSink sink;
+  ScriptedStream line{{{{}, {}, StreamFault::HungUp}}, kBlocks};
+  line.refuse_reopen(1'000'000);
+  ReaderThread reader{line, clock, sink, {.name = "test", .first_pause = std::chrono::hours{1}}};
+
+  sink.wait_for([&] { return !sink.breaks.empty(); });
+  reader.stop();
+
+  EXPECT_EQ(reader.stats().breaks, 1U);
+  EXPECT_EQ(reader.stats().returns, 0U);
+}
+
+TEST(ReaderThread, tells_about_silence) {
+  const SystemClock clock;
+  RecordingSink sink;
+  ScriptedStream line{{}, ScriptedStream::AtEnd::Silence};
+  ReaderThread reader{line, clock, sink, {.name = "test", .silence = 1ms}};
+  sink.wait_for([&] { return sink.silences > 0; });
+}
+
+TEST(ReaderThread, makes_no_call_after_stop) {
+  const SystemClock clock;
+  RecordingSink sink;
+  ScriptedStream line{{}, kBlocks};
+  ReaderThread reader{line, clock, sink, {.name = "test"}};
+  reader.stop();
+  line.append({{}, {1}});
+  reader.stop();
+  EXPECT_TRUE(sink.received.empty());
+}
+
+}  // namespace
+}  // namespace nacelle::io

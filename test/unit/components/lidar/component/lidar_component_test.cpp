@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lidar/component/lidar_component.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <thread>
+
+#include "nacelle/io/scripted_stream.hpp"
+#include "nacelle/io/serial_port.hpp"
+#include "simulation/model/sensor_models.hpp"
+#include "support/allocation_guard.hpp"
+#include "support/recording_host.hpp"
+#include "unit/components/simulation/running_world.hpp"
+
+namespace nacelle::lidar {
+namespace {
+
+using sensor_msgs::msg::LaserScan;
+using test::RecordingContext;
+using AtEnd = io::ScriptedStream::AtEnd;
+
+constexpr double kPi = std::numbers::pi;
+
+double seconds_of(const LaserScan& scan) { return scan.header.stamp.sec + scan.header.stamp.nanosec * 1e-9; }
+
+/// The LiDAR of the simulated robot as a script: packets with the times at which their last byte arrives.
+class ScriptedLidar {
+ public:
+  io::ScriptedStream::Step packet() {
+    for (;;) {
+      const Duration measured = lidar_.next_point();
+      if (const auto packet = lidar_.measure({})) {
+        const auto bytes = print_ld06(*packet);
+        return {start_ + measured + 47 * io::byte_time(230400), Bytes(bytes.begin(), bytes.end()), {}};
+      }
+    }
+  }
+  void play(io::ScriptedStream& line, int packets) {
+    for (int i = 0; i < packets; ++i) line.append(packet());
+  }
+
+ private:
+  const MonotonicTime start_{1s};  // where the manual clock begins
+  const simulation::Room room_ = simulation::Room::with_two_boxes();
+  simulation::LidarModel lidar_{{.seed = 1}, room_};
+};
+
+class LidarComponentTest : public ::testing::Test {
+ protected:
+  /// Makes a component over a scripted line whose reads move the manual clock.
+  LidarComponent& make(AtEnd at_end = AtEnd::Blocks, const std::map<std::string, ParameterValue>& overrides = {}) {
+    NodeOptions options{context_};
+    options.parameter_overrides(overrides);
+    component_ = std::make_unique<LidarComponent>(options, [this, at_end](const LidarOptions&, const Clock&) {
+      std::vector<io::ScriptedStream::Step> script;
+      if (first_packet_) script.push_back(lidar_.packet());
+      if (!noise_.empty()) script.push_back({{}, noise_, {}});
+      auto line = std::make_unique<io::ScriptedStream>(std::move(script), at_end, [this](MonotonicTime until) {
+        if (until > context_.clock().now()) context_.clock().advance(until - context_.clock().now());
+      });
+      line_ = line.get();
+      return Result<std::unique_ptr<io::ByteStream>, Problem>{std::move(line)};
+    });
+    return *component_;
+  }
+  void bring_up(LidarComponent& lidar) {
+    const auto configured = lidar.trigger(Transition::Configure);
+    ASSERT_TRUE(configured.success) << configured.reason;
+    ASSERT_TRUE(lidar.trigger(Transition::Activate).success);
+  }
+  FaultReason wait_for_fault() {
+    while (context_.faults().empty()) std::this_thread::yield();
+    return context_.faults().front();
+  }
+
+  RecordingContext context_;
+  ScriptedLidar lidar_;
+  io::ScriptedStream* line_ = nullptr;
+  bool first_packet_ = true;
+  Bytes noise_;
+  std::unique_ptr<LidarComponent> component_;
+};
+
+TEST_F(LidarComponentTest, publishes_full_turns_with_every_field_set) {
+  LidarComponent& lidar = make();
+  bring_up(lidar);
+  lidar_.play(*line_, 150);  // four turns: the first begins with the first packet, which is not a whole turn by then
+  ASSERT_TRUE(context_.wait_for("/scan", 2));
+
+  for (const LaserScan& scan : context_.published<LaserScan>("/scan")) {
+    EXPECT_EQ(scan.header.frame_id, "lidar_link");
+    EXPECT_EQ(scan.ranges.size(), 450U);
+    EXPECT_EQ(scan.intensities.size(), 450U);
+    EXPECT_EQ(scan.angle_min, 0.0F);
+    EXPECT_NEAR(scan.angle_increment, 2 * kPi / 450, 1e-7);
+    EXPECT_NEAR(scan.angle_max, 449 * 2 * kPi / 450, 1e-5);
+    EXPECT_NEAR(scan.scan_time, 0.1, 1e-4);
+    EXPECT_NEAR(scan.time_increment, 0.1 / 450, 1e-6);
+    EXPECT_FLOAT_EQ(scan.range_min, 0.02F);
+    EXPECT_FLOAT_EQ(scan.range_max, 12.0F);
+    EXPECT_NEAR(scan.ranges[0], 2.0, 0.05) << "the wall in front";
+    EXPECT_NEAR(scan.ranges[112], 2.0, 0.05) << "the wall to the left";
+    EXPECT_GT(scan.intensities[0], 0.0F);
+  }
+}
+
+TEST_F(LidarComponentTest, stamps_a_scan_with_the_time_of_its_first_beam) {
+  LidarComponent& lidar = make();
+  bring_up(lidar);
+  lidar_.play(*line_, 200);
+  ASSERT_TRUE(context_.wait_for("/scan", 3));
+
+  // The world's turn k begins at k * 0.1 s; the manual wall clock starts at 1.7e9 s with it.
+  const auto scans = context_.published<LaserScan>("/scan");
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    EXPECT_NEAR(seconds_of(scans[i]) - 1.7e9, 0.1 * static_cast<double>(i + 1), 2e-6) << "scan " << i;
+  }
+}
+
+TEST_F(LidarComponentTest, only_an_active_lidar_publishes) {
+  LidarComponent& lidar = make();
+  ASSERT_TRUE(lidar.trigger(Transition::Configure).success);
+  lidar_.play(*line_, 150);
+  line_->wait_until_read();
+  EXPECT_TRUE(context_.published<LaserScan>("/scan").empty()) << "configured";
+
+  ASSERT_TRUE(lidar.trigger(Transition::Activate).success);
+  lidar_.play(*line_, 150);
+  line_->wait_until_read();
+  const std::size_t published = context_.published<LaserScan>("/scan").size();
+  EXPECT_GE(published, 3U);
+
+  ASSERT_TRUE(lidar.trigger(Transition::Deactivate).success);
+  lidar_.play(*line_, 150);
+  line_->wait_until_read();
+  EXPECT_EQ(context_.published<LaserScan>("/scan").size(), published) << "deactivated";
+}
+
+TEST_F(LidarComponentTest, silence_is_a_fault_that_is_said_once) {
+  LidarComponent& lidar = make(AtEnd::Silence, {{"silence_limit", 0.5}});
+  bring_up(lidar);
+  const FaultReason fault = wait_for_fault();
+  EXPECT_EQ(fault.code, "LIDAR_SILENT");
+  EXPECT_NE(fault.text.find("/dev/ttyUSB0"), std::string::npos) << fault.text;
+  EXPECT_EQ(lidar.process_fault(fault).state, StateId::Unconfigured);
+  EXPECT_EQ(context_.faults().size(), 1U);
+}
+
+TEST_F(LidarComponentTest, a_cable_that_comes_back_soon_is_no_fault) {
+  LidarComponent& lidar = make();
+  bring_up(lidar);
+  lidar_.play(*line_, 80);
+  line_->append({{}, {}, io::StreamFault::HungUp});
+  lidar_.play(*line_, 150);
+  line_->wait_until_read();
+  EXPECT_TRUE(context_.faults().empty());
+  EXPECT_GE(context_.published<LaserScan>("/scan").size(), 4U);
+}
+
+TEST_F(LidarComponentTest, a_cable_that_stays_away_is_a_fault) {
+  LidarComponent& lidar = make(AtEnd::HangsUp, {{"silence_limit", 0.01}});
+  first_packet_ = true;
+  ASSERT_TRUE(lidar.trigger(Transition::Configure).success);
+  line_->refuse_reopen(1'000'000);
+  context_.clock().advance(1s);
+  EXPECT_EQ(wait_for_fault().code, "LIDAR_SILENT");
+}
+
+TEST_F(LidarComponentTest, configure_fails_when_nothing_comes) {
+  first_packet_ = false;
+  LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}});
+  const auto outcome = lidar.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_EQ(outcome.state, StateId::Unconfigured);
+  EXPECT_NE(outcome.reason.find("nothing came in 0.0 s"), std::string::npos) << outcome.reason;
+}
+
+TEST_F(LidarComponentTest, configure_names_a_device_that_is_no_lidar) {
+  first_packet_ = false;
+  noise_ = Bytes(100, 0x55);
+  LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}, {"port_baudrate", std::int64_t{115200}}});
+  const auto outcome = lidar.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_NE(outcome.reason.find("no LD06 frame"), std::string::npos) << outcome.reason;
+  EXPECT_NE(outcome.reason.find("230400"), std::string::npos) << outcome.reason;
+}
+
+TEST_F(LidarComponentTest, can_be_cleaned_up_and_configured_again) {
+  LidarComponent& lidar = make();
+  for (int round = 0; round < 3; ++round) {
+    bring_up(lidar);
+    ASSERT_TRUE(lidar.trigger(Transition::Deactivate).success);
+    ASSERT_TRUE(lidar.trigger(Transition::Cleanup).success);
+  }
+  ASSERT_TRUE(lidar.trigger(Transition::Shutdown).success);
+}
+
+std::string refusal_of(const std::map<std::string, ParameterValue>& overrides) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.parameter_overrides(overrides);
+  LidarComponent lidar{options};
+  const auto outcome = lidar.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  return outcome.reason;
+}
+
+TEST(LidarParameters, what_is_wrong_is_named_with_the_way_out) {
+  EXPECT_NE(refusal_of({{"port_name", std::string{"/dev/no_lidar"}}, {"port_timeout", 0.0}})
+                .find("/dev/no_lidar: no such device"),
+            std::string::npos);
+  EXPECT_NE(refusal_of({{"port_name", std::string{}}}).find("port_name: is empty"), std::string::npos);
+  EXPECT_NE(refusal_of({{"port_baudrate", std::int64_t{12345}}}).find("12345 is not a standard baud rate"),
+            std::string::npos);
+  EXPECT_NE(refusal_of({{"product_name", std::string{"LDLiDAR_LD60"}}}).find("LDLiDAR_LD06"), std::string::npos);
+  EXPECT_NE(refusal_of({{"range_min", 13.0}}).find("range_max"), std::string::npos);
+  EXPECT_NE(refusal_of({{"frame_id", std::string{}}}).find("frame_id"), std::string::npos);
+}
+
+TEST(LidarParameters, the_topic_can_be_named) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("topic_name", std::string{"front/scan"});
+  const LidarComponent lidar{options};
+  EXPECT_EQ(lidar.get_name(), "lidar");
+  EXPECT_FALSE(context.wait_for("/scan", 0, 0ms)) << "nobody publishes there";
+  EXPECT_TRUE(context.wait_for("/front/scan", 0, 0ms));
+}
+
+TEST(ScanStream, decoding_and_assembling_allocate_nothing) {
+  RecordingContext context;
+  const NodeOptions options{context};
+  Node node{"test", options};
+  ScanStream stream{
+      {}, context.clock(), node.create_publisher<LaserScan>("scan", QoS(5)), node.get_logger(), [](auto, auto) {}};
+  ScriptedLidar lidar;
+  std::vector<Bytes> packets;
+  for (int i = 0; i < 400; ++i) packets.push_back(lidar.packet().bytes);
+  const test::AllocationGuard guard;
+  for (const Bytes& packet : packets) stream.on_bytes(packet, context.clock().now());
+  EXPECT_EQ(guard.count(), 0U);
+  EXPECT_GE(stream.counters().line.frames, 400U);
+}
+
+TEST(LidarOnTheLine, shows_the_simulated_room_through_a_real_terminal) {
+  simulation::RunningWorld world{"lidar_component"};
+  RecordingContext context{world.clock()};
+  NodeOptions options{context};
+  options.append_parameter_override("port_name", world.path("lidar"));
+  LidarComponent lidar{options};
+  const auto configured = lidar.trigger(Transition::Configure);
+  ASSERT_TRUE(configured.success) << configured.reason;
+  ASSERT_TRUE(lidar.trigger(Transition::Activate).success);
+  ASSERT_TRUE(context.wait_for("/scan", 2, 30s));
+
+  const auto scans = context.published<LaserScan>("/scan");
+  const auto room = simulation::Room::with_two_boxes();
+  const LaserScan& scan = scans.back();
+  int far_off = 0;
+  for (std::size_t ray = 0; ray < scan.ranges.size(); ++ray) {
+    const double expected = room.range_m(0.0, 0.0, static_cast<double>(ray) * 2 * kPi / 450);
+    if (std::abs(static_cast<double>(scan.ranges[ray]) - expected) > 0.06) ++far_off;  // six standard deviations
+  }
+  EXPECT_LE(far_off, 8) << "rays that graze a box's corner may differ";
+  EXPECT_NEAR(seconds_of(scans[1]) - seconds_of(scans[0]), 0.1, 0.02);
+  ASSERT_TRUE(lidar.trigger(Transition::Deactivate).success);
+  EXPECT_TRUE(context.faults().empty());
+}
+
+}  // namespace
+}  // namespace nacelle::lidar

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "odometry/component/odometry_component.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/allocation_guard.hpp"
+#include "support/recording_host.hpp"
+
+namespace nacelle::odometry {
+namespace {
+
+using nav_msgs::msg::Odometry;
+using sensor_msgs::msg::JointState;
+using tf2_msgs::msg::TFMessage;
+
+class OdometryNode : public ::testing::Test {
+ protected:
+  OdometryNode() { options_.append_parameter_override("base_frame_id", std::string{"base_footprint"}); }
+  void start() {
+    node_ = std::make_unique<OdometryComponent>(options_);
+    ASSERT_TRUE(node_->trigger(Transition::Configure).success);
+    ASSERT_TRUE(node_->trigger(Transition::Activate).success);
+  }
+  /// Rolls both sides on by distances, 20 ms later.
+  void roll(double left_m, double right_m) {
+    left_rad_ += left_m / 0.033;
+    right_rad_ += right_m / 0.033;
+    context_.advance(20ms);
+    ms_ += 20;
+    send();
+  }
+  void send() {
+    joints_.header.stamp.sec = static_cast<std::int32_t>(100 + ms_ / 1000);
+    joints_.header.stamp.nanosec = static_cast<std::uint32_t>(ms_ % 1000 * 1'000'000);
+    joints_.name = {"left_wheel_joint", "right_wheel_joint"};
+    joints_.position = {left_rad_, right_rad_};
+    context_.inject("/joint_states", joints_);
+  }
+  test::RecordingContext context_;
+  NodeOptions options_{context_};
+  std::unique_ptr<OdometryComponent> node_;
+  JointState joints_;
+  std::int64_t ms_{0};
+  double left_rad_{12.0}, right_rad_{-7.0};
+};
+
+TEST_F(OdometryNode, publishes_one_message_per_sample_with_its_stamp_and_frames) {
+  start();
+  send();
+  for (int i = 0; i < 50; ++i) roll(0.006, 0.006);
+
+  const auto odometry = context_.published<Odometry>("/odom");
+  ASSERT_EQ(odometry.size(), 50U) << "the first sample only starts the differences";
+  EXPECT_EQ(odometry.back().header.stamp.sec, 101);
+  EXPECT_EQ(odometry.back().header.frame_id, "odom");
+  EXPECT_EQ(odometry.back().child_frame_id, "base_footprint");
+  EXPECT_NEAR(odometry.back().pose.pose.position.x, 0.3, 1e-9);
+  EXPECT_NEAR(odometry.back().twist.twist.linear.x, 0.3, 1e-9);
+  EXPECT_NEAR(odometry.back().twist.twist.angular.z, 0.0, 1e-9);
+}
+
+TEST_F(OdometryNode, its_covariances_are_never_zero_and_the_poses_grows) {
+  start();
+  send();
+  for (int i = 0; i < 20; ++i) roll(0.006, 0.005);
+  const auto odometry = context_.published<Odometry>("/odom");
+  for (const std::size_t i : {0U, 7U, 14U, 21U, 28U, 35U}) {
+    EXPECT_GT(odometry.back().pose.covariance[i], 0.0) << i;
+    EXPECT_GT(odometry.back().twist.covariance[i], 0.0) << i;
+  }
+  for (const std::size_t i : {0U, 7U, 35U})
+    EXPECT_GT(odometry.back().pose.covariance[i], odometry.front().pose.covariance[i]) << i;
+  EXPECT_EQ(odometry.back().pose.covariance[5], odometry.back().pose.covariance[30]);
+}
+
+TEST_F(OdometryNode, broadcasts_the_transform_while_nobody_else_owns_the_frame) {
+  start();
+  ASSERT_EQ(context_.frames().size(), 1U);
+  EXPECT_EQ(context_.frames()[0].parent, "odom");
+  EXPECT_EQ(context_.frames()[0].child, "base_footprint");
+  EXPECT_EQ(context_.frames()[0].kind, FrameClaimKind::Fallback);
+  send();
+  roll(0.01, 0.01);
+  EXPECT_EQ(context_.published<TFMessage>("/tf").size(), 1U);
+
+  context_.set_frame_owner("base_footprint", "/ekf");
+  for (int i = 0; i < 5; ++i) roll(0.01, 0.01);
+
+  EXPECT_EQ(context_.published<TFMessage>("/tf").size(), 1U);
+  EXPECT_EQ(context_.published<Odometry>("/odom").size(), 6U) << "the topic goes on";
+}
+
+TEST_F(OdometryNode, broadcasts_nothing_when_told_so) {
+  options_.append_parameter_override("enable_odom_tf", false);
+  start();
+  send();
+  roll(0.01, 0.01);
+  EXPECT_TRUE(context_.frames().empty());
+  EXPECT_TRUE(context_.published<TFMessage>("/tf").empty());
+}
+
+TEST_F(OdometryNode, reset_odom_puts_the_pose_back_to_the_origin) {
+  start();
+  send();
+  for (int i = 0; i < 20; ++i) roll(0.006, 0.007);
+  std_srvs::srv::Empty::Response response;
+  ASSERT_TRUE(context_.call<std_srvs::srv::Empty>("/reset_odom", {}, response));
+  roll(0.01, 0.01);
+  const auto odometry = context_.published<Odometry>("/odom");
+  EXPECT_NEAR(odometry.back().pose.pose.position.x, 0.01, 1e-9);
+  EXPECT_NEAR(odometry.back().pose.pose.orientation.z, 0.0, 1e-9);
+  EXPECT_LT(odometry.back().pose.covariance[0], odometry[19].pose.covariance[0]);
+}
+
+TEST_F(OdometryNode, a_restarted_board_does_not_move_the_robot) {
+  start();
+  send();
+  for (int i = 0; i < 20; ++i) roll(0.006, 0.006);
+  left_rad_ = right_rad_ = 0.0;
+  roll(0.0, 0.0);
+  roll(0.006, 0.006);
+  EXPECT_EQ(node_->stats().jumps, 1U);
+  EXPECT_NEAR(context_.published<Odometry>("/odom").back().pose.pose.position.x, 21 * 0.006, 1e-9);
+}
+
+TEST_F(OdometryNode, what_rolled_while_it_was_inactive_is_not_made_up) {
+  start();
+  send();
+  roll(0.01, 0.01);
+  ASSERT_TRUE(node_->trigger(Transition::Deactivate).success);
+  left_rad_ += 0.5;
+  right_rad_ += 0.5;
+  ASSERT_TRUE(node_->trigger(Transition::Activate).success);
+  roll(0.01, 0.01);
+  roll(0.01, 0.01);
+  EXPECT_NEAR(context_.published<Odometry>("/odom").back().pose.pose.position.x, 0.02, 1e-9);
+}
+
+TEST_F(OdometryNode, calibration_multipliers_count) {
+  options_.append_parameter_override("left_wheel_radius_multiplier", 1.1);
+  options_.append_parameter_override("right_wheel_radius_multiplier", 1.1);
+  start();
+  send();
+  roll(0.01, 0.01);
+  EXPECT_NEAR(context_.published<Odometry>("/odom").back().pose.pose.position.x, 0.011, 1e-9);
+}
+
+TEST_F(OdometryNode, allocates_nothing_per_sample) {
+  start();
+  send();
+  for (int i = 0; i < 30; ++i) roll(0.006, 0.005);
+  joints_.position = {left_rad_ + 0.1, right_rad_ + 0.1};
+  // The component alone: publishing into the recorder keeps every message, so only what it does itself is looked at.
+  JointReader reader{{{"left_wheel_joint"}, {"right_wheel_joint"}, 0.033, 0.033, 40.0}};
+  VelocityWindow window{10};
+  PlanarPose pose;
+  const test::AllocationGuard guard;
+  for (int i = 0; i < 100; ++i) {
+    joints_.position[0] += 0.1;
+    const auto step =
+        reader.read(WallTime{Duration{i * 20'000'000LL}}, {joints_.name.data(), 2}, {joints_.position.data(), 2});
+    if (!step) continue;
+    pose = integrate(pose, step->wheels, 0.3, {});
+    window.add(0.5 * (step->wheels.left_m + step->wheels.right_m), 0.0, step->dt_s);
+  }
+  EXPECT_EQ(guard.count(), 0U);
+  EXPECT_EQ(reader.stats().steps, 99U);
+}
+
+struct Wrong {
+  const char* parameter;
+  ParameterValue value;
+  const char* words;
+};
+class OdometryParameters : public ::testing::TestWithParam<Wrong> {};
+
+TEST_P(OdometryParameters, a_wrong_one_is_named_with_its_value) {
+  test::RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override(GetParam().parameter, GetParam().value);
+  OdometryComponent node{options};
+  const auto outcome = node.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_NE(outcome.reason.find(GetParam().parameter), std::string::npos) << outcome.reason;
+  EXPECT_NE(outcome.reason.find(GetParam().words), std::string::npos) << outcome.reason;
+}
+INSTANTIATE_TEST_SUITE_P(Each, OdometryParameters,
+                         ::testing::Values(Wrong{"wheel_radius", 0.0, "positive"},
+                                           Wrong{"wheel_separation", -0.3, "-0.3"},
+                                           Wrong{"left_wheel_names", std::vector<std::string>{}, "empty"},
+                                           Wrong{"right_wheel_names", std::vector<std::string>{"a", "b"}, "2"},
+                                           Wrong{"k_left", -1.0, "-1"},
+                                           Wrong{"velocity_rolling_window_size", std::int64_t{0}, "0"},
+                                           Wrong{"pose_covariance_diagonal", std::vector<double>{1, 2}, "2 numbers"},
+                                           Wrong{"base_frame_id", std::string{"odom"}, "odom"}));
+
+}  // namespace
+}  // namespace nacelle::odometry

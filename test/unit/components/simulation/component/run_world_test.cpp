@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulation/component/run_world.hpp"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include "imu/protocol/wt901_decoder.hpp"
+#include "lidar/protocol/ld06_decoder.hpp"
+#include "nacelle/io/serial_port.hpp"
+#include "simulation/port/truth_file.hpp"
+#include "unit/components/simulation/running_world.hpp"
+
+namespace nacelle::simulation {
+namespace {
+
+constexpr Duration kPatience = 30s;  // only a broken world takes so long
+
+class RunWorld : public ::testing::Test {
+ protected:
+  std::unique_ptr<io::SerialPort> open(const char* device, unsigned baud) {
+    auto port = io::SerialPort::open({world_.path(device), baud}, clock_);
+    EXPECT_TRUE(port) << port.error().text();
+    return port ? std::move(port).value() : nullptr;
+  }
+  RunningWorld world_{::testing::UnitTest::GetInstance()->current_test_info()->name(), {.seed = 5}};
+  const SystemClock& clock_ = world_.clock();
+};
+
+TEST_F(RunWorld, the_lidar_speaks_to_whoever_opens_its_line) {
+  const auto port = open("lidar", 230400);
+  lidar::Ld06Decoder decoder;
+  while (decoder.stats().frames < 50) {
+    const auto bytes = port->read_until(clock_.now() + kPatience);
+    ASSERT_TRUE(bytes);
+    ASSERT_FALSE(bytes->empty());
+    decoder.feed(*bytes, [](const lidar::Ld06Frame&, std::size_t) {});
+  }
+  EXPECT_LT(decoder.stats().skipped_bytes, 47U) << "at most the frame that was under way";
+}
+
+TEST_F(RunWorld, the_imu_speaks_to_whoever_opens_its_line) {
+  const auto port = open("imu", 115200);
+  imu::Wt901Decoder decoder;
+  while (decoder.stats().frames < 25) {
+    const auto bytes = port->read_until(clock_.now() + kPatience);
+    ASSERT_TRUE(bytes);
+    ASSERT_FALSE(bytes->empty());
+    decoder.feed(*bytes, [](const imu::Wt901Frame&, std::size_t) {});
+  }
+  EXPECT_LT(decoder.stats().skipped_bytes, 11U);
+}
+
+TEST_F(RunWorld, a_command_on_the_base_line_moves_the_true_robot) {
+  const auto port = open("base", 115200);
+  ASSERT_TRUE(port->write(as_bytes("{\"T\":1,\"L\":0.5,\"R\":0.5}\n")));
+  double x_m = 0.0;
+  const MonotonicTime deadline = clock_.now() + kPatience;
+  while (x_m < 0.05 && clock_.now() < deadline) {
+    const auto bytes = port->read_until(deadline);  // the board's feedback paces this loop
+    ASSERT_TRUE(bytes);
+    const auto truth = read_truth(world_.path("truth"));
+    ASSERT_TRUE(truth);
+    x_m = truth->x_m;
+    EXPECT_EQ(truth->seed, 5U);
+  }
+  EXPECT_GE(x_m, 0.05);
+  const auto truth = read_truth(world_.path("truth"));
+  ASSERT_TRUE(truth);
+  EXPECT_EQ(truth->left_command_mps, 0.5);
+  EXPECT_EQ(truth->motion_commands, 1U);
+  EXPECT_GT(truth->last_motion_command_ns, 0);
+}
+
+TEST_F(RunWorld, a_line_that_nobody_reads_drops_and_does_not_block) {
+  const auto port = open("base", 115200);
+  // The lidar fills its line in a sixth of a second; the base must go on all the same.
+  for (const MonotonicTime end = clock_.now() + 400ms; clock_.now() < end;) {
+    const auto bytes = port->read_until(clock_.now() + kPatience);
+    ASSERT_TRUE(bytes);
+    ASSERT_FALSE(bytes->empty());
+  }
+  world_.stop();
+  EXPECT_GT(world_.report().lines[0].dropped_bytes, 0U);
+  EXPECT_EQ(world_.report().lines[2].dropped_bytes, 0U);
+}
+
+TEST_F(RunWorld, a_second_world_in_the_same_directory_is_refused) {
+  WorldOptions options;
+  options.directory = world_.directory();
+  const auto second = run_world(options, clock_);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().what, "another world runs here");
+  EXPECT_TRUE(std::filesystem::exists(world_.path("ready"))) << "the first one keeps its files";
+  EXPECT_TRUE(std::filesystem::exists(world_.path("base")));
+}
+
+TEST_F(RunWorld, takes_everything_away_when_it_ends) {
+  world_.stop();
+  EXPECT_TRUE(std::filesystem::is_empty(world_.directory()));
+  EXPECT_EQ(world_.problem(), Problem{});
+}
+
+/// A world in a child process, as the launcher starts it.
+class WorldProcess {
+ public:
+  explicit WorldProcess(bool end_with_parent) {
+    const pid_t parent = getpid();
+    child_ = fork();
+    if (child_ == 0) {
+      const SystemClock clock;
+      WorldOptions options;
+      options.directory = directory_;
+      options.end_with_parent = end_with_parent;
+      options.parent_pid = parent;
+      _exit(run_world(options, clock) ? 0 : 1);
+    }
+    while (!std::filesystem::exists(directory_ + "/ready") && waitpid(child_, nullptr, WNOHANG) == 0) {
+      std::this_thread::yield();
+    }
+  }
+  WorldProcess(const WorldProcess&) = delete;
+  WorldProcess& operator=(const WorldProcess&) = delete;
+  ~WorldProcess() { std::filesystem::remove_all(directory_); }
+  void send(int signal) const { ASSERT_EQ(kill(child_, signal), 0); }
+  /// How it ended, as waitpid() tells it.
+  [[nodiscard]] int wait() const {
+    int status = -1;
+    EXPECT_EQ(waitpid(child_, &status, 0), child_);
+    return status;
+  }
+  [[nodiscard]] const std::string& directory() const { return directory_; }
+
+ private:
+  std::string directory_ = ::testing::TempDir() + "world_process_" + std::to_string(getpid());
+  pid_t child_ = -1;
+};
+
+TEST(RunWorldProcess, ends_in_order_on_sigterm_and_sigint) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const WorldProcess world{false};
+    ASSERT_TRUE(std::filesystem::exists(world.directory() + "/ready"));
+    world.send(signal);
+    const int status = world.wait();
+    EXPECT_TRUE(WIFEXITED(status)) << signal;
+    EXPECT_EQ(WEXITSTATUS(status), 0) << signal;
+    EXPECT_TRUE(std::filesystem::is_empty(world.directory())) << signal;
+  }
+}
+
+TEST(RunWorldProcess, leaves_ctrl_c_to_its_parent) {
+  const WorldProcess world{true};
+  world.send(SIGINT);
+  // Bytes that are sent after the signal was: the world lives.
+  const SystemClock clock;
+  auto port = io::SerialPort::open({world.directory() + "/imu", 115200}, clock);
+  ASSERT_TRUE(port) << port.error().text();
+  for (int i = 0; i < 3; ++i) {
+    const auto bytes = port.value()->read_until(clock.now() + kPatience);
+    ASSERT_TRUE(bytes);
+    EXPECT_FALSE(bytes->empty());
+  }
+  world.send(SIGTERM);
+  EXPECT_EQ(world.wait(), 0);
+}
+
+TEST(RunWorldProblems, a_directory_that_cannot_be_made_is_named) {
+  const SystemClock clock;
+  WorldOptions options;
+  options.directory = "/dev/null/world";
+  const auto world = run_world(options, clock);
+  ASSERT_FALSE(world);
+  EXPECT_EQ(world.error().where, "/dev/null/world");
+}
+
+}  // namespace
+}  // namespace nacelle::simulation

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/control/server.hpp"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "nacelle/control/client.hpp"
+#include "nacelle/session/allocation_counter.hpp"
+#include "nacelle/session/process_figures.hpp"
+#include "temporary_folder.hpp"
+
+namespace nacelle::control {
+namespace {
+
+class FakeService final : public FastService {
+ public:
+  Result<std::uint16_t, std::string> open_writer(NamePair names) override {
+    if (names.second != "some/msg/Type") return err(std::string{"no such type"});
+    return static_cast<std::uint16_t>(opened++);
+  }
+  void close_writer(std::uint16_t) override { ++closed; }
+  const char* publish(const Publication& publication) override {
+    published_bytes += publication.cdr.size();
+    return publication.cdr.empty() ? "empty" : nullptr;
+  }
+  TransformAnswer lookup(NamePair names) override {
+    return {names.first == "odom", WallTime{42ns}, {1, 2, 3}, {0, 0, 0, 1}};
+  }
+  void append_stats(std::string& out) override { out.append(stats_bytes, 's'); }
+  void request_shutdown() override { ++shutdowns; }
+
+  std::atomic<int> opened{0}, closed{0}, shutdowns{0};
+  std::atomic<std::size_t> published_bytes{0};
+  std::size_t stats_bytes = 3000;
+};
+
+class ControlServerTest : public ::testing::Test {
+ protected:
+  ControlServerTest() {
+    auto claim = SocketClaim::take({"", "", folder_.path() + "/s"}, "test");
+    server_.emplace(std::move(claim).value(), service_);
+  }
+  Client connect() const {
+    auto client = Client::connect(server_->path());
+    EXPECT_TRUE(client);
+    return std::move(client).value();
+  }
+  /// A bare socket, for what Client would never send.
+  int raw() const {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, server_->path().c_str());
+    const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    EXPECT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    return fd;
+  }
+  static bool is_closed_by_peer(int fd) {
+    pollfd wait{fd, POLLIN, 0};
+    char byte[4096];
+    while (::poll(&wait, 1, 5000) == 1) {
+      const ssize_t got = ::recv(fd, byte, sizeof byte, 0);
+      if (got <= 0) return true;
+    }
+    return false;
+  }
+
+  TemporaryFolder folder_;
+  FakeService service_;
+  std::optional<ControlServer> server_;
+};
+
+TEST_F(ControlServerTest, answers_what_runs_at_a_rate) {
+  Client client = connect();
+  auto handle = client.open_writer("/cmd_vel", "some/msg/Type", 5s);
+  ASSERT_TRUE(handle) << handle.error().text();
+  ASSERT_TRUE(client.publish(handle.value(), as_bytes("12345")));
+  auto transform = client.lookup("odom", "base", 5s);
+  ASSERT_TRUE(transform);
+  EXPECT_TRUE(transform.value().known);
+  EXPECT_EQ(transform.value().translation_m[2], 3);
+  EXPECT_EQ(service_.published_bytes, 5U) << "frames of one connection are served in order";
+  auto stats = client.stats(5s);
+  ASSERT_TRUE(stats);
+  EXPECT_EQ(stats.value(), std::string(3000, 's'));
+}
+
+TEST_F(ControlServerTest, says_why_a_writer_was_not_opened) {
+  Client client = connect();
+  auto handle = client.open_writer("/cmd_vel", "wrong", 5s);
+  ASSERT_FALSE(handle);
+  EXPECT_EQ(handle.error().what, "no such type");
+}
+
+TEST_F(ControlServerTest, closes_the_writers_of_a_client_that_went) {
+  {
+    Client client = connect();
+    ASSERT_TRUE(client.open_writer("/a", "some/msg/Type", 5s));
+    ASSERT_TRUE(client.open_writer("/b", "some/msg/Type", 5s));
+  }
+  server_.reset();  // ends the thread: whatever was to be closed has been
+  EXPECT_EQ(service_.closed, 2);
+}
+
+TEST_F(ControlServerTest, a_handle_belongs_to_its_connection) {
+  Client owner = connect(), thief = connect();
+  auto handle = owner.open_writer("/cmd_vel", "some/msg/Type", 5s);
+  ASSERT_TRUE(handle);
+  ASSERT_TRUE(thief.publish(handle.value(), as_bytes("x")));
+  auto frame = thief.receive(5s);
+  ASSERT_TRUE(frame && frame.value());
+  EXPECT_EQ(frame.value()->kind, FrameKind::Fault);
+  EXPECT_EQ(service_.published_bytes, 0U);
+}
+
+TEST_F(ControlServerTest, hands_json_requests_over_with_their_connection) {
+  Client client = connect();
+  ASSERT_TRUE(client.send(FrameKind::Request, R"({"verb":"x"})"));
+  pollfd wait{server_->handed_over_descriptor(), POLLIN, 0};
+  ASSERT_EQ(::poll(&wait, 1, 5000), 1);
+  auto handed = server_->take_handed_over();
+  ASSERT_EQ(handed.size(), 1U);
+  EXPECT_EQ(handed[0].request, R"({"verb":"x"})");
+  append_frame(handed[0].connection->out, FrameKind::Reply, R"({"ok":true,"n":7})");
+  ASSERT_TRUE(handed[0].connection->write_some());
+  auto reply = client.receive(5s);
+  ASSERT_TRUE(reply && reply.value());
+  EXPECT_EQ(as_text(reply.value()->payload), R"({"ok":true,"n":7})");
+}
+
+TEST_F(ControlServerTest, shutdown_is_asked_for_and_confirmed) {
+  Client client = connect();
+  ASSERT_TRUE(client.send(FrameKind::Shutdown, ""));
+  auto frame = client.receive(5s);
+  ASSERT_TRUE(frame && frame.value());
+  EXPECT_EQ(frame.value()->kind, FrameKind::Shutdown);
+  EXPECT_EQ(service_.shutdowns, 1);
+}
+
+TEST_F(ControlServerTest, noise_ends_its_own_connection_only) {
+  const unsigned seed = 99;
+  std::mt19937 random{seed};
+  Client good = connect();
+  for (int round = 0; round < 100; ++round) {
+    const int fd = raw();
+    std::string noise(1 + random() % 600, '\0');
+    for (char& c : noise) c = static_cast<char>(random());
+    noise[3] = 0x7F;  // a length beyond every bound
+    static_cast<void>(!::send(fd, noise.data(), noise.size(), MSG_NOSIGNAL));
+    // Fewer bytes than a header are no frame yet: the end of the connection ends it.
+    if (noise.size() >= kFrameHeaderBytes) {
+      EXPECT_TRUE(is_closed_by_peer(fd)) << "seed " << seed << ", round " << round;
+    }
+    ::close(fd);
+  }
+  EXPECT_TRUE(good.stats(5s));
+}
+
+TEST_F(ControlServerTest, half_a_frame_holds_nobody_up) {
+  const int fd = raw();
+  const std::string half{"\x10\0\0\0p\x01", 6};
+  ASSERT_EQ(::send(fd, half.data(), half.size(), 0), 6);
+  Client good = connect();
+  EXPECT_TRUE(good.stats(5s));
+  ::close(fd);
+}
+
+TEST_F(ControlServerTest, a_client_that_never_reads_costs_a_bounded_amount_and_holds_nobody_up) {
+  service_.stats_bytes = 60000;
+  const int fd = raw();
+  std::string questions;
+  for (int i = 0; i < 1000; ++i) append_frame(questions, FrameKind::Stats, "");
+  // 60 MB of answers were asked for; the kernel's and the server's buffers hold a few hundred kB.
+  static_cast<void>(!::send(fd, questions.data(), questions.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
+  Client good = connect();
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(good.stats(5s));
+  // When it reads after all, everything comes, in order and whole.
+  FrameReader reader{1U << 20U};
+  int answers = 0;
+  while (answers < 1000) {
+    const ByteSpan room = reader.room();
+    pollfd wait{fd, POLLIN, 0};
+    ASSERT_EQ(::poll(&wait, 1, 5000), 1) << "after " << answers;
+    const ssize_t got = ::recv(fd, room.data(), room.size(), 0);
+    ASSERT_GT(got, 0);
+    reader.filled(static_cast<std::size_t>(got));
+    while (true) {
+      auto frame = reader.next();
+      ASSERT_TRUE(frame);
+      if (!frame.value()) break;
+      ASSERT_EQ(frame.value()->payload.size(), 60000U);
+      ++answers;
+    }
+  }
+  ::close(fd);
+}
+
+TEST_F(ControlServerTest, answering_at_a_rate_allocates_nothing_on_its_thread) {
+  if (!session::allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns the allocator";
+  Client client = connect();
+  auto handle = client.open_writer("/cmd_vel", "some/msg/Type", 5s);
+  ASSERT_TRUE(handle);
+  const auto ask = [&] {
+    ASSERT_TRUE(client.publish(handle.value(), as_bytes("0123456789")));
+    ASSERT_TRUE(client.lookup("odom", "base", 5s));
+    ASSERT_TRUE(client.stats(5s));
+  };
+  for (int i = 0; i < 10; ++i) ask();
+  const auto threads = session::living_threads();
+  session::AllocationSnapshot before, after;
+  session::take_snapshot(before);
+  for (int i = 0; i < 200; ++i) ask();
+  // Whoever looks for containers connects to each, and goes again.
+  for (int i = 0; i < 50; ++i) ::close(raw());
+  ask();
+  session::take_snapshot(after);
+  auto rates = session::allocation_rates(before, after, threads, 1.0);
+  ASSERT_EQ(rates.count("control"), 1U);
+  EXPECT_EQ(rates["control"], 0);
+}
+
+}  // namespace
+}  // namespace nacelle::control

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/report/run_report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace nacelle::report {
+namespace {
+
+RunReport sample() {
+  RunReport report;
+  report.bringup_order = {"camera", "lidar"};
+  report.bringup = 812ms;
+  report.shutdown_order = {"lidar", "camera"};
+  runtime::StreamReport scan;
+  scan.name = "/scan";
+  scan.type = "sensor_msgs/msg/LaserScan";
+  scan.published = 101;
+  scan.delivered = 202;
+  scan.readers = 2;
+  scan.overwritten = 3;
+  scan.first = MonotonicTime{1s};
+  scan.last = MonotonicTime{11s};
+  scan.latency_p50 = 5us;
+  scan.latency_p99 = 70us;
+  scan.latency_max = 900us;
+  report.streams = {scan};
+  report.histograms = {{"/diff_drive", kCommandToWheel, 10, 4ms, 12ms, 13ms}};
+  report.process = {12.5, 38.2, 9, {{"control", 0}, {"detector", 44.5}}};
+  report.seed = 7;
+  return report;
+}
+
+TEST(RunReport, has_the_keys_and_units_that_others_read) {
+  const auto json = nlohmann::json::parse(to_json(sample()).dump());  // the order of keys does not matter
+  EXPECT_EQ(json["bringup"]["order"], (std::vector<std::string>{"camera", "lidar"}));
+  EXPECT_EQ(json["bringup"]["ms"], 812.0);
+  EXPECT_EQ(json["shutdown"]["order"], (std::vector<std::string>{"lidar", "camera"}));
+  const auto& stream = json["streams"][0];
+  EXPECT_EQ(stream["name"], "/scan");
+  EXPECT_EQ(stream["type"], "sensor_msgs/msg/LaserScan");
+  EXPECT_NEAR(stream["hz"].get<double>(), 10.0, 0.11);
+  EXPECT_EQ(stream["published"], 101);
+  EXPECT_EQ(stream["delivered"], 202);
+  EXPECT_EQ(stream["readers"], 2);
+  EXPECT_EQ(stream["dropped"], nlohmann::json({{"overwritten", 3}}));
+  EXPECT_EQ(stream["copies"], 0);
+  EXPECT_EQ(stream["bytes_copied"], 0);
+  EXPECT_EQ(stream["latency_us"], nlohmann::json({{"p50", 5.0}, {"p99", 70.0}, {"max", 900.0}}));
+  EXPECT_TRUE(json["drive"].is_null());
+  EXPECT_EQ(json["command_to_wheel_ms"], nlohmann::json({{"p50", 4.0}, {"p99", 12.0}}));
+  EXPECT_EQ(json["process"]["cpu_percent"], 12.5);
+  EXPECT_EQ(json["process"]["rss_mb"], 38.2);
+  EXPECT_EQ(json["process"]["threads"], 9);
+  EXPECT_EQ(json["process"]["allocations_per_second"], nlohmann::json({{"control", 0.0}, {"detector", 44.5}}));
+  EXPECT_EQ(json["seed"], 7);
+}
+
+TEST(RunReport, says_null_for_what_was_not_measured) {
+  RunReport report = sample();
+  report.seed.reset();
+  report.histograms[0].count = 0;
+  report.drive = DriveFigures{4.0, std::nan(""), 0.01};
+  const auto json = nlohmann::json::parse(to_json(report).dump());
+  EXPECT_TRUE(json["seed"].is_null());
+  EXPECT_TRUE(json["command_to_wheel_ms"]["p99"].is_null());
+  EXPECT_TRUE(json["drive"]["odometry_error_m"].is_null());
+  EXPECT_EQ(json["drive"]["ekf_error_m"], 0.01);
+}
+
+TEST(Summary, shows_every_stream_and_every_thread_that_allocates) {
+  RunReport report = sample();
+  report.drive = DriveFigures{4.012, 0.0312, 0.0104};
+  const std::string text = summary_of(nlohmann::ordered_json::parse(to_json(report).dump()));
+  for (const char* const part : {"/scan", "202", "3 overwritten", "odometry 31.2 mm", "EKF 10.4 mm", "detector 44.5/s",
+                                 "812 ms: camera lidar", "p99 12.00 ms"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
+  }
+}
+
+TEST(Summary, can_be_made_of_a_report_with_holes) {
+  RunReport report;
+  report.drive = DriveFigures{1.0, std::nan(""), std::nan("")};
+  const std::string text = summary_of(nlohmann::ordered_json::parse(to_json(report).dump()));
+  EXPECT_NE(text.find("odometry unknown"), std::string::npos) << text;
+  EXPECT_NE(text.find("not counted"), std::string::npos) << text;
+}
+
+TEST(ComponentName, is_the_node_s_without_the_root) {
+  EXPECT_EQ(component_name("/camera"), "camera");
+  EXPECT_EQ(component_name("/robot1/camera"), "robot1/camera");
+}
+
+}  // namespace
+}  // namespace nacelle::report

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/runtime/broker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <sensor_msgs/msg/image.hpp>
+#include <std_msgs/msg/header.hpp>
+#include <std_msgs/msg/string.hpp>
+
+#include "support/allocation_guard.hpp"
+#include "support/manual_clock.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+using sensor_msgs::msg::Image;
+
+EndpointSpec image_spec(const QoS& qos, const std::string& node) {
+  return {"/image", &Image::message_type(), qos, node};
+}
+
+struct Fixture : ::testing::Test {
+  test::ManualClock clock;
+  Broker broker{clock};
+  std::vector<StreamReport> report;
+  const StreamReport& stream(const std::string& name) {
+    broker.report(report);
+    for (const auto& row : report) {
+      if (row.name == name) return row;
+    }
+    static const StreamReport none;
+    return none;
+  }
+};
+using BrokerTest = Fixture;
+
+TEST_F(BrokerTest, every_reader_sees_the_writers_payload_address_and_nothing_is_copied) {
+  auto writer = broker.create_writer(image_spec(10, "/camera"));
+  std::vector<std::unique_ptr<Reader>> readers;
+  for (const char* node : {"/a", "/b", "/c"})
+    readers.push_back(broker.create_reader(image_spec(10, node), Taking::Share, nullptr));
+  for (int i = 0; i < 20; ++i) {
+    Block* const block = writer->borrow();
+    auto& image = *static_cast<Image*>(block->message);
+    image.data.resize(640 * 480 * 3);
+    const void* const payload = image.data.data();
+    writer->publish(*block);
+    for (auto& reader : readers) {
+      Block* const seen = reader->take();
+      ASSERT_NE(seen, nullptr);
+      EXPECT_EQ(static_cast<const Image*>(seen->message)->data.data(), payload);
+      drop_reference(*seen);
+    }
+  }
+  EXPECT_EQ(stream("/image").copies, 0U);
+  EXPECT_EQ(stream("/image").bytes_copied, 0U);
+  EXPECT_EQ(stream("/image").published, 20U);
+  EXPECT_EQ(stream("/image").delivered, 60U);
+  EXPECT_EQ(writer->counters().pool_grown, 17U) << "made with the first message: depth 10, two per reader, one to fill";
+}
+
+TEST_F(BrokerTest, full_queues_and_busy_callbacks_need_no_more_messages_than_were_made_at_first) {
+  auto a = broker.create_reader(image_spec(3, "/a"), Taking::Share, nullptr);
+  auto writer = broker.create_writer(image_spec(3, "/camera"));  // joins one reader, and is joined by another
+  auto b = broker.create_reader(image_spec(2, "/b"), Taking::Share, nullptr);
+  const auto publish = [&] {
+    Block* const block = writer->borrow();
+    static_cast<Image*>(block->message)->data.resize(50000);
+    writer->publish(*block);
+  };
+  publish();
+  const test::AllocationGuard guard;
+  Block* in_callback_a = nullptr;
+  Block* in_callback_b = nullptr;
+  for (int i = 0; i < 50; ++i) {
+    publish();
+    if (i % 7 == 0) {
+      if (in_callback_a != nullptr) drop_reference(*in_callback_a);
+      in_callback_a = a->take();
+    }
+    if (i % 11 == 0) {
+      if (in_callback_b != nullptr) drop_reference(*in_callback_b);
+      in_callback_b = b->take();
+    }
+  }
+  EXPECT_EQ(guard.count(), 0U);
+  drop_reference(*in_callback_a);
+  drop_reference(*in_callback_b);
+}
+
+// Design D4: owners only: the last in subscription order gets the original; with a reader present every owner gets a copy.
+TEST_F(BrokerTest, copies_for_all_but_the_last_owner_and_for_every_owner_beside_a_reader) {
+  for (const bool with_reader : {false, true}) {
+    auto writer = broker.create_writer(image_spec(10, "/camera"));
+    std::vector<std::unique_ptr<Reader>> owners;
+    for (const char* node : {"/a", "/b", "/c"})
+      owners.push_back(broker.create_reader(image_spec(10, node), Taking::Own, nullptr));
+    std::unique_ptr<Reader> reader;
+    if (with_reader) reader = broker.create_reader(image_spec(10, "/viewer"), Taking::Share, nullptr);
+    Block* const block = writer->borrow();
+    const void* const original = block->message;
+    writer->publish(*block);
+    int originals = 0;
+    for (auto& owner : owners) {
+      Block* const mine = owner->take();
+      originals += mine->message == original ? 1 : 0;
+      if (!with_reader && owner == owners.back()) { EXPECT_EQ(mine->message, original); }
+      drop_reference(*mine);
+    }
+    EXPECT_EQ(originals, with_reader ? 0 : 1);
+    EXPECT_EQ(writer->counters().copies, with_reader ? 3U : 2U);
+    EXPECT_GT(writer->counters().bytes_copied, 0U);
+  }
+}
+
+TEST_F(BrokerTest, hands_over_without_allocating_in_steady_state) {
+  auto writer = broker.create_writer(image_spec(3, "/camera"));
+  auto shared = broker.create_reader(image_spec(3, "/a"), Taking::Share, nullptr);
+  auto pointer = broker.create_reader(image_spec(3, "/b"), Taking::Share, nullptr);
+  const auto cycle = [&] {
+    Block* const block = writer->borrow();
+    auto& image = *static_cast<Image*>(block->message);
+    image.data.resize(10000);
+    image.header.frame_id = "a_frame_id_longer_than_the_small_string";
+    writer->publish(*block);
+    Block* const a = shared->take();
+    drop_reference(*a);
+    Block* const b = pointer->take();
+    {
+      const auto kept = share_block(*b);
+      drop_reference(*b);
+    }
+  };
+  for (int i = 0; i < 10; ++i) cycle();
+  const test::AllocationGuard guard;
+  for (int i = 0; i < 1000; ++i) cycle();
+  EXPECT_EQ(guard.count(), 0U);
+}
+
+TEST_F(BrokerTest, gives_foreign_memory_back_with_the_last_reader) {
+  auto writer = broker.create_writer(image_spec(10, "/camera"));
+  auto a = broker.create_reader(image_spec(10, "/a"), Taking::Share, nullptr);
+  auto b = broker.create_reader(image_spec(10, "/b"), Taking::Share, nullptr);
+  static int returned;
+  returned = 0;
+  std::vector<std::uint8_t> mapped(100);
+  Block* const block = writer->borrow();
+  static_cast<Image*>(block->message)
+      ->data.adopt(mapped.data(), 100, 100, {[](void*) noexcept { ++returned; }, nullptr});
+  writer->publish(*block);
+  drop_reference(*a->take());
+  EXPECT_EQ(returned, 0);
+  drop_reference(*b->take());
+  EXPECT_EQ(returned, 1);
+}
+
+TEST_F(BrokerTest, names_both_ends_and_the_change_of_an_incompatible_pair) {
+  auto writer = broker.create_writer(image_spec(QoS(10).best_effort(), "/camera"));
+  auto reader = broker.create_reader(image_spec(QoS(10).reliable(), "/recorder"), Taking::Share, nullptr);
+  const auto clashes = broker.clashes();
+  ASSERT_EQ(clashes.size(), 1U);
+  EXPECT_EQ(clashes[0].writer_node, "/camera");
+  EXPECT_EQ(clashes[0].reader_node, "/recorder");
+  EXPECT_EQ(clashes[0].policy, "reliability");
+  EXPECT_FALSE(clashes[0].change.empty());
+}
+
+TEST_F(BrokerTest, another_type_is_a_clash_unless_the_reader_takes_both) {
+  const auto& text = std_msgs::msg::String::message_type();
+  const auto& header = std_msgs::msg::Header::message_type();
+  auto writer = broker.create_writer({"/cmd", &text, QoS(1), "/teleop"});
+  auto other = broker.create_reader({"/cmd", &header, QoS(1), "/base"}, Taking::Share, nullptr);
+  ASSERT_EQ(broker.clashes().size(), 1U);
+  EXPECT_EQ(broker.clashes()[0].policy, "type");
+  auto both = broker.create_reader({"/cmd", &text, QoS(1), "/base"}, Taking::Share, nullptr);
+  EXPECT_TRUE(broker.clashes().empty());
+}
+
+TEST_F(BrokerTest, remembers_the_figures_of_endpoints_that_are_gone) {
+  for (int round = 0; round < 2; ++round) {
+    auto writer = broker.create_writer(image_spec(10, "/camera"));
+    auto reader = broker.create_reader(image_spec(10, "/a"), Taking::Share, nullptr);
+    writer->publish(*writer->borrow());
+    drop_reference(*reader->take());
+  }
+  EXPECT_EQ(stream("/image").published, 2U);
+  EXPECT_EQ(stream("/image").delivered, 2U);
+  EXPECT_EQ(stream("/image").writers, 0U);
+}
+
+TEST_F(BrokerTest, says_who_still_holds_messages_of_a_node_that_is_gone) {
+  auto reader = broker.create_reader(image_spec(10, "/a"), Taking::Share, nullptr);
+  {
+    auto writer = broker.create_writer(image_spec(10, "/camera"));
+    writer->publish(*writer->borrow());
+    writer->publish(*writer->borrow());
+  }
+  EXPECT_EQ(broker.sweep("/camera"), "2 messages of /image");
+  drop_reference(*reader->take());
+  EXPECT_EQ(broker.sweep("/camera"), "1 message of /image");
+  drop_reference(*reader->take());
+  EXPECT_EQ(broker.sweep("/camera"), "");
+}
+
+}  // namespace
+}  // namespace nacelle::runtime

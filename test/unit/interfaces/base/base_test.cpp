@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "nacelle/base/bytes.hpp"
+#include "nacelle/base/histogram.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+
+namespace nacelle {
+namespace {
+
+enum class Fault { Small };
+
+Result<int, Fault> at_least_three(int n) {
+  if (n < 3) return err(Fault::Small);
+  return n;
+}
+
+TEST(Result, holds_the_value_or_the_reason) {
+  EXPECT_EQ(at_least_three(4).value(), 4);
+  EXPECT_EQ(at_least_three(2).error(), Fault::Small);
+}
+
+TEST(Hex, round_trips_every_byte) {
+  Bytes all(256);
+  for (int i = 0; i < 256; ++i) all[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(i);
+  Bytes back;
+  ASSERT_TRUE(from_hex(to_hex(all), back));
+  EXPECT_EQ(back, all);
+}
+
+TEST(Hex, refuses_half_a_byte_and_other_letters) {
+  Bytes out;
+  EXPECT_FALSE(from_hex("abc", out));
+  EXPECT_FALSE(from_hex("0g", out));
+}
+
+TEST(NearestName, finds_a_slip_of_the_fingers_and_nothing_else) {
+  const std::vector<std::string> names{"frame_id", "port_name", "baudrate"};
+  EXPECT_EQ(nearest_name("port_nam", names), "port_name");
+  EXPECT_EQ(nearest_name("braudate", names), "baudrate");
+  EXPECT_EQ(nearest_name("exposure", names), "");
+}
+
+TEST(Problem, says_where_what_and_the_way_out) {
+  EXPECT_EQ((Problem{"a.yaml:3", "no such key 'x'", "did you mean 'y'?"}).text(),
+            "a.yaml:3: no such key 'x'; did you mean 'y'?");
+  EXPECT_EQ((Problem{"", "broken", ""}).text(), "broken");
+}
+
+TEST(DurationHistogram, tells_a_quantile_within_its_bucket_width) {
+  DurationHistogram histogram;
+  std::mt19937 random{7};
+  std::uniform_int_distribution<int> any{1000, 1000000};
+  std::vector<int> values;
+  for (int i = 0; i < 10000; ++i) {
+    values.push_back(any(random));
+    histogram.record(Duration{values.back()});
+  }
+  std::sort(values.begin(), values.end());
+  for (const double share : {0.5, 0.9, 0.99}) {
+    const double exact = values[static_cast<std::size_t>(share * 10000) - 1];
+    const auto told = static_cast<double>(histogram.quantile(share).count());
+    EXPECT_GE(told, exact) << share;
+    EXPECT_LE(told, exact * 1.126) << share;
+  }
+  EXPECT_EQ(histogram.max().count(), values.back());
+  EXPECT_EQ(histogram.count(), 10000U);
+}
+
+TEST(DurationHistogram, takes_zero_and_the_longest_duration) {
+  DurationHistogram histogram;
+  histogram.record(Duration{0});
+  histogram.record(Duration{-5});
+  histogram.record(Duration::max());
+  EXPECT_EQ(histogram.count(), 3U);
+  EXPECT_EQ(histogram.quantile(1.0), Duration::max());
+}
+
+}  // namespace
+}  // namespace nacelle

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/node/parameter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace nacelle {
+namespace {
+
+using ::testing::HasSubstr;
+
+ParameterStore store(std::map<std::string, ParameterValue> overrides = {}) { return {"/base", std::move(overrides)}; }
+
+TEST(ParameterStore, an_override_wins_over_the_default) {
+  auto parameters = store({{"rate", 100.0}});
+  EXPECT_EQ(std::get<double>(parameters.declare("rate", 50.0, ParameterType::Double, {})), 100.0);
+  EXPECT_EQ(std::get<double>(parameters.declare("gain", 0.1, ParameterType::Double, {})), 0.1);
+}
+
+TEST(ParameterStore, takes_a_whole_number_for_a_double_and_nothing_else) {
+  auto parameters = store({{"rate", std::int64_t{100}}, {"radius", std::string("wide")}});
+  EXPECT_EQ(std::get<double>(parameters.declare("rate", 50.0, ParameterType::Double, {})), 100.0);
+  try {
+    parameters.declare("radius", 0.033, ParameterType::Double, {});
+    FAIL();
+  } catch (const exceptions::InvalidParameterTypeException& e) {
+    EXPECT_THAT(e.what(), HasSubstr("node /base: parameter 'radius' is double but was given string (wide)"));
+  }
+}
+
+TEST(ParameterStore, a_parameter_is_declared_once) {
+  auto parameters = store();
+  parameters.declare("rate", 50.0, ParameterType::Double, {});
+  EXPECT_THROW(parameters.declare("rate", 50.0, ParameterType::Double, {}),
+               exceptions::ParameterAlreadyDeclaredException);
+  EXPECT_THROW((void)parameters.get("rte"), exceptions::ParameterNotDeclaredException);
+}
+
+TEST(ParameterStore, holds_values_in_their_ranges_at_declaration_and_when_set) {
+  ParameterDescriptor narrow;
+  narrow.floating_point_range = FloatingPointRange{0.0, 1.0, 0.25};
+  auto parameters = store({{"a", 1.5}, {"b", 0.5}});
+  EXPECT_THROW(parameters.declare("a", 0.5, ParameterType::Double, narrow), exceptions::InvalidParameterValueException);
+  parameters.declare("b", 0.5, ParameterType::Double, narrow);
+  for (const double good : {0.0, 0.25, 0.75, 1.0})
+    EXPECT_TRUE(parameters.set_atomically({{"b", good}}).successful) << good;
+  for (const double bad : {-0.1, 0.3, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    const auto result = parameters.set_atomically({{"b", bad}});
+    EXPECT_FALSE(result.successful) << bad;
+    EXPECT_THAT(result.reason, HasSubstr("floating point range"));
+  }
+  ParameterDescriptor steps;
+  steps.integer_range = IntegerRange{10, 21, 5};
+  parameters.declare("n", std::int64_t{10}, ParameterType::Integer, steps);
+  for (const std::int64_t good : {10, 15, 20, 21})
+    EXPECT_TRUE(parameters.set_atomically({{"n", good}}).successful) << good;
+  for (const std::int64_t bad : {9, 11, 22}) EXPECT_FALSE(parameters.set_atomically({{"n", bad}}).successful) << bad;
+}
+
+TEST(ParameterStore, sets_all_or_nothing_and_asks_the_callbacks) {
+  auto parameters = store();
+  parameters.declare("a", std::int64_t{1}, ParameterType::Integer, {});
+  parameters.declare("b", std::int64_t{1}, ParameterType::Integer, {});
+  parameters.add_on_set([](const std::vector<Parameter>& wanted) {
+    for (const auto& p : wanted) {
+      if (p.as_int() > 5) return SetParametersResult{false, "too much"};
+    }
+    return SetParametersResult{};
+  });
+  EXPECT_EQ(parameters.set_atomically({{"a", std::int64_t{2}}, {"b", std::int64_t{9}}}).reason, "too much");
+  EXPECT_EQ(std::get<std::int64_t>(parameters.get("a")), 1);
+  EXPECT_TRUE(parameters.set_atomically({{"a", std::int64_t{2}}, {"b", std::int64_t{3}}}).successful);
+  EXPECT_EQ(std::get<std::int64_t>(parameters.get("b")), 3);
+}
+
+TEST(ParameterStore, answers_refusals_in_rclcpps_words) {
+  auto parameters = store();
+  ParameterDescriptor fixed;
+  fixed.read_only = true;
+  parameters.declare("fixed", true, ParameterType::Bool, fixed);
+  parameters.declare("n", std::int64_t{1}, ParameterType::Integer, {});
+  EXPECT_EQ(parameters.set_atomically({{"fixed", false}}).reason,
+            "parameter 'fixed' cannot be set because it is read-only");
+  EXPECT_EQ(parameters.set_atomically({{"none", false}}).reason,
+            "parameter 'none' cannot be set because it was not declared");
+  EXPECT_EQ(parameters.set_atomically({{"n", std::string("x")}}).reason,
+            "Wrong parameter type, parameter {n} is of type {integer}, setting it to {string} is not allowed.");
+}
+
+TEST(ParameterStore, knows_the_overrides_that_nobody_declared) {
+  auto parameters = store({{"rate", 1.0}, {"rtae", 2.0}});
+  parameters.declare("rate", 50.0, ParameterType::Double, {});
+  EXPECT_EQ(parameters.unused_overrides(), std::vector<std::string>{"rtae"});
+}
+
+}  // namespace
+}  // namespace nacelle
