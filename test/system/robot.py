@@ -46,9 +46,8 @@ class RobotTest(unittest.TestCase):
 
     @classmethod
     def run_program(cls, *arguments, limit_s=60, **options):
-        return subprocess.run(
-            [PROGRAM, *map(str, arguments)], env=cls.environment, capture_output=True, text=True, timeout=limit_s * SLOW, **options
-        )
+        options.setdefault("env", cls.environment)
+        return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=limit_s * SLOW, **options)
 
     @classmethod
     def start_program(cls, *arguments, **options):

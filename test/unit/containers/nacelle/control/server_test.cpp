@@ -216,9 +216,12 @@ TEST_F(ControlServerTest, answering_at_a_rate_allocates_nothing_on_its_thread) {
   session::AllocationSnapshot before, after;
   session::take_snapshot(before);
   for (int i = 0; i < 200; ++i) ask();
-  // Whoever looks for containers connects to each, and goes again.
-  for (int i = 0; i < 50; ++i) ::close(raw());
-  ask();
+  // Whoever looks for containers connects to each, and goes again. Asking in between makes sure that the server saw it go:
+  // a crowd that comes at once may cost heap, one after the other must not.
+  for (int i = 0; i < 50; ++i) {
+    ::close(raw());
+    ask();
+  }
   session::take_snapshot(after);
   auto rates = session::allocation_rates(before, after, threads, 1.0);
   ASSERT_EQ(rates.count("control"), 1U);
