@@ -172,7 +172,8 @@ function(nacelle_test name)
   cmake_parse_arguments(A "" "TIMEOUT" "SOURCES;USES;LABELS" ${ARGN})
   add_executable(${name} ${A_SOURCES})
   nacelle_target_defaults(${name})
-  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)  # what is tested has -O2; the tests only have to build soon
+  # What is tested is optimised; the tests only have to build soon.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:$<IF:$<BOOL:${NACELLE_SANITIZER}>,-O0,-O1>>)
   target_link_libraries(${name} PRIVATE ${A_USES} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
   add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
