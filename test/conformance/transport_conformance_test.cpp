@@ -1,48 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every Transport promises, written against its doc comment. A new transport is one line in EveryTransport.
-#include <gtest/gtest.h>
-
-#include <memory>
+// What every Transport promises, written against its doc comment.
 #include <std_msgs/msg/header.hpp>
-#include <std_msgs/msg/string.hpp>
-#include <string>
-#include <vector>
 
-#include "nacelle/runtime/broker.hpp"
-#include "support/fake_transport.hpp"
-#include "support/manual_clock.hpp"
+#include "transport_laws.hpp"
 
 namespace nacelle {
 namespace {
 
-using std_msgs::msg::String;
-
-template <typename T>
-class TransportLaws : public ::testing::Test {
- protected:
-  test::ManualClock clock;
-  T transport{clock};
-
-  static EndpointSpec spec(QoS qos, const std::string& topic = "/chat") {
-    return {topic, &String::message_type(), qos, "/node"};
-  }
-  static PublishResult send(Writer& writer, const std::string& text) {
-    Block* const block = writer.borrow();
-    static_cast<String*>(block->message)->data = text;
-    return writer.publish(*block);
-  }
-  static std::vector<std::string> receive(Reader& reader) {
-    std::vector<std::string> all;
-    while (Block* const block = reader.take()) {
-      all.push_back(static_cast<const String*>(block->message)->data);
-      drop_reference(*block);
-    }
-    return all;
-  }
-  using Texts = std::vector<std::string>;
-};
-
-using EveryTransport = ::testing::Types<runtime::Broker, test::FakeTransport>;
 TYPED_TEST_SUITE(TransportLaws, EveryTransport);
 
 TYPED_TEST(TransportLaws, delivers_in_the_order_sent) {

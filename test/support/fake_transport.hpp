@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <condition_variable>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,7 @@ class FakeTransport final : public Transport {
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override;
   [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking,
                                                       ReadyListener* listener) override;
+  MonotonicTime watch(MonotonicTime now) override;
 
  private:
   class FakeWriter;
@@ -28,9 +31,12 @@ class FakeTransport final : public Transport {
     explicit State(const Clock& c) : clock(c) {}
     const Clock& clock;
     std::recursive_mutex mutex;
+    std::condition_variable_any room;  // told when a message leaves a queue
     std::vector<FakeWriter*> writers;
     std::vector<FakeReader*> readers;
+    std::set<std::pair<const void*, const void*>> introduced;
     std::uint64_t next_id = 1;
+    void introduce(FakeWriter& writer, FakeReader& reader);
   };
   std::shared_ptr<State> state_;
 };

@@ -27,6 +27,7 @@ ordered_json to_json(const runtime::StreamReport& stream) {
   count("overwritten", stream.overwritten);
   count("full", stream.full);
   count("inactive", stream.inactive);
+  count("expired", stream.expired);
   count("discarded", stream.discarded);
   count("writer_inactive", stream.inactive_unpublished);
   return {{"name", stream.name},

@@ -97,11 +97,6 @@ double StreamReport::hz() const {
   return published < 2 || span_s <= 0 ? 0.0 : static_cast<double>(published - 1) / span_s;
 }
 
-std::string ClashReport::text() const {
-  return fmt::format("{}: {} publishes with {} {}, {} asks for {}: it would get nothing; {}", topic, writer_node,
-                     policy, offered, reader_node, requested, change);
-}
-
 struct Container::Impl {
   Impl(ContainerOptions o, const Clock& clock)
       : options(std::move(o)), commons(clock), supervisor({options.handover_after, options.hang_after}) {}

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "nacelle/base/log.hpp"
+#include "this_thread.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -188,6 +189,7 @@ void Executor::work(Worker& self) {
   name_this_thread(name_);
   apply_policy(policy_, name_);
   executor_here = this;
+  this_thread_runs_callbacks = true;
   for (;;) {
     const std::uint32_t turn = self.turn.load(std::memory_order_acquire);
     bool mine = false;

@@ -20,7 +20,7 @@ namespace nacelle::runtime {
 
 /// What all nodes of a container share.
 struct Commons {
-  explicit Commons(const Clock& c) : clock(c), broker(c) {}
+  explicit Commons(const Clock& c) : clock(c), broker(c, Watching::ByThread) {}
   const Clock& clock;
   Broker broker;
   ServiceDirectory services;

@@ -49,7 +49,9 @@ class PooledWriter final : public Writer, public BlockHome {
     return PublishResult::Published;
   }
   std::size_t reader_count() const override { return 1; }
+  void assert_liveliness() override {}
   WriterCounters counters() const override { return counters_; }
+  EndpointStatus status() const override { return {}; }
   std::uint64_t id() const override { return 1; }
   void reclaim(Block& block) noexcept override {
     T::message_type().recycle(block.message);

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,22 +14,30 @@
 
 namespace nacelle::runtime {
 
+class BrokerWriter;
+class ReaderQueue;
 class Topic;
+class Watchdog;
+
+/// Who looks at deadlines and leases when they are due: a thread of the broker (made when there is one to look at), or the
+/// caller by watch().
+enum class Watching : std::uint8_t { ByCaller, ByThread };
 
 /// The in-process transport: hands envelopes from a writer to the queues of its readers. Nothing is encoded or copied, but for
 /// owners that share a message (design D4).
 ///
 /// A writer keeps its own list of matched readers and looks for a newer one by comparing a version, so publish() takes one short
-/// lock per reader and none of the broker's. Lock order: topic, reader's queue, then whatever the listener locks.
+/// lock per reader and none of the broker's.
 /// Threads: as Transport.
 class Broker final : public Transport {
  public:
-  explicit Broker(const Clock& clock);
+  explicit Broker(const Clock& clock, Watching watching = Watching::ByCaller);
   ~Broker() override;
 
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override;
   [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking,
                                                       ReadyListener* listener) override;
+  MonotonicTime watch(MonotonicTime now) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   void report(std::vector<StreamReport>& out) const;
@@ -39,7 +48,6 @@ class Broker final : public Transport {
   [[nodiscard]] std::string sweep(const std::string& node);
 
  private:
-  friend class Topic;
   friend class BrokerWriter;
   struct Retired {
     std::string node, topic;
@@ -47,12 +55,19 @@ class Broker final : public Transport {
   };
   std::shared_ptr<Topic> topic(const EndpointSpec& spec);
   void retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool);
+  void look_earlier();
+  void tell_type_clashes();
+  template <typename F>
+  void for_each_type_clash(F&& found) const;
 
   const Clock& clock_;
   mutable std::mutex mutex_;
   std::map<std::pair<std::string, const msgs::MessageType*>, std::shared_ptr<Topic>> topics_;
   std::vector<Retired> retired_;
-  std::uint64_t next_writer_id_ = 1;
+  std::uint64_t next_id_ = 1;
+  bool types_to_compare_ = false;                                 // an endpoint came to a name with several types
+  std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_;  // writer, reader: each pair is told once
+  std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread ends before what it looks at
 };
 
 }  // namespace nacelle::runtime

@@ -61,7 +61,7 @@ struct StreamReport {
   std::uint64_t published = 0, delivered = 0;
   std::size_t writers = 0, readers = 0;
   MonotonicTime first, last;  ///< First and last publish().
-  std::uint64_t overwritten = 0, full = 0, inactive = 0, discarded = 0, would_block = 0, rehomed = 0;
+  std::uint64_t overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0, would_block = 0, rehomed = 0;
   std::uint64_t inactive_unpublished = 0;  ///< Messages that a not active writer dropped.
   std::uint64_t copies = 0, bytes_copied = 0;
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
@@ -78,6 +78,7 @@ struct HistogramReport {
 /// A pair of endpoints on one topic that cannot talk, and what would mend it.
 struct ClashReport {
   std::string topic, writer_node, reader_node, policy, offered, requested, change;
+  std::size_t other_writers = 0;  ///< Publishers of the topic that do serve this subscription.
   [[nodiscard]] std::string text() const;
 };
 

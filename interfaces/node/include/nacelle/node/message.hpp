@@ -18,6 +18,8 @@ struct MessageInfo {
   MonotonicTime received_time;  ///< When this reader's queue got it; the same instant within a process.
 };
 
+inline constexpr MonotonicTime kNeverExpires{Duration::max()};
+
 struct Block;
 
 /// Takes messages back when the last reference goes. Implemented in the runtime, never in a component.
@@ -38,6 +40,7 @@ struct Block {
   BlockHome* home = nullptr;
   void* message = nullptr;
   MessageInfo info;
+  MonotonicTime expires;  ///< The end of the writer's lifespan; kNeverExpires without one.
   // The one shared_ptr of this message, made when the first callback asks for it; its control block lies in the envelope,
   // so that shared_ptr<const T> costs no heap. See share_block().
   std::atomic<std::uint8_t> shared_state{0};

@@ -22,6 +22,13 @@ enum class PublishResult : std::uint8_t {
   WouldBlock,  ///< A reliable KEEP_ALL reader is full: this reader did not get it, counted.
 };
 
+/// Told that an endpoint's EndpointStatus has changed. Threads: any, with locks held: only note it and return.
+class StatusListener {
+ public:
+  virtual ~StatusListener() = default;
+  virtual void on_status() noexcept = 0;
+};
+
 /// One end of a stream as the graph sees it.
 struct EndpointSpec {
   std::string topic;                        ///< Fully qualified name, e.g. "/camera/image_raw".
@@ -31,6 +38,25 @@ struct EndpointSpec {
   /// The lifecycle gate. While it holds false, a writer's publish() drops and counts; a reader starts as the gate is when it is
   /// made and follows set_enabled() from then on. Null is open.
   const std::atomic<bool>* gate = nullptr;
+  StatusListener* status_listener = nullptr;  ///< Must outlive the endpoint. Null: nobody listens.
+};
+
+/// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the
+/// change since the last look keeps the last one.
+struct EndpointStatus {
+  /// Periods that passed without a message. The first message starts the clock (as in DDS, where an instance begins with it);
+  /// a closed lifecycle gate stops it. A reader counts over all its writers.
+  std::uint64_t deadline_missed = 0;
+  std::uint64_t liveliness_lost = 0;    ///< Writer: leases that ran out (manual_by_topic only).
+  std::uint32_t alive = 0;              ///< Reader: matched writers that show life ...
+  std::uint32_t not_alive = 0;          ///< ... and those whose lease ran out.
+  std::uint64_t lost = 0;               ///< Reader: messages that it will never get: overwritten, refused, expired.
+  std::uint32_t matched = 0;            ///< Endpoints of the other side, now.
+  std::uint64_t matched_total = 0;      ///< The same, ever.
+  std::uint64_t incompatible_qos = 0;   ///< Endpoints of the other side whose QoS does not fit.
+  std::uint64_t incompatible_type = 0;  ///< Endpoints of the other side with another type.
+  std::string last_policy;              ///< Of the last incompatible one: "reliability", "type", ...
+  std::string last_clash;               ///< Both ends, policy, both values and the change that mends it, in words.
 };
 
 /// Does a reader look at a shared message or take it for itself? The callback's signature decides (design D4).
@@ -51,6 +77,7 @@ struct ReaderCounters {
   std::uint64_t overwritten = 0;  ///< KEEP_LAST: the oldest made room.
   std::uint64_t full = 0;         ///< KEEP_ALL: no room left.
   std::uint64_t inactive = 0;     ///< Dropped by the lifecycle gate.
+  std::uint64_t expired = 0;      ///< Older than the writer's lifespan when its turn came.
   std::uint64_t discarded = 0;    ///< Still waiting when the reader was closed.
   std::uint64_t rehomed = 0;      ///< Moved to the heap for a plain unique_ptr.
 };
@@ -64,10 +91,14 @@ class Writer {
   [[nodiscard]] virtual Block* borrow() = 0;
   /// An envelope around a message made with `new`; it is destroyed through its MessageType. Takes over `message`.
   [[nodiscard]] virtual Block* adopt(void* message) = 0;
-  /// Takes over the caller's reference. Stamps the message and hands it to the matched readers.
+  /// Takes over the caller's reference. Stamps the message and hands it to the matched readers. Where a reliable KEEP_ALL
+  /// reader has no room it waits for at most the QoS's max_blocking_time, and never on an executor's thread.
   virtual PublishResult publish(Block& block) = 0;
+  /// Shows life without a message; liveliness manual_by_topic asks for one or the other within the lease. Threads: any.
+  virtual void assert_liveliness() = 0;
   [[nodiscard]] virtual std::size_t reader_count() const = 0;
   [[nodiscard]] virtual WriterCounters counters() const = 0;
+  [[nodiscard]] virtual EndpointStatus status() const = 0;
   [[nodiscard]] virtual std::uint64_t id() const = 0;
 };
 
@@ -88,6 +119,7 @@ class Reader {
   [[nodiscard]] virtual bool has_waiting() const = 0;
   [[nodiscard]] virtual std::size_t writer_count() const = 0;
   [[nodiscard]] virtual ReaderCounters counters() const = 0;
+  [[nodiscard]] virtual EndpointStatus status() const = 0;
   /// The lifecycle gate. Closing it drops (and counts) what waits; opening it brings what the reader has missed of a
   /// transient_local history.
   virtual void set_enabled(bool enabled) = 0;
@@ -109,6 +141,9 @@ class Transport {
   /// Never null. `listener` may be null for a reader that is polled.
   [[nodiscard]] virtual std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking,
                                                               ReadyListener* listener) = 0;
+  /// Looks at what the passing of time has broken (deadlines, leases, lifespans) and at types that clash, and tells the status
+  /// listeners. Returns when to look again at the latest; an earlier look does no harm. Threads: any.
+  virtual MonotonicTime watch(MonotonicTime now) = 0;
 };
 
 }  // namespace nacelle

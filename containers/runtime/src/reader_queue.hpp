@@ -6,23 +6,33 @@
 #include <utility>
 #include <vector>
 
+#include "contract.hpp"
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/node/transport.hpp"
 #include "nacelle/runtime/futex.hpp"
+#include "watchdog.hpp"
 
 namespace nacelle::runtime {
+
+/// What a clash of types calls its policy.
+inline constexpr const char* kTypePolicy = "type";
 
 /// One reader's queue. Shared by the handle that the node owns and the writers that still list it.
 /// Threads: any; the ring is reached under its lock.
 class ReaderQueue {
  public:
-  ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener);
+  ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener, const Clock& clock, Watchdog* watchdog,
+              std::uint64_t id);
   ~ReaderQueue();
 
   enum class Push : std::uint8_t { Queued, Full, Inactive };
   /// Takes over one reference.
   Push push(Block& block);
   [[nodiscard]] Block* take();
+  /// Waits until a full KEEP_ALL queue has room, at most until the deadline. Threads: none that runs callbacks.
+  void wait_for_room(MonotonicTime deadline);
+  /// Counts missed deadlines; returns when the next one is due.
+  MonotonicTime watch(MonotonicTime now);
   [[nodiscard]] bool has_waiting() const { return waiting_.load(std::memory_order_acquire) != 0; }
   void set_enabled(bool enabled);
   /// No message and no listener any more; what waits is dropped and counted.
@@ -30,9 +40,18 @@ class ReaderQueue {
   void note_latency(Duration latency) { latency_.record(latency); }
   void note_rehomed();
 
+  /// A writer that matched, or one that cannot: changes the totals and tells the listener.
+  void note_matched();
+  void note_clash(const std::string& policy, std::string text);
+  /// Something that is computed when asked for (liveliness, matched) has changed.
+  void tell() const;
+
+  /// The totals; what depends on the writers of the moment is left at zero.
+  [[nodiscard]] EndpointStatus status() const;
   [[nodiscard]] ReaderCounters counters() const;
   [[nodiscard]] const DurationHistogram& latency() const { return latency_; }
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
+  [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] Taking taking() const { return taking_; }
   [[nodiscard]] bool wants_history() const { return wants_history_; }
   [[nodiscard]] bool is_enabled() const;
@@ -42,6 +61,8 @@ class ReaderQueue {
  private:
   void note_seen(const MessageInfo& info);
   void drop_all(std::uint64_t ReaderCounters::*cause);
+  Block* pop();
+  void note_arrival(MonotonicTime now);
 
   const EndpointSpec spec_;
   const Taking taking_;
@@ -55,6 +76,14 @@ class ReaderQueue {
   bool enabled_;
   bool closed_ = false;
   ReadyListener* listener_;
+  StatusListener* status_listener_;
+  const Clock& clock_;
+  Watchdog* const watchdog_;  // null: somebody else calls watch() in time
+  const std::uint64_t id_;
+  DeadlineWatch deadline_;
+  EndpointStatus totals_;
+  std::atomic<std::uint32_t> room_word_{0};  // moves when a message leaves while somebody waits for room
+  std::uint32_t room_waiters_ = 0;
   ReaderCounters counters_;
   DurationHistogram latency_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the broker tells of its streams: counters, and pairs that do not fit.
+#include <algorithm>
+
+#include "broker_writer.hpp"
+#include "clash.hpp"
+#include "nacelle/msgs/message_type.hpp"
+#include "nacelle/runtime/broker.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+// Silent only for a node that reads both types, as a base takes Twist and TwistStamped on one name.
+bool reads_also(const Topic& topic, const EndpointSpec& reader) {
+  return std::ranges::any_of(topic.readers_, [&](const auto& other) { return other->spec().node == reader.node; });
+}
+
+}  // namespace
+
+void add(ReaderCounters& to, const ReaderCounters& more) {
+  to.received += more.received;
+  to.delivered += more.delivered;
+  to.overwritten += more.overwritten;
+  to.full += more.full;
+  to.inactive += more.inactive;
+  to.expired += more.expired;
+  to.discarded += more.discarded;
+  to.rehomed += more.rehomed;
+}
+
+// Under the broker's lock. Topics of one name lie beside each other, and only two locks are ever held, in the map's order.
+template <typename F>
+void Broker::for_each_type_clash(F&& found) const {
+  for (auto first = topics_.begin(); first != topics_.end(); ++first) {
+    for (auto second = std::next(first); second != topics_.end() && second->first.first == first->first.first;
+         ++second) {
+      const std::lock_guard first_lock(first->second->mutex_);
+      const std::lock_guard second_lock(second->second->mutex_);
+      for (const auto& [from, to] : {std::pair{first->second.get(), second->second.get()},
+                                     std::pair{second->second.get(), first->second.get()}}) {
+        for (BrokerWriter* writer : from->writers_) {
+          if (is_tool(writer->spec())) continue;
+          for (const auto& reader : to->readers_) {
+            if (!is_tool(reader->spec()) && !reads_also(*from, reader->spec())) found(*writer, *reader);
+          }
+        }
+      }
+    }
+  }
+}
+
+void Broker::tell_type_clashes() {
+  for_each_type_clash([&](BrokerWriter& writer, ReaderQueue& reader) {
+    if (told_types_.emplace(writer.id(), reader.id()).second) introduce(writer, reader);
+  });
+}
+
+std::vector<ClashReport> Broker::clashes() const {
+  std::vector<ClashReport> found;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    for (const auto& reader : topic->readers_) {
+      if (is_tool(reader->spec())) continue;
+      const auto serving = static_cast<std::size_t>(std::ranges::count_if(
+          topic->writers_, [&](const BrokerWriter* w) { return matches(w->spec(), reader->spec()); }));
+      for (const BrokerWriter* writer : topic->writers_) {
+        if (is_tool(writer->spec())) continue;
+        for (auto& clash : clashes_between(writer->spec(), reader->spec())) {
+          clash.other_writers = serving;
+          found.push_back(std::move(clash));
+        }
+      }
+    }
+  }
+  for_each_type_clash([&](const BrokerWriter& writer, const ReaderQueue& reader) {
+    for (auto& clash : clashes_between(writer.spec(), reader.spec())) found.push_back(std::move(clash));
+  });
+  return found;
+}
+
+void Broker::report(std::vector<StreamReport>& out) const {
+  const std::lock_guard lock(mutex_);
+  std::size_t used = 0;
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    Topic::Totals sum;
+    sum.written = topic->gone_.written;
+    sum.read = topic->gone_.read;
+    sum.first_ns = topic->gone_.first_ns;
+    sum.last_ns = topic->gone_.last_ns;
+    DurationHistogram latency;
+    if (topic->gone_.latency) latency.merge(*topic->gone_.latency);
+    for (const BrokerWriter* writer : topic->writers_) writer->fold_into(sum);
+    std::size_t readers = 0;
+    for (const auto& reader : topic->readers_) {
+      if (is_tool(reader->spec())) continue;
+      ++readers;
+      add(sum.read, reader->counters());
+      latency.merge(reader->latency());
+    }
+    if (used == out.size()) out.emplace_back();
+    StreamReport& row = out[used++];
+    row.name = key.first;
+    row.type = key.second->name;
+    row.published = sum.written.published;
+    row.delivered = sum.read.delivered;
+    row.writers = topic->writers_.size();
+    row.readers = readers;
+    row.first = {Duration{static_cast<std::int64_t>(sum.first_ns)}};
+    row.last = {Duration{static_cast<std::int64_t>(sum.last_ns)}};
+    row.overwritten = sum.read.overwritten;
+    row.full = sum.read.full;
+    row.inactive = sum.read.inactive;
+    row.expired = sum.read.expired;
+    row.discarded = sum.read.discarded;
+    row.rehomed = sum.read.rehomed;
+    row.would_block = sum.written.would_block;
+    row.inactive_unpublished = sum.written.inactive;
+    row.copies = sum.written.copies;
+    row.bytes_copied = sum.written.bytes_copied;
+    row.latency_p50 = latency.quantile(0.5);
+    row.latency_p99 = latency.quantile(0.99);
+    row.latency_max = latency.max();
+  }
+  out.resize(used);
+}
+
+}  // namespace nacelle::runtime

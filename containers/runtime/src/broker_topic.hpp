@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/histogram.hpp"
+#include "nacelle/qos/compatibility.hpp"
+#include "reader_queue.hpp"
+
+namespace nacelle::runtime {
+
+class BrokerWriter;
+
+/// One name with one type. Lock order: broker, topic, a writer's contract or a reader's queue, then whatever a listener locks.
+class Topic {
+ public:
+  Topic(std::string name, const msgs::MessageType& type) : name_(std::move(name)), type_(type) {}
+
+  struct Totals {
+    WriterCounters written;
+    ReaderCounters read;
+    std::unique_ptr<DurationHistogram> latency;
+    std::uint64_t first_ns = 0, last_ns = 0;
+  };
+
+  const std::string name_;
+  const msgs::MessageType& type_;
+  std::atomic<std::uint64_t> version_{1};
+  mutable std::mutex mutex_;
+  std::vector<BrokerWriter*> writers_;
+  std::vector<std::shared_ptr<ReaderQueue>> readers_;
+  Totals gone_;  // of endpoints that were taken out
+};
+
+/// A look from outside the robot (topic echo): it must not change what the report says of the robot's own streams.
+inline bool is_tool(const EndpointSpec& spec) { return spec.node.empty(); }
+
+inline bool matches(const EndpointSpec& writer, const EndpointSpec& reader) {
+  return verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error;
+}
+
+void add(ReaderCounters& to, const ReaderCounters& more);
+
+}  // namespace nacelle::runtime

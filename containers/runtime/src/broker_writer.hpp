@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "broker_topic.hpp"
+#include "nacelle/runtime/broker.hpp"
+
+namespace nacelle::runtime {
+
+// A counter with one writing thread: a load and a store, no locked instruction.
+class Tally {
+ public:
+  void add(std::uint64_t n = 1) { value_.store(value_.load(std::memory_order_relaxed) + n, std::memory_order_relaxed); }
+  void set(std::uint64_t n) { value_.store(n, std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<std::uint64_t> value_{0};
+};
+
+/// The sending end of a topic in process. Threads: as Writer; watch(), replay(), fold_into() and note_*() from any.
+class BrokerWriter final : public Writer {
+ public:
+  BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, EndpointSpec spec, std::uint64_t id);
+  ~BrokerWriter() override;
+
+  Block* borrow() override { return pool_->borrow(); }
+  Block* adopt(void* message) override { return pool_->adopt(message); }
+  PublishResult publish(Block& block) override;
+  void assert_liveliness() override;
+  std::size_t reader_count() const override;
+  WriterCounters counters() const override;
+  EndpointStatus status() const override;
+  std::uint64_t id() const override { return id_; }
+
+  /// Gives a reader what it has not seen of the history. Under the topic's lock.
+  void replay(ReaderQueue& reader);
+  /// Counts missed deadlines, notices a lease that ran out, drops expired history; returns when to look again.
+  /// Under the topic's lock.
+  MonotonicTime watch(MonotonicTime now);
+  void fold_into(Topic::Totals& totals) const;
+  void note_matched();
+  void note_clash(const std::string& policy, std::string text);
+  /// Something that is computed when asked for (matched) has changed.
+  void tell() const;
+  [[nodiscard]] bool is_alive() const;
+  [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
+
+ private:
+  void note_message(MonotonicTime now);
+  void tell_readers() const;
+  [[nodiscard]] bool is_open() const { return spec_.gate == nullptr || spec_.gate->load(std::memory_order_acquire); }
+  void refresh_routes();
+  void reserve(const Block& block);
+  void update_routes(const Block& block);
+  void wait_for_room(MonotonicTime now);
+  void keep(Block& block);
+  Block& copy_of(const Block& block, MessagePool& pool);
+  PublishResult distribute(Block& block);
+  PublishResult answer(bool refused);
+
+  Broker& broker_;
+  const std::shared_ptr<Topic> topic_;
+  const EndpointSpec spec_;
+  const std::uint64_t id_;
+  const bool keeps_history_;
+  const std::size_t history_limit_;
+  const Duration lifespan_;
+  const Duration longest_wait_;  // for room in KEEP_ALL readers; zero: never
+  std::unique_ptr<MessagePool> pool_;
+  std::vector<std::shared_ptr<ReaderQueue>> routes_;
+  std::size_t owners_ = 0;
+  std::size_t deepest_ = 0;
+  std::uint64_t routes_version_ = 0;
+  std::deque<Block*> history_;                // under the topic's lock, as the next
+  std::unique_ptr<MessagePool> replay_pool_;  // copies of the history for owners that join late
+  Tally published_, inactive_, would_block_, copies_, bytes_copied_, first_ns_, last_ns_;
+
+  mutable FutexMutex contract_mutex_;  // what follows
+  DeadlineWatch deadline_;
+  LeaseWatch lease_;
+  EndpointStatus totals_;
+  const bool has_contract_;  // a deadline or a lease: without one publish() does not take the lock
+};
+
+}  // namespace nacelle::runtime

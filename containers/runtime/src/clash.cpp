@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "clash.hpp"
+
+#include <fmt/format.h>
+
+#include "broker_writer.hpp"
+#include "nacelle/msgs/message_type.hpp"
+
+namespace nacelle::runtime {
+
+std::string ClashReport::text() const {
+  return fmt::format("{}: {} publishes with {} {}, {} asks for {}: it gets nothing from it{}; {}", topic, writer_node,
+                     policy, offered, reader_node, requested,
+                     other_writers == 0 ? ""
+                                        : fmt::format(" ({} other publisher{} it)", other_writers,
+                                                      other_writers == 1 ? " serves" : "s serve"),
+                     change);
+}
+
+std::vector<ClashReport> clashes_between(const EndpointSpec& writer, const EndpointSpec& reader) {
+  std::vector<ClashReport> found;
+  if (writer.type != reader.type) {
+    found.push_back({writer.topic, writer.node, reader.node, kTypePolicy, writer.type->name, reader.type->name,
+                     "rename one of the topics with a remap, or make both sides use one type"});
+    return found;
+  }
+  for (auto& clash : check(writer.qos.resolved(), reader.qos.resolved()).clashes) {
+    if (clash.severity != Verdict::Error) continue;
+    found.push_back({writer.topic, writer.node, reader.node, std::move(clash.policy), std::move(clash.offered),
+                     std::move(clash.requested), std::move(clash.change)});
+  }
+  return found;
+}
+
+void introduce(BrokerWriter& writer, ReaderQueue& reader) {
+  if (is_tool(writer.spec()) || is_tool(reader.spec())) return;
+  const auto clashes = clashes_between(writer.spec(), reader.spec());
+  if (clashes.empty()) {
+    writer.note_matched();
+    reader.note_matched();
+    return;
+  }
+  // One count per pair, as in DDS; all policies are in the text.
+  std::string text;
+  for (const auto& clash : clashes) text += (text.empty() ? "" : "\n") + clash.text();
+  writer.note_clash(clashes.front().policy, text);
+  reader.note_clash(clashes.front().policy, std::move(text));
+}
+
+}  // namespace nacelle::runtime

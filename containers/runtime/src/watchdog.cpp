@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watchdog.hpp"
+
+#include <pthread.h>
+
+#include "nacelle/node/message.hpp"
+
+namespace nacelle::runtime {
+
+Watchdog::~Watchdog() {
+  stopping_ = true;
+  word_.fetch_add(1);
+  futex_wake(word_, 1);
+  if (thread_.joinable()) thread_.join();
+}
+
+void Watchdog::poke() {
+  if (!running_.load(std::memory_order_acquire)) {
+    const std::lock_guard lock(starting_);
+    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+    running_.store(true, std::memory_order_release);
+  }
+  word_.fetch_add(1);
+  futex_wake(word_, 1);
+}
+
+void Watchdog::run() {
+  pthread_setname_np(pthread_self(), "watchdog");
+  const SystemClock clock;
+  while (!stopping_) {
+    // Read before the look: what changes during it is looked at again.
+    const std::uint32_t word = word_.load();
+    const MonotonicTime again = look_(clock.now());
+    if (again == kNeverExpires) {
+      futex_wait(word_, word);
+    } else {
+      futex_wait_until(word_, word, again);
+    }
+  }
+}
+
+}  // namespace nacelle::runtime

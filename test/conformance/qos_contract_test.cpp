@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// Deadline, lifespan, liveliness, waiting for room, and the statuses that tell of them. Time is told.
+#include <std_msgs/msg/header.hpp>
+#include <thread>
+
+#include "transport_laws.hpp"
+
+namespace nacelle {
+namespace {
+
+struct Told final : StatusListener {
+  void on_status() noexcept override { ++times; }
+  std::atomic<int> times{0};
+};
+
+template <typename T>
+class QosContract : public TransportLaws<T> {
+ protected:
+  using Texts = typename TransportLaws<T>::Texts;
+  EndpointSpec at(const std::string& node, QoS qos, Told* told = nullptr) {
+    EndpointSpec spec = this->spec(qos);
+    spec.node = node;
+    spec.status_listener = told;
+    return spec;
+  }
+  std::unique_ptr<Writer> writer(QoS qos, Told* told = nullptr) {
+    return this->transport.create_writer(at("/writer", qos, told));
+  }
+  std::unique_ptr<Reader> reader(QoS qos, Told* told = nullptr) {
+    return this->transport.create_reader(at("/reader", qos, told), Taking::Share, nullptr);
+  }
+  MonotonicTime pass(Duration time) {
+    this->clock.advance(time);
+    return this->transport.watch(this->clock.now());
+  }
+};
+
+TYPED_TEST_SUITE(QosContract, EveryTransport);
+
+TYPED_TEST(QosContract, a_deadline_is_missed_once_for_each_whole_period_and_by_both_sides) {
+  Told offered, requested;
+  auto writer = this->writer(QoS(10).deadline(100ms), &offered);
+  auto reader = this->reader(QoS(10).deadline(100ms), &requested);
+  EXPECT_EQ(this->pass(1s), kNeverExpires) << "the first message starts the clock";
+  EXPECT_EQ(writer->status().deadline_missed, 0U);
+  offered.times = requested.times = 0;
+
+  this->send(*writer, "a");
+  const MonotonicTime due = this->pass(100ms);
+  EXPECT_EQ(due, this->clock.now() + 1ns) << "exactly one period is kept";
+  EXPECT_EQ(offered.times + requested.times, 0);
+  this->pass(1ns);
+  EXPECT_EQ(writer->status().deadline_missed, 1U);
+  EXPECT_EQ(reader->status().deadline_missed, 1U);
+  EXPECT_EQ(offered.times, 1);
+  EXPECT_EQ(requested.times, 1);
+  this->pass(1ms);
+  EXPECT_EQ(reader->status().deadline_missed, 1U) << "the same period is not counted twice";
+  this->pass(250ms);
+  EXPECT_EQ(writer->status().deadline_missed, 3U);
+  EXPECT_EQ(reader->status().deadline_missed, 3U);
+}
+
+TYPED_TEST(QosContract, a_late_message_counts_what_nobody_has_looked_at) {
+  auto writer = this->writer(QoS(10).deadline(100ms));
+  auto reader = this->reader(QoS(10).deadline(100ms));
+  this->send(*writer, "a");
+  this->clock.advance(350ms);
+  this->send(*writer, "b");
+  EXPECT_EQ(writer->status().deadline_missed, 3U);
+  EXPECT_EQ(reader->status().deadline_missed, 3U);
+  for (int i = 0; i < 5; ++i) {
+    this->clock.advance(100ms);
+    this->send(*writer, "on time");
+  }
+  EXPECT_EQ(reader->status().deadline_missed, 3U);
+}
+
+TYPED_TEST(QosContract, a_reader_counts_its_own_deadline_over_all_writers) {
+  auto one = this->writer(QoS(10).deadline(100ms));
+  auto two = this->writer(QoS(10).deadline(100ms));
+  auto reader = this->reader(QoS(10).deadline(200ms));
+  this->send(*one, "a");
+  this->clock.advance(150ms);
+  this->send(*two, "b");
+  this->clock.advance(150ms);
+  this->send(*one, "c");
+  EXPECT_EQ(reader->status().deadline_missed, 0U);
+  EXPECT_EQ(one->status().deadline_missed, 2U);
+  EXPECT_EQ(two->status().deadline_missed, 0U);
+}
+
+TYPED_TEST(QosContract, a_closed_gate_stops_the_deadline) {
+  std::atomic<bool> gate{true};
+  EndpointSpec spec = this->at("/writer", QoS(10).deadline(100ms));
+  spec.gate = &gate;
+  auto writer = this->transport.create_writer(spec);
+  auto reader = this->reader(QoS(10).deadline(100ms));
+  this->send(*writer, "a");
+  gate = false;
+  reader->set_enabled(false);
+  EXPECT_EQ(this->pass(1s), kNeverExpires);
+  EXPECT_EQ(writer->status().deadline_missed, 0U);
+  EXPECT_EQ(reader->status().deadline_missed, 0U);
+}
+
+TYPED_TEST(QosContract, a_message_older_than_its_lifespan_is_not_delivered_and_counted) {
+  Told told;
+  auto writer = this->writer(QoS(10).lifespan(50ms));
+  auto reader = this->reader(QoS(10), &told);
+  this->send(*writer, "old");
+  this->clock.advance(30ms);
+  this->send(*writer, "younger");
+  this->clock.advance(20ms + 1ns);
+  told.times = 0;
+  EXPECT_EQ(this->receive(*reader), typename TestFixture::Texts{"younger"});
+  EXPECT_EQ(reader->counters().expired, 1U);
+  EXPECT_EQ(reader->status().lost, 1U);
+  EXPECT_EQ(told.times, 1);
+  this->send(*writer, "last");
+  this->clock.advance(50ms);
+  EXPECT_EQ(this->receive(*reader), typename TestFixture::Texts{"last"}) << "its last nanosecond still counts";
+}
+
+TYPED_TEST(QosContract, a_late_joiner_gets_no_expired_history) {
+  auto writer = this->writer(QoS(10).transient_local().lifespan(50ms));
+  this->send(*writer, "old");
+  this->clock.advance(40ms);
+  this->send(*writer, "younger");
+  this->clock.advance(20ms);
+  auto late = this->reader(QoS(10).transient_local());
+  EXPECT_EQ(this->receive(*late), typename TestFixture::Texts{"younger"});
+  this->pass(1s);
+  auto later = this->reader(QoS(10).transient_local());
+  EXPECT_EQ(this->receive(*later), typename TestFixture::Texts{});
+}
+
+TYPED_TEST(QosContract, an_expired_message_makes_room_in_a_full_keep_all_reader) {
+  auto writer = this->writer(QoS(10).lifespan(50ms));
+  auto reader = this->reader(QoS(KeepAll{}).max_samples(1));
+  EXPECT_EQ(this->send(*writer, "old"), PublishResult::Published);
+  EXPECT_EQ(this->send(*writer, "no room"), PublishResult::WouldBlock);
+  this->clock.advance(51ms);
+  EXPECT_EQ(this->send(*writer, "new"), PublishResult::Published);
+  EXPECT_EQ(this->receive(*reader), typename TestFixture::Texts{"new"});
+}
+
+TYPED_TEST(QosContract, manual_liveliness_is_lost_after_the_lease_and_comes_back_with_a_message_or_an_assertion) {
+  Told lost, changed;
+  const QoS manual = QoS(10).liveliness(Liveliness::ManualByTopic).liveliness_lease_duration(200ms);
+  auto writer = this->writer(manual, &lost);
+  auto reader = this->reader(manual, &changed);
+  EXPECT_EQ(reader->status().alive, 1U);
+  const MonotonicTime due = this->pass(200ms);
+  EXPECT_EQ(due, this->clock.now() + 1ns);
+  EXPECT_EQ(reader->status().alive, 1U);
+  lost.times = changed.times = 0;
+  EXPECT_EQ(this->pass(1ns), kNeverExpires);
+  EXPECT_EQ(writer->status().liveliness_lost, 1U);
+  EXPECT_EQ(reader->status().alive, 0U);
+  EXPECT_EQ(reader->status().not_alive, 1U);
+  EXPECT_EQ(lost.times, 1);
+  EXPECT_EQ(changed.times, 1);
+  this->pass(1s);
+  EXPECT_EQ(writer->status().liveliness_lost, 1U) << "it is lost once";
+
+  this->send(*writer, "here");
+  EXPECT_EQ(reader->status().alive, 1U);
+  EXPECT_EQ(changed.times, 2);
+  this->pass(150ms);
+  writer->assert_liveliness();
+  this->pass(150ms);
+  EXPECT_EQ(writer->status().liveliness_lost, 1U);
+  this->pass(51ms);
+  EXPECT_EQ(writer->status().liveliness_lost, 2U);
+  writer->assert_liveliness();
+  EXPECT_EQ(reader->status().alive, 1U);
+  writer.reset();
+  EXPECT_EQ(reader->status().alive + reader->status().not_alive, 0U);
+}
+
+TYPED_TEST(QosContract, automatic_liveliness_lives_as_long_as_the_writer) {
+  const QoS automatic = QoS(10).liveliness(Liveliness::Automatic).liveliness_lease_duration(200ms);
+  auto writer = this->writer(automatic);
+  auto reader = this->reader(automatic);
+  this->pass(10s);
+  EXPECT_EQ(reader->status().alive, 1U);
+  EXPECT_EQ(writer->status().liveliness_lost, 0U);
+}
+
+TYPED_TEST(QosContract, an_incompatible_pair_is_told_to_both_with_names_values_and_the_change) {
+  Told offering, requesting;
+  auto writer = this->writer(QoS(10).best_effort(), &offering);
+  auto reader = this->reader(QoS(10).reliable(), &requesting);
+  for (const EndpointStatus& status : {writer->status(), reader->status()}) {
+    EXPECT_EQ(status.incompatible_qos, 1U);
+    EXPECT_EQ(status.matched_total, 0U);
+    EXPECT_EQ(status.last_policy, "reliability");
+    for (const char* part : {"/writer", "/reader", "best_effort", "reliable"})
+      EXPECT_NE(status.last_clash.find(part), std::string::npos) << part << " in: " << status.last_clash;
+  }
+  EXPECT_EQ(offering.times, 1);
+  EXPECT_EQ(requesting.times, 1);
+}
+
+TYPED_TEST(QosContract, a_match_is_counted_and_told_and_so_is_its_end) {
+  Told told;
+  auto writer = this->writer(QoS(10), &told);
+  auto reader = this->reader(QoS(10));
+  EXPECT_EQ(writer->status().matched, 1U);
+  EXPECT_EQ(reader->status().matched_total, 1U);
+  EXPECT_EQ(told.times, 1);
+  reader.reset();
+  EXPECT_EQ(writer->status().matched, 0U);
+  EXPECT_EQ(writer->status().matched_total, 1U);
+  EXPECT_EQ(told.times, 2);
+}
+
+TYPED_TEST(QosContract, another_type_is_told_once_but_not_to_a_node_that_reads_both) {
+  auto writer = this->writer(QoS(10));
+  EndpointSpec other = this->at("/reader", QoS(10));
+  other.type = &std_msgs::msg::Header::message_type();
+  auto reader = this->transport.create_reader(other, Taking::Share, nullptr);
+  other.node = "/base";
+  auto of_both = this->transport.create_reader(other, Taking::Share, nullptr);
+  auto fitting = this->transport.create_reader(this->at("/base", QoS(10)), Taking::Share, nullptr);
+  this->pass(1ms);
+  this->pass(1ms);
+  EXPECT_EQ(writer->status().incompatible_type, 1U);
+  EXPECT_EQ(reader->status().incompatible_type, 1U);
+  EXPECT_EQ(reader->status().last_policy, "type");
+  EXPECT_EQ(of_both->status().incompatible_type, 0U);
+}
+
+TYPED_TEST(QosContract, a_reliable_writer_waits_for_room_as_long_as_it_may) {
+  auto reader = this->reader(QoS(KeepAll{}).max_samples(1));
+  auto patient = this->writer(QoS(10).max_blocking_time(60s));
+  this->send(*patient, "a");
+  PublishResult result{};
+  std::thread sender([&] { result = this->send(*patient, "b"); });
+  // Room is made when "a" is taken; only then can "b" come.
+  typename TestFixture::Texts all;
+  while (all.size() < 2) {
+    for (auto& text : this->receive(*reader)) all.push_back(text);
+    std::this_thread::yield();
+  }
+  sender.join();
+  EXPECT_EQ(all, (typename TestFixture::Texts{"a", "b"}));
+  EXPECT_EQ(result, PublishResult::Published);
+  EXPECT_EQ(reader->counters().full, 0U);
+}
+
+TYPED_TEST(QosContract, waiting_for_room_ends) {
+  auto reader = this->reader(QoS(KeepAll{}).max_samples(1));
+  auto writer = this->writer(QoS(10).max_blocking_time(1ns));
+  this->send(*writer, "a");
+  std::atomic<bool> done{false};
+  std::thread sender([&] {
+    EXPECT_EQ(this->send(*writer, "b"), PublishResult::WouldBlock);
+    done = true;
+  });
+  while (!done) {
+    this->clock.advance(1ms);
+    std::this_thread::yield();
+  }
+  sender.join();
+}
+
+}  // namespace
+}  // namespace nacelle
