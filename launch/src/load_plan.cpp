@@ -2,6 +2,7 @@
 #include "nacelle/launch/load_plan.hpp"
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 
 #include "builder.hpp"
@@ -31,6 +32,8 @@ Environment system_environment() {
   };
   environment.find_package_share = [](const std::string& /*package*/) { return std::optional<std::string>(); };
   environment.read_file = read_system_file;
+  std::error_code gone;  // a working directory that was deleted has no name: paths stay as they are
+  environment.working_directory = std::filesystem::current_path(gone).string();
   return environment;
 }
 

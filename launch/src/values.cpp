@@ -104,7 +104,8 @@ Result<std::string, Problem> Builder::look_up(const std::string& name, const std
     return err(Problem{"", "no package has the name '" + shown(arguments[0]) + "'",
                        suggestion(shown(arguments[0]), environment_.packages)});
   }
-  if (name == "dirname") return beside_file(".");
+  if (name == "dirname")
+    return (std::filesystem::path(environment_.working_directory) / beside_file(".")).lexically_normal().string();
   if (name == "filename") return files_.back().path;
   if (name == "anon") return arguments[0] + "_" + environment_.anonymous_suffix;
   if (name == "equals") return text_of(equal_values(arguments[0], arguments[1]));

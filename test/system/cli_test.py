@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program without a container: usage, exit codes, messages."""
+import pathlib
 import subprocess
 import unittest
 
-from robot import PROGRAM, RobotTest
+from robot import LAUNCH_FILE, PROGRAM, RobotTest
 
 
 class WithoutContainer(RobotTest):
@@ -39,6 +40,12 @@ class WithoutContainer(RobotTest):
         for command in ("launch", "drive"):
             outcome = self.expect_exit(self.run_program(command, "/no/such/robot.launch.yaml"), 1)
             self.assertIn("/no/such/robot.launch.yaml", outcome.stderr)
+
+    def test_a_launch_file_may_be_named_from_anywhere(self):
+        file = pathlib.Path(LAUNCH_FILE)
+        for folder in (file.parent, file.parent.parent, pathlib.Path("/")):
+            with self.subTest(folder=folder):
+                self.expect_exit(self.run_program("launch", file.relative_to(folder), "--show-args", cwd=folder), 0)
 
     def test_the_completion_is_valid_bash(self):
         script = self.expect_exit(self.run_program("completion", "bash"), 0).stdout

@@ -264,5 +264,15 @@ TEST(Arguments, are_split_at_the_first_assignment) {
   EXPECT_FALSE(parse_arguments({":=b"}));
 }
 
+TEST(LoadPlan, the_folder_of_a_relative_launch_file_stands_in_other_paths) {
+  auto environment = in_memory({{"/work/dir/robot.yaml", "/**: {ros__parameters: {rate: 30}}"}});
+  environment.working_directory = "/work";
+  const auto plan = load_plan_text(
+      "launch:\n- node_container:\n    pkg: nacelle\n    exec: container\n    name: c\n    namespace: ''\n"
+      "    composable_node:\n    - {pkg: nacelle, plugin: 'a::B', name: b, param: [{from: $(dirname)/robot.yaml}]}\n",
+      "dir/f.launch.yaml", {}, environment);
+  ASSERT_TRUE(plan) << problems_of(plan);
+}
+
 }  // namespace
 }  // namespace nacelle::launch

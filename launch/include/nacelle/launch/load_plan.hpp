@@ -24,6 +24,8 @@ struct Environment {
   std::function<std::optional<std::string>(const std::string& path)> read_file;
   /// What `profile:` in a `qos:` section may name, besides ROS 2's presets.
   ProfileSet profiles;
+  /// What the launch file's own path is relative to: $(dirname) is absolute, as in ROS 2, so that it can stand in any path.
+  std::string working_directory;
   /// Known packages, to name the nearest.
   std::vector<std::string> packages;
   /// Makes $(anon NAME) differ from that of another container: "<NAME>_<suffix>".
