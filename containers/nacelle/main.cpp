@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   add_component_commands(app, exit_code);
   add_lifecycle_commands(app, exit_code);
   add_topic_commands(app, exit_code);
+  add_qos_commands(app, exit_code);
   add_teleop_command(app, exit_code);
   add_sim_commands(app, exit_code);
   add_interface_command(app, exit_code);

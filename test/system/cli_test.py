@@ -1,17 +1,44 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program without a container: usage, exit codes, messages."""
+import json
 import pathlib
 import subprocess
 import unittest
 
 from robot import LAUNCH_FILE, PROGRAM, RobotTest
 
+# Two LiDARs on one topic, one of which does not offer what the reader asks for; the ports are never opened.
+CLASH = """launch:
+- node_container:
+    pkg: nacelle
+    exec: container
+    name: c
+    namespace: ''
+    composable_node:
+    - pkg: nacelle_lidar
+      plugin: nacelle::lidar::LidarComponent
+      name: lidar
+      param: [{name: port_name, value: /no/such/port}]
+      qos: {/scan: {publisher: {reliability: best_effort}}}
+    - pkg: nacelle_lidar
+      plugin: nacelle::lidar::LidarComponent
+      name: good_lidar
+      param: [{name: port_name, value: /no/such/port}]
+      qos: {/scan: {publisher: {reliability: reliable, deadline: 120ms}}}
+    - pkg: nacelle_monitor
+      plugin: nacelle::monitor::MonitorComponent
+      name: monitor
+      param: [{name: streams, value: [/scan]}]
+      qos: {/scan: {subscription: {reliability: reliable, deadline: 150ms}}}
+"""
+
 
 class WithoutContainer(RobotTest):
     COMMANDS = (
         ["launch"], ["drive"], ["component"], ["component", "list"], ["component", "load"], ["component", "unload"], ["lifecycle"],
         ["lifecycle", "get"], ["lifecycle", "set"], ["topic"], ["topic", "list"], ["topic", "echo"], ["topic", "hz"], ["topic", "pub"],
-        ["teleop"], ["sim"], ["sim", "world"], ["interface"], ["interface", "list"], [],
+        ["teleop"], ["sim"], ["sim", "world"], ["interface"], ["interface", "list"], ["qos"], ["qos", "check"],
+        ["qos", "explain"], [],
     )  # fmt: skip
 
     def test_every_command_explains_itself(self):
@@ -46,6 +73,37 @@ class WithoutContainer(RobotTest):
         for folder in (file.parent, file.parent.parent, pathlib.Path("/")):
             with self.subTest(folder=folder):
                 self.expect_exit(self.run_program("launch", file.relative_to(folder), "--show-args", cwd=folder), 0)
+
+    def explained(self, offered, requested):
+        outcome = self.expect_exit(self.run_program("qos", "explain", "--offered", offered, "--requested", requested, "--json"), 0)
+        return json.loads(outcome.stdout)
+
+    def test_qos_explain_answers_as_rmw_does(self):
+        self.assertEqual(self.explained("deadline=100ms", "deadline=1s"), {"verdict": "ok", "reasons": []})
+        answer = self.explained("reliability=best_effort,lease=2s", "reliability=reliable,lease=1s")
+        self.assertEqual(answer["verdict"], "error")
+        self.assertEqual([(r["policy"], r["offered"], r["requested"]) for r in answer["reasons"]],
+                         [("reliability", "best_effort", "reliable"), ("lease", "2s", "1s")])  # fmt: skip
+        self.assertTrue(all(reason["change"] for reason in answer["reasons"]))
+        self.assertEqual(self.explained("reliability=system_default", "reliability=reliable")["verdict"], "warning")
+        self.assertEqual(self.explained("", "deadline=1s")["verdict"], "error", "infinite is more than a second")
+
+    def test_qos_explain_names_what_it_cannot_read(self):
+        for offered, part in (("relability=reliable", "did you mean 'reliability'"), ("deadline=5", "5s"), ("durability", "key=value")):
+            with self.subTest(offered=offered):
+                outcome = self.expect_exit(self.run_program("qos", "explain", "--offered", offered, "--requested", ""), 2)
+                self.assertIn(part, outcome.stderr)
+
+    def test_qos_check_finds_a_clash_without_starting_anything(self):
+        fits = self.expect_exit(self.run_program("qos", "check", LAUNCH_FILE), 0)
+        self.assertIn("every publisher and subscription fits", fits.stdout)
+        file = self.folder / "clash.launch.yaml"
+        file.write_text(CLASH)
+        outcome = self.expect_exit(self.run_program("qos", "check", file), 1)
+        for part in ("/scan: /lidar publishes with reliability best_effort, /monitor asks for reliable", "deadline", "1 other publisher serves it"):
+            self.assertIn(part, outcome.stdout)
+        answer = json.loads(self.expect_exit(self.run_program("qos", "check", file, "--json"), 1).stdout)
+        self.assertEqual({clash["policy"] for clash in answer["clashes"]}, {"reliability", "deadline"})
 
     def test_the_completion_is_valid_bash(self):
         script = self.expect_exit(self.run_program("completion", "bash"), 0).stdout

@@ -51,12 +51,13 @@ int run_world_command(const WorldWish& wish) {
 constexpr const char* kBashCompletion = R"BASH(_nacelle() {
   local current=${COMP_WORDS[COMP_CWORD]} words="" program=${COMP_WORDS[0]}
   case $COMP_CWORD in
-    1) words="launch drive component lifecycle topic teleop sim interface --help --version" ;;
+    1) words="launch drive component lifecycle topic qos teleop sim interface --help --version" ;;
     2)
       case ${COMP_WORDS[1]} in
         component) words="list load unload" ;;
         lifecycle) words="get set" ;;
         topic) words="list echo hz pub" ;;
+        qos) words="check explain" ;;
         sim) words="world" ;;
         interface) words="list show hash encode decode" ;;
         drive) words="--for --stay --seed --report --verbose" ;;
@@ -72,6 +73,7 @@ constexpr const char* kBashCompletion = R"BASH(_nacelle() {
             words="configure activate deactivate cleanup shutdown"
           fi ;;
         interface:show | interface:hash | interface:encode | interface:decode) words="$("$program" interface list 2>/dev/null)" ;;
+        qos:explain) words="--offered --requested --json" ;;
         drive:*) words="--for --stay --seed --report --verbose" ;;
       esac ;;
   esac
