@@ -150,8 +150,14 @@ void Builder::read_thread(const Element& element, Scope& scope, ThreadPlan& into
       rest.remove_prefix(std::min(end + 1, rest.size()));
     }
   }
-  if (into.mode == ThreadMode::Shared && (into.priority || !into.cpus.empty())) {
-    report(at(element.line), "priority and cpus belong to a thread of one's own", "write mode: own, or leave them out");
+  if (const auto threads = count(element, "threads", 64, scope)) {
+    if (*threads == 0)
+      report(at(element.find("threads")->line), "'threads' must be from 1 to 64", "leave it out for one thread");
+    into.threads = static_cast<unsigned>(std::max<std::uint64_t>(1, *threads));
+  }
+  if (into.mode == ThreadMode::Shared && (into.priority || !into.cpus.empty() || into.threads != 1)) {
+    report(at(element.line), "priority, cpus and threads belong to a thread of one's own",
+           "write mode: own, or leave them out");
   }
 }
 

@@ -36,6 +36,7 @@ void describe(Text& out, const ComponentPlan& c) {
   std::string thread = std::string("thread ") + to_text(c.thread.mode);
   if (c.thread.priority) thread += " priority " + std::to_string(*c.thread.priority);
   for (const int cpu : c.thread.cpus) thread += " cpu " + std::to_string(cpu);
+  if (c.thread.threads != 1) thread += " threads " + std::to_string(c.thread.threads);
   out.line(1, thread);
   out.line(1, std::string("required ") + (c.required ? "true" : "false") + ", autostart " + to_text(c.target) +
                   ", isolate " + (c.isolate == Isolation::None ? "none" : "process"));

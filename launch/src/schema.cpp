@@ -80,7 +80,7 @@ const std::map<std::string, Rule>& rules() {
     r["publisher"] = make_rule(qos, "");
     r["subscription"] = r["publisher"];
     r["after"] = make_rule("node! when detail timeout", "");
-    r["thread"] = make_rule("mode priority cpus*", "");
+    r["thread"] = make_rule("mode priority cpus* threads", "");
     r["budget"] = make_rule("topic " + limits, "");
     r["on_fault"] = make_rule("policy max backoff", "restart");
     r["restart"] = make_rule("max backoff", "");

@@ -92,10 +92,19 @@ class RecordingHost final : public NodeHost {
     return state_.transport.create_writer(gated);
   }
   std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
-                                                          MessageCallback callback) override;
-  std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback) override;
+                                                          MessageCallback callback,
+                                                          const CallbackGroup::SharedPtr&) override;
+  std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+                                            const CallbackGroup::SharedPtr&) override;
+  CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) override {
+    struct Group final : CallbackGroup {
+      explicit Group(CallbackGroupType t) : CallbackGroup(t) {}
+    };
+    return std::make_shared<Group>(type);  // one thread: it changes nothing
+  }
   std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType&,
-                                                const msgs::MessageType&, ServiceCallback callback) override {
+                                                const msgs::MessageType&, ServiceCallback callback,
+                                                const CallbackGroup::SharedPtr&) override {
     struct Handle final : ServiceHandle {
       Handle(RecordingContext::State& s, std::string n) : state(s), name(std::move(n)) {}
       ~Handle() override { state.servers.erase(name); }
@@ -106,7 +115,7 @@ class RecordingHost final : public NodeHost {
     return std::make_unique<Handle>(state_, name);
   }
   std::unique_ptr<ClientHandle> create_client(const std::string&, const msgs::MessageType&, const msgs::MessageType&,
-                                              ResponseCallback) override {
+                                              ResponseCallback, const CallbackGroup::SharedPtr&) override {
     struct Handle final : ClientHandle {
       std::int64_t send(void*) override { return 0; }
       bool service_is_ready() const override { return false; }
@@ -191,13 +200,15 @@ class Port final : public SubscriptionHandle {
 }  // namespace
 
 std::unique_ptr<SubscriptionHandle> RecordingHost::create_subscription(const EndpointSpec& spec, Taking taking,
-                                                                       MessageCallback callback) {
+                                                                       MessageCallback callback,
+                                                                       const CallbackGroup::SharedPtr&) {
   auto reader = state_.transport.create_reader(spec, taking, nullptr);
   if (!active_) reader->set_enabled(false);
   return std::make_unique<Port>(std::move(reader), taking, callback, state_.ports, readers_);
 }
 
-std::unique_ptr<TimerHandle> RecordingHost::create_timer(Duration period, PlainCallback callback) {
+std::unique_ptr<TimerHandle> RecordingHost::create_timer(Duration period, PlainCallback callback,
+                                                         const CallbackGroup::SharedPtr&) {
   struct Handle final : TimerHandle {
     Handle(RecordingContext::State& s, RecordingContext::State::Timer t) : state(s), timer(t) {
       state.timers.push_back(&timer);

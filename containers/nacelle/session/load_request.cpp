@@ -35,6 +35,7 @@ runtime::LoadRequest load_request_of(const launch::ComponentPlan& plan) {
   request.thread.own = plan.thread.mode == launch::ThreadMode::Own;
   request.thread.priority = plan.thread.priority.value_or(0);
   request.thread.cpus = plan.thread.cpus;
+  request.thread.threads = plan.thread.threads;
   return request;
 }
 

@@ -73,6 +73,7 @@ class BrokerReader final : public Reader {
     replay();
   }
   void note_latency(Duration latency) override { queue_->note_latency(latency); }
+  const DurationHistogram* latency() const override { return &queue_->latency(); }
   void note_rehomed() override { queue_->note_rehomed(); }
 
  private:

@@ -15,6 +15,8 @@
 namespace nacelle::runtime {
 namespace {
 
+using CallbackGroupPointer = NodeRuntime::GroupPointer;
+
 // What Node sees: the runtime half outlives it by as long as the container needs.
 class Host final : public NodeHost {
  public:
@@ -22,19 +24,26 @@ class Host final : public NodeHost {
   const Clock& clock() const override { return node_->commons().clock; }
   std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override { return node_->create_writer(spec); }
   std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
-                                                          MessageCallback callback) override {
-    return node_->create_subscription(spec, taking, callback);
+                                                          MessageCallback callback,
+                                                          const CallbackGroupPointer& group) override {
+    return node_->create_subscription(spec, taking, callback, group);
   }
-  std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback) override {
-    return node_->create_timer(period, callback);
+  std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+                                            const CallbackGroupPointer& group) override {
+    return node_->create_timer(period, callback, group);
   }
   std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType& request,
-                                                const msgs::MessageType& response, ServiceCallback callback) override {
-    return node_->create_service(name, request, response, callback);
+                                                const msgs::MessageType& response, ServiceCallback callback,
+                                                const CallbackGroupPointer& group) override {
+    return node_->create_service(name, request, response, callback, group);
   }
   std::unique_ptr<ClientHandle> create_client(const std::string& name, const msgs::MessageType& request,
-                                              const msgs::MessageType& response, ResponseCallback callback) override {
-    return node_->create_client(name, request, response, callback);
+                                              const msgs::MessageType& response, ResponseCallback callback,
+                                              const CallbackGroupPointer& group) override {
+    return node_->create_client(name, request, response, callback, group);
+  }
+  CallbackGroupPointer create_callback_group(CallbackGroupType type) override {
+    return node_->create_callback_group(type);
   }
   std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
                                           FrameClaimKind kind) override {
@@ -275,12 +284,15 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   const std::lock_guard lock(impl_->mutex);
   record->id = impl_->next_id++;
   impl_->records.emplace(record->id, record);
+  record->runtime->open();
   return Impl::info_of(*record);
 }
 
 Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
   const auto record = impl_->record(id);
   if (!record) return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
+  if (std::string why = record->runtime->executor().why_not_wait_for(record->runtime->groups()); !why.empty())
+    return err(Problem{record->runtime->identity().fully_qualified(), "cannot be unloaded from here", std::move(why)});
   const std::lock_guard alone(record->one_at_a_time);
   const std::string name = record->runtime->identity().fully_qualified();
   if (record->node == nullptr) return err(Problem{"component " + std::to_string(id), "is not loaded any more", ""});
@@ -298,8 +310,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
         deadline));
   }
   record->runtime->set_active(false);
-  const bool returned = record->runtime->group().executor().close(record->runtime->group(),
-                                                                  record->hung ? impl_->commons.clock.now() : deadline);
+  const bool returned = record->runtime->close(record->hung ? impl_->commons.clock.now() : deadline);
   record->runtime->write_safe_stop();
   {
     const std::lock_guard lock(impl_->mutex);
@@ -363,6 +374,8 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   if (record->managed == nullptr)
     return {false, StateId::Unknown,
             record->runtime->identity().fully_qualified() + " is a plain node without a lifecycle"};
+  if (std::string why = record->runtime->executor().why_not_wait_for(record->runtime->groups()); !why.empty())
+    return {false, record->managed->get_current_state().state(), "would wait for itself: " + why};
   const std::lock_guard alone(record->one_at_a_time);
   if (record->node == nullptr) return {false, StateId::Unknown, "it was unloaded meanwhile"};
   if (record->hung) return {false, StateId::Finalized, "it hangs: " + record->fault.lock()->text};
@@ -391,6 +404,30 @@ void Container::report_histograms(std::vector<HistogramReport>& out) const {
   std::size_t used = 0;
   for (const auto& [id, record] : impl_->records) record->runtime->report_histograms(out, used);
   out.resize(used);
+}
+
+void Container::report_callbacks(std::vector<CallbackReport>& out) const {
+  const std::lock_guard lock(impl_->mutex);
+  std::size_t used = 0;
+  for (const auto& [id, record] : impl_->records) record->runtime->report_callbacks(out, used);
+  out.resize(used);
+}
+
+void Container::report_threads(std::vector<ThreadReport>& out) const {
+  const std::lock_guard lock(impl_->mutex);
+  std::size_t used = 0;
+  if (impl_->shared_executor) impl_->shared_executor->report_threads(out, used);
+  for (const auto& [id, record] : impl_->records) {
+    if (record->own_executor) record->own_executor->report_threads(out, used);
+  }
+  out.resize(used);
+}
+
+void Container::report_loads(std::vector<LoadReport>& out) const {
+  const std::lock_guard lock(impl_->mutex);
+  out.resize(impl_->records.size());
+  auto row = out.begin();
+  for (const auto& [id, record] : impl_->records) record->runtime->report_load(*row++);
 }
 
 const msgs::MessageType* Container::topic_type(const std::string& topic) const {

@@ -1,64 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/runtime/executor.hpp"
 
-#include <fmt/format.h>
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
-#include <cstring>
 #include <exception>
 #include <limits>
+#include <mutex>
 
-#include "nacelle/base/log.hpp"
+#include "executor_thread.hpp"
+#include "executor_worker.hpp"
 #include "this_thread.hpp"
 
 namespace nacelle::runtime {
-namespace {
 
-constexpr MonotonicTime kNever{Duration::max()};
-
-// Whose callback runs on this thread, so that forget() from within it does not wait for itself.
-thread_local Executable* running_here = nullptr;
-thread_local Executor* executor_here = nullptr;
-
-void name_this_thread(const std::string& name) { pthread_setname_np(pthread_self(), name.substr(0, 15).c_str()); }
-
-void apply_policy(const ThreadPolicy& policy, const std::string& name) {
-  const Logger log{"executor." + name};
-  if (policy.priority > 0) {
-    sched_param parameters{};
-    parameters.sched_priority = policy.priority;
-    if (const int code = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters); code != 0) {
-      log.warn(
-          "no SCHED_FIFO priority {} ({}): running at normal priority; allow it with LimitRTPRIO={} in the service or "
-          "CAP_SYS_NICE",
-          policy.priority, std::strerror(code), policy.priority);
-    }
-  }
-  if (!policy.cpus.empty()) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    for (const int cpu : policy.cpus) {
-      if (cpu >= 0 && cpu < CPU_SETSIZE) CPU_SET(cpu, &set);
-    }
-    if (const int code = pthread_setaffinity_np(pthread_self(), sizeof set, &set); code != 0) {
-      log.warn("cannot be bound to its cpus ({}): runs on any; see `nproc`", std::strerror(code));
-    }
-  }
-}
-
-}  // namespace
-
-// One thread of the executor: the owner of the queue, a late one, or a spare that waits to become the owner.
-struct Executor::Worker {
-  std::thread thread;
-  Executable* running = nullptr;  // under the lock, as the rest
-  CallbackGroup* group = nullptr;
-  MonotonicTime started;
-  bool reported_hung = false;
-  std::atomic<std::uint32_t> turn{0};  // futex of a spare
-};
+thread_local Executor::Worker* Executor::Worker::here = nullptr;
 
 void Executable::on_ready() noexcept {
   // Most messages of a busy stream find the thing queued already.
@@ -67,318 +21,262 @@ void Executable::on_ready() noexcept {
 }
 
 Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy)
-    : name_(std::move(name)), clock_(clock), policy_(std::move(policy)), next_due_(kNever) {
+    : name_(std::move(name)), clock_(clock), policy_(std::move(policy)) {
   const std::lock_guard lock(mutex_);
+  const std::uint32_t serving = policy_.own ? std::max(1U, policy_.threads) : 1;
+  for (std::uint32_t i = 0; i < serving; ++i) {
+    start_worker();
+    ++called_;
+  }
+  // The spare stands by from the start: the moment in which a callback overstays is a bad one to make a thread in. Threads of
+  // a component's own have nobody else to serve.
+  if (policy_.own) return;
   start_worker();
-  owner_ = workers_.back().get();
-  // The spare stands by from the start: the moment in which a callback overstays is a bad one to make a thread in. A thread of
-  // a component's own has nobody else to serve.
-  if (!policy_.own) start_worker();
+  workers_.back()->state = Worker::State::Spare;
 }
 
 Executor::~Executor() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    for (const auto& worker : workers_) worker->word.store(worker->word.load() + 1);
   }
-  wake_word_.fetch_add(1);
-  futex_wake(wake_word_, std::numeric_limits<int>::max());
-  for (auto& worker : workers_) {
-    worker->turn.fetch_add(1);
-    futex_wake(worker->turn, 1);
-  }
-  for (auto& worker : workers_) worker->thread.join();
+  for (const auto& worker : workers_) futex_wake(worker->word, 1);
+  for (const auto& worker : workers_) worker->thread.join();
+  while (Executable* const left = ready_.pop_front()) left->discard();
 }
 
+// Under the lock, as everything below until post().
 void Executor::start_worker() {
-  workers_.push_back(std::make_unique<Worker>());
+  workers_.push_back(std::make_unique<Worker>(*this, workers_.empty()));
   Worker& worker = *workers_.back();
-  worker.thread = std::thread([this, &worker] { work(worker); });
+  worker.thread = Thread([this, &worker] { work(worker); });
 }
 
-void Executor::post(Executable& executable) noexcept {
-  bool wake = false;
-  {
-    const std::lock_guard lock(mutex_);
-    if (executable.queued_.load(std::memory_order_relaxed) || executable.group_.closed_) return;
-    executable.queued_.store(true, std::memory_order_relaxed);
-    append(executable);
-    wake = sleeping_;
-    sleeping_ = false;
-  }
-  if (wake) {
-    wake_word_.fetch_add(1, std::memory_order_release);
-    futex_wake(wake_word_, 1);
-    if (activity_hook_) activity_hook_();
-  }
+void Executor::enqueue(Executable& executable) {
+  executable.queued_.store(true, std::memory_order_relaxed);
+  ready_.push_back(executable);
 }
 
-void Executor::append(Executable& executable) {
-  executable.next_ = nullptr;
-  if (tail_ == nullptr) {
-    head_ = tail_ = &executable;
-  } else {
-    tail_->next_ = &executable;
-    tail_ = &executable;
-  }
+bool Executor::admits(const Executable& executable) {
+  const CallbackGroup& group = executable.group_;
+  const NodeGroups& node = group.node_;
+  if (!node.opened_ || node.alone_) return false;
+  if (executable.kind_ == Executable::Kind::Transition) return node.running_ == 0;
+  return node.next_transition_ == nullptr && (group.running_ == 0 || group.type() == CallbackGroupType::Reentrant);
 }
 
-// The first ready thing whose group is free; those of a busy group (its callback overstays) wait in the group's backlog.
+// The first ready thing that may run; what may not waits in its node's backlog.
 Executable* Executor::pop() {
-  while (head_ != nullptr) {
-    Executable* const first = head_;
-    head_ = first->next_;
-    if (head_ == nullptr) tail_ = nullptr;
-    first->next_ = nullptr;
-    if (!first->group_.busy_) return first;
-    Executable** last = &first->group_.backlog_;
-    while (*last != nullptr) last = &(*last)->next_;
-    *last = first;
+  while (Executable* const first = ready_.pop_front()) {
+    if (admits(*first)) return first;
+    NodeGroups& node = first->group_.node_;
+    if (first->kind_ == Executable::Kind::Transition && node.next_transition_ == nullptr) node.next_transition_ = first;
+    node.backlog_.push_back(*first);
   }
   return nullptr;
 }
 
-void Executor::add_timer(TimerBase& timer) {
-  bool wake = false;
+void Executor::fire_due_timers(MonotonicTime now) {
+  while (timers_.next_due() <= now) {
+    TimerBase& timer = timers_.first();
+    // A late tick is not made up for: the next one is the next multiple of the period.
+    const auto missed = (now - timer.due_) / timer.period_;
+    const bool waits = timer.queued_.load(std::memory_order_relaxed);
+    timer.skipped_ += static_cast<std::uint64_t>(missed) + (waits ? 1 : 0);
+    if (!waits) timer.was_due_ = timer.due_;
+    timer.due_ += timer.period_ * (missed + 1);
+    timers_.put(timer);
+    if (!waits && !timer.group_.node_.closed_) enqueue(timer);
+  }
+}
+
+// Whom to wake before the lock is released; the caller wakes it afterwards. The promise of docs/wake_up.md: while something is
+// ready or a timer is unwatched, no thread sleeps unless one is on its way that will look.
+Executor::Worker* Executor::next_to_call() {
+  if (sleeping_ == 0 || called_ != 0) return nullptr;
+  const bool timer = timers_.next_due() < kept_until_;
+  if (ready_.empty() && !timer) return nullptr;
+  Worker* chosen = nullptr;
+  for (const auto& worker : workers_) {
+    if (worker->state != Worker::State::Sleeping) continue;
+    chosen = worker.get();
+    // The one that watches the timers stays where it is if another can come, and is the one whom an earlier timer concerns.
+    if ((chosen == keeper_) == (timer && keeper_ != nullptr)) break;
+  }
+  call(*chosen);
+  return chosen;
+}
+
+void Executor::call(Worker& worker) {
+  if (worker.state == Worker::State::Sleeping) --sleeping_;
+  worker.state = Worker::State::Called;
+  ++called_;
+  worker.word.store(worker.word.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+bool Executor::post(Executable& executable) noexcept {
+  Worker* to_wake = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    timer.due_ = clock_.now() + timer.period_;
-    if (!timer.armed_) timers_.push_back(&timer);
-    timer.armed_ = true;
-    if (timer.due_ < next_due_) {
-      next_due_ = timer.due_;
-      wake = sleeping_;
-      sleeping_ = false;
-    }
+    if (executable.group_.node_.closed_) return false;
+    if (executable.queued_.load(std::memory_order_relaxed)) return true;
+    enqueue(executable);
+    to_wake = next_to_call();
   }
-  if (wake) {
-    wake_word_.fetch_add(1, std::memory_order_release);
-    futex_wake(wake_word_, 1);
-  }
-}
-
-void Executor::cancel_timer(TimerBase& timer) {
-  const std::lock_guard lock(mutex_);
-  if (!timer.armed_) return;
-  timer.armed_ = false;
-  std::erase(timers_, &timer);
-}
-
-bool Executor::is_armed(const TimerBase& timer) const {
-  const std::lock_guard lock(mutex_);
-  return timer.armed_;
-}
-
-void Executor::fire_due_timers(MonotonicTime now) {
-  next_due_ = kNever;
-  for (TimerBase* timer : timers_) {
-    if (timer->due_ <= now) {
-      // A late tick is not made up for: the next one is the next multiple of the period.
-      const auto missed = (now - timer->due_) / timer->period_;
-      timer->due_ += timer->period_ * (missed + 1);
-      if (!timer->queued_.load(std::memory_order_relaxed) && timer->is_open() && !timer->group_.closed_) {
-        timer->queued_.store(true, std::memory_order_relaxed);
-        append(*timer);
-      }
-    }
-    next_due_ = std::min(next_due_, timer->due_);
-  }
+  if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+  return true;
 }
 
 void Executor::work(Worker& self) {
-  name_this_thread(name_);
-  apply_policy(policy_, name_);
-  executor_here = this;
+  prepare_this_thread(name_, policy_, self.first);
+  Worker::here = &self;
   this_thread_runs_callbacks = true;
-  for (;;) {
-    const std::uint32_t turn = self.turn.load(std::memory_order_acquire);
-    bool mine = false;
-    {
-      const std::lock_guard lock(mutex_);
-      if (stopping_) return;
-      mine = owner_ == &self;
-    }
-    if (mine) {
-      run_as_owner(self);
-    } else {
-      futex_wait(self.turn, turn);
-    }
-  }
-}
-
-void Executor::run_as_owner(Worker& self) {
+  bool rested = true;
+  MonotonicTime now = clock_.now();
   mutex_.lock();
-  while (owner_ == &self && !stopping_) {
-    const MonotonicTime now = clock_.now();
-    if (now >= next_due_) fire_due_timers(now);
-    Executable* const next = pop();
+  self.thread_id = this_thread_id();
+  self.cpu_clock = cpu_clock_of_this_thread();
+  if (self.state == Worker::State::Called) {
+    --called_;
+    self.state = Worker::State::Awake;
+  }
+  while (!stopping_) {
+    Executable* next = nullptr;
+    if (self.state != Worker::State::Spare) {
+      if (now >= timers_.next_due()) fire_due_timers(now);
+      next = pop();
+    }
     if (next == nullptr) {
-      sleeping_ = true;
-      const std::uint32_t word = wake_word_.load(std::memory_order_relaxed);
-      const MonotonicTime until = next_due_;
-      mutex_.unlock();
-      if (until == kNever) {
-        futex_wait(wake_word_, word);
-      } else {
-        futex_wait_until(wake_word_, word, until);
-      }
+      rest(self);
+      now = clock_.now();
+      rested = true;
       mutex_.lock();
-      sleeping_ = false;
+      if (self.state == Worker::State::Called) --called_;
+      if (self.state == Worker::State::Sleeping) --sleeping_;
+      if (self.state != Worker::State::Spare) self.state = Worker::State::Awake;
+      if (keeper_ == &self) {
+        keeper_ = nullptr;
+        kept_until_ = kNever;
+      }
       continue;
     }
-    CallbackGroup& group = next->group_;
-    next->queued_.store(false, std::memory_order_relaxed);
-    group.busy_ = true;
-    self.running = next;
-    self.group = &group;
-    self.started = now;
-    self.reported_hung = false;
+    begin(self, *next, now);
+    Worker* const to_wake = next_to_call();
     mutex_.unlock();
-    running_here = next;
-    try {
-      next->execute(now);
-    } catch (const std::exception& e) { group.on_fault_("EXCEPTION", e.what()); } catch (...) {
-      group.on_fault_("EXCEPTION", "a callback threw something that is no std::exception");
-    }
-    running_here = nullptr;
+    if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+    if (rested && activity_hook_) activity_hook_();
+    rested = false;
+    run(self, *next, now);
+    // The end of one callback is the start of the next: one look at the clock for both.
+    now = clock_.now();
     mutex_.lock();
-    finish(self, self.running, group);
+    finish(self, now);
   }
   mutex_.unlock();
 }
 
-// Under the lock. `executable` is null if it was forgotten from within its own callback: it may be gone.
-void Executor::finish(Worker& self, Executable* executable, CallbackGroup& group) {
+// Takes the lock with it: sleeps until called, or until the next timer is due if nobody else watches it.
+void Executor::rest(Worker& self) {
+  MonotonicTime until = kNever;
+  if (self.state != Worker::State::Spare) {
+    self.state = Worker::State::Sleeping;
+    ++sleeping_;
+    if (timers_.next_due() < kept_until_) {
+      keeper_ = &self;
+      until = kept_until_ = timers_.next_due();
+    }
+  }
+  const std::uint32_t word = self.word.load(std::memory_order_relaxed);
+  Worker* const to_wake = next_to_call();
+  mutex_.unlock();
+  if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+  // Whoever calls from here on has changed the word: then this returns at once.
+  if (until == kNever) {
+    futex_wait(self.word, word);
+  } else {
+    futex_wait_until(self.word, word, until);
+  }
+}
+
+void Executor::begin(Worker& self, Executable& executable, MonotonicTime now) {
+  CallbackGroup& group = executable.group_;
+  NodeGroups& node = group.node_;
+  executable.queued_.store(false, std::memory_order_relaxed);
+  ++group.running_;
+  ++node.running_;
+  self.running = &executable;
+  self.group = &group;
+  self.started = now;
+  self.reported_hung = false;
+  if (executable.kind_ == Executable::Kind::Transition) [[unlikely]] {
+    self.alone = node.alone_ = true;
+    if (node.next_transition_ == &executable) node.next_transition_ = nullptr;
+    // It may take seconds by its nature: the others do not wait for it, not even for handover_after.
+    if (!policy_.own) hand_over(self);
+    return;
+  }
+  ++node.callbacks_;
+  self.sampled = --node.until_sample_ == 0;
+}
+
+void Executor::run(Worker& self, Executable& executable, MonotonicTime now) {
+  if (self.sampled) self.cpu_before = cpu_time_of(self.cpu_clock);
+  const NodeGroups& node = self.group->node_;
+  try {
+    executable.execute(now);
+  } catch (const std::exception& e) { node.on_fault_("EXCEPTION", e.what()); } catch (...) {
+    node.on_fault_("EXCEPTION", "a callback threw something that is no std::exception");
+  }
+  if (self.sampled) self.cpu_used = cpu_time_of(self.cpu_clock) - self.cpu_before;
+}
+
+void Executor::finish(Worker& self, MonotonicTime now) {
+  CallbackGroup& group = *self.group;
+  NodeGroups& node = group.node_;
+  Executable* const executable = self.running;  // null: it forgot itself, and may be gone
   self.running = nullptr;
   self.group = nullptr;
-  group.busy_ = false;
-  bool wake = false;
-  const bool anything_before = head_ != nullptr;
-  while (group.backlog_ != nullptr) {
-    Executable* const waiting = group.backlog_;
-    group.backlog_ = waiting->next_;
-    append(*waiting);
+  --group.running_;
+  --node.running_;
+  if (self.alone) [[unlikely]]
+    self.alone = node.alone_ = false;
+  if (self.sampled) [[unlikely]] {
+    self.sampled = false;
+    ++node.samples_;
+    node.sampled_cpu_ += self.cpu_used;
+    // Every 64th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
+    node.random_ ^= node.random_ << 13;
+    node.random_ ^= node.random_ >> 17;
+    node.random_ ^= node.random_ << 5;
+    node.until_sample_ = 33 + (node.random_ >> 8) % 63;
   }
-  if (executable != nullptr && !group.closed_ && !executable->queued_.load(std::memory_order_relaxed) &&
-      executable->wants_again()) {
-    executable->queued_.store(true, std::memory_order_relaxed);
-    append(*executable);
+  // What waits for us was ready before everything in the queue.
+  if (!node.backlog_.empty()) ready_.prepend(node.backlog_);
+  if (executable != nullptr) {
+    if (executable->stats_ != nullptr) executable->stats_->duration.record(now - self.started);
+    if (!node.closed_ && !executable->queued_.load(std::memory_order_relaxed) && executable->wants_again())
+      enqueue(*executable);
   }
-  // A late thread hands what its group has to the new owner, which may be asleep.
-  if (owner_ != &self && !anything_before && head_ != nullptr && sleeping_) {
-    sleeping_ = false;
-    wake = true;
+  if (self.late) [[unlikely]] {
+    self.late = false;
+    self.state = Worker::State::Spare;
   }
-  if (waiters_.load(std::memory_order_relaxed) != 0) {
-    finished_word_.fetch_add(1, std::memory_order_release);
-    futex_wake(finished_word_, std::numeric_limits<int>::max());
-  }
-  if (wake) {
-    wake_word_.fetch_add(1, std::memory_order_release);
-    futex_wake(wake_word_, 1);
-  }
+  if (waiting_for_return_ != 0) [[unlikely]]
+    note_return();
 }
 
-void Executor::unlink(Executable*& list, Executable& executable) {
-  Executable** at = &list;
-  while (*at != nullptr && *at != &executable) at = &(*at)->next_;
-  if (*at != nullptr) *at = executable.next_;
-}
-
-void Executor::forget(Executable& executable) {
-  waiters_.fetch_add(1);
-  mutex_.lock();
-  unlink(head_, executable);
-  tail_ = head_;
-  while (tail_ != nullptr && tail_->next_ != nullptr) tail_ = tail_->next_;
-  unlink(executable.group_.backlog_, executable);
-  executable.queued_.store(true, std::memory_order_relaxed);  // nobody queues it again
-  for (;;) {
-    Worker* busy = nullptr;
-    for (const auto& worker : workers_) {
-      if (worker->running == &executable) busy = worker.get();
-    }
-    if (busy == nullptr) break;
-    if (running_here == &executable) {
-      busy->running = nullptr;  // from within: it ends after us, and finish() must not touch it
-      break;
-    }
-    const std::uint32_t word = finished_word_.load(std::memory_order_relaxed);
-    mutex_.unlock();
-    futex_wait(finished_word_, word);
-    mutex_.lock();
+// The place of a callback that is late, or will be, goes to a spare.
+void Executor::hand_over(Worker& late) {
+  auto spare = std::ranges::find(workers_, Worker::State::Spare, [](const auto& worker) { return worker->state; });
+  late.late = true;
+  if (spare == workers_.end()) {
+    start_worker();
+    ++called_;
+    return;
   }
-  mutex_.unlock();
-  waiters_.fetch_sub(1);
-}
-
-bool Executor::close(CallbackGroup& group, MonotonicTime deadline) {
-  waiters_.fetch_add(1);
-  mutex_.lock();
-  group.closed_ = true;
-  bool done = !group.busy_ || (executor_here == this && running_here != nullptr && &running_here->group_ == &group);
-  while (!done && clock_.now() < deadline) {
-    const std::uint32_t word = finished_word_.load(std::memory_order_relaxed);
-    mutex_.unlock();
-    futex_wait_until(finished_word_, word, deadline);
-    mutex_.lock();
-    done = !group.busy_;
-  }
-  mutex_.unlock();
-  waiters_.fetch_sub(1);
-  return done;
-}
-
-void Executor::supervise(const Limits& limits) {
-  CallbackGroup* hung = nullptr;
-  Duration hung_for{};
-  std::string hung_name;
-  {
-    const std::lock_guard lock(mutex_);
-    if (stopping_) return;
-    const MonotonicTime now = clock_.now();
-    if (!policy_.own && owner_->running != nullptr && now - owner_->started > limits.handover_after) {
-      // Spares are threads whose callback has returned; there is rarely more than one.
-      Worker* spare = nullptr;
-      for (const auto& worker : workers_) {
-        if (worker.get() != owner_ && worker->running == nullptr && worker->group == nullptr) spare = worker.get();
-      }
-      if (spare == nullptr) {
-        start_worker();
-        spare = workers_.back().get();
-      }
-      owner_ = spare;
-      handovers_.fetch_add(1, std::memory_order_relaxed);
-      spare->turn.fetch_add(1, std::memory_order_release);
-      futex_wake(spare->turn, 1);
-    }
-    for (const auto& worker : workers_) {
-      if (worker->group == nullptr || worker->running == nullptr || worker->reported_hung ||
-          worker->running->may_take_long())
-        continue;
-      if (now - worker->started <= limits.hang_after) continue;
-      worker->reported_hung = true;
-      hung = worker->group;
-      hung_for = now - worker->started;
-    }
-  }
-  // The group belongs to a node that cannot be destroyed while its callback runs, so it is safe outside the lock.
-  if (hung != nullptr) {
-    hung->on_fault_(
-        "HUNG", fmt::format("a callback of {} has been running for {:.1f} s; its thread is given up, the others go on",
-                            hung->name(), to_seconds(hung_for)));
-  }
-}
-
-std::size_t Executor::thread_count() const {
-  const std::lock_guard lock(mutex_);
-  return workers_.size();
-}
-
-bool Executor::is_idle() const {
-  const std::lock_guard lock(mutex_);
-  if (head_ != nullptr) return false;
-  return std::ranges::all_of(workers_, [](const auto& worker) { return worker->group == nullptr; });
+  call(**spare);
+  futex_wake((*spare)->word, 1);
 }
 
 }  // namespace nacelle::runtime

@@ -1,26 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node_runtime.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "nacelle/base/expect.hpp"
 
 namespace nacelle::runtime {
 namespace {
 
-class SubscriptionPort final : public SubscriptionHandle, private Executable {
+// What every port keeps beside its callback.
+class PortBase : public NodeRuntime::Port {
+ protected:
+  PortBase(NodeRuntime& node, const NodeRuntime::GroupPointer& group, const char* kind, std::string name)
+      : node_(node), member_of_(node.group_of(group, kind)), kind_(kind), name_(std::move(name)) {}
+
+  void fill(CallbackReport& row, const CallbackStats& stats, const DurationHistogram& latency) const {
+    row.node = node_.identity().name;
+    row.kind = kind_;
+    row.name = name_;
+    row.count = stats.duration.count();
+    row.skipped = 0;
+    row.duration_p50 = stats.duration.quantile(0.5);
+    row.duration_p99 = stats.duration.quantile(0.99);
+    row.duration_max = stats.duration.max();
+    row.latency_p50 = latency.quantile(0.5);
+    row.latency_p99 = latency.quantile(0.99);
+    row.latency_max = latency.max();
+  }
+  [[nodiscard]] bool is_reentrant() const { return member_of_->type() == CallbackGroupType::Reentrant; }
+  // Callbacks of a reentrant group run beside themselves, and a histogram has one writer.
+  void note_latency(CallbackStats& stats, Duration latency) {
+    if (!is_reentrant()) return stats.latency.record(latency);
+    const std::lock_guard lock(noting_);
+    stats.latency.record(latency);
+  }
+
+  NodeRuntime& node_;
+  const std::shared_ptr<CallbackGroup> member_of_;
+  const char* const kind_;
+  const std::string name_;
+  FutexMutex noting_;
+};
+
+class SubscriptionPort final : public SubscriptionHandle, private PortBase, private Executable {
  public:
-  SubscriptionPort(NodeRuntime& node, EndpointSpec spec, Taking taking, MessageCallback callback)
-      : Executable(node.group()), node_(node), taking_(taking), callback_(callback) {
+  SubscriptionPort(NodeRuntime& node, EndpointSpec spec, Taking taking, MessageCallback callback,
+                   const NodeRuntime::GroupPointer& group)
+      : PortBase(node, group, "subscription", spec.topic),
+        Executable(*member_of_),
+        taking_(taking),
+        callback_(callback) {
+    keep_stats_in(stats_);
     spec.gate = &node.active();
     reader_ = node.commons().broker.create_reader(spec, taking, this);
-    node_.enroll(*reader_);
+    node_.enroll(*this);
   }
   ~SubscriptionPort() override {
-    node_.leave(*reader_);
-    group().executor().forget(*this);
+    node_.leave(*this);
+    node_.executor().forget(*this);
   }
   Reader& reader() override { return *reader_; }
 
@@ -28,7 +69,14 @@ class SubscriptionPort final : public SubscriptionHandle, private Executable {
   void execute(MonotonicTime now) override {
     Block* const block = reader_->take();
     if (block == nullptr) return;
-    reader_->note_latency(now - block->info.source_time);
+    if (is_reentrant()) {
+      // The next message need not wait for this one's callback.
+      if (reader_->has_waiting()) on_ready();
+      const std::lock_guard lock(noting_);
+      reader_->note_latency(now - block->info.source_time);
+    } else {
+      reader_->note_latency(now - block->info.source_time);
+    }
     if (taking_ == Taking::Own) {
       callback_.run(callback_.context, *block, *reader_);
       return;
@@ -40,64 +88,89 @@ class SubscriptionPort final : public SubscriptionHandle, private Executable {
     callback_.run(callback_.context, *block, *reader_);
   }
   bool wants_again() const override { return reader_->has_waiting(); }
+  void set_active(bool active) override { reader_->set_enabled(active); }
+  void report(CallbackReport& row) const override {
+    const DurationHistogram* const latency = reader_->latency();
+    fill(row, stats_, latency != nullptr ? *latency : stats_.latency);
+  }
 
-  NodeRuntime& node_;
   const Taking taking_;
   const MessageCallback callback_;
   std::unique_ptr<Reader> reader_;
+  CallbackStats stats_;
 };
 
-class TimerPort final : public TimerHandle, private TimerBase {
+class TimerPort final : public TimerHandle, private PortBase, private TimerBase {
  public:
-  TimerPort(NodeRuntime& node, Duration period, PlainCallback callback)
-      : TimerBase(node.group(), period), node_(node), callback_(callback) {
-    group().executor().add_timer(*this);
+  TimerPort(NodeRuntime& node, Duration period, PlainCallback callback, const NodeRuntime::GroupPointer& group)
+      : PortBase(node, group, "timer", fmt::format("{:g} ms", to_milliseconds(period))),
+        TimerBase(*member_of_, period),
+        callback_(callback) {
+    keep_stats_in(stats_);
+    node_.enroll(*this);
+    node_.executor().add_timer(*this);
   }
   ~TimerPort() override {
+    node_.leave(*this);
     cancel();
-    group().executor().forget(*this);
+    node_.executor().forget(*this);
   }
-  void cancel() override { group().executor().cancel_timer(*this); }
-  void reset() override { group().executor().add_timer(*this); }
-  bool is_canceled() const override { return !group().executor().is_armed(*this); }
+  void cancel() override { node_.executor().cancel_timer(*this); }
+  void reset() override { node_.executor().add_timer(*this); }
+  bool is_canceled() const override { return !node_.executor().is_armed(*this); }
 
  private:
-  void execute(MonotonicTime) override {
+  void execute(MonotonicTime now) override {
     // It may have been gated or canceled while it waited in the queue.
-    if (is_open() && group().executor().is_armed(*this)) callback_.run(callback_.context);
+    if (!node_.active().load(std::memory_order_relaxed) || is_canceled()) return;
+    note_latency(stats_, now - was_due());
+    callback_.run(callback_.context);
   }
-  bool is_open() const override { return node_.active().load(std::memory_order_relaxed); }
+  void set_active(bool active) override { node_.executor().set_timer_open(*this, active); }
+  void report(CallbackReport& row) const override {
+    fill(row, stats_, stats_.latency);
+    row.skipped = node_.executor().skipped(*this);
+  }
 
-  NodeRuntime& node_;
   const PlainCallback callback_;
+  CallbackStats stats_;
 };
 
-class ServicePort final : public ServiceHandle {
+class ServicePort final : public ServiceHandle, private PortBase {
  public:
   ServicePort(NodeRuntime& node, std::string name, const msgs::MessageType& request, const msgs::MessageType& response,
-              ServiceCallback callback)
-      : node_(node), name_(std::move(name)), port_(node.group(), request, response, callback, node.active()) {
+              ServiceCallback callback, const NodeRuntime::GroupPointer& group)
+      : PortBase(node, group, "service", std::move(name)),
+        port_(*member_of_, request, response, callback, node.active(), node.commons().clock) {
     node_.commons().services.add(name_, port_);
+    node_.enroll(*this);
   }
   ~ServicePort() override {
+    node_.leave(*this);
     node_.commons().services.remove(name_, port_);
-    node_.group().executor().forget(port_);
+    node_.executor().forget(port_);
     port_.refuse_all();
   }
 
  private:
-  NodeRuntime& node_;
-  const std::string name_;
+  void set_active(bool) override {}  // the port looks at the gate itself
+  void report(CallbackReport& row) const override { fill(row, port_.stats(), port_.stats().latency); }
   ServerPort port_;
 };
 
-class ClientEnd final : public ClientHandle {
+class ClientEnd final : public ClientHandle, private PortBase {
  public:
-  ClientEnd(NodeRuntime& node, std::string name, const msgs::MessageType& request, ResponseCallback callback)
-      : node_(node), name_(std::move(name)), request_(request), port_(node.group(), callback) {}
+  ClientEnd(NodeRuntime& node, std::string name, const msgs::MessageType& request, ResponseCallback callback,
+            const NodeRuntime::GroupPointer& group)
+      : PortBase(node, group, "client", std::move(name)),
+        request_(request),
+        port_(*member_of_, callback, node.commons().clock) {
+    node_.enroll(*this);
+  }
   ~ClientEnd() override {
+    node_.leave(*this);
     port_.detach();
-    node_.group().executor().forget(port_);
+    node_.executor().forget(port_);
   }
   std::int64_t send(void* request) override {
     Call call{port_.handle(), next_, AnyMessage{request_}};
@@ -106,48 +179,56 @@ class ClientEnd final : public ClientHandle {
     return next_++;
   }
   bool service_is_ready() const override { return node_.commons().services.is_ready(name_, request_); }
+  std::string why_not_wait() const override { return node_.executor().why_not_wait_for(*member_of_); }
 
  private:
-  NodeRuntime& node_;
-  const std::string name_;
+  void set_active(bool) override {}
+  void report(CallbackReport& row) const override { fill(row, port_.stats(), port_.stats().latency); }
   const msgs::MessageType& request_;
   ClientPort port_;
   std::int64_t next_ = 1;
 };
 
-// Runs once on the component's executor. Shared with the waiting thread: either may be the last to need it.
+// Runs once, alone in its node. Shared with the waiting thread: either may be the last to need it.
 class Task final : public Executable {
  public:
-  Task(CallbackGroup& group, std::function<void()> what) : Executable(group), what_(std::move(what)) {}
+  Task(CallbackGroup& group, std::function<void()> what)
+      : Executable(group, Kind::Transition), what_(std::move(what)) {}
   void execute(MonotonicTime) override {
     what_();
-    done_.store(1, std::memory_order_release);
-    futex_wake(done_, 1);
+    end(kDone);
   }
-  bool may_take_long() const override { return true; }
-  [[nodiscard]] bool wait(const Clock& clock, MonotonicTime deadline) {
-    while (done_.load(std::memory_order_acquire) == 0) {
-      if (clock.now() >= deadline) return false;
-      futex_wait_until(done_, 0, deadline);
-    }
-    return true;
+  void discard() noexcept override { end(kRefused); }
+  /// Whether it has been done by the deadline. If not, `refused` says whether it will never be.
+  [[nodiscard]] bool wait(const Clock& clock, MonotonicTime deadline, bool& refused) {
+    std::uint32_t state = kWaiting;
+    while ((state = state_.load(std::memory_order_acquire)) == kWaiting && clock.now() < deadline)
+      futex_wait_until(state_, kWaiting, deadline);
+    refused = state == kRefused;
+    return state == kDone;
   }
 
  private:
+  static constexpr std::uint32_t kWaiting = 0, kDone = 1, kRefused = 2;
+  void end(std::uint32_t state) {
+    state_.store(state, std::memory_order_release);
+    futex_wake(state_, 1);
+  }
   const std::function<void()> what_;
-  std::atomic<std::uint32_t> done_{0};
+  std::atomic<std::uint32_t> state_{kWaiting};
 };
 
 // As Task, but nobody waits for it: it ends itself.
 class DetachedTask final : public Executable {
  public:
-  DetachedTask(CallbackGroup& group, std::function<void()> what) : Executable(group), what_(std::move(what)) {}
+  DetachedTask(CallbackGroup& group, std::function<void()> what)
+      : Executable(group, Kind::Transition), what_(std::move(what)) {}
   void execute(MonotonicTime) override {
     what_();
     group().executor().forget(*this);
     delete this;
   }
-  bool may_take_long() const override { return true; }
+  void discard() noexcept override { delete this; }
 
  private:
   const std::function<void()> what_;
@@ -159,7 +240,8 @@ NodeRuntime::NodeRuntime(Commons& commons, NodeIdentity identity, Executor& exec
     : commons_(commons),
       identity_(std::move(identity)),
       on_fault_(on_fault),
-      group_(executor, identity_.fully_qualified(), std::move(on_fault)) {}
+      groups_(executor, identity_.fully_qualified(), std::move(on_fault)),
+      own_group_(std::make_shared<CallbackGroup>(groups_)) {}
 
 NodeRuntime::~NodeRuntime() = default;
 
@@ -170,23 +252,42 @@ std::unique_ptr<Writer> NodeRuntime::create_writer(const EndpointSpec& spec) {
 }
 
 std::unique_ptr<SubscriptionHandle> NodeRuntime::create_subscription(const EndpointSpec& spec, Taking taking,
-                                                                     MessageCallback callback) {
-  return std::make_unique<SubscriptionPort>(*this, spec, taking, callback);
+                                                                     MessageCallback callback,
+                                                                     const GroupPointer& group) {
+  return std::make_unique<SubscriptionPort>(*this, spec, taking, callback, group);
 }
 
-std::unique_ptr<TimerHandle> NodeRuntime::create_timer(Duration period, PlainCallback callback) {
-  return std::make_unique<TimerPort>(*this, period, callback);
+std::unique_ptr<TimerHandle> NodeRuntime::create_timer(Duration period, PlainCallback callback,
+                                                       const GroupPointer& group) {
+  return std::make_unique<TimerPort>(*this, period, callback, group);
 }
 
 std::unique_ptr<ServiceHandle> NodeRuntime::create_service(const std::string& name, const msgs::MessageType& request,
-                                                           const msgs::MessageType& response,
-                                                           ServiceCallback callback) {
-  return std::make_unique<ServicePort>(*this, name, request, response, callback);
+                                                           const msgs::MessageType& response, ServiceCallback callback,
+                                                           const GroupPointer& group) {
+  return std::make_unique<ServicePort>(*this, name, request, response, callback, group);
 }
 
 std::unique_ptr<ClientHandle> NodeRuntime::create_client(const std::string& name, const msgs::MessageType& request,
-                                                         const msgs::MessageType&, ResponseCallback callback) {
-  return std::make_unique<ClientEnd>(*this, name, request, callback);
+                                                         const msgs::MessageType&, ResponseCallback callback,
+                                                         const GroupPointer& group) {
+  return std::make_unique<ClientEnd>(*this, name, request, callback, group);
+}
+
+NodeRuntime::GroupPointer NodeRuntime::create_callback_group(CallbackGroupType type) {
+  return std::make_shared<CallbackGroup>(groups_, type);
+}
+
+std::shared_ptr<CallbackGroup> NodeRuntime::group_of(const GroupPointer& wanted, const char* what) const {
+  if (!wanted) return own_group_;
+  auto group = std::dynamic_pointer_cast<CallbackGroup>(wanted);
+  if (!group || &group->node() != &groups_) {
+    throw std::runtime_error(
+        fmt::format("node {}: cannot create {}, group not in node: it was made by {}; use one of this "
+                    "node's own create_callback_group()",
+                    groups_.name(), what, group ? group->node().name() : "another container"));
+  }
+  return group;
 }
 
 DurationHistogram& NodeRuntime::create_histogram(const std::string& name) {
@@ -233,32 +334,41 @@ void NodeRuntime::write_safe_stop() const noexcept {
 void NodeRuntime::set_active(bool active) {
   const std::lock_guard lock(mutex_);
   active_.store(active, std::memory_order_release);
-  for (Reader* reader : readers_) reader->set_enabled(active);
+  for (Port* port : ports_) port->set_active(active);
 }
 
-void NodeRuntime::enroll(Reader& reader) {
+void NodeRuntime::enroll(Port& port) {
   const std::lock_guard lock(mutex_);
-  readers_.push_back(&reader);
-  if (!active_.load(std::memory_order_relaxed)) reader.set_enabled(false);
+  ports_.push_back(&port);
+  if (!active_.load(std::memory_order_relaxed)) port.set_active(false);
 }
-void NodeRuntime::leave(Reader& reader) {
+void NodeRuntime::leave(Port& port) {
   const std::lock_guard lock(mutex_);
-  std::erase(readers_, &reader);
+  std::erase(ports_, &port);
+}
+
+void NodeRuntime::report_callbacks(std::vector<CallbackReport>& out, std::size_t& used) const {
+  const std::lock_guard lock(mutex_);
+  for (const Port* port : ports_) {
+    if (used == out.size()) out.emplace_back();
+    port->report(out[used++]);
+  }
 }
 
 void NodeRuntime::post(std::function<void()> what) {
-  group_.executor().post(*new DetachedTask(group_, std::move(what)));
+  auto* const task = new DetachedTask(*own_group_, std::move(what));
+  if (!executor().post(*task)) delete task;
 }
 
 bool NodeRuntime::run_and_wait(std::function<void()> what, MonotonicTime deadline) {
-  auto* const task = new Task(group_, std::move(what));
-  group_.executor().post(*task);
-  const bool ended = task->wait(commons_.clock, deadline);
+  auto* const task = new Task(*own_group_, std::move(what));
+  bool refused = !executor().post(*task);
+  const bool done = !refused && task->wait(commons_.clock, deadline, refused);
   // A task that hangs is left to the thread that hangs in it.
-  if (!ended) return false;
-  group_.executor().forget(*task);
+  if (!done && !refused) return false;
+  executor().forget(*task);
   delete task;
-  return true;
+  return done;
 }
 
 }  // namespace nacelle::runtime

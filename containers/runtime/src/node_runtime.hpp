@@ -38,41 +38,63 @@ struct SafeStop {
 /// A node's host in the container. Ownership: the node's; what it lent to the container is withdrawn in the destructor.
 class NodeRuntime {
  public:
-  using OnFault = std::function<void(std::string code, std::string text)>;
+  using OnFault = NodeGroups::OnFault;
+  using GroupPointer = std::shared_ptr<nacelle::CallbackGroup>;
   NodeRuntime(Commons& commons, NodeIdentity identity, Executor& executor, OnFault on_fault);
   ~NodeRuntime();
 
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec);
   [[nodiscard]] std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
-                                                                        MessageCallback callback);
-  [[nodiscard]] std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback);
+                                                                        MessageCallback callback,
+                                                                        const GroupPointer& group);
+  [[nodiscard]] std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+                                                          const GroupPointer& group);
   [[nodiscard]] std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType& request,
                                                               const msgs::MessageType& response,
-                                                              ServiceCallback callback);
+                                                              ServiceCallback callback, const GroupPointer& group);
   [[nodiscard]] std::unique_ptr<ClientHandle> create_client(const std::string& name, const msgs::MessageType& request,
                                                             const msgs::MessageType& response,
-                                                            ResponseCallback callback);
+                                                            ResponseCallback callback, const GroupPointer& group);
+  [[nodiscard]] GroupPointer create_callback_group(CallbackGroupType type);
   [[nodiscard]] DurationHistogram& create_histogram(const std::string& name);
   void register_safe_stop(int descriptor, ByteView frame);
   void clear_safe_stop();
   void report_fault(std::string code, std::string text) { on_fault_(std::move(code), std::move(text)); }
   void set_active(bool active);
 
-  /// Runs something on the component's executor and waits for it. Returns false if it has not ended by the deadline; it may
-  /// still run then, so `what` must not refer to the caller's frame.
+  /// The node is made: its callbacks may run from now on.
+  void open() { executor().open(groups_); }
+  /// No callback of any of its groups starts any more; false if one still runs at the deadline.
+  [[nodiscard]] bool close(MonotonicTime deadline) { return executor().close(groups_, deadline); }
+
+  /// Runs something on the component's executor while no callback of the node runs, and waits for it. Returns false if it has
+  /// not ended by the deadline, or cannot run any more; it may still run then, so `what` must not refer to the caller's frame.
+  /// From a callback that would wait for itself it waits in vain: see Executor::why_not_wait_for().
   [[nodiscard]] bool run_and_wait(std::function<void()> what, MonotonicTime deadline);
   /// The same without waiting.
   void post(std::function<void()> what);
   void write_safe_stop() const noexcept;
-  [[nodiscard]] CallbackGroup& group() { return group_; }
+  [[nodiscard]] Executor& executor() { return groups_.executor(); }
+  [[nodiscard]] const NodeGroups& groups() const { return groups_; }
   [[nodiscard]] const NodeIdentity& identity() const { return identity_; }
   [[nodiscard]] const std::atomic<bool>& active() const { return active_; }
   void report_histograms(std::vector<HistogramReport>& out, std::size_t& used) const;
+  void report_callbacks(std::vector<CallbackReport>& out, std::size_t& used) const;
+  void report_load(LoadReport& out) const { groups_.executor().report_load(groups_, out); }
   [[nodiscard]] Commons& commons() { return commons_; }
 
-  // Readers enter and leave the lifecycle gate by themselves.
-  void enroll(Reader& reader);
-  void leave(Reader& reader);
+  /// A callback that is there to be reported, and to be told of the lifecycle gate.
+  class Port {
+   public:
+    virtual ~Port() = default;
+    virtual void set_active(bool active) = 0;
+    virtual void report(CallbackReport& row) const = 0;
+  };
+  // Ports enter and leave by themselves.
+  void enroll(Port& port);
+  void leave(Port& port);
+  /// The group that was asked for, or the node's own. Errors: std::runtime_error for another node's.
+  [[nodiscard]] std::shared_ptr<CallbackGroup> group_of(const GroupPointer& wanted, const char* what) const;
 
  private:
   struct NamedHistogram {
@@ -83,10 +105,11 @@ class NodeRuntime {
   Commons& commons_;
   const NodeIdentity identity_;
   const OnFault on_fault_;
-  CallbackGroup group_;
+  NodeGroups groups_;
+  const std::shared_ptr<CallbackGroup> own_group_;
   std::atomic<bool> active_{true};
   mutable std::mutex mutex_;  // the lists below
-  std::vector<Reader*> readers_;
+  std::vector<Port*> ports_;
   std::deque<NamedHistogram> histograms_;  // a deque: references stay
   SafeStop safe_stop_;
 };

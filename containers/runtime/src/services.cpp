@@ -49,21 +49,26 @@ bool ServiceDirectory::is_ready(const std::string& name, const msgs::MessageType
 }
 
 void ServerPort::push(Call call) {
-  calls_.lock()->push_back(std::move(call));
-  waiting_.fetch_add(1, std::memory_order_release);
-  on_ready();
+  const MonotonicTime now = clock_.now();
+  auto calls = calls_.lock();
+  calls->push_back({std::move(call), now});
+  waiting_.store(calls->size(), std::memory_order_release);
+  on_ready();  // under the lock: docs/wake_up.md, rule 2
 }
 
-void ServerPort::execute(MonotonicTime) {
-  std::deque<Call> taken;
+void ServerPort::execute(MonotonicTime now) {
+  std::deque<Waiting> taken;
   {
     auto calls = calls_.lock();
     if (calls->empty()) return;
     taken.push_back(std::move(calls->front()));
     calls->pop_front();
-    waiting_.fetch_sub(1, std::memory_order_release);
+    waiting_.store(calls->size(), std::memory_order_release);
+    stats_.latency.record(now - taken.front().since);
+    // In a reentrant group the next call need not wait for this one's callback.
+    if (!calls->empty() && group().type() == CallbackGroupType::Reentrant) on_ready();
   }
-  const Call& call = taken.front();
+  const Call& call = taken.front().call;
   if (!is_open()) {
     answer(call, nullptr);
     return;
@@ -79,26 +84,33 @@ void ServerPort::execute(MonotonicTime) {
 }
 
 void ServerPort::refuse_all() {
-  std::deque<Call> waiting;
-  calls_.lock()->swap(waiting);
-  waiting_.store(0, std::memory_order_release);
-  for (const Call& call : waiting) answer(call, nullptr);
+  std::deque<Waiting> waiting;
+  {
+    auto calls = calls_.lock();
+    calls->swap(waiting);
+    waiting_.store(0, std::memory_order_release);
+  }
+  for (const Waiting& refused : waiting) answer(refused.call, nullptr);
 }
 
 void ClientPort::push(std::int64_t sequence, std::unique_ptr<AnyMessage> response) {
-  answers_.lock()->push_back({sequence, std::move(response)});
-  waiting_.fetch_add(1, std::memory_order_release);
+  const MonotonicTime now = clock_.now();
+  auto answers = answers_.lock();
+  answers->push_back({sequence, std::move(response), now});
+  waiting_.store(answers->size(), std::memory_order_release);
   on_ready();
 }
 
-void ClientPort::execute(MonotonicTime) {
+void ClientPort::execute(MonotonicTime now) {
   Answer next{};
   {
     auto answers = answers_.lock();
     if (answers->empty()) return;
     next = std::move(answers->front());
     answers->pop_front();
-    waiting_.fetch_sub(1, std::memory_order_release);
+    waiting_.store(answers->size(), std::memory_order_release);
+    stats_.latency.record(now - next.since);
+    if (!answers->empty() && group().type() == CallbackGroupType::Reentrant) on_ready();
   }
   callback_.run(callback_.context, next.sequence, next.response ? next.response->get() : nullptr);
 }

@@ -64,8 +64,10 @@ class ServiceDirectory {
 class ServerPort final : public Executable {
  public:
   ServerPort(CallbackGroup& group, const msgs::MessageType& request, const msgs::MessageType& response,
-             ServiceCallback callback, const std::atomic<bool>& open)
-      : Executable(group), request_(request), response_(response), callback_(callback), open_(open) {}
+             ServiceCallback callback, const std::atomic<bool>& open, const Clock& clock)
+      : Executable(group), request_(request), response_(response), callback_(callback), open_(open), clock_(clock) {
+    keep_stats_in(stats_);
+  }
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
   void push(Call call);
@@ -73,37 +75,53 @@ class ServerPort final : public Executable {
   void refuse_all();
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
+  [[nodiscard]] const CallbackStats& stats() const { return stats_; }
 
  private:
+  struct Waiting {
+    Call call;
+    MonotonicTime since;
+  };
   const msgs::MessageType& request_;
   const msgs::MessageType& response_;
   const ServiceCallback callback_;
   const std::atomic<bool>& open_;  // the node's lifecycle gate
-  Guarded<std::deque<Call>> calls_;
+  const Clock& clock_;
+  Guarded<std::deque<Waiting>> calls_;
   std::atomic<std::size_t> waiting_{0};
+  CallbackStats stats_;  // the latency under the lock of calls_
 };
 
 /// A client's queue of responses.
 class ClientPort final : public Executable {
  public:
-  ClientPort(CallbackGroup& group, ResponseCallback callback)
-      : Executable(group), callback_(callback), self_(std::make_shared<Guarded<ClientPort*>>(std::in_place, this)) {}
+  ClientPort(CallbackGroup& group, ResponseCallback callback, const Clock& clock)
+      : Executable(group),
+        callback_(callback),
+        self_(std::make_shared<Guarded<ClientPort*>>(std::in_place, this)),
+        clock_(clock) {
+    keep_stats_in(stats_);
+  }
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
   void push(std::int64_t sequence, std::unique_ptr<AnyMessage> response);
   /// After this no server reaches the port any more.
   void detach() { *self_->lock() = nullptr; }
   [[nodiscard]] std::weak_ptr<Guarded<ClientPort*>> handle() const { return self_; }
+  [[nodiscard]] const CallbackStats& stats() const { return stats_; }
 
  private:
   struct Answer {
     std::int64_t sequence;
     std::unique_ptr<AnyMessage> response;  // null: there will be none
+    MonotonicTime since;
   };
   const ResponseCallback callback_;
   const std::shared_ptr<Guarded<ClientPort*>> self_;
+  const Clock& clock_;
   Guarded<std::deque<Answer>> answers_;
   std::atomic<std::size_t> waiting_{0};
+  CallbackStats stats_;  // the latency under the lock of answers_
 };
 
 }  // namespace nacelle::runtime

@@ -17,7 +17,7 @@ Supervisor::~Supervisor() {
 
 void Supervisor::add(Executor& executor) {
   executor.set_activity_hook([this] {
-    if (parked_.load(std::memory_order_relaxed)) wake();
+    if (parked_.load()) wake();
   });
   {
     const std::lock_guard lock(mutex_);
@@ -40,28 +40,32 @@ void Supervisor::wake() {
 void Supervisor::watch() {
   pthread_setname_np(pthread_self(), "supervisor");
   const SystemClock clock;  // real threads are watched, so real time it is
-  const Duration period = limits_.handover_after / 2;
+  // A callback that starts just after a look has run for less than this at the next one, which tells when it will be late.
+  const Duration period = limits_.handover_after;
   const auto idle_looks_before_rest = std::max<Duration::rep>(1, 1s / period);
   Duration::rep idle_looks = 0;
   while (!stopping_) {
     const std::uint32_t word = word_.load();
+    // Before the look: an executor that starts to run after we looked at it finds this set, and wakes us.
+    const bool to_rest = idle_looks >= idle_looks_before_rest;
+    parked_ = to_rest;
     bool idle = true;
+    Duration next = period;
     {
       const std::lock_guard lock(mutex_);
       for (Executor* executor : executors_) {
-        executor->supervise(limits_);
+        next = std::min(next, executor->supervise(limits_));
         idle = idle && executor->is_idle();
       }
     }
     idle_looks = idle ? idle_looks + 1 : 0;
-    if (idle_looks >= idle_looks_before_rest) {
-      parked_ = true;
+    if (to_rest && idle) {
       futex_wait(word_, word);
-      parked_ = false;
       idle_looks = 0;
     } else {
-      futex_wait_until(word_, word, clock.now() + period);
+      futex_wait_until(word_, word, clock.now() + std::max<Duration>(next, 1ms));
     }
+    parked_ = false;
   }
 }
 

@@ -72,16 +72,18 @@ EndpointSpec Node::endpoint(const std::string& topic, const msgs::MessageType& t
 std::unique_ptr<Writer> Node::make_writer(const EndpointSpec& spec) { return host_->create_writer(spec); }
 
 std::unique_ptr<SubscriptionHandle> Node::make_subscription(const EndpointSpec& spec, Taking taking,
-                                                            MessageCallback callback) {
-  return host_->create_subscription(spec, taking, callback);
+                                                            MessageCallback callback,
+                                                            const SubscriptionOptions& options) {
+  return host_->create_subscription(spec, taking, callback, options.callback_group);
 }
 
-std::unique_ptr<TimerHandle> Node::make_timer(Duration period, PlainCallback callback) {
+std::unique_ptr<TimerHandle> Node::make_timer(Duration period, PlainCallback callback,
+                                              const CallbackGroup::SharedPtr& group) {
   if (period <= Duration::zero()) {
     throw std::invalid_argument(fmt::format("node {}: a timer's period must be positive, not {} ns",
                                             get_fully_qualified_name(), period.count()));
   }
-  return host_->create_timer(period, callback);
+  return host_->create_timer(period, callback, group);
 }
 
 }  // namespace nacelle

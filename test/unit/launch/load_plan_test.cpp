@@ -51,7 +51,7 @@ launch:
         ~/state: {subscription: {reliability: reliable}}
       after:
       - {node: /base, when: active, timeout: 2.5s}
-      thread: {mode: own, priority: 20, cpus: [2, 3]}
+      thread: {mode: own, priority: 20, cpus: [2, 3], threads: 4}
       required: false
       autostart: inactive
     - {pkg: nacelle_base_driver, plugin: a::B, name: base}
@@ -84,7 +84,7 @@ TEST(LoadPlan, turns_a_whole_file_into_typed_values) {
   ASSERT_EQ(lidar.after.size(), 1U);
   EXPECT_EQ(lidar.after[0].node, "/base");
   EXPECT_EQ(lidar.after[0].timeout, Duration{2500ms});
-  EXPECT_EQ(lidar.thread, (ThreadPlan{ThreadMode::Own, 20, {2, 3}}));
+  EXPECT_EQ(lidar.thread, (ThreadPlan{ThreadMode::Own, 20, {2, 3}, 4}));
   EXPECT_FALSE(lidar.required);
   EXPECT_EQ(lidar.target, TargetState::Inactive);
   EXPECT_TRUE(plan.components[1].required);
@@ -121,7 +121,7 @@ const char* const kXmlTwin = R"xml(<!-- the same in XML -->
       <qos topic="/scan"><publisher profile="sensor_data" depth="2" deadline="150ms"/></qos>
       <qos topic="~/state"><subscription reliability="reliable"/></qos>
       <after node="/base" when="active" timeout="2.5s"/>
-      <thread mode="own" priority="20" cpus="2 3"/>
+      <thread mode="own" priority="20" cpus="2 3" threads="4"/>
     </composable_node>
     <composable_node pkg="nacelle_base_driver" plugin="a::B" name="base"/>
   </node_container>

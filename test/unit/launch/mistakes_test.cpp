@@ -103,8 +103,11 @@ TEST(Mistakes, of_a_component_are_told_with_their_line) {
       {"thread: {mode: own, priority: 100}",
        "a.launch.yaml:8: 'priority' must be a whole number from 0 to 99, not '100'\n"},
       {"thread: {mode: own, cpus: [a]}", "a.launch.yaml:8: 'cpus' must be numbers from 0 to 1023, not 'a'\n"},
+      {"thread: {mode: own, threads: 0}",
+       "a.launch.yaml:8: 'threads' must be from 1 to 64; leave it out for one thread\n"},
       {"thread: {priority: 5}",
-       "a.launch.yaml:8: priority and cpus belong to a thread of one's own; write mode: own, or leave them out\n"},
+       "a.launch.yaml:8: priority, cpus and threads belong to a thread of one's own; write mode: own, or leave them "
+       "out\n"},
       {"required: maybe", "a.launch.yaml:8: 'required' must be true or false, not 'maybe'\n"},
       {"autostart: on",
        "a.launch.yaml:8: 'autostart' cannot be 'on'; one of unconfigured, inactive, active, false, true\n"},

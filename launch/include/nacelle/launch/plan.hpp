@@ -51,6 +51,7 @@ struct ThreadPlan {
   ThreadMode mode = ThreadMode::Shared;
   std::optional<int> priority;  ///< SCHED_FIFO, 1 to 99.
   std::vector<int> cpus;        ///< Empty: all.
+  unsigned threads = 1;         ///< How many, 1 to 64: callback groups overlap where there is more than one.
   friend bool operator==(const ThreadPlan&, const ThreadPlan&) = default;
 };
 

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <condition_variable>
 #include <functional>
 #include <future>
+#include <mutex>
 #include <stdexcept>
 
 #include "support/manual_clock.hpp"
@@ -26,14 +28,17 @@ struct ExecutorTest : ::testing::Test {
   SystemClock clock;  // real threads sleep in real time; no test here asserts a duration
   std::mutex mutex;
   std::vector<FaultReason> faults;
+  NodeGroups::OnFault on_fault = [this](std::string code, std::string text) {
+    const std::lock_guard lock(mutex);
+    faults.push_back({std::move(code), std::move(text)});
+  };
   Executor executor{"executor", clock, {}};
-  CallbackGroup a = group("/a"), b = group("/b");
+  NodeGroups node_a{executor, "/a", on_fault}, node_b{executor, "/b", on_fault};
+  CallbackGroup a{node_a}, b{node_b};
 
-  CallbackGroup group(const std::string& name) {
-    return {executor, name, [this](std::string code, std::string text) {
-              const std::lock_guard lock(mutex);
-              faults.push_back({std::move(code), std::move(text)});
-            }};
+  void SetUp() override {
+    executor.open(node_a);
+    executor.open(node_b);
   }
   // Everything posted before has run when this returns.
   void drain(CallbackGroup& g) {
@@ -85,7 +90,7 @@ TEST_F(ExecutorTest, a_callback_that_overstays_loses_the_executor_but_keeps_its_
   entered.get_future().wait();
   executor.post(mine);
   executor.post(other);
-  while (executor.handovers() == 0) executor.supervise({1us, 1h});
+  while (executor.handovers() == 0) static_cast<void>(executor.supervise({1us, 1h}));
   other_ran.get_future().wait();  // on the spare thread, while `slow` still runs
   EXPECT_FALSE(mine_ran);         // its own group waits for it
   release.set_value();
@@ -149,7 +154,7 @@ TEST_F(ExecutorTest, forget_waits_for_a_run_that_goes_on) {
 TEST_F(ExecutorTest, a_closed_group_starts_nothing_more) {
   bool ran = false;
   Callable late(a, [&] { ran = true; });
-  EXPECT_TRUE(executor.close(a, clock.now() + 10s));
+  EXPECT_TRUE(executor.close(node_a, clock.now() + 10s));
   executor.post(late);
   drain(b);
   EXPECT_FALSE(ran);

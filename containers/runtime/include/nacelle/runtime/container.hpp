@@ -17,9 +17,10 @@ namespace nacelle::runtime {
 
 /// Which thread runs a component's callbacks.
 struct ThreadPolicy {
-  bool own = false;       ///< false: the container's shared executor.
-  int priority = 0;       ///< 1 to 99 asks for SCHED_FIFO; refused with a warning where not allowed.
-  std::vector<int> cpus;  ///< Empty: any.
+  bool own = false;           ///< false: the container's shared executor, which has one thread.
+  int priority = 0;           ///< 1 to 99 asks for SCHED_FIFO; refused with a warning where not allowed.
+  std::vector<int> cpus;      ///< Empty: any.
+  std::uint32_t threads = 1;  ///< Of one's own: more than one lets callback groups run at the same time.
 };
 
 struct ContainerOptions {
@@ -75,6 +76,34 @@ struct HistogramReport {
   Duration p50{}, p99{}, max{};
 };
 
+/// One callback of a component.
+struct CallbackReport {
+  std::string node;
+  std::string kind;  ///< "subscription", "timer", "service" or "client"
+  std::string name;  ///< The topic or service; a timer's period.
+  std::uint64_t count = 0;
+  std::uint64_t skipped = 0;                                ///< Ticks that did not run because an earlier one was late.
+  Duration duration_p50{}, duration_p99{}, duration_max{};  ///< Start to return.
+  /// Until the start: from publish(), from the moment at which the timer was due, from the arrival of the call.
+  Duration latency_p50{}, latency_p99{}, latency_max{};
+};
+
+/// One thread of an executor.
+struct ThreadReport {
+  std::string executor;        ///< "executor" is the shared one.
+  std::int32_t thread_id = 0;  ///< As in /proc/self/task.
+  const char* state = "";      ///< "serving", "late" (its callback overstays) or "spare"
+  Duration cpu{};              ///< Since it was started.
+};
+
+/// What a component costs. Reading a thread's CPU clock is a system call: about one callback in 64 is measured.
+struct LoadReport {
+  std::string node;
+  std::uint64_t callbacks = 0;  ///< That ran.
+  std::uint64_t samples = 0;    ///< Of them, measured.
+  Duration cpu{};               ///< Estimate: the mean of the samples times the callbacks.
+};
+
 /// A pair of endpoints on one topic that cannot talk, and what would mend it.
 struct ClashReport {
   std::string topic, writer_node, reader_node, policy, offered, requested, change;
@@ -84,8 +113,8 @@ struct ClashReport {
 
 /// Loads components, runs them, takes them out again; one per process.
 ///
-/// Threads: everything from any thread but from a component's callback. load(), unload() and trigger() wait for the component;
-///          the others keep running meanwhile.
+/// Threads: everything from any thread. load(), unload() and trigger() wait for the component; the others keep running
+///          meanwhile. From a callback that would wait for itself, unload() and trigger() say so instead.
 class Container final : public Context {
  public:
   Container(ContainerOptions options, const Clock& clock);
@@ -111,6 +140,9 @@ class Container final : public Context {
   /// Fills the vectors anew, keeping their memory: asking again allocates nothing while the graph stays as it is.
   void report_streams(std::vector<StreamReport>& out) const;
   void report_histograms(std::vector<HistogramReport>& out) const;
+  void report_callbacks(std::vector<CallbackReport>& out) const;
+  void report_threads(std::vector<ThreadReport>& out) const;
+  void report_loads(std::vector<LoadReport>& out) const;
   /// The type of a topic, or null. Type objects live in message libraries.
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& topic) const;
   /// The same object that nodes get from Node::shared_object(), or null if nobody has made it.

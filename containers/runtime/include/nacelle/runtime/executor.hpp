@@ -2,88 +2,28 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/node/transport.hpp"
+#include "nacelle/runtime/callback_group.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/futex.hpp"
+#include "nacelle/runtime/timer_queue.hpp"
 
 namespace nacelle::runtime {
 
-class Executor;
-class CallbackGroup;
-
-/// Something that can be ready to run: a subscription with messages, a due timer, a call, a task. Belongs to one group.
+/// Runs ready callbacks in the order in which they became ready, on one thread (or a few, if its policy says so) that sleeps
+/// when there is nothing to do. Ready events, not wait-sets. Why no wake-up is lost: docs/wake_up.md.
 ///
-/// Ownership: whoever made it; it must be detached from its executor (Executor::forget) before it is destroyed.
-class Executable : public ReadyListener {
- public:
-  explicit Executable(CallbackGroup& group) : group_(group) {}
-  ~Executable() override = default;
-
-  /// Runs once. `now` is the time of the start. Exceptions become a fault of the component.
-  virtual void execute(MonotonicTime now) = 0;
-  /// True if there is more to do at once.
-  [[nodiscard]] virtual bool wants_again() const { return false; }
-  /// True for callbacks that may take seconds by nature (lifecycle transitions): late is not hung.
-  [[nodiscard]] virtual bool may_take_long() const { return false; }
-  void on_ready() noexcept final;
-  [[nodiscard]] CallbackGroup& group() const { return group_; }
-
- private:
-  friend class Executor;
-  CallbackGroup& group_;
-  Executable* next_ = nullptr;  // in the ready queue or a group's backlog; under the executor's lock
-  std::atomic<bool> queued_{false};
-};
-
-/// Fires at a fixed period; see Timer. Threads: under its executor's lock, or from its own callback.
-class TimerBase : public Executable {
- public:
-  TimerBase(CallbackGroup& group, Duration period) : Executable(group), period_(period) {}
-  /// Whether a tick is wanted now; a gated node answers no, and the tick is skipped.
-  [[nodiscard]] virtual bool is_open() const { return true; }
-
- private:
-  friend class Executor;
-  const Duration period_;
-  MonotonicTime due_;
-  bool armed_ = false;
-};
-
-/// Callbacks of one group never run at the same time (rclcpp's mutually exclusive group). One per node.
-class CallbackGroup {
- public:
-  using OnFault = std::function<void(std::string code, std::string text)>;
-  CallbackGroup(Executor& executor, std::string name, OnFault on_fault)
-      : executor_(executor), name_(std::move(name)), on_fault_(std::move(on_fault)) {}
-
-  [[nodiscard]] Executor& executor() const { return executor_; }
-  [[nodiscard]] const std::string& name() const { return name_; }
-
- private:
-  friend class Executor;
-  Executor& executor_;
-  const std::string name_;
-  const OnFault on_fault_;
-  bool busy_ = false;  // under the executor's lock, as the rest
-  bool closed_ = false;
-  Executable* backlog_ = nullptr;  // ready while the group was busy
-};
-
-/// Runs ready callbacks in the order in which they became ready, one at a time, on one thread that sleeps when there is nothing
-/// to do. Ready events, not wait-sets.
-///
-/// A callback that overstays loses the executor: hand_over() gives queue and timers to a spare thread, and the late thread
-/// becomes the spare when it returns. Its own group stays closed to others meanwhile.
+/// Fair: whoever has more to do queues up again behind the others, so between two runs of one callback each other one that is
+/// ready has run once.
+/// A callback that overstays on the shared executor loses its place: the queue goes to a spare thread, and the late thread
+/// becomes the spare when it returns. A lifecycle transition leaves its place before it starts. The groups stay closed to
+/// others meanwhile, as always.
 /// Threads: all public members from any thread.
 class Executor {
  public:
@@ -95,57 +35,84 @@ class Executor {
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
-  /// Puts a ready thing at the end of the queue, once.
-  void post(Executable& executable) noexcept;
+  /// Puts a ready thing at the end of the queue, once. False if its node's groups are closed: it will not run.
+  bool post(Executable& executable) noexcept;
   void add_timer(TimerBase& timer);
   void cancel_timer(TimerBase& timer);
+  /// The lifecycle gate: a timer behind a closed one does not even wake the thread. It keeps its rhythm.
+  void set_timer_open(TimerBase& timer, bool open);
   [[nodiscard]] bool is_armed(const TimerBase& timer) const;
+  /// Ticks that did not run because an earlier one was late.
+  [[nodiscard]] std::uint64_t skipped(const TimerBase& timer) const;
   /// After this the thing does not run any more; waits for a run that is going on, unless called from within it.
   void forget(Executable& executable);
-  /// Nothing of the group starts any more; waits until what runs has returned, at most until the deadline.
-  /// Returns false when it still runs.
-  [[nodiscard]] bool close(CallbackGroup& group, MonotonicTime deadline);
+
+  /// The node is made: what has become ready meanwhile may run.
+  void open(NodeGroups& node);
+  /// Nothing of the node starts any more, and what waits is discarded; waits until what runs has returned, at most until the
+  /// deadline. Returns false when it still runs.
+  [[nodiscard]] bool close(NodeGroups& node, MonotonicTime deadline);
+
+  /// Why the callback that calls this must not wait for something to run in that group: it would wait for itself. Empty if it
+  /// may, and for every thread that is not the executor's.
+  [[nodiscard]] std::string why_not_wait_for(const CallbackGroup& group) const;
+  /// The same for a transition of that node.
+  [[nodiscard]] std::string why_not_wait_for(const NodeGroups& node) const;
 
   /// What the supervisor asks: takes the queue from a callback that overstays, and makes one that hangs a fault, once.
-  void supervise(const Limits& limits);
+  /// Returns after how long it must ask again: when the next callback would overstay, or Duration::max() if none runs.
+  Duration supervise(const Limits& limits);
   /// True if nothing runs and nothing waits.
   [[nodiscard]] bool is_idle() const;
+  /// How often a callback that overstayed lost the queue.
   [[nodiscard]] std::uint64_t handovers() const { return handovers_.load(std::memory_order_relaxed); }
-  /// Threads ever started: one, and as many spares as there were late callbacks at the same time.
+  /// Threads ever started: as many as serve, and as many spares as there were late callbacks at the same time.
   [[nodiscard]] std::size_t thread_count() const;
   [[nodiscard]] const std::string& name() const { return name_; }
-  /// Called when a sleeping executor gets work; wakes the supervisor.
+  /// Writes its threads into `out` from place `used` on, and moves `used`.
+  void report_threads(std::vector<ThreadReport>& out, std::size_t& used) const;
+  void report_load(const NodeGroups& node, LoadReport& out) const;
+  /// Called by a thread that has slept and has something to run; wakes the supervisor. To be set before the first post.
   void set_activity_hook(std::function<void()> hook) { activity_hook_ = std::move(hook); }
 
  private:
   struct Worker;
+  class Calls;
   void work(Worker& self);
-  void run_as_owner(Worker& self);
+  void rest(Worker& self);
   void start_worker();
-  void append(Executable& executable);
+  void hand_over(Worker& late);
+  void enqueue(Executable& executable);
+  [[nodiscard]] static bool admits(const Executable& executable);
   Executable* pop();
   void fire_due_timers(MonotonicTime now);
-  void finish(Worker& self, Executable* executable, CallbackGroup& group);
-  void unlink(Executable*& list, Executable& executable);
-  bool group_has_run(const CallbackGroup& group) const;
+  void begin(Worker& self, Executable& executable, MonotonicTime now);
+  void run(Worker& self, Executable& executable, MonotonicTime now);
+  void finish(Worker& self, MonotonicTime now);
+  void call(Worker& worker);
+  [[nodiscard]] Worker* next_to_call();
+  void note_return();
+  void wait_for_return();
+  [[nodiscard]] std::string why_not_wait(const NodeGroups& node, const CallbackGroup* group) const;
 
   const std::string name_;
   const Clock& clock_;
   const ThreadPolicy policy_;
   std::function<void()> activity_hook_;
 
-  mutable FutexMutex mutex_;
-  Executable* head_ = nullptr;
-  Executable* tail_ = nullptr;
-  std::vector<TimerBase*> timers_;
-  MonotonicTime next_due_;
-  bool sleeping_ = false;
+  mutable FutexMutex
+      mutex_;  // everything below, and what NodeGroups, CallbackGroup, Executable and TimerBase keep for us
+  ReadyList ready_;
+  TimerQueue timers_;
+  std::uint64_t timers_added_ = 0;
   bool stopping_ = false;
-  Worker* owner_ = nullptr;
   std::vector<std::unique_ptr<Worker>> workers_;
-  std::atomic<std::uint32_t> wake_word_{0};
-  std::atomic<std::uint32_t> finished_word_{0};  // moves when a callback returns that somebody waits for
-  std::atomic<std::uint32_t> waiters_{0};
+  std::uint32_t sleeping_ = 0;  // threads that have found nothing to do
+  std::uint32_t called_ = 0;    // threads that were woken and have not looked yet
+  Worker* keeper_ = nullptr;    // the sleeper that wakes for timers, and when
+  MonotonicTime kept_until_ = kNever;
+  std::uint32_t waiting_for_return_ = 0;
+  std::atomic<std::uint32_t> return_word_{0};  // moves when a callback returns while somebody waits for that
   std::atomic<std::uint64_t> handovers_{0};
 };
 

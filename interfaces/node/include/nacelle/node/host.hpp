@@ -9,6 +9,7 @@
 #include "nacelle/base/bytes.hpp"
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/node/callback_group.hpp"
 #include "nacelle/node/message.hpp"
 #include "nacelle/node/transport.hpp"
 
@@ -62,6 +63,8 @@ class ClientHandle {
   /// Moves the request's fields out of `request`. Returns the call's number, or 0 if no server is there.
   [[nodiscard]] virtual std::int64_t send(void* request) = 0;
   [[nodiscard]] virtual bool service_is_ready() const = 0;
+  /// Why the callback that runs on this thread must not wait for a response: it would wait for itself. Empty: it may.
+  [[nodiscard]] virtual std::string why_not_wait() const { return {}; }
 };
 
 /// How firmly a node means to broadcast a transform.
@@ -85,7 +88,8 @@ class FrameClaim {
 /// A container as one node sees it: everything that leaves the node goes through here.
 ///
 /// The runtime implements it, and a recording host in test/support, so that a component runs in a unit test without an
-/// executor and without a thread. Topic and service names are fully qualified and remapped already.
+/// executor and without a thread. Topic and service names are fully qualified and remapped already. A null group is the node's
+/// own; another node's is refused with std::runtime_error, as rclcpp does.
 /// Threads: from the component's executor and its constructor, unless said otherwise. Handles must not outlive the node.
 class NodeHost {
  public:
@@ -93,17 +97,21 @@ class NodeHost {
 
   [[nodiscard]] virtual const Clock& clock() const = 0;
   [[nodiscard]] virtual std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) = 0;
-  [[nodiscard]] virtual std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
-                                                                                MessageCallback callback) = 0;
-  [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback) = 0;
+  [[nodiscard]] virtual std::unique_ptr<SubscriptionHandle> create_subscription(
+      const EndpointSpec& spec, Taking taking, MessageCallback callback, const CallbackGroup::SharedPtr& group) = 0;
+  [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+                                                                  const CallbackGroup::SharedPtr& group) = 0;
   [[nodiscard]] virtual std::unique_ptr<ServiceHandle> create_service(const std::string& name,
                                                                       const msgs::MessageType& request,
                                                                       const msgs::MessageType& response,
-                                                                      ServiceCallback callback) = 0;
+                                                                      ServiceCallback callback,
+                                                                      const CallbackGroup::SharedPtr& group) = 0;
   [[nodiscard]] virtual std::unique_ptr<ClientHandle> create_client(const std::string& name,
                                                                     const msgs::MessageType& request,
                                                                     const msgs::MessageType& response,
-                                                                    ResponseCallback callback) = 0;
+                                                                    ResponseCallback callback,
+                                                                    const CallbackGroup::SharedPtr& group) = 0;
+  [[nodiscard]] virtual CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) = 0;
   [[nodiscard]] virtual std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
                                                                 FrameClaimKind kind) = 0;
 

@@ -23,7 +23,8 @@ namespace nacelle {
 /// A named participant of the graph, in rclcpp's words. Always active; most components are LifecycleNodes.
 ///
 /// Publishers, subscriptions, services, parameters and frames are declared in the constructor, which touches no hardware.
-/// Threads: everything here belongs to the component's executor, except const members and fault() of LifecycleNode.
+/// Threads: everything here belongs to the component's executor, except const members and fault() of LifecycleNode; where a
+///          component's callback groups overlap, it sees to its own locks.
 /// Errors:  rclcpp's named exceptions for what a programmer or a launch file got wrong.
 class Node {
  public:
@@ -51,40 +52,49 @@ class Node {
   /// The callback's first parameter is the wish: `const T&` or `std::shared_ptr<const T>` shares, `Loan<T>` (or, at the price of
   /// a heap node, `std::unique_ptr<T>`) owns. A second parameter `const MessageInfo&` is optional.
   template <typename T, typename F>
-  std::shared_ptr<Subscription<T>> create_subscription(const std::string& topic, const QoS& qos, F&& callback) {
+  std::shared_ptr<Subscription<T>> create_subscription(const std::string& topic, const QoS& qos, F&& callback,
+                                                       const SubscriptionOptions& options = {}) {
     using Made = detail::CallbackSubscription<T, std::decay_t<F>>;
     EndpointSpec spec = endpoint(topic, T::message_type(), qos, false);
     auto made = std::make_shared<Made>(spec.topic, spec.qos, std::forward<F>(callback));
-    made->attach(make_subscription(spec, detail::kTaking<T, detail::FirstArgument<F>>, {&Made::run, made.get()}));
+    made->attach(
+        make_subscription(spec, detail::kTaking<T, detail::FirstArgument<F>>, {&Made::run, made.get()}, options));
     return made;
   }
 
-  /// Errors: InvalidNameError for a period that is not positive.
+  /// Errors: std::invalid_argument for a period that is not positive.
   template <typename F>
-  std::shared_ptr<Timer> create_wall_timer(Duration period, F&& callback) {
+  std::shared_ptr<Timer> create_wall_timer(Duration period, F&& callback, CallbackGroup::SharedPtr group = nullptr) {
     using Made = detail::CallbackTimer<std::decay_t<F>>;
     auto made = std::make_shared<Made>(std::forward<F>(callback));
-    made->attach(make_timer(period, {&Made::run, made.get()}));
+    made->attach(make_timer(period, {&Made::run, made.get()}, group));
     return made;
   }
 
   /// The callback takes (const S::Request&, S::Response&).
   template <typename S, typename F>
-  std::shared_ptr<Service<S>> create_service(const std::string& name, F&& callback) {
+  std::shared_ptr<Service<S>> create_service(const std::string& name, F&& callback,
+                                             CallbackGroup::SharedPtr group = nullptr) {
     using Made = detail::CallbackService<S, std::decay_t<F>>;
     const std::string full = resolve_service_name(name);
     auto made = std::make_shared<Made>(full, std::forward<F>(callback));
-    made->attach(
-        host_->create_service(full, S::Request::message_type(), S::Response::message_type(), {&Made::run, made.get()}));
+    made->attach(host_->create_service(full, S::Request::message_type(), S::Response::message_type(),
+                                       {&Made::run, made.get()}, group));
     return made;
   }
   template <typename S>
-  std::shared_ptr<Client<S>> create_client(const std::string& name) {
+  std::shared_ptr<Client<S>> create_client(const std::string& name, CallbackGroup::SharedPtr group = nullptr) {
     const std::string full = resolve_service_name(name);
     auto made = std::make_shared<Client<S>>(full);
     made->attach(host_->create_client(full, S::Request::message_type(), S::Response::message_type(),
-                                      {&Client<S>::run, made.get()}));
+                                      {&Client<S>::run, made.get()}, group));
     return made;
+  }
+
+  /// Callbacks that are put into the group say with its type what may overlap; see CallbackGroup. Each create_ function above
+  /// takes one, and throws std::runtime_error for a group of another node.
+  [[nodiscard]] CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) {
+    return host_->create_callback_group(type);
   }
 
   /// Declares a parameter and returns its value: the override of the launch file, or the default.
@@ -151,8 +161,9 @@ class Node {
   EndpointSpec endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos, bool publisher) const;
   std::unique_ptr<Writer> make_writer(const EndpointSpec& spec);
   std::unique_ptr<SubscriptionHandle> make_subscription(const EndpointSpec& spec, Taking taking,
-                                                        MessageCallback callback);
-  std::unique_ptr<TimerHandle> make_timer(Duration period, PlainCallback callback);
+                                                        MessageCallback callback, const SubscriptionOptions& options);
+  std::unique_ptr<TimerHandle> make_timer(Duration period, PlainCallback callback,
+                                          const CallbackGroup::SharedPtr& group);
 
   NodeIdentity identity_;
   Logger logger_;

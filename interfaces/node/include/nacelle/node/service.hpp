@@ -2,8 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -44,16 +47,48 @@ class CallbackService final : public Service<S> {
 
 }  // namespace detail
 
-/// Calls one service; never blocks.
+namespace exceptions {
+/// A callback waits for what only its own executor, or its own callback group, could do: a deadlock, refused.
+struct WaitsForItself : std::logic_error {
+  using logic_error::logic_error;
+};
+}  // namespace exceptions
+
+/// Calls one service; sending never blocks.
 ///
-/// The response arrives in a callback on the component's own executor; `nullptr` means that the server went away first.
-/// Threads: the component's executor.
+/// The response arrives on the component's own executor, in the client's callback group: in a callback, where `nullptr` means
+/// that the server went away first, or in a Future.
+/// Threads: any; a Future belongs to one, and does not outlive its client.
 template <typename S>
 class Client {
  public:
   using SharedPtr = std::shared_ptr<Client>;
   using Response = typename S::Response;
+  using SharedResponse = std::shared_ptr<const Response>;
   using OnResponse = std::function<void(const Response*)>;
+
+  /// A response to wait for. As rclcpp's, but waiting where it would never end is an error and not a deadlock.
+  class Future {
+   public:
+    Future() = default;  ///< Of no call.
+    [[nodiscard]] bool valid() const { return future_.valid(); }
+    /// Errors: exceptions::WaitsForItself in a callback that keeps the response from being taken.
+    std::future_status wait_for(Duration limit) {
+      if (future_.wait_for(Duration::zero()) != std::future_status::ready) {
+        if (const std::string why = client_->handle_->why_not_wait(); !why.empty())
+          throw exceptions::WaitsForItself("service " + client_->name_ + ": " + why);
+      }
+      return future_.wait_for(limit);
+    }
+    /// The response, once, when wait_for() says that it is there; null if the server went away.
+    [[nodiscard]] SharedResponse get() { return future_.get(); }
+
+   private:
+    friend class Client;
+    Future(Client& client, std::future<SharedResponse> future) : client_(&client), future_(std::move(future)) {}
+    Client* client_ = nullptr;
+    std::future<SharedResponse> future_;
+  };
 
   explicit Client(std::string name) : name_(std::move(name)) {}
   ~Client() { handle_.reset(); }
@@ -64,21 +99,37 @@ class Client {
   [[nodiscard]] bool service_is_ready() const { return handle_->service_is_ready(); }
   /// Sends the request. Errors: false if no server is there; the callback will not be called then.
   bool async_send_request(typename S::Request request, OnResponse on_response) {
+    // The response may come on another thread before we have noted whom it is for.
+    const std::lock_guard lock(mutex_);
     const std::int64_t sequence = handle_->send(&request);
     if (sequence == 0) return false;
     waiting_[sequence] = std::move(on_response);
     return true;
   }
+  /// The same with a future. Errors: one that is not valid() if no server is there.
+  [[nodiscard]] Future async_send_request(typename S::Request request) {
+    auto promise = std::make_shared<std::promise<SharedResponse>>();
+    Future future{*this, promise->get_future()};
+    const bool sent = async_send_request(std::move(request), [promise](const Response* response) {
+      promise->set_value(response != nullptr ? std::make_shared<const Response>(*response) : nullptr);
+    });
+    return sent ? std::move(future) : Future{};
+  }
 
   void attach(std::unique_ptr<ClientHandle> handle) { handle_ = std::move(handle); }
   static void run(void* context, std::int64_t sequence, const void* response) {
     auto& self = *static_cast<Client*>(context);
-    const auto call = self.waiting_.extract(sequence);
+    typename std::map<std::int64_t, OnResponse>::node_type call;
+    {
+      const std::lock_guard lock(self.mutex_);
+      call = self.waiting_.extract(sequence);
+    }
     if (!call.empty()) call.mapped()(static_cast<const Response*>(response));
   }
 
  private:
   std::string name_;
+  std::mutex mutex_;  // what waits, and the numbering
   std::map<std::int64_t, OnResponse> waiting_;
   std::unique_ptr<ClientHandle> handle_;
 };

@@ -49,6 +49,11 @@ inline constexpr Taking kTaking = std::is_same_v<std::remove_cvref_t<Argument>, 
 
 }  // namespace detail
 
+/// What a subscription can be told beside topic, QoS and callback; rclcpp's words.
+struct SubscriptionOptions {
+  CallbackGroup::SharedPtr callback_group;  ///< Null: the node's own.
+};
+
 class SubscriptionBase {
  public:
   virtual ~SubscriptionBase() = default;

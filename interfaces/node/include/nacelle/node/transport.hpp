@@ -15,6 +15,8 @@ struct MessageType;
 
 namespace nacelle {
 
+class DurationHistogram;
+
 /// What publish() did with the message. The message is gone from the caller in every case.
 enum class PublishResult : std::uint8_t {
   Published,   ///< Handed to every matched reader (perhaps none).
@@ -125,6 +127,8 @@ class Reader {
   virtual void set_enabled(bool enabled) = 0;
   /// Bookkeeping of whoever runs the callback: time since publish(), and moves to the heap for a plain unique_ptr.
   virtual void note_latency(Duration latency) = 0;
+  /// What note_latency() was told; null where nobody keeps it. Threads: any.
+  [[nodiscard]] virtual const DurationHistogram* latency() const { return nullptr; }
   virtual void note_rehomed() = 0;
 };
 

@@ -18,7 +18,7 @@ TEST(LoadRequest, carries_everything_that_the_launch_file_says) {
   plan.namespace_ = "/arm";
   plan.parameters = {{"rate", std::int64_t{50}, {}}, {"port", std::string{"/dev/x"}, {}}};
   plan.remaps = {{RemapKind::TopicOrService, "", "scan", "front/scan"}};
-  plan.thread = {launch::ThreadMode::Own, 20, {1, 2}};
+  plan.thread = {launch::ThreadMode::Own, 20, {1, 2}, 3};
   launch::TopicQos qos{"/arm/scan", launch::Side::Subscription, {}, {}, {}};
   qos.patch.reliability = Reliability::BestEffort;
   plan.qos = {qos};
@@ -34,6 +34,7 @@ TEST(LoadRequest, carries_everything_that_the_launch_file_says) {
   EXPECT_TRUE(request.thread.own);
   EXPECT_EQ(request.thread.priority, 20);
   EXPECT_EQ(request.thread.cpus, (std::vector<int>{1, 2}));
+  EXPECT_EQ(request.thread.threads, 3U);
   ASSERT_EQ(request.qos.size(), 1U);
   EXPECT_EQ(request.qos[0].topic, "/arm/scan");
   EXPECT_FALSE(request.qos[0].for_publisher);

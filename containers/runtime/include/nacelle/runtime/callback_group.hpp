@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "nacelle/base/histogram.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/node/callback_group.hpp"
+#include "nacelle/node/transport.hpp"
+
+namespace nacelle::runtime {
+
+class Executable;
+class Executor;
+class CallbackGroup;
+
+/// What one callback has cost so far. Threads: written by its executor only, read from any thread.
+struct CallbackStats {
+  DurationHistogram duration;  ///< Start to return.
+  DurationHistogram latency;   ///< Ready (a timer due, a call arrived) to start.
+};
+
+/// Executables in the order in which they wait, linked through themselves. Threads: under the executor's lock.
+class ReadyList {
+ public:
+  [[nodiscard]] bool empty() const { return first_ == nullptr; }
+  void push_back(Executable& executable);
+  [[nodiscard]] Executable* pop_front();
+  /// Puts the whole of another list, which is empty afterwards, before this one.
+  void prepend(ReadyList& other);
+  void remove(const Executable& executable);
+  [[nodiscard]] Executable* first() const { return first_; }
+
+ private:
+  Executable* first_ = nullptr;
+  Executable* last_ = nullptr;
+};
+
+/// All callback groups of one node: what a transition waits for, and what unloading closes.
+///
+/// Holds everything back until Executor::open(), so that nothing of a node runs while its constructor does.
+/// Ownership: the node's; it outlives its groups and their executables.
+class NodeGroups {
+ public:
+  using OnFault = std::function<void(std::string code, std::string text)>;
+  NodeGroups(Executor& executor, std::string name, OnFault on_fault)
+      : executor_(executor), name_(std::move(name)), on_fault_(std::move(on_fault)) {}
+  ~NodeGroups();
+  NodeGroups(const NodeGroups&) = delete;
+  NodeGroups& operator=(const NodeGroups&) = delete;
+
+  [[nodiscard]] Executor& executor() const { return executor_; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+ private:
+  friend class Executor;
+  Executor& executor_;
+  const std::string name_;
+  const OnFault on_fault_;
+  // All under the executor's lock.
+  bool opened_ = false;
+  bool closed_ = false;
+  bool alone_ = false;                           // a transition runs
+  std::uint32_t running_ = 0;                    // callbacks, of all groups together
+  std::uint32_t pins_ = 0;                       // whoever reports a fault of ours at this moment
+  const Executable* next_transition_ = nullptr;  // waits for the callbacks that run; no other starts before it
+  ReadyList backlog_;  // ready, but not admitted; all of it was ready before anything in the executor's queue
+  std::uint32_t until_sample_ = 1;
+  std::uint32_t random_ = 2463534242;
+  std::uint64_t callbacks_ = 0, samples_ = 0;
+  Duration sampled_cpu_{};
+};
+
+/// One group of a node; the type says what may overlap.
+class CallbackGroup final : public nacelle::CallbackGroup {
+ public:
+  explicit CallbackGroup(NodeGroups& node, CallbackGroupType type = CallbackGroupType::MutuallyExclusive)
+      : nacelle::CallbackGroup(type), node_(node) {}
+  [[nodiscard]] NodeGroups& node() const { return node_; }
+  [[nodiscard]] Executor& executor() const { return node_.executor(); }
+
+ private:
+  friend class Executor;
+  NodeGroups& node_;
+  std::uint32_t running_ = 0;  // under the executor's lock
+};
+
+/// Something that can be ready to run: a subscription with messages, a due timer, a call, a task. Belongs to one group.
+///
+/// Ownership: whoever made it; it must be detached from its executor (Executor::forget) before it is destroyed.
+class Executable : public ReadyListener {
+ public:
+  enum class Kind : std::uint8_t {
+    Callback,    ///< Of a component; expected to return soon.
+    Transition,  ///< Runs while no callback of its node does, and may take seconds: late is not hung.
+  };
+  explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback) : group_(group), kind_(kind) {}
+  ~Executable() override = default;
+
+  /// Runs once. `now` is the time of the start. Exceptions become a fault of the component.
+  virtual void execute(MonotonicTime now) = 0;
+  /// True if there is more to do at once.
+  [[nodiscard]] virtual bool wants_again() const { return false; }
+  /// It will not run: its node's groups were closed while it waited. Called under the executor's lock.
+  virtual void discard() noexcept {}
+  /// Whoever calls this holds the lock that guards what has become ready (docs/wake_up.md, rule 2).
+  void on_ready() noexcept final;
+  [[nodiscard]] CallbackGroup& group() const { return group_; }
+
+ protected:
+  /// Where the executor notes each run; null: nowhere. To be set before the first run.
+  void keep_stats_in(CallbackStats& stats) { stats_ = &stats; }
+
+ private:
+  friend class Executor;
+  friend class ReadyList;
+  CallbackGroup& group_;
+  const Kind kind_;
+  Executable* next_ = nullptr;  // in the ready queue or a backlog; under the executor's lock
+  std::atomic<bool> queued_{false};
+  CallbackStats* stats_ = nullptr;
+};
+
+/// Fires at a fixed period; see Timer. Threads: under its executor's lock, or from its own callback.
+class TimerBase : public Executable {
+ public:
+  TimerBase(CallbackGroup& group, Duration period) : Executable(group), period_(period) {}
+  /// When the tick that runs was due. From its own callback.
+  [[nodiscard]] MonotonicTime was_due() const { return was_due_; }
+
+ private:
+  friend class Executor;
+  friend class TimerQueue;
+  static constexpr std::size_t kNotWaiting = ~std::size_t{0};
+
+  const Duration period_;
+  MonotonicTime due_;
+  MonotonicTime was_due_;
+  std::uint64_t order_ = 0;          // of timers that are due at one moment, the one that was added first comes first
+  std::size_t place_ = kNotWaiting;  // in the TimerQueue
+  bool armed_ = false;               // what cancel() and reset() say
+  bool open_ = true;                 // what the lifecycle gate says; the timer waits when both hold
+  std::uint64_t skipped_ = 0;
+};
+
+}  // namespace nacelle::runtime

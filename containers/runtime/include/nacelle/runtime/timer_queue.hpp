@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "nacelle/runtime/callback_group.hpp"
+
+namespace nacelle::runtime {
+
+inline constexpr MonotonicTime kNever{Duration::max()};
+
+/// Timers by the moment at which they are due: one deadline to sleep to, whatever their number.
+///
+/// A binary heap that knows each timer's place in it, so that firing and canceling cost O(log n).
+/// Threads: under the executor's lock. Allocates: only while it grows.
+class TimerQueue {
+ public:
+  /// The earliest moment at which a timer is due, or kNever.
+  [[nodiscard]] MonotonicTime next_due() const { return next_due_; }
+  /// The timer that is due next; the queue is not empty.
+  [[nodiscard]] TimerBase& first() const { return *heap_.front(); }
+  [[nodiscard]] std::size_t size() const { return heap_.size(); }
+  /// Adds a timer, or moves it to the due time that it now has.
+  void put(TimerBase& timer);
+  void remove(TimerBase& timer);
+
+ private:
+  [[nodiscard]] static bool comes_before(const TimerBase& a, const TimerBase& b);
+  void set(std::size_t place, TimerBase& timer);
+  void settle(std::size_t place);
+
+  std::vector<TimerBase*> heap_;
+  MonotonicTime next_due_ = kNever;
+};
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+// What others do to an executor's queue and ask of its threads; running things is in executor.cpp.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+
+#include "executor_thread.hpp"
+#include "executor_worker.hpp"
+
+namespace nacelle::runtime {
+
+void ReadyList::push_back(Executable& executable) {
+  executable.next_ = nullptr;
+  (last_ == nullptr ? first_ : last_->next_) = &executable;
+  last_ = &executable;
+}
+
+Executable* ReadyList::pop_front() {
+  Executable* const first = first_;
+  if (first == nullptr) return nullptr;
+  first_ = first->next_;
+  if (first_ == nullptr) last_ = nullptr;
+  return first;
+}
+
+void ReadyList::prepend(ReadyList& other) {
+  if (other.empty()) return;
+  other.last_->next_ = first_;
+  first_ = other.first_;
+  if (last_ == nullptr) last_ = other.last_;
+  other.first_ = other.last_ = nullptr;
+}
+
+void ReadyList::remove(const Executable& executable) {
+  Executable* before = nullptr;
+  for (Executable* at = first_; at != nullptr; before = at, at = at->next_) {
+    if (at != &executable) continue;
+    (before == nullptr ? first_ : before->next_) = at->next_;
+    if (last_ == at) last_ = before;
+    return;
+  }
+}
+
+NodeGroups::~NodeGroups() { static_cast<void>(executor_.close(*this, MonotonicTime{})); }
+
+void Executor::add_timer(TimerBase& timer) {
+  Worker* to_wake = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    timer.due_ = clock_.now() + timer.period_;
+    timer.order_ = timers_added_++;
+    timer.armed_ = true;
+    if (timer.open_) timers_.put(timer);
+    to_wake = next_to_call();
+  }
+  if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+}
+
+void Executor::cancel_timer(TimerBase& timer) {
+  const std::lock_guard lock(mutex_);
+  timer.armed_ = false;
+  timers_.remove(timer);
+}
+
+void Executor::set_timer_open(TimerBase& timer, bool open) {
+  Worker* to_wake = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    if (timer.open_ == open) return;
+    timer.open_ = open;
+    if (!open) {
+      timers_.remove(timer);
+    } else if (timer.armed_) {
+      const MonotonicTime now = clock_.now();
+      if (timer.due_ <= now) timer.due_ += timer.period_ * ((now - timer.due_) / timer.period_ + 1);
+      timers_.put(timer);
+      to_wake = next_to_call();
+    }
+  }
+  if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+}
+
+bool Executor::is_armed(const TimerBase& timer) const {
+  const std::lock_guard lock(mutex_);
+  return timer.armed_;
+}
+
+std::uint64_t Executor::skipped(const TimerBase& timer) const {
+  const std::lock_guard lock(mutex_);
+  return timer.skipped_;
+}
+
+// Under the lock. Woken here and not after it: whoever waits may free what the executor has just left.
+void Executor::note_return() {
+  return_word_.fetch_add(1, std::memory_order_release);
+  futex_wake(return_word_, std::numeric_limits<int>::max());
+}
+
+void Executor::forget(Executable& executable) {
+  Worker* to_wake = nullptr;
+  mutex_.lock();
+  NodeGroups& node = executable.group_.node_;
+  if (executable.queued_.load(std::memory_order_relaxed)) {
+    ready_.remove(executable);
+    node.backlog_.remove(executable);
+  }
+  executable.queued_.store(true, std::memory_order_relaxed);  // nobody queues it again
+  if (node.next_transition_ == &executable) {
+    node.next_transition_ = nullptr;
+    ready_.prepend(node.backlog_);
+    to_wake = next_to_call();
+  }
+  ++waiting_for_return_;
+  for (;;) {
+    bool runs = false;
+    for (const auto& worker : workers_) {
+      if (worker->running != &executable) continue;
+      if (worker.get() == Worker::here) {
+        worker->running = nullptr;  // from within: it ends after us, and finish() must not touch it
+      } else {
+        runs = true;
+      }
+    }
+    if (!runs) break;
+    const std::uint32_t word = return_word_.load(std::memory_order_relaxed);
+    mutex_.unlock();
+    if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+    to_wake = nullptr;
+    futex_wait(return_word_, word);
+    mutex_.lock();
+  }
+  --waiting_for_return_;
+  mutex_.unlock();
+  if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+}
+
+void Executor::open(NodeGroups& node) {
+  Worker* to_wake = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    node.opened_ = true;
+    ready_.prepend(node.backlog_);
+    to_wake = next_to_call();
+  }
+  if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+}
+
+bool Executor::close(NodeGroups& node, MonotonicTime deadline) {
+  const std::lock_guard lock(mutex_);
+  node.closed_ = true;
+  node.next_transition_ = nullptr;
+  ReadyList others;
+  ready_.prepend(node.backlog_);
+  while (Executable* const waiting = ready_.pop_front()) {
+    if (&waiting->group_.node_ != &node) {
+      others.push_back(*waiting);
+      continue;
+    }
+    waiting->queued_.store(false, std::memory_order_relaxed);
+    waiting->discard();
+  }
+  ready_.prepend(others);
+  const Worker* const here = Worker::here;
+  const bool from_within = here != nullptr && here->group != nullptr && &here->group->node_ == &node;
+  const auto is_quiet = [&] { return node.pins_ == 0 && node.running_ == (from_within ? 1U : 0U); };
+  ++waiting_for_return_;
+  while (!is_quiet() && clock_.now() < deadline) {
+    const std::uint32_t word = return_word_.load(std::memory_order_relaxed);
+    mutex_.unlock();
+    futex_wait_until(return_word_, word, deadline);
+    mutex_.lock();
+  }
+  --waiting_for_return_;
+  return is_quiet();
+}
+
+Duration Executor::supervise(const Limits& limits) {
+  NodeGroups* hung = nullptr;
+  Duration hung_for{};
+  Duration next = Duration::max();
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) return next;
+    const MonotonicTime now = clock_.now();
+    // By number: hand_over() may add a thread.
+    for (std::size_t i = 0; i < workers_.size(); ++i) {
+      Worker& worker = *workers_[i];
+      if (worker.group == nullptr) continue;
+      const Duration ran = now - worker.started;
+      if (!policy_.own && !worker.late) {
+        if (ran > limits.handover_after) {
+          hand_over(worker);
+          handovers_.fetch_add(1, std::memory_order_relaxed);
+        } else {
+          next = std::min(next, limits.handover_after - ran);
+        }
+      }
+      if (worker.reported_hung || worker.alone) continue;
+      if (ran <= limits.hang_after) {
+        next = std::min(next, limits.hang_after - ran);
+      } else if (hung != nullptr) {
+        next = Duration::zero();  // one at a time
+      } else {
+        worker.reported_hung = true;
+        hung = &worker.group->node_;
+        hung_for = ran;
+        ++hung->pins_;  // the callback may return at this very moment, and its node must not go before we have told
+      }
+    }
+  }
+  if (hung == nullptr) return next;
+  hung->on_fault_(
+      "HUNG", fmt::format("a callback of {} has been running for {:.1f} s; its thread is given up, the others go on",
+                          hung->name(), to_seconds(hung_for)));
+  const std::lock_guard lock(mutex_);
+  --hung->pins_;
+  if (waiting_for_return_ != 0) note_return();
+  return next;
+}
+
+std::string Executor::why_not_wait(const NodeGroups& node, const CallbackGroup* group) const {
+  const Worker* const here = Worker::here;
+  if (here == nullptr || &here->executor != this || here->group == nullptr) return {};
+  const std::lock_guard lock(mutex_);
+  const NodeGroups& mine = here->group->node_;
+  std::string what;
+  if (&mine == &node && (group == nullptr || here->alone)) {
+    what = here->alone ? "a lifecycle transition runs alone in its node"
+                       : "a transition waits for all callbacks of its node";
+  } else if (group == here->group && group->type() == CallbackGroupType::MutuallyExclusive) {
+    what = "callbacks of one mutually exclusive group run one at a time";
+  } else if (!here->late && (!policy_.own || policy_.threads <= 1)) {
+    what = fmt::format("executor '{}' has one thread", name_);
+  } else {
+    return {};
+  }
+  return fmt::format(
+      "a callback of {} would wait for itself: {}; do not wait in a callback, or wait in a thread of your own",
+      mine.name(), what);
+}
+
+std::string Executor::why_not_wait_for(const CallbackGroup& group) const { return why_not_wait(group.node_, &group); }
+std::string Executor::why_not_wait_for(const NodeGroups& node) const { return why_not_wait(node, nullptr); }
+
+std::size_t Executor::thread_count() const {
+  const std::lock_guard lock(mutex_);
+  return workers_.size();
+}
+
+bool Executor::is_idle() const {
+  const std::lock_guard lock(mutex_);
+  if (!ready_.empty()) return false;
+  return std::ranges::all_of(workers_, [](const auto& worker) { return worker->group == nullptr; });
+}
+
+void Executor::report_threads(std::vector<ThreadReport>& out, std::size_t& used) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& worker : workers_) {
+    if (worker->thread_id == 0) continue;  // about to start
+    if (used == out.size()) out.emplace_back();
+    ThreadReport& row = out[used++];
+    row.executor = name_;
+    row.thread_id = worker->thread_id;
+    row.state = worker->late ? "late" : worker->state == Worker::State::Spare ? "spare" : "serving";
+    row.cpu = cpu_time_of(worker->cpu_clock);
+  }
+}
+
+void Executor::report_load(const NodeGroups& node, LoadReport& out) const {
+  const std::lock_guard lock(mutex_);
+  out.node = node.name_;
+  out.callbacks = node.callbacks_;
+  out.samples = node.samples_;
+  out.cpu = node.samples_ == 0 ? Duration::zero()
+                               : Duration{static_cast<Duration::rep>(static_cast<double>(node.sampled_cpu_.count()) /
+                                                                     static_cast<double>(node.samples_) *
+                                                                     static_cast<double>(node.callbacks_))};
+}
+
+}  // namespace nacelle::runtime
