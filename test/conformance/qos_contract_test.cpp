@@ -21,6 +21,7 @@ class QosContract : public TransportLaws<T> {
     EndpointSpec spec = this->spec(qos);
     spec.node = node;
     spec.status_listener = told;
+    spec.tells_lost = told != nullptr;
     return spec;
   }
   std::unique_ptr<Writer> writer(QoS qos, Told* told = nullptr) {

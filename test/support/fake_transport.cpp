@@ -121,7 +121,7 @@ class FakeTransport::FakeReader final : public Reader {
         return block;
       }
       ++counters_.expired;
-      tell(spec_);
+      if (spec_.tells_lost) tell(spec_);
       drop_reference(*block);
     }
     return nullptr;
@@ -158,13 +158,13 @@ class FakeTransport::FakeReader final : public Reader {
       const bool stale = queue_.front()->expires < block.info.source_time;
       if (qos.keeps_all() && !stale) {
         ++counters_.full;
-        tell(spec_);
+        if (spec_.tells_lost) tell(spec_);
         return false;
       }
       drop_reference(*queue_.front());
       queue_.pop_front();
       ++(stale ? counters_.expired : counters_.overwritten);
-      tell(spec_);
+      if (spec_.tells_lost) tell(spec_);
     }
     ++counters_.received;
     if (deadline_.message(block.info.source_time)) tell(spec_);

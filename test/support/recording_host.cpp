@@ -94,6 +94,17 @@ class RecordingHost final : public NodeHost {
   std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
                                                           MessageCallback callback,
                                                           const CallbackGroup::SharedPtr&) override;
+  /// Runs at once: there is no executor to leave it to.
+  std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
+                                                         const CallbackGroup::SharedPtr&) override {
+    struct Handle final : StatusEventHandle, StatusListener {
+      explicit Handle(PlainCallback c) : callback(c) {}
+      StatusListener& listener() override { return *this; }
+      void on_status() noexcept override { callback.run(callback.context); }
+      PlainCallback callback;
+    };
+    return std::make_unique<Handle>(callback);
+  }
   std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
                                             const CallbackGroup::SharedPtr&) override;
   CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) override {
@@ -249,6 +260,7 @@ void RecordingContext::advance(Duration by) {
   const MonotonicTime end = manual_.now() + by;
   while (manual_.now() < end) {
     manual_.advance(std::min<Duration>(1ms, end - manual_.now()));
+    static_cast<void>(state_->transport.watch(manual_.now()));
     for (State::Timer* timer : std::list<State::Timer*>(state_->timers)) {
       if (timer->due > manual_.now()) continue;
       timer->due += timer->period;

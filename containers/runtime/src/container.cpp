@@ -28,6 +28,10 @@ class Host final : public NodeHost {
                                                           const CallbackGroupPointer& group) override {
     return node_->create_subscription(spec, taking, callback, group);
   }
+  std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
+                                                         const CallbackGroup::SharedPtr& group) override {
+    return node_->create_status_event(callback, group);
+  }
   std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
                                             const CallbackGroupPointer& group) override {
     return node_->create_timer(period, callback, group);

@@ -100,6 +100,22 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
   CallbackStats stats_;
 };
 
+class StatusPort final : public StatusEventHandle, private StatusListener, private Executable {
+ public:
+  StatusPort(NodeRuntime& node, PlainCallback callback, std::shared_ptr<CallbackGroup> group)
+      : Executable(*group), node_(node), member_of_(std::move(group)), callback_(callback) {}
+  ~StatusPort() override { node_.executor().forget(*this); }
+  StatusListener& listener() override { return *this; }
+
+ private:
+  void on_status() noexcept override { on_ready(); }
+  void execute(MonotonicTime) override { callback_.run(callback_.context); }
+
+  NodeRuntime& node_;
+  const std::shared_ptr<CallbackGroup> member_of_;
+  const PlainCallback callback_;
+};
+
 class TimerPort final : public TimerHandle, private PortBase, private TimerBase {
  public:
   TimerPort(NodeRuntime& node, Duration period, PlainCallback callback, const NodeRuntime::GroupPointer& group)
@@ -255,6 +271,10 @@ std::unique_ptr<SubscriptionHandle> NodeRuntime::create_subscription(const Endpo
                                                                      MessageCallback callback,
                                                                      const GroupPointer& group) {
   return std::make_unique<SubscriptionPort>(*this, spec, taking, callback, group);
+}
+
+std::unique_ptr<StatusEventHandle> NodeRuntime::create_status_event(PlainCallback callback, const GroupPointer& group) {
+  return std::make_unique<StatusPort>(*this, callback, group_of(group, "status event"));
 }
 
 std::unique_ptr<TimerHandle> NodeRuntime::create_timer(Duration period, PlainCallback callback,

@@ -47,6 +47,8 @@ class NodeRuntime {
   [[nodiscard]] std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
                                                                         MessageCallback callback,
                                                                         const GroupPointer& group);
+  [[nodiscard]] std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
+                                                                       const GroupPointer& group);
   [[nodiscard]] std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
                                                           const GroupPointer& group);
   [[nodiscard]] std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType& request,

@@ -49,7 +49,7 @@ ReaderQueue::Push ReaderQueue::push(Block& block) {
           --waiting;
           ++(stale ? counters_.expired : counters_.overwritten);
         }
-        if (status_listener_ != nullptr) status_listener_->on_status();
+        if (spec_.tells_lost && status_listener_ != nullptr) status_listener_->on_status();
       } else if (waiting == ring_.size()) {
         std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(head_), ring_.end());
         head_ = 0;
@@ -117,7 +117,7 @@ Block* ReaderQueue::take() {
         return block;
       }
       ++counters_.expired;
-      if (status_listener_ != nullptr) status_listener_->on_status();
+      if (spec_.tells_lost && status_listener_ != nullptr) status_listener_->on_status();
     }
     drop_reference(*block);
   }

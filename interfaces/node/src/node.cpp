@@ -69,6 +69,22 @@ EndpointSpec Node::endpoint(const std::string& topic, const msgs::MessageType& t
   return spec;
 }
 
+// A publisher without callbacks needs none: what does not fit is told by the subscription's side.
+std::unique_ptr<detail::PublisherEvents> Node::make_events(EndpointSpec& spec, const PublisherOptions& options) {
+  if (!options.event_callbacks.any()) return nullptr;
+  auto events = std::make_unique<detail::PublisherEvents>(*host_, options.callback_group, options.event_callbacks);
+  spec.status_listener = events->listener();
+  return events;
+}
+
+std::unique_ptr<detail::SubscriptionEvents> Node::make_events(EndpointSpec& spec, const SubscriptionOptions& options) {
+  auto events =
+      std::make_unique<detail::SubscriptionEvents>(*host_, options.callback_group, options.event_callbacks, logger_);
+  spec.status_listener = events->listener();
+  spec.tells_lost = static_cast<bool>(options.event_callbacks.message_lost_callback);
+  return events;
+}
+
 std::unique_ptr<Writer> Node::make_writer(const EndpointSpec& spec) { return host_->create_writer(spec); }
 
 std::unique_ptr<SubscriptionHandle> Node::make_subscription(const EndpointSpec& spec, Taking taking,

@@ -46,6 +46,12 @@ class SubscriptionHandle {
   virtual ~SubscriptionHandle() = default;
   [[nodiscard]] virtual Reader& reader() = 0;
 };
+/// Runs a callback after an endpoint's status has changed; several changes may share one run.
+class StatusEventHandle {
+ public:
+  virtual ~StatusEventHandle() = default;
+  [[nodiscard]] virtual StatusListener& listener() = 0;
+};
 class TimerHandle {
  public:
   virtual ~TimerHandle() = default;
@@ -99,6 +105,9 @@ class NodeHost {
   [[nodiscard]] virtual std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) = 0;
   [[nodiscard]] virtual std::unique_ptr<SubscriptionHandle> create_subscription(
       const EndpointSpec& spec, Taking taking, MessageCallback callback, const CallbackGroup::SharedPtr& group) = 0;
+  /// To be made before the endpoint that tells its listener, and to outlive it. Runs also behind a closed lifecycle gate.
+  [[nodiscard]] virtual std::unique_ptr<StatusEventHandle> create_status_event(
+      PlainCallback callback, const CallbackGroup::SharedPtr& group) = 0;
   [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
                                                                   const CallbackGroup::SharedPtr& group) = 0;
   [[nodiscard]] virtual std::unique_ptr<ServiceHandle> create_service(const std::string& name,

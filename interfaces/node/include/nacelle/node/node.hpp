@@ -43,10 +43,12 @@ class Node {
 
   /// Topic names are relative, private (~/) or absolute; remaps and the launch file's QoS apply.
   template <typename T>
-  std::shared_ptr<Publisher<T>> create_publisher(const std::string& topic, const QoS& qos) {
+  std::shared_ptr<Publisher<T>> create_publisher(const std::string& topic, const QoS& qos,
+                                                 const PublisherOptions& options = {}) {
     EndpointSpec spec = endpoint(topic, T::message_type(), qos, true);
+    auto events = make_events(spec, options);
     auto writer = make_writer(spec);
-    return std::make_shared<Publisher<T>>(spec.topic, spec.qos, std::move(writer));
+    return std::make_shared<Publisher<T>>(spec.topic, spec.qos, std::move(writer), std::move(events));
   }
 
   /// The callback's first parameter is the wish: `const T&` or `std::shared_ptr<const T>` shares, `Loan<T>` (or, at the price of
@@ -57,8 +59,10 @@ class Node {
     using Made = detail::CallbackSubscription<T, std::decay_t<F>>;
     EndpointSpec spec = endpoint(topic, T::message_type(), qos, false);
     auto made = std::make_shared<Made>(spec.topic, spec.qos, std::forward<F>(callback));
+    auto events = make_events(spec, options);
     made->attach(
-        make_subscription(spec, detail::kTaking<T, detail::FirstArgument<F>>, {&Made::run, made.get()}, options));
+        make_subscription(spec, detail::kTaking<T, detail::FirstArgument<F>>, {&Made::run, made.get()}, options),
+        std::move(events));
     return made;
   }
 
@@ -159,6 +163,8 @@ class Node {
 
  private:
   EndpointSpec endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos, bool publisher) const;
+  std::unique_ptr<detail::PublisherEvents> make_events(EndpointSpec& spec, const PublisherOptions& options);
+  std::unique_ptr<detail::SubscriptionEvents> make_events(EndpointSpec& spec, const SubscriptionOptions& options);
   std::unique_ptr<Writer> make_writer(const EndpointSpec& spec);
   std::unique_ptr<SubscriptionHandle> make_subscription(const EndpointSpec& spec, Taking taking,
                                                         MessageCallback callback, const SubscriptionOptions& options);

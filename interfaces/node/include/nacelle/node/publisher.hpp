@@ -6,9 +6,16 @@
 #include <utility>
 
 #include "nacelle/node/message.hpp"
+#include "nacelle/node/qos_event.hpp"
 #include "nacelle/node/transport.hpp"
 
 namespace nacelle {
+
+/// What a publisher can be told beside topic and QoS; rclcpp's words.
+struct PublisherOptions {
+  CallbackGroup::SharedPtr callback_group;  ///< Of the event callbacks. Null: the node's own.
+  PublisherEventCallbacks event_callbacks;
+};
 
 /// Sends messages of one type to one topic.
 ///
@@ -22,8 +29,11 @@ class Publisher {
  public:
   using SharedPtr = std::shared_ptr<Publisher>;
 
-  Publisher(std::string topic, QoS qos, std::unique_ptr<Writer> writer)
-      : topic_(std::move(topic)), qos_(std::move(qos)), writer_(std::move(writer)) {}
+  Publisher(std::string topic, QoS qos, std::unique_ptr<Writer> writer,
+            std::unique_ptr<detail::PublisherEvents> events = nullptr)
+      : topic_(std::move(topic)), qos_(std::move(qos)), events_(std::move(events)), writer_(std::move(writer)) {
+    if (events_) events_->watch(*writer_);
+  }
 
   /// A message of the topic's pool with an earlier message's values and capacity; empty if the pool is dry.
   [[nodiscard]] Loan<T> borrow() {
@@ -50,10 +60,14 @@ class Publisher {
   [[nodiscard]] const QoS& get_actual_qos() const { return qos_; }
   [[nodiscard]] std::size_t get_subscription_count() const { return writer_->reader_count(); }
   [[nodiscard]] WriterCounters counters() const { return writer_->counters(); }
+  [[nodiscard]] EndpointStatus status() const { return writer_->status(); }
+  /// Shows life without a message (liveliness manual_by_topic). Threads: any.
+  void assert_liveliness() { writer_->assert_liveliness(); }
 
  private:
   std::string topic_;
   QoS qos_;
+  std::unique_ptr<detail::PublisherEvents> events_;  // outlives the writer that tells it
   std::unique_ptr<Writer> writer_;
 };
 

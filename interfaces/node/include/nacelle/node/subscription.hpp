@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "nacelle/node/host.hpp"
+#include "nacelle/node/qos_event.hpp"
 
 namespace nacelle {
 namespace detail {
@@ -52,6 +53,7 @@ inline constexpr Taking kTaking = std::is_same_v<std::remove_cvref_t<Argument>, 
 /// What a subscription can be told beside topic, QoS and callback; rclcpp's words.
 struct SubscriptionOptions {
   CallbackGroup::SharedPtr callback_group;  ///< Null: the node's own.
+  SubscriptionEventCallbacks event_callbacks;
 };
 
 class SubscriptionBase {
@@ -69,11 +71,13 @@ class Subscription : public SubscriptionBase {
   [[nodiscard]] const QoS& get_actual_qos() const { return qos_; }
   [[nodiscard]] std::size_t get_publisher_count() const { return handle_->reader().writer_count(); }
   [[nodiscard]] ReaderCounters counters() const { return handle_->reader().counters(); }
+  [[nodiscard]] EndpointStatus status() const { return handle_->reader().status(); }
 
  protected:
   Subscription(std::string topic, QoS qos) : topic_(std::move(topic)), qos_(std::move(qos)) {}
   std::string topic_;
   QoS qos_;
+  std::unique_ptr<detail::SubscriptionEvents> events_;  // outlives the reader that tells it
   std::unique_ptr<SubscriptionHandle> handle_;
 };
 
@@ -86,7 +90,11 @@ class CallbackSubscription final : public Subscription<T> {
       : Subscription<T>(std::move(topic), std::move(qos)), callback_(std::move(callback)) {}
   ~CallbackSubscription() override { this->handle_.reset(); }  // before the callable goes
 
-  void attach(std::unique_ptr<SubscriptionHandle> handle) { this->handle_ = std::move(handle); }
+  void attach(std::unique_ptr<SubscriptionHandle> handle, std::unique_ptr<SubscriptionEvents> events) {
+    this->events_ = std::move(events);
+    this->handle_ = std::move(handle);
+    this->events_->watch(this->handle_->reader());
+  }
 
   static void run(void* context, Block& block, Reader& reader) {
     auto& self = *static_cast<CallbackSubscription*>(context);

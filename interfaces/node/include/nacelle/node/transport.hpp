@@ -41,6 +41,7 @@ struct EndpointSpec {
   /// made and follows set_enabled() from then on. Null is open.
   const std::atomic<bool>* gate = nullptr;
   StatusListener* status_listener = nullptr;  ///< Must outlive the endpoint. Null: nobody listens.
+  bool tells_lost = false;                    ///< Whether each lost message is told too, or only counted.
 };
 
 /// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the
