@@ -77,9 +77,6 @@ std::vector<Problem> refuse_unavailable(const Plan& plan) {
                               " is not available yet: only the state of a component can be waited for",
                           "write when: active"});
     }
-    for (const auto& budget : component.budgets) {
-      problems.push_back({budget.where.text(), "budget is not available yet: nothing would watch it", "leave it out"});
-    }
     if (component.on_fault) {
       problems.push_back({component.on_fault->where.text(),
                           "on_fault is not available yet: a faulted component stays faulted", "leave it out"});

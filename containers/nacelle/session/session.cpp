@@ -24,6 +24,7 @@ namespace {
 
 // The report's steady state: issue-wide words, "2 s after the last activation".
 constexpr Duration kSettling = 2s;
+constexpr Duration kBudgetPeriod = 1s;
 constexpr Duration kProgramReadyLimit = 15s;
 constexpr Duration kLastMessageLimit = 500ms;
 
@@ -115,7 +116,23 @@ Result<void, Problem> Session::bring_up() {
                        "\n  nothing was activated"});
   }
   for (const auto& conflict : container_->frame_conflicts()) return err(conflict);
+  if (auto affordable = check_budgets(); !affordable) return affordable;
   return activate();
+}
+
+Result<void, Problem> Session::check_budgets() {
+  std::vector<runtime::StreamBudget> budgets;
+  for (const auto& component : plan_.components) {
+    for (const auto& budget : component.budgets) {
+      std::vector<std::string> topics{budget.topic};
+      if (budget.topic.empty()) topics = container_->topics_of(component.full_name());
+      for (const auto& topic : topics)
+        budgets.push_back({budget.where.text(), topic, budget.max_copies, budget.max_age, budget.min_hz});
+    }
+  }
+  budgets_ = runtime::BudgetWatch{std::move(budgets)};
+  for (const auto& problem : budgets_.check_wiring(*container_)) return err(problem);
+  return {};
 }
 
 Result<void, Problem> Session::start_programs() {
@@ -269,9 +286,16 @@ std::optional<Problem> Session::serve() {
     const std::size_t guests_at = waits.size();
     desk.append_waits(waits);
 
+    if (!budgets_.empty() && (!next_budget_look_ || clock_.now() >= *next_budget_look_)) {
+      for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
+      next_budget_look_ = clock_.now() + kBudgetPeriod;
+    }
     int limit_ms = -1;
-    if (steady_from_ && !steady_.has_begun())
-      limit_ms = std::max(0, static_cast<int>((*steady_from_ - clock_.now()) / 1ms) + 1);
+    if (next_budget_look_) limit_ms = std::max(0, static_cast<int>((*next_budget_look_ - clock_.now()) / 1ms) + 1);
+    if (steady_from_ && !steady_.has_begun()) {
+      const int left_ms = std::max(0, static_cast<int>((*steady_from_ - clock_.now()) / 1ms) + 1);
+      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
+    }
     if (::poll(waits.data(), waits.size(), limit_ms) < 0 && errno != EINTR)
       return Problem{"container", "poll failed", ""};
     if (steady_from_ && !steady_.has_begun() && clock_.now() >= *steady_from_) steady_.begin(clock_.now());

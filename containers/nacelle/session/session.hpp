@@ -15,6 +15,7 @@
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
 #include "nacelle/report/run_report.hpp"
+#include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/robot_service.hpp"
@@ -68,6 +69,7 @@ class Session {
   [[nodiscard]] Result<void, Problem> bring_up();
   [[nodiscard]] Result<void, Problem> start_programs();
   [[nodiscard]] Result<void, Problem> load_components();
+  [[nodiscard]] Result<void, Problem> check_budgets();
   [[nodiscard]] Result<void, Problem> activate();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
@@ -95,6 +97,8 @@ class Session {
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
+  runtime::BudgetWatch budgets_{{}};
+  std::optional<MonotonicTime> next_budget_look_;  // none: there is no budget, or the robot is not up yet
 
   std::set<std::string> left_out_;  // not required, and failed
   bool undoing_ = false;            // a failed bring-up: no figures to take

@@ -79,6 +79,45 @@ std::vector<ClashReport> Broker::clashes() const {
   return found;
 }
 
+WiringReport Broker::wiring(const std::string& name, Duration age) const {
+  WiringReport report;
+  report.topic = name;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, topic] : topics_) {
+    if (key.first != name) continue;
+    const std::lock_guard topic_lock(topic->mutex_);
+    for (const BrokerWriter* writer : topic->writers_) {
+      if (is_tool(writer->spec())) continue;
+      report.writer_nodes.push_back(writer->spec().node);
+      std::size_t owners = 0, sharers = 0;
+      for (const auto& reader : topic->readers_) {
+        if (matches(writer->spec(), reader->spec())) ++(reader->taking() == Taking::Own ? owners : sharers);
+      }
+      // As BrokerWriter::distribute(): the last owner gets the original where nobody shares it.
+      const bool shared = sharers != 0 || writer->spec().qos.resolved().durability() == Durability::TransientLocal;
+      report.copies = std::max<std::uint64_t>(report.copies, shared || owners == 0 ? owners : owners - 1);
+    }
+    if (topic->gone_.latency) report.late += topic->gone_.latency->count_above(age);
+    for (const auto& reader : topic->readers_) {
+      if (is_tool(reader->spec())) continue;
+      if (reader->taking() == Taking::Own) report.owner_nodes.push_back(reader->spec().node);
+      report.late += reader->latency().count_above(age);
+    }
+  }
+  return report;
+}
+
+std::vector<std::string> Broker::topics_of(const std::string& node) const {
+  std::vector<std::string> names;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    if (std::ranges::any_of(topic->writers_, [&](const BrokerWriter* writer) { return writer->spec().node == node; }))
+      names.push_back(key.first);
+  }
+  return names;
+}
+
 void Broker::report(std::vector<StreamReport>& out) const {
   const std::lock_guard lock(mutex_);
   std::size_t used = 0;

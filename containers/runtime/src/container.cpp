@@ -401,6 +401,14 @@ std::vector<ClashReport> Container::clashes() const { return impl_->commons.brok
 
 std::vector<Problem> Container::frame_conflicts() const { return impl_->commons.frames.conflicts(); }
 
+WiringReport Container::wiring(const std::string& topic, Duration age) const {
+  return impl_->commons.broker.wiring(topic, age);
+}
+
+std::vector<std::string> Container::topics_of(const std::string& node) const {
+  return impl_->commons.broker.topics_of(node);
+}
+
 void Container::report_streams(std::vector<StreamReport>& out) const { impl_->commons.broker.report(out); }
 
 void Container::report_histograms(std::vector<HistogramReport>& out) const {

@@ -127,10 +127,6 @@ TEST(Mistakes, of_a_component_are_told_with_their_line) {
       {"isolate: process",
        "a.launch.yaml:5: isolate: process is not available yet: every component runs in the container's process; leave "
        "it out, or write isolate: none\n"},
-      {"budget: {max_copies: 0}",
-       "a.launch.yaml:8: budget is not available yet: nothing would watch it; leave it out\n"},
-      {"budget: {/scan: {min_hz: 9.5, max_age: 50ms}}",
-       "a.launch.yaml:8: budget is not available yet: nothing would watch it; leave it out\n"},
       {"budget: {min_hz: -1}", "a.launch.yaml:8: 'min_hz' must be a number above 0, not '-1'\n"},
       {"on_fault: {restart: {max: 3, backoff: 1s}}",
        "a.launch.yaml:8: on_fault is not available yet: a faulted component stays faulted; leave it out\n"},

@@ -41,6 +41,8 @@ class Broker final : public Transport {
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   void report(std::vector<StreamReport>& out) const;
+  [[nodiscard]] WiringReport wiring(const std::string& name, Duration age) const;
+  [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& name) const;
 
   /// Pools whose writer is gone wait here for their last messages; sweep() frees those that are complete.

@@ -111,6 +111,15 @@ struct ClashReport {
   [[nodiscard]] std::string text() const;
 };
 
+/// How a stream is wired now, and what that costs.
+struct WiringReport {
+  std::string topic;
+  std::vector<std::string> writer_nodes;
+  std::vector<std::string> owner_nodes;  ///< That take the message as their own (Loan, unique_ptr).
+  std::uint64_t copies = 0;              ///< Per message, in publish(): of the writer that makes most.
+  std::uint64_t late = 0;                ///< Messages so far that were older than asked for when a callback began.
+};
+
 /// Loads components, runs them, takes them out again; one per process.
 ///
 /// Threads: everything from any thread. load(), unload() and trigger() wait for the component; the others keep running
@@ -137,6 +146,10 @@ class Container final : public Context {
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   /// Frames that two nodes mean to broadcast.
   [[nodiscard]] std::vector<Problem> frame_conflicts() const;
+  /// Streams with at least one publisher; `age` is what `late` counts from (within the histogram's 12.5 %).
+  [[nodiscard]] WiringReport wiring(const std::string& topic, Duration age) const;
+  /// The topics that a node publishes.
+  [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
   /// Fills the vectors anew, keeping their memory: asking again allocates nothing while the graph stays as it is.
   void report_streams(std::vector<StreamReport>& out) const;
   void report_histograms(std::vector<HistogramReport>& out) const;

@@ -33,6 +33,13 @@ class DurationHistogram {
   [[nodiscard]] Duration max() const {
     return Duration{static_cast<std::int64_t>(max_ns_.load(std::memory_order_relaxed))};
   }
+  /// Values above a limit; those in the limit's own bucket do not count, so up to 12.5 % above it pass.
+  [[nodiscard]] std::uint64_t count_above(Duration limit) const {
+    std::uint64_t n = 0;
+    const auto ns = limit.count() > 0 ? static_cast<std::uint64_t>(limit.count()) : 0;
+    for (std::size_t i = index_of(ns) + 1; i < kBuckets; ++i) n += buckets_[i].load(std::memory_order_relaxed);
+    return n;
+  }
   /// Adds the counts of another histogram. Threads: as record().
   void merge(const DurationHistogram& other);
   void clear();

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::runtime {
+
+/// Limits of a stream, as a launch file gives them.
+struct StreamBudget {
+  std::string where;                        ///< "robot.launch.yaml:12", for messages.
+  std::string topic;                        ///< Fully qualified.
+  std::optional<std::uint64_t> max_copies;  ///< Per message, that publish() may make for readers who want to own it.
+  std::optional<Duration> max_age;          ///< From publish() to the start of a callback.
+  std::optional<double> min_hz;
+};
+
+/// A limit that was broken, or is kept again.
+struct BudgetEvent {
+  std::string topic;
+  std::string limit;   ///< "min_hz 25"
+  bool broken = true;  ///< False: it is kept again.
+  std::string cause;   ///< What was measured, and why as far as that is known.
+  std::string where;
+  [[nodiscard]] std::string text() const;
+};
+
+/// Holds streams against their budgets: the wiring before anything runs, rate and age while it runs.
+///
+/// Threads: one; it only reads the container's counters, so it costs the streams nothing.
+class BudgetWatch {
+ public:
+  explicit BudgetWatch(std::vector<StreamBudget> budgets) : entries_(budgets.begin(), budgets.end()) {}
+  [[nodiscard]] bool empty() const { return entries_.empty(); }
+
+  /// max_copies, by what publishers and subscriptions have declared: an impossible budget fails the bring-up.
+  [[nodiscard]] std::vector<Problem> check_wiring(const Container& container) const;
+
+  /// Rate and age since the last look; returns what has changed between kept and broken. The first look only takes the figures.
+  /// Called about once a second; a rate below 2 Hz is judged over two of its periods.
+  [[nodiscard]] std::vector<BudgetEvent> look(const Container& container, MonotonicTime now);
+
+ private:
+  struct Entry {
+    explicit Entry(StreamBudget b) : budget(std::move(b)) {}
+    StreamBudget budget;
+    std::optional<MonotonicTime> rate_since, age_since;
+    std::uint64_t published = 0, unpublished = 0, late = 0;
+    bool slow = false, old = false;
+  };
+  void look_at_rate(Entry& entry, const StreamReport* stream, MonotonicTime now, std::vector<BudgetEvent>& events);
+  void look_at_age(Entry& entry, const Container& container, MonotonicTime now, std::vector<BudgetEvent>& events);
+
+  std::vector<Entry> entries_;
+  std::vector<StreamReport> streams_;
+};
+
+}  // namespace nacelle::runtime
