@@ -78,12 +78,12 @@ class Receiver final : public Recipe {
 };
 
 template <typename T>
-Outcome run(const Plan& plan) {
+Outcome run(const Plan& plan, Duration patience) {
   const std::uint64_t all = plan.readers + plan.owners;
   std::uint64_t delivered = 0;
   Sender<T> sender(plan);
   std::vector<std::unique_ptr<Receiver<T>>> receivers;
-  Rig rig;
+  Rig rig(patience);
   rig.add("sender", sender);
   for (std::uint64_t i = 0; i < all; ++i) {
     receivers.push_back(
@@ -100,6 +100,8 @@ Outcome run(const Plan& plan) {
 
 }  // namespace
 
-Outcome run_inline(const Plan& plan) { return plan.bytes == 0 ? run<Small>(plan) : run<Large>(plan); }
+Outcome run_inline(const Plan& plan, Duration patience) {
+  return plan.bytes == 0 ? run<Small>(plan, patience) : run<Large>(plan, patience);
+}
 
 }  // namespace nacelle::bench

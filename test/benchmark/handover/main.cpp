@@ -19,11 +19,12 @@ int main(int count, char** words) {
   plan.warm = arguments.number("warm", plan.warm);
   const std::string path = arguments.text("path", "inline");
   if (arguments.number("step", 0) != 0) {
-    const Steps steps = count_steps([&] { static_cast<void>(run_inline(plan)); });
+    const Steps steps = count_steps([&] { static_cast<void>(run_inline(plan, std::chrono::seconds(20))); });
     if (!steps.ok) return std::fputs("handover: a thread cannot be single-stepped here (ptrace)\n", stderr), 1;
     print_figures({{"instructions", static_cast<double>(steps.instructions)},
                    {"locked", static_cast<double>(steps.locked)},
-                   {"syscalls", static_cast<double>(steps.syscalls)}});
+                   {"syscalls", static_cast<double>(steps.syscalls)},
+                   {"clock_reads", static_cast<double>(steps.clock_reads)}});
     return 0;
   }
   const Outcome outcome = path == "asleep" ? run_asleep(plan) : path == "busy" ? run_busy(plan) : run_inline(plan);

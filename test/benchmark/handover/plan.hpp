@@ -28,7 +28,8 @@ struct Outcome {
 
 /// Publisher and readers in components that share one executor thread: each message is published when the one before has been
 /// read, from the last reader's callback.
-[[nodiscard]] Outcome run_inline(const Plan& plan);
+/// `patience`: see Rig; a thread that is single-stepped needs some.
+[[nodiscard]] Outcome run_inline(const Plan& plan, Duration patience = Duration{});
 /// Two components on threads of their own send each other one message: each finds its reader asleep.
 [[nodiscard]] Outcome run_asleep(const Plan& plan);
 /// Messages arrive from another thread, in bursts of kBurst, while the reader's executor is in a callback.

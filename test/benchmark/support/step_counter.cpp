@@ -3,6 +3,7 @@
 
 #include <elf.h>
 #include <signal.h>
+#include <sys/auxv.h>
 #include <sys/ptrace.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
@@ -78,8 +79,16 @@ Kind kind_at(pid_t thread, std::uint64_t address) {
   return kind_of(bytes);
 }
 
+// The kernel's own library has one address in parent and child: a fork copies the map.
+bool is_in_vdso(std::uint64_t address) {
+  constexpr std::uint64_t kVdsoBytes = 16384;
+  static const std::uint64_t begin = getauxval(AT_SYSINFO_EHDR);
+  return begin != 0 && address >= begin && address < begin + kVdsoBytes;
+}
+
 Steps follow(pid_t thread) {
   Steps steps;
+  bool was_in_vdso = false;
   int status = 0;
   if (waitpid(thread, &status, __WALL) != thread || !WIFSTOPPED(status)) return steps;
   std::unordered_map<std::uint64_t, Kind> known;
@@ -93,6 +102,9 @@ Steps follow(pid_t thread) {
     ++steps.instructions;
     if (entry->second == Kind::Locked) ++steps.locked;
     if (entry->second == Kind::Syscall) ++steps.syscalls;
+    const bool in_vdso = is_in_vdso(at);
+    if (in_vdso && !was_in_vdso) ++steps.clock_reads;
+    was_in_vdso = in_vdso;
   }
   steps.ok = true;
   ptrace(PTRACE_DETACH, thread, nullptr, nullptr);
