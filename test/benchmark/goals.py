@@ -54,7 +54,7 @@ def asleep(programs, say):
     say("system calls, with the peers'")
     calls = {peer: programs.syscalls("peers", peer=peer, path="asleep") for peer in ("zmq", "deque", "futex")}
     yield row("M2", "system calls", programs.syscalls("handover", path="asleep"), "1/message", at_most(2.05),
-              f"ZeroMQ inproc {calls['zmq']:.1f}, mutex+condvar {calls['deque']:.1f}, bare futex {calls['futex']:.1f}")  # fmt: skip
+              f"{programs.calls_are_counted_by}: ZeroMQ inproc {calls['zmq']:.1f}, mutex+condvar {calls['deque']:.1f}, bare futex {calls['futex']:.1f}")  # fmt: skip
     run = programs.run("handover", path="asleep", messages=20000)
     peer = programs.run("peers", peer="zmq", path="asleep", messages=20000)
     yield row("M2", "context switches", run["switches"] / run["delivered"], "1/message", at_most(2.0),
@@ -165,6 +165,19 @@ def robot(programs, say):
     yield row("M19", "plain robot: late, lost", total(runs, "late") + total(runs, "lost") + total(runs, "dropped"), "messages", exactly(0))
 
 
+def loading(programs, say, cycles=1000):
+    say(f"{cycles} times load, configure, activate, deactivate, cleanup, unload")
+    rows = programs.soak(cycles)
+    if rows is None:
+        yield row("M20", "load, unload", None, "us", at_most(1000), "", "not measured: there is no program soak-load")
+        return
+    yield from rows
+
+
+def soak(programs, say):
+    yield from loading(programs, say, 10_000)
+
+
 def between(programs, say):
     del programs, say
     note = "not measured: needs the transport between processes"
@@ -182,4 +195,7 @@ BENCHMARKS = {
     "m7-m13-between-processes": between,
     "m8-saturation": saturation,
     "m19-robot": robot,
+    "m20-loading": loading,
 }
+# Run only when they are named.
+ON_REQUEST = {"soak-load": soak}

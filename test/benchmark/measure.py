@@ -16,20 +16,43 @@ class Crash(Exception):
 class Programs:
     def __init__(self, folder):
         self.folder = Path(folder)
+        self.calls_are_counted_by = "perf" if self._perf_may() else "strace"
+
+    @staticmethod
+    def _perf_may():
+        try:
+            said = subprocess.run(["perf", "stat", "-x", ",", "-e", "raw_syscalls:sys_enter", "true"],
+                                  capture_output=True, text=True, check=False)  # fmt: skip
+        except FileNotFoundError:
+            return False
+        return said.returncode == 0 and re.search(r"^\d+,", said.stderr, re.MULTILINE) is not None
 
     def _start(self, prefix, name, words):
         command = [*prefix, str(self.folder / name), *(f"{key}={value}" for key, value in words.items())]
+        return self._finish(command)
+
+    @staticmethod
+    def _finish(command, may_end_with=(0,)):
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
         except subprocess.TimeoutExpired as late:
             raise Crash(f"{' '.join(command)}: no end after {late.timeout:.0f} s") from None
-        if done.returncode != 0:
+        if done.returncode not in may_end_with:
             raise Crash(f"{' '.join(command)}: ended with {done.returncode}: {done.stderr.strip()[-400:]}")
         return done
 
     def run(self, name, **words):
         """The figures that the program prints."""
         return json.loads(self._start([], name, words).stdout.strip().splitlines()[-1])
+
+    def soak(self, cycles):
+        """The rows of the program soak-load, which judges itself; None where it is not built."""
+        program = self.folder / "soak-load"
+        if not program.is_file():
+            return None
+        with tempfile.NamedTemporaryFile(mode="r") as rows:
+            self._finish([str(program), "--cycles", str(cycles), "--json", rows.name], may_end_with=(0, 1))
+            return json.load(rows)
 
     def instructions(self, name, few=2000, many=12000, **words):
         """Instructions per message of all threads, as callgrind counts them (the vDSO is not seen)."""
@@ -41,13 +64,18 @@ class Programs:
         return (total(many) - total(few)) / (many - few)
 
     def syscalls(self, name, few=1000, many=3000, **words):
-        """System calls per message of all threads."""
+        """System calls per message of all threads. perf counts them as they happen; strace, where perf may not, stops the
+        threads at each, so that a reader that was to be found asleep may be found awake."""
 
         def total(messages):
             with tempfile.NamedTemporaryFile(mode="r") as counts:
-                self._start(["strace", "-f", "-c", "-o", counts.name], name, words | {"messages": messages})
-                last = [line for line in counts.read().splitlines() if line.endswith("total")][-1].split()
-                return int(last[2]) if last[2].isdigit() else int(last[3])
+                if self.calls_are_counted_by == "perf":
+                    prefix = ["perf", "stat", "-x", ",", "-e", "raw_syscalls:sys_enter", "-o", counts.name]
+                else:
+                    prefix = ["strace", "-f", "-c", "-U", "calls,name", "-o", counts.name]
+                self._start(prefix, name, words | {"messages": messages})
+                lines = [re.split("[ ,]+", line.strip()) for line in counts.read().splitlines()]
+                return sum(int(line[0]) for line in lines if len(line) > 1 and line[0].isdigit() and line[1] != "total")
 
         return (total(many) - total(few)) / (many - few)
 
