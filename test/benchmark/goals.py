@@ -20,9 +20,10 @@ def exactly(number):
 
 
 def inline(programs, say):
-    say("peers in one thread: ZeroMQ inproc, mutex and deque")
+    say("peers in one thread: ZeroMQ inproc, GStreamer's pads, mutex and deque")
     zmq, deque = (programs.instructions("peers", peer=peer, path="inline") for peer in ("zmq", "deque"))
-    peers = f"ZeroMQ inproc {zmq:.0f}, mutex+deque+unique_ptr {deque:.0f}"
+    gstreamer = programs.instructions("peers_gstreamer", path="inline")
+    peers = f"ZeroMQ inproc {zmq:.0f}, GStreamer {gstreamer:.0f}, mutex+deque+unique_ptr {deque:.0f}"
     costs = {}
     for take, name, goal in (("const_ref", "const T&", 250), ("loan", "Loan<T>", 250), ("shared", "shared_ptr<const T>", 300)):
         say(f"instructions, {name}")
@@ -69,8 +70,10 @@ def asleep(programs, say):
 def busy(programs, say):
     say("instructions, with the peers'")
     zmq, deque = (programs.instructions("peers", peer=peer, path="busy") for peer in ("zmq", "deque"))
+    gstreamer = programs.instructions("peers_gstreamer", path="busy")
     cost = programs.instructions("handover", path="busy")
-    yield row("M3", "44 B, thread to thread, reader busy", cost, "Ir/message", at_most(400), f"ZeroMQ inproc {zmq:.0f}, mutex+deque {deque:.0f}")
+    yield row("M3", "44 B, thread to thread, reader busy", cost, "Ir/message", at_most(400),
+              f"ZeroMQ inproc {zmq:.0f}, GStreamer queue {gstreamer:.0f}, mutex+deque {deque:.0f}")  # fmt: skip
     run = programs.run("handover", path="busy", messages=20000)
     yield row("M3", "mallocs", run["mallocs"] / run["delivered"], "1/message", exactly(0))
     say("system calls")
@@ -130,6 +133,7 @@ def topologies(programs, say):
         per_delivery = total(bare, "switches") / total(bare, "delivered")
         yield row("M5", f"{name}: context switches", total(runs, "switches") / total(runs, "delivered"), "1/delivery", at_most(0.2),
                   f"bare program {per_delivery:.3f}")  # fmt: skip
+        yield row("M5", f"{name}: delivered of what was offered", 100 * total(runs, "delivered") / total(runs, "expected"), "%", (">=", 99.9))
         yield row("M5", f"{name}: late", total(runs, "late"), "messages", exactly(0), f"of {total(runs, 'delivered'):.0f}")
         yield row("M5", f"{name}: lost", total(runs, "lost") + total(runs, "dropped"), "messages", exactly(0))
         yield row("M5", f"{name}: CPU, of 60 s", 60 * total(runs, "cpu_s") / total(runs, "seconds"), "s", None, f"rclcpp jazzy: single {others}")
@@ -143,6 +147,8 @@ def saturation(programs, say):
     for size, name, cpu in ((64, "64 B", at_most(10)), (1 << 20, "1 MiB", None)):
         say(f"50 topics, 51,575 messages/s of {name}: container, bare, bare, container, 5 s each")
         runs, bare, ratio = in_turn(programs, graphs.saturation(size), 5)
+        yield row("M8", f"{name}: delivered of what was published", 100 * total(runs, "delivered") / total(runs, "published"), "%", (">=", 99.99))
+        # A tick that finds its period over is not made up for: a busy machine shows here.
         yield row("M8", f"{name}: delivered of what was offered", 100 * total(runs, "delivered") / total(runs, "expected"), "%", (">=", 99.9),
                   f"bare {100 * total(bare, 'delivered') / total(bare, 'expected'):.2f} %; rclcpp events 99.7 %, 1 MiB 2 %")  # fmt: skip
         yield row("M8", f"{name}: dropped", total(runs, "lost") + total(runs, "dropped"), "messages", exactly(0))

@@ -18,8 +18,8 @@ class Sender final : public Recipe {
 
   std::shared_ptr<void> build(LifecycleNode& node) override {
     publisher_ = node.create_publisher<T>("/stream", QoS(10));
-    return keep(node.create_subscription<std_msgs::msg::Empty>("/go", QoS(1),
-                                                               [this](const std_msgs::msg::Empty&) { send(); }));
+    return keep(
+        node.create_subscription<std_msgs::msg::Empty>("/go", QoS(1), [this](const std_msgs::msg::Empty&) { send(); }));
   }
   // The readers call this when the last of them has seen the message.
   void send() {
@@ -86,8 +86,7 @@ Outcome run(const Plan& plan, Duration patience) {
   Rig rig(patience);
   rig.add("sender", sender);
   for (std::uint64_t i = 0; i < all; ++i) {
-    receivers.push_back(
-        std::make_unique<Receiver<T>>(i < plan.readers ? plan.take : "loan", sender, all, delivered));
+    receivers.push_back(std::make_unique<Receiver<T>>(i < plan.readers ? plan.take : "loan", sender, all, delivered));
     rig.add("receiver" + std::to_string(i), *receivers.back());
   }
   const auto go =

@@ -17,12 +17,12 @@ class Loop final : public Recipe {
 
   std::shared_ptr<void> build(LifecycleNode& node) override {
     publisher_ = node.create_publisher<Large>(name_, QoS(10));
-    auto start = node.create_subscription<std_msgs::msg::UInt64>(
-        name_ + "/go", QoS(1), [this](const std_msgs::msg::UInt64& messages) {
-          left_ = messages.data;
-          begin_ = clock_.now();
-          send();
-        });
+    auto start = node.create_subscription<std_msgs::msg::UInt64>(name_ + "/go", QoS(1),
+                                                                 [this](const std_msgs::msg::UInt64& messages) {
+                                                                   left_ = messages.data;
+                                                                   begin_ = clock_.now();
+                                                                   send();
+                                                                 });
     auto heard = node.create_subscription<Large>(name_, QoS(10), [this](const Large&) { send(); });
     return keep(std::move(start), std::move(heard));
   }
@@ -71,8 +71,8 @@ Ratio compare_sizes(std::uint64_t small, std::uint64_t large, std::uint64_t bloc
         {loop.name() + "/go", &std_msgs::msg::UInt64::message_type(), QoS(1), "/main"});
   };
   const auto large_go = starter(large_loop), small_go = starter(small_loop);
-  const Ratio ratio =
-      interleave(blocks, [&] { return large_loop.block(*large_go); }, [&] { return small_loop.block(*small_go); });
+  const Ratio ratio = interleave(
+      blocks, [&] { return large_loop.block(*large_go); }, [&] { return small_loop.block(*small_go); });
   large_loop.leave();
   small_loop.leave();
   return ratio;

@@ -29,12 +29,12 @@ class Caller final : public Recipe {
   Caller() { rounds_.reserve(kRounds); }
   std::shared_ptr<void> build(LifecycleNode& node) override {
     publisher_ = node.create_publisher<Small>("/forth", QoS(10));
-    return keep(node.create_subscription<std_msgs::msg::Empty>("/go", QoS(1),
-                                                               [this](const std_msgs::msg::Empty&) { send(); }),
-                node.create_subscription<Small>("/back", QoS(10), [this](const Small&) {
-                  rounds_.push_back((clock_.now() - sent_).count());
-                  send();
-                }));
+    return keep(
+        node.create_subscription<std_msgs::msg::Empty>("/go", QoS(1), [this](const std_msgs::msg::Empty&) { send(); }),
+        node.create_subscription<Small>("/back", QoS(10), [this](const Small&) {
+          rounds_.push_back((clock_.now() - sent_).count());
+          send();
+        }));
   }
   double block(Writer& go) {
     rounds_.clear();
@@ -150,7 +150,8 @@ Ratio compare_wake(int first_cpu, int second_cpu, std::uint64_t blocks) {
   const auto go =
       rig.container().transport().create_writer({"/go", &std_msgs::msg::Empty::message_type(), QoS(1), "/main"});
   Bare bare(first_cpu, second_cpu);
-  const Ratio ratio = interleave(blocks, [&] { return caller.block(*go); }, [&] { return bare.block(); });
+  const Ratio ratio = interleave(
+      blocks, [&] { return caller.block(*go); }, [&] { return bare.block(); });
   caller.leave();
   answerer.leave();
   return ratio;

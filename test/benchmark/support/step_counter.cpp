@@ -2,7 +2,6 @@
 #include "support/step_counter.hpp"
 
 #include <elf.h>
-#include <signal.h>
 #include <sys/auxv.h>
 #include <sys/ptrace.h>
 #include <sys/syscall.h>
@@ -10,6 +9,7 @@
 #include <sys/user.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <csignal>
 
 #include <atomic>
 #include <cerrno>
@@ -19,7 +19,7 @@
 namespace nacelle::bench {
 namespace {
 
-std::atomic<int> marks_to{-1};   // the child's end of the pipe that carries the traced thread's id
+std::atomic<int> marks_to{-1};  // the child's end of the pipe that carries the traced thread's id
 std::atomic<bool> marked{false};
 
 enum class Kind : std::uint8_t { Plain, Locked, Syscall };

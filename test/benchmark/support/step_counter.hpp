@@ -10,10 +10,10 @@ namespace nacelle::bench {
 /// it), and so is every instruction with a bus lock.
 struct Steps {
   std::uint64_t instructions = 0;
-  std::uint64_t locked = 0;    ///< x86-64: a LOCK prefix, or XCHG with memory. AArch64: LSE atomics and exclusive loads.
+  std::uint64_t locked = 0;  ///< x86-64: a LOCK prefix, or XCHG with memory. AArch64: LSE atomics and exclusive loads.
   std::uint64_t syscalls = 0;
   std::uint64_t clock_reads = 0;  ///< Calls into the vDSO.
-  bool ok = false;             ///< false: ptrace is not allowed here.
+  bool ok = false;                ///< false: ptrace is not allowed here.
 };
 
 /// Forks; runs `work` in the child, which calls mark_steps() twice on one of its threads, and counts what that thread does in

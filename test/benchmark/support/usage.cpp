@@ -10,9 +10,7 @@
 namespace nacelle::bench {
 namespace {
 
-Duration to_duration(const timeval& t) {
-  return std::chrono::seconds(t.tv_sec) + std::chrono::microseconds(t.tv_usec);
-}
+Duration to_duration(const timeval& t) { return std::chrono::seconds(t.tv_sec) + std::chrono::microseconds(t.tv_usec); }
 
 }  // namespace
 

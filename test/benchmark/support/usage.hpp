@@ -10,10 +10,10 @@ namespace nacelle::bench {
 /// What the whole process has used so far; two of them and a difference make a figure.
 /// Threads: any. Allocates: nothing.
 struct Usage {
-  std::uint64_t mallocs = 0;  ///< malloc and kin, operator new, of all threads.
-  std::uint64_t faults = 0;   ///< Page faults, minor and major.
+  std::uint64_t mallocs = 0;   ///< malloc and kin, operator new, of all threads.
+  std::uint64_t faults = 0;    ///< Page faults, minor and major.
   std::uint64_t switches = 0;  ///< Context switches, voluntary and not.
-  Duration cpu{};             ///< User and system time.
+  Duration cpu{};              ///< User and system time.
   MonotonicTime at;
 
   [[nodiscard]] static Usage now();

@@ -15,11 +15,18 @@ struct BareSource {
   std::uint64_t sent = 0;
 };
 
+struct Due {
+  MonotonicTime at;
+  BareSource* source = nullptr;
+};
+struct Later {
+  bool operator()(const Due& a, const Due& b) const { return b.at < a.at; }
+};
+
 void sleep_until(MonotonicTime t) {
   const auto ns = t.nanoseconds();
   const timespec until{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {
-  }
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {}
 }
 
 }  // namespace
@@ -30,8 +37,7 @@ Run run_bare(const Graph& graph, Duration measured) {
   std::deque<BareSource> sources;
   std::deque<ReaderState> readers;
   std::map<std::string, BareSource*> by_topic;
-  using Due = std::pair<MonotonicTime, BareSource*>;
-  std::priority_queue<Due, std::vector<Due>, std::greater<>> due;
+  std::priority_queue<Due, std::vector<Due>, Later> due;
   const MonotonicTime start = clock.now();
   for (const auto& node : graph.nodes) {
     for (const auto& source : node.sources) {

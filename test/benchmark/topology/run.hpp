@@ -11,9 +11,9 @@ namespace nacelle::bench {
 struct Run {
   Tally::Look seen;
   Usage used;
-  Memory memory;                    ///< At the end.
-  std::uint64_t copies = 0;         ///< Of the whole run, from the container's stream counters.
-  std::uint64_t dropped = 0;        ///< Overwritten or refused in queues, of the whole run.
+  Memory memory;              ///< At the end.
+  std::uint64_t copies = 0;   ///< Of the whole run, from the container's stream counters.
+  std::uint64_t dropped = 0;  ///< Overwritten or refused in queues, of the whole run.
 };
 
 /// The graph as components of one container, all on the shared executor.

@@ -40,13 +40,12 @@ class TypedStream final : public StreamType {
  public:
   std::shared_ptr<void> make_source(Node& node, const Source& source, Tally& tally) const override {
     auto publisher = node.create_publisher<T>(source.topic, QoS(10));
-    return node.create_wall_timer(source.period,
-                                  [publisher, bytes = source.bytes, filled = source.filled, &tally] {
-                                    Loan<T> message = publisher->borrow();
-                                    set(*message, bytes, filled);
-                                    publisher->publish(std::move(message));
-                                    tally.published();
-                                  });
+    return node.create_wall_timer(source.period, [publisher, bytes = source.bytes, filled = source.filled, &tally] {
+      Loan<T> message = publisher->borrow();
+      set(*message, bytes, filled);
+      publisher->publish(std::move(message));
+      tally.published();
+    });
   }
   std::shared_ptr<void> make_sink(Node& node, const Sink& sink, ReaderState& state) const override {
     return node.create_subscription<T>(sink.topic, QoS(10), [&state](const T&, const MessageInfo& info) {
