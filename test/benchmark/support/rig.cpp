@@ -24,7 +24,14 @@ runtime::ContainerOptions options(Duration patience) {
 
 }  // namespace
 
-Rig::Rig(Duration patience) : container_(options(patience), clock_) {}
+Rig::Rig(Duration patience) : container_(options(patience), clock_) {
+  // A faulted component is gated: whoever waits for its messages would wait for ever.
+  container_.on_fault([](const runtime::ComponentInfo& info) {
+    std::fprintf(stderr, "benchmark: %s: %s: %s\n", info.node.c_str(), info.fault.code.c_str(),
+                 info.fault.text.c_str());
+    std::_Exit(1);
+  });
+}
 
 void Rig::add(const std::string& name, Recipe& recipe, const runtime::ThreadPolicy& thread) {
   runtime::LoadRequest request;

@@ -12,7 +12,7 @@
 namespace nacelle::bench {
 
 /// A container with active components, as the program `nacelle` runs them: plugin, lifecycle gate, executor, supervisor.
-/// Errors: what the container refuses ends the program with its words and code 1.
+/// Errors: what the container refuses, and a component that is faulted, ends the program with the words and code 1.
 class Rig {
  public:
   /// `patience` above zero: a callback may block that long (and twice that) before it counts as late (and hung).

@@ -20,7 +20,7 @@ struct Due {
   BareSource* source = nullptr;
 };
 struct Later {
-  bool operator()(const Due& a, const Due& b) const { return b.at < a.at; }
+  bool operator()(const Due& a, const Due& b) const { return b.at.nanoseconds() < a.at.nanoseconds(); }
 };
 
 void sleep_until(MonotonicTime t) {
