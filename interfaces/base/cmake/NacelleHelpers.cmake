@@ -10,7 +10,7 @@
 #   nacelle_program(name SOURCES ... [USES ...])
 #   nacelle_test(name SOURCES ... [USES ...] [LABELS ...] [TIMEOUT s])
 #   nacelle_fuzz_target(name SOURCES ... CORPUS dir [USES ...])      LLVMFuzzerTestOneInput; a test replays its corpus
-#   nacelle_benchmark(name SOURCES ... [USES ...])                   Google Benchmark, run by ./dev bench
+#   nacelle_benchmark(name SOURCES ... [USES ...])                   a program that test/benchmark/bench.py runs
 #   nacelle_install_package()                                        last line: installs and exports what was made above
 # Targets are nacelle::<name>.
 include_guard(GLOBAL)
@@ -35,7 +35,7 @@ string(REGEX REPLACE "(^| )-g( |$)" "\\1-g1\\2" CMAKE_CXX_FLAGS_RELWITHDEBINFO "
 option(NACELLE_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 set(NACELLE_SANITIZER "" CACHE STRING "address (with undefined), thread, or empty")
 set_property(CACHE NACELLE_SANITIZER PROPERTY STRINGS "" address thread)
-option(NACELLE_BENCHMARKS "Build the benchmarks (needs Google Benchmark)" OFF)
+option(NACELLE_BENCHMARKS "Make the target `benchmarks` (./dev bench)" OFF)
 option(NACELLE_FUZZING "Link fuzz targets with libFuzzer (needs clang)" OFF)
 
 # Everything that an unloadable library is made of: a GNU_UNIQUE symbol would pin its image for ever (docs/adr/0002).
@@ -209,10 +209,9 @@ function(nacelle_benchmark name)
   if(NOT NACELLE_BENCHMARKS)
     return()
   endif()
-  find_package(benchmark REQUIRED)
   add_executable(${name} ${A_SOURCES})
   nacelle_target_defaults(${name})
-  target_link_libraries(${name} PRIVATE ${A_USES} benchmark::benchmark benchmark::benchmark_main)
+  target_link_libraries(${name} PRIVATE ${A_USES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/benchmark EXCLUDE_FROM_ALL ON)
   if(NOT TARGET benchmarks)
     add_custom_target(benchmarks)

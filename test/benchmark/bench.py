@@ -1,0 +1,94 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the benchmarks and prints goal, figure and baseline. Called by ./dev bench, which has built what this needs.
+
+usage: bench.py --programs FOLDER [--json FILE] [NAME]
+
+NAME: only the benchmarks whose name contains it (m1-inline, m8, robot, ...). Being slow is no failure: the exit code is 1 only
+when a program crashes.
+"""
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from goals import BENCHMARKS, ON_REQUEST  # noqa: E402  (python3 -I leaves this folder out of the path)
+from measure import Crash, Programs  # noqa: E402
+
+
+def judge(row):
+    """True or False where there is a goal and a figure."""
+    if row["goal"] is None or row["value"] is None:
+        return None
+    relation, limit = row["goal"]
+    return {"<=": row["value"] <= limit, ">=": row["value"] >= limit, "==": row["value"] == limit}[relation]
+
+
+def as_text(value):
+    if value is None:
+        return "-"
+    if value == int(value) and abs(value) < 1e15:
+        return f"{int(value):,}"
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}" if abs(value) < 100 else f"{value:.1f}"
+
+
+def cells(row):
+    ok = {True: "yes", False: "NO", None: ""}[row["ok"]]
+    return (row["id"], row["what"], as_text(row["value"]), row["unit"], row["goal"], row["baseline"] or row.get("note", ""), ok)
+
+
+def table(rows):
+    lines = [("id", "what", "value", "unit", "goal", "baseline", "ok"), *map(cells, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(7)]
+    right = (2, 4)
+    for number, line in enumerate(lines):
+        print("  ".join(f"{c:>{w}}" if i in right else f"{c:<{w}}" for i, (c, w) in enumerate(zip(line, widths))).rstrip())
+        if number == 0:
+            print("  ".join("-" * w for w in widths))
+
+
+def main():
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("name", nargs="?", default="")
+    words.add_argument("--programs", required=True)
+    words.add_argument("--json")
+    asked = words.parse_args()
+    known = BENCHMARKS if not asked.name else BENCHMARKS | ON_REQUEST
+    chosen = {name: run for name, run in known.items() if asked.name.lower() in name}
+    if not chosen:
+        print(f"no benchmark is named like '{asked.name}'; there are: {', '.join(known)}", file=sys.stderr)
+        return 2
+    programs, rows, crashes = Programs(asked.programs), [], []
+    begin = time.monotonic()
+    for name, run in chosen.items():
+
+        def say(what, name=name):
+            print(f"  [{time.monotonic() - begin:4.0f} s] {name}: {what}", flush=True)
+
+        try:
+            for row in run(programs, say):
+                if "ok" not in row:
+                    row["ok"] = judge(row)
+                    row["goal"] = f"{row['goal'][0]} {as_text(row['goal'][1])}" if row["goal"] else ""
+                elif not row["goal"]:
+                    row["ok"] = None  # a program that judges itself, on a figure without a goal
+                rows.append(row)
+        except Crash as crash:
+            crashes.append(f"{name}: {crash}")
+            print(f"  {crashes[-1]}", file=sys.stderr, flush=True)
+    print()
+    table(rows)
+    judged = [row["ok"] for row in rows if row["ok"] is not None]
+    print(f"\n{sum(judged)} of {len(judged)} goals met; {sum(row['value'] is None for row in rows)} figures not measured")
+    if asked.json:
+        Path(asked.json).write_text(json.dumps(rows, indent=1) + "\n")
+        print(f"written: {asked.json}")
+    for crash in crashes:
+        print(f"crashed: {crash}", file=sys.stderr)
+    return 1 if crashes else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

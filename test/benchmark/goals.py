@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The benchmarks, by name: each yields rows (id, what, value, unit, goal, baseline). A goal is a tuple ('<=', number) or None;
+a value None is said to be not measured, and why."""
+import tempfile
+
+import graphs
+from measure import median
+
+
+def row(identity, what, value, unit, goal=None, baseline="", note=""):
+    return {"id": identity, "what": what, "value": value, "unit": unit, "goal": goal, "baseline": baseline, "note": note}
+
+
+def at_most(limit):
+    return ("<=", limit)
+
+
+def exactly(number):
+    return ("==", number)
+
+
+def inline(programs, say):
+    say("peers in one thread: ZeroMQ inproc, GStreamer's pads, mutex and deque")
+    zmq, deque = (programs.instructions("peers", peer=peer, path="inline") for peer in ("zmq", "deque"))
+    gstreamer = programs.instructions("peers_gstreamer", path="inline")
+    peers = f"ZeroMQ inproc {zmq:.0f}, GStreamer {gstreamer:.0f}, mutex+deque+unique_ptr {deque:.0f}"
+    costs = {}
+    for take, name, goal in (("const_ref", "const T&", 250), ("loan", "Loan<T>", 250), ("shared", "shared_ptr<const T>", 300)):
+        say(f"instructions, {name}")
+        costs[take] = programs.instructions("handover", path="inline", take=take)
+        yield row("M1", f"44 B, one thread, {name}", costs[take], "Ir/message", at_most(goal), peers)
+    say("instructions, four readers")
+    four = programs.instructions("handover", path="inline", readers=4)
+    yield row("M1", "each further reader", (four - costs["const_ref"]) / 3, "Ir/message", at_most(170))
+    say("single-stepping the executor's thread")
+    steps = programs.steps(path="inline")
+    for key, what, goal in (("locked", "locked instructions", at_most(8)), ("clock_reads", "clock reads", at_most(2)),
+                            ("instructions", "instructions with the vDSO's", None)):  # fmt: skip
+        note = "" if steps else "not measured: ptrace is not allowed here"
+        yield row("M1", f"{what}, const T&", steps and steps[key], "1/message", goal, "", note)
+    say("mallocs, copies, system calls")
+    run = programs.run("handover", path="inline", messages=20000)
+    yield row("M1", "mallocs", run["mallocs"] / run["delivered"], "1/message", exactly(0), "ZeroMQ inproc 1, mutex+deque 1")
+    yield row("M1", "copies", run["copies"] / run["delivered"], "1/message", exactly(0))
+    calls = programs.syscalls("handover", path="inline", few=20000, many=60000)
+    yield row("M1", "system calls", calls, "1/message", at_most(0.001))
+
+
+def asleep(programs, say):
+    say("instructions, with the peers'")
+    zmq, deque = (programs.instructions("peers", peer=peer, path="asleep") for peer in ("zmq", "deque"))
+    cost = programs.instructions("handover", path="asleep")
+    yield row("M2", "44 B, thread to thread, reader asleep", cost, "Ir/message", at_most(500),
+              f"ZeroMQ inproc {zmq:.0f}, mutex+condvar {deque:.0f}")  # fmt: skip
+    say("system calls, with the peers'")
+    calls = {peer: programs.syscalls("peers", peer=peer, path="asleep") for peer in ("zmq", "deque", "futex")}
+    yield row("M2", "system calls", programs.syscalls("handover", path="asleep"), "1/message", at_most(2.05),
+              f"{programs.calls_are_counted_by}: ZeroMQ inproc {calls['zmq']:.1f}, mutex+condvar {calls['deque']:.1f}, bare futex {calls['futex']:.1f}")  # fmt: skip
+    run = programs.run("handover", path="asleep", messages=20000)
+    peer = programs.run("peers", peer="zmq", path="asleep", messages=20000)
+    yield row("M2", "context switches", run["switches"] / run["delivered"], "1/message", at_most(2.0),
+              f"ZeroMQ inproc {peer['switches'] / peer['delivered']:.1f}")  # fmt: skip
+    yield row("M2", "mallocs", run["mallocs"] / run["delivered"], "1/message", exactly(0))
+    for second, where in ((1, "across two CPUs"), (0, "on one CPU")):
+        say(f"round trips {where}, in turn with a bare futex")
+        pair = programs.run("ratios", what="wake", blocks=40, second_cpu=second)
+        yield row("M2", f"p50 of a round trip {where}", pair["ratio"], "x bare", at_most(1.3), f"futex ping-pong {pair['b_ns'] / 1000:.1f} us")
+
+
+def busy(programs, say):
+    say("instructions, with the peers'")
+    zmq, deque = (programs.instructions("peers", peer=peer, path="busy") for peer in ("zmq", "deque"))
+    gstreamer = programs.instructions("peers_gstreamer", path="busy")
+    cost = programs.instructions("handover", path="busy")
+    yield row("M3", "44 B, thread to thread, reader busy", cost, "Ir/message", at_most(400),
+              f"ZeroMQ inproc {zmq:.0f}, GStreamer queue {gstreamer:.0f}, mutex+deque {deque:.0f}")  # fmt: skip
+    run = programs.run("handover", path="busy", messages=20000)
+    yield row("M3", "mallocs", run["mallocs"] / run["delivered"], "1/message", exactly(0))
+    say("system calls")
+    yield row("M3", "system calls, the harness's own 0.01 included", programs.syscalls("handover", path="busy", few=5000, many=15000),
+              "1/message", at_most(0.05))  # fmt: skip
+
+
+def payload(programs, say):
+    say("instructions, 64 B and 4 MB")
+    small, large = (programs.instructions("handover", path="inline", bytes=n) for n in (64, 4_000_000))
+    yield row("M4", "cost(4 MB) / cost(64 B), instructions", large / small, "x", at_most(1.05), f"64 B: {small:.0f} Ir")
+    say("time, 64 B and 4 MB in turn")
+    pair = programs.run("ratios", what="sizes", blocks=60)
+    yield row("M4", "cost(4 MB) / cost(64 B), time", pair["ratio"], "x", at_most(1.10), f"64 B: {pair['b_ns']:.0f} ns")
+    for size, name in ((64, "64 B"), (4_000_000, "4 MB"), (40_000_000, "40 MB")):
+        say(f"readers and owners of {name}")
+        messages = 2000 if size < 1_000_000 else 40
+        warm = 300 if size < 1_000_000 else 40
+        readers = programs.run("handover", path="inline", readers=3, bytes=size, messages=messages, warm=warm)
+        yield row("M4", f"{name}, 3 readers: bytes copied", readers["bytes_copied"], "B", exactly(0))
+        owners = programs.run("handover", path="inline", readers=0, owners=3, bytes=size, messages=messages, warm=warm)
+        yield row("M4", f"{name}, 3 owners: copies", owners["copies"] / messages, "1/message", exactly(2))
+        yield row("M4", f"{name}: page faults, 3 readers and 3 owners", (readers["faults"] + owners["faults"]) / messages, "1/message", at_most(0.01))
+    say("the cloud of 33,177,600 bytes at 30 Hz, 5 s")
+    run = run_graph(programs, graphs.cloud(3), 5)
+    yield row("M4", "cloud at 30 Hz, 3 readers: delivered", 100 * run["delivered"] / run["expected"], "%", (">=", 99))
+    yield row("M4", "cloud: copies", run["copies"], "", exactly(0))
+    yield row("M4", "cloud: late, lost", run["late"] + run["lost"], "", exactly(0))
+    yield row("M4", "cloud: page faults", run["faults"] / run["seconds"], "1/s", at_most(1))
+
+
+def run_graph(programs, lines, seconds, bare=0):
+    with tempfile.NamedTemporaryFile("w", suffix=".graph") as file:
+        file.write("\n".join(lines) + "\n")
+        file.flush()
+        return programs.run("topology", graph=file.name, seconds=seconds, bare=bare)
+
+
+def in_turn(programs, lines, seconds):
+    """Composed and bare, A B B A; the runs of the container and the ratio of the medians of CPU time."""
+    runs = {0: [], 1: []}
+    for bare in (0, 1, 1, 0):
+        runs[bare].append(run_graph(programs, lines, seconds, bare))
+    ratio = median([r["cpu_s"] for r in runs[0]]) / max(median([r["cpu_s"] for r in runs[1]]), 1e-6)
+    return runs[0], runs[1], ratio
+
+
+def total(runs, key):
+    return sum(run[key] for run in runs)
+
+
+def topologies(programs, say):
+    seconds = 10
+    for name, megabytes, others in (("sierra_nevada", 10, "3.85, events 1.57"), ("mont_blanc", 20, "7.29, events 2.27")):
+        say(f"{name}: container, bare, bare, container, {seconds} s each")
+        runs, bare, ratio = in_turn(programs, graphs.topology(name), seconds)
+        per_delivery = total(bare, "switches") / total(bare, "delivered")
+        yield row("M5", f"{name}: context switches", total(runs, "switches") / total(runs, "delivered"), "1/delivery", at_most(0.2),
+                  f"bare program {per_delivery:.3f}")  # fmt: skip
+        yield row("M5", f"{name}: delivered of what was offered", 100 * total(runs, "delivered") / total(runs, "expected"), "%", (">=", 99.9))
+        yield row("M5", f"{name}: late", total(runs, "late"), "messages", exactly(0), f"of {total(runs, 'delivered'):.0f}")
+        yield row("M5", f"{name}: lost", total(runs, "lost") + total(runs, "dropped"), "messages", exactly(0))
+        yield row("M5", f"{name}: CPU, of 60 s", 60 * total(runs, "cpu_s") / total(runs, "seconds"), "s", None, f"rclcpp jazzy: single {others}")
+        yield row("M5", f"{name}: CPU beside the bare program's", ratio, "x", at_most(1.5),
+                  f"bare {60 * total(bare, 'cpu_s') / total(bare, 'seconds'):.2f} s of 60")  # fmt: skip
+        yield row("M5", f"{name}: mallocs", total(runs, "mallocs") / total(runs, "delivered"), "1/delivery", at_most(0.001), "events executor 6.9")
+        yield row("M6", f"{name}: RSS", runs[-1]["rss"] / 1e6, "MB", at_most(megabytes), f"bare program {bare[-1]['rss'] / 1e6:.1f}")
+
+
+def saturation(programs, say):
+    for size, name, cpu in ((64, "64 B", at_most(10)), (1 << 20, "1 MiB", None)):
+        say(f"50 topics, 51,575 messages/s of {name}: container, bare, bare, container, 5 s each")
+        runs, bare, ratio = in_turn(programs, graphs.saturation(size), 5)
+        yield row("M8", f"{name}: delivered of what was published", 100 * total(runs, "delivered") / total(runs, "published"), "%", (">=", 99.99))
+        # A tick that finds its period over is not made up for: a busy machine shows here.
+        yield row("M8", f"{name}: delivered of what was offered", 100 * total(runs, "delivered") / total(runs, "expected"), "%", (">=", 99.9),
+                  f"bare {100 * total(bare, 'delivered') / total(bare, 'expected'):.2f} %; rclcpp events 99.7 %, 1 MiB 2 %")  # fmt: skip
+        yield row("M8", f"{name}: dropped", total(runs, "lost") + total(runs, "dropped"), "messages", exactly(0))
+        yield row("M8", f"{name}: CPU", 100 * total(runs, "cpu_s") / total(runs, "seconds"), "% of one", cpu,
+                  f"bare {100 * total(bare, 'cpu_s') / total(bare, 'seconds'):.1f} %; rclcpp events 38 %")  # fmt: skip
+        yield row("M8", f"{name}: CPU beside the bare program's", ratio, "x", at_most(2))
+        yield row("M8", f"{name}: RSS", runs[-1]["rss"] / 1e6, "MB", None, f"bare {bare[-1]['rss'] / 1e6:.1f}")
+
+
+def robot(programs, say):
+    say("nine components: container, bare, bare, container, 10 s each")
+    runs, bare, _ = in_turn(programs, graphs.plain_robot(), 10)
+    run = runs[-1]
+    yield row("M19", "plain robot: CPU", 100 * total(runs, "cpu_s") / total(runs, "seconds"), "% of one", at_most(0.45),
+              f"bare {100 * total(bare, 'cpu_s') / total(bare, 'seconds'):.2f} %; rclcpp 4.0 %, best 1.8 %")  # fmt: skip
+    yield row("M19", "plain robot: RSS, no DDS", run["rss"] / (1 << 20), "MiB", at_most(10), f"bare {bare[-1]['rss'] / (1 << 20):.1f}; rclcpp 21.9, best 19.7")
+    yield row("M19", "plain robot: not backed by a file", run["rss_anon"] / (1 << 20), "MiB", None, "rclcpp 6.8 private")
+    yield row("M19", "plain robot: mallocs", run["mallocs"] / run["seconds"], "1/s", exactly(0))
+    yield row("M19", "plain robot: context switches", run["switches"] / run["seconds"], "1/s", None, "rclcpp 289")
+    yield row("M19", "plain robot: late, lost", total(runs, "late") + total(runs, "lost") + total(runs, "dropped"), "messages", exactly(0))
+
+
+def loading(programs, say, cycles=1000):
+    say(f"{cycles} times load, configure, activate, deactivate, cleanup, unload")
+    rows = programs.soak(cycles)
+    if rows is None:
+        yield row("M20", "load, unload", None, "us", at_most(1000), "", "not measured: there is no program soak-load")
+        return
+    yield from rows
+
+
+def soak(programs, say):
+    yield from loading(programs, say, 10_000)
+
+
+def between(programs, say):
+    del programs, say
+    note = "not measured: needs the transport between processes"
+    yield row("M7", "one container beside ten processes: CPU", None, "x", at_most(0.35), "rclcpp 0.35", note)
+    yield row("M7", "one container beside ten processes: PSS", None, "x", at_most(0.20), "rclcpp 0.33", note)
+    yield row("M13", "between processes, beside bare iceoryx", None, "x", at_most(1.10), "", note)
+
+
+BENCHMARKS = {
+    "m1-inline": inline,
+    "m2-asleep": asleep,
+    "m3-busy": busy,
+    "m4-payload": payload,
+    "m5-m6-topologies": topologies,
+    "m7-m13-between-processes": between,
+    "m8-saturation": saturation,
+    "m19-robot": robot,
+    "m20-loading": loading,
+}
+# Run only when they are named.
+ON_REQUEST = {"soak-load": soak}

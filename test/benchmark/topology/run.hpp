@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "support/usage.hpp"
+#include "topology/graph.hpp"
+#include "topology/streams.hpp"
+
+namespace nacelle::bench {
+
+/// What a graph has done and used in the measured time, after one second of warming up.
+struct Run {
+  Tally::Look seen;
+  Usage used;
+  Memory memory;              ///< At the end.
+  std::uint64_t copies = 0;   ///< Of the whole run, from the container's stream counters.
+  std::uint64_t dropped = 0;  ///< Overwritten or refused in queues, of the whole run.
+};
+
+/// The graph as components of one container, all on the shared executor.
+[[nodiscard]] Run run_composed(const Graph& graph, Duration measured);
+/// The same callbacks from one thread that sleeps with clock_nanosleep until the next timer is due; timers of one period are
+/// aligned, which is the least that the work can cost.
+[[nodiscard]] Run run_bare(const Graph& graph, Duration measured);
+
+}  // namespace nacelle::bench
