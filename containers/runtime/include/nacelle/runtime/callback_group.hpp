@@ -28,7 +28,7 @@ class ReadyList {
  public:
   [[nodiscard]] bool empty() const { return first_ == nullptr; }
   void push_back(Executable& executable);
-  [[nodiscard]] Executable* pop_front();
+  [[nodiscard]] Executable* pop_front();  // null when empty
   /// Puts the whole of another list, which is empty afterwards, before this one.
   void prepend(ReadyList& other);
   void remove(const Executable& executable);
@@ -61,6 +61,7 @@ class NodeGroups {
   const std::string name_;
   const OnFault on_fault_;
   // All under the executor's lock.
+  bool barred_ = true;  // callbacks may not start: not opened yet, or a transition runs or waits
   bool opened_ = false;
   bool closed_ = false;
   bool alone_ = false;                           // a transition runs
@@ -70,7 +71,7 @@ class NodeGroups {
   ReadyList backlog_;  // ready, but not admitted; all of it was ready before anything in the executor's queue
   std::uint32_t until_sample_ = 1;
   std::uint32_t random_ = 2463534242;
-  std::uint64_t callbacks_ = 0, samples_ = 0;
+  std::uint64_t planned_ = 1, samples_ = 0;  // callbacks up to the next sample
   Duration sampled_cpu_{};
 };
 
@@ -85,6 +86,7 @@ class CallbackGroup final : public nacelle::CallbackGroup {
  private:
   friend class Executor;
   NodeGroups& node_;
+  const bool reentrant_ = type() == CallbackGroupType::Reentrant;
   std::uint32_t running_ = 0;  // under the executor's lock
 };
 
@@ -97,7 +99,8 @@ class Executable : public ReadyListener {
     Callback,    ///< Of a component; expected to return soon.
     Transition,  ///< Runs while no callback of its node does, and may take seconds: late is not hung.
   };
-  explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback) : group_(group), kind_(kind) {}
+  explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback)
+      : group_(group), home_(group.node()), kind_(kind) {}
   ~Executable() override = default;
 
   /// Runs once. `now` is the time of the start. Exceptions become a fault of the component.
@@ -118,11 +121,26 @@ class Executable : public ReadyListener {
   friend class Executor;
   friend class ReadyList;
   CallbackGroup& group_;
+  NodeGroups& home_;
   const Kind kind_;
   Executable* next_ = nullptr;  // in the ready queue or a backlog; under the executor's lock
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
 };
+
+inline void ReadyList::push_back(Executable& executable) {
+  executable.next_ = nullptr;
+  (last_ == nullptr ? first_ : last_->next_) = &executable;
+  last_ = &executable;
+}
+
+inline Executable* ReadyList::pop_front() {
+  Executable* const first = first_;
+  if (first == nullptr) return nullptr;
+  first_ = first->next_;
+  if (first_ == nullptr) last_ = nullptr;
+  return first;
+}
 
 /// Fires at a fixed period; see Timer. Threads: under its executor's lock, or from its own callback.
 class TimerBase : public Executable {

@@ -84,13 +84,18 @@ class Executor {
   void hand_over(Worker& late);
   void enqueue(Executable& executable);
   [[nodiscard]] static bool admits(const Executable& executable);
+  static void hold_back(Executable& executable);
   Executable* pop();
   void fire_due_timers(MonotonicTime now);
   void begin(Worker& self, Executable& executable, MonotonicTime now);
   void run(Worker& self, Executable& executable, MonotonicTime now);
   void finish(Worker& self, MonotonicTime now);
+  static void start_sample(Worker& self);
+  void begin_transition(Worker& self, Executable& executable);
+  void finish_unusual(Worker& self, NodeGroups& node);
   void call(Worker& worker);
-  [[nodiscard]] Worker* next_to_call();
+  [[nodiscard]] Worker* next_to_call() { return sleeping_ == 0 || called_ != 0 ? nullptr : choose_sleeper(); }
+  [[nodiscard]] Worker* choose_sleeper();
   void note_return();
   void wait_for_return();
   [[nodiscard]] std::string why_not_wait(const NodeGroups& node, const CallbackGroup* group) const;
