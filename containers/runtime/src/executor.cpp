@@ -68,7 +68,7 @@ inline Executable* Executor::pop() {
 
 inline bool Executor::admits(const Executable& executable) {
   const CallbackGroup& group = executable.group_;
-  if (executable.kind_ == Executable::Kind::Callback) [[likely]]
+  if (executable.kind_ != Executable::Kind::Transition) [[likely]]
     return !executable.home_.barred_ && (group.running_ == 0 || group.reentrant_);
   return executable.home_.opened_ && executable.home_.running_ == 0;
 }
@@ -90,8 +90,7 @@ void Executor::fire_due_timers(MonotonicTime now) {
     const bool waits = timer.queued_.load(std::memory_order_relaxed);
     timer.skipped_ += static_cast<std::uint64_t>(missed) + (waits ? 1 : 0);
     if (!waits) timer.was_due_ = timer.due_;
-    timer.due_ += timer.period_ * (missed + 1);
-    timers_.put(timer);
+    timers_.put(timer, timer.due_ + timer.period_ * (missed + 1));
     if (!waits && !timer.home_.closed_) enqueue(timer);
   }
 }
@@ -213,6 +212,9 @@ void Executor::rest(Worker& self) {
   self.started = now;
   if (executable.kind_ == Executable::Kind::Transition) [[unlikely]]
     return begin_transition(self, executable);
+  // Noted here and not by the callback: a next tick may become ready, and change the moment, before the callback has begun.
+  if (executable.kind_ == Executable::Kind::Timer && executable.stats_ != nullptr)
+    executable.stats_->latency.record(now - static_cast<const TimerBase&>(executable).was_due_);
   if (--node.until_sample_ == 0) [[unlikely]]
     start_sample(self);
 }

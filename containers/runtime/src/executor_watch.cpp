@@ -36,9 +36,8 @@ void Executor::add_timer(TimerBase& timer) {
   {
     const std::lock_guard lock(mutex_);
     timer.due_ = clock_.now() + timer.period_;
-    timer.order_ = timers_added_++;
     timer.armed_ = true;
-    if (timer.open_) timers_.put(timer);
+    if (timer.open_) timers_.put(timer, timer.due_);
     to_wake = next_to_call();
   }
   if (to_wake != nullptr) futex_wake(to_wake->word, 1);
@@ -61,7 +60,7 @@ void Executor::set_timer_open(TimerBase& timer, bool open) {
     } else if (timer.armed_) {
       const MonotonicTime now = clock_.now();
       if (timer.due_ <= now) timer.due_ += timer.period_ * ((now - timer.due_) / timer.period_ + 1);
-      timers_.put(timer);
+      timers_.put(timer, timer.due_);
       to_wake = next_to_call();
     }
   }

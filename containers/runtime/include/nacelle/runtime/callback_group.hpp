@@ -97,6 +97,7 @@ class Executable : public ReadyListener {
  public:
   enum class Kind : std::uint8_t {
     Callback,    ///< Of a component; expected to return soon.
+    Timer,       ///< The same, of a TimerBase.
     Transition,  ///< Runs while no callback of its node does, and may take seconds: late is not hung.
   };
   explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback)
@@ -145,9 +146,9 @@ inline Executable* ReadyList::pop_front() {
 /// Fires at a fixed period; see Timer. Threads: under its executor's lock, or from its own callback.
 class TimerBase : public Executable {
  public:
-  TimerBase(CallbackGroup& group, Duration period) : Executable(group), period_(period) {}
-  /// When the tick that runs was due. From its own callback.
-  [[nodiscard]] MonotonicTime was_due() const { return was_due_; }
+  TimerBase(CallbackGroup& group, Duration period) : Executable(group, Kind::Timer), period_(period) {}
+  /// When the next tick is due.
+  [[nodiscard]] MonotonicTime due() const { return due_; }
 
  private:
   friend class Executor;
@@ -156,7 +157,7 @@ class TimerBase : public Executable {
 
   const Duration period_;
   MonotonicTime due_;
-  MonotonicTime was_due_;
+  MonotonicTime was_due_;            // the tick that is in the ready queue
   std::uint64_t order_ = 0;          // of timers that are due at one moment, the one that was added first comes first
   std::size_t place_ = kNotWaiting;  // in the TimerQueue
   bool armed_ = false;               // what cancel() and reset() say

@@ -109,7 +109,6 @@ class Executor {
       mutex_;  // everything below, and what NodeGroups, CallbackGroup, Executable and TimerBase keep for us
   ReadyList ready_;
   TimerQueue timers_;
-  std::uint64_t timers_added_ = 0;
   bool stopping_ = false;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::uint32_t sleeping_ = 0;  // threads that have found nothing to do
