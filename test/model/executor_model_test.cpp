@@ -49,6 +49,7 @@ class Presence {
   Presence(World& world, NodeModel& node, int& in_group, bool exclusive) : node_(node), in_group_(in_group) {
     if (node.alone) world.fail("a callback ran beside a transition of its node");
     if (node.closed) world.fail("a callback started after its node was closed");
+    if (world.serving == 1 && node.inside != 0) world.fail("two callbacks of a node overlapped on one thread");
     if (exclusive && in_group != 0) world.fail("two callbacks of a mutually exclusive group overlapped");
     ++node_.inside;
     ++in_group_;
@@ -208,8 +209,6 @@ std::set<std::string> run(unsigned seed) {
                                            Duration{20'000 + scheduler.choose(100'000)}));
   }
   for (const auto& node : nodes) executor.open(node->groups);
-  for (const auto& beat : beats) executor.add_timer(*beat);
-
   std::vector<model::Thread> threads;
   for (unsigned p = 0; p <= scheduler.choose(3); ++p) {
     threads.emplace_back([&, n = 1 + scheduler.choose(6)] {
@@ -233,6 +232,7 @@ std::set<std::string> run(unsigned seed) {
       if (scheduler.choose(2) == 0) scheduler.sleep(Duration{scheduler.choose(100'000)});
       executor.post(*transition);
     }
+    for (const auto& beat : beats) executor.add_timer(*beat);
   });
   // One stream is taken out, and one node, while all of this goes on.
   Stream& leaving = *streams[scheduler.choose(static_cast<unsigned>(streams.size()))];
@@ -280,7 +280,13 @@ std::set<std::string> run(unsigned seed) {
   for (const auto& stream : streams) executor.forget(*stream);
   for (const auto& transition : transitions) executor.forget(*transition);
   if (!comes(world, [&] { return executor.is_idle(); })) world.fail("it does not come to rest");
-  if (executor.thread_count() < world.serving) world.fail("a thread is missing");
+  std::vector<ThreadReport> states;
+  std::size_t used = 0;
+  executor.report_threads(states, used);
+  const auto serving =
+      std::ranges::count_if(states, [](const auto& row) { return std::string(row.state) == "serving"; });
+  if (serving != world.serving)
+    world.fail("as many threads serve as the policy says, but for " + std::to_string(serving));
   nodes.clear();
   world.executor.reset();
   return world.problems;

@@ -22,8 +22,7 @@ void Executable::on_ready() noexcept {
 Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy)
     : name_(std::move(name)), clock_(clock), policy_(std::move(policy)) {
   const std::lock_guard lock(mutex_);
-  const std::uint32_t serving = policy_.own ? std::max(1U, policy_.threads) : 1;
-  for (std::uint32_t i = 0; i < serving; ++i) {
+  for (std::uint32_t i = 0; i < serving(); ++i) {
     start_worker();
     ++called_;
   }
@@ -68,9 +67,10 @@ inline Executable* Executor::pop() {
 
 inline bool Executor::admits(const Executable& executable) {
   const CallbackGroup& group = executable.group_;
+  const NodeGroups& node = executable.home_;
   if (executable.kind_ != Executable::Kind::Transition) [[likely]]
-    return !executable.home_.barred_ && (group.running_ == 0 || group.reentrant_);
-  return executable.home_.opened_ && executable.home_.running_ == 0;
+    return !node.barred_ && (node.one_at_a_time_ ? node.running_ == 0 : group.running_ == 0 || group.reentrant_);
+  return node.opened_ && node.running_ == 0;
 }
 
 void Executor::hold_back(Executable& executable) {

@@ -29,6 +29,12 @@ void ReadyList::remove(const Executable& executable) {
   }
 }
 
+NodeGroups::NodeGroups(Executor& executor, std::string name, OnFault on_fault)
+    : executor_(executor),
+      name_(std::move(name)),
+      on_fault_(std::move(on_fault)),
+      one_at_a_time_(executor.serving() == 1) {}
+
 NodeGroups::~NodeGroups() { static_cast<void>(executor_.close(*this, MonotonicTime{})); }
 
 void Executor::add_timer(TimerBase& timer) {
@@ -219,7 +225,7 @@ std::string Executor::why_not_wait(const NodeGroups& node, const CallbackGroup* 
     what = alone ? "a lifecycle transition runs alone in its node" : "a transition waits for all callbacks of its node";
   } else if (group == here->group && group->type() == CallbackGroupType::MutuallyExclusive) {
     what = "callbacks of one mutually exclusive group run one at a time";
-  } else if (!late && (!policy_.own || policy_.threads <= 1)) {
+  } else if (serving() == 1 && (!late || &mine == &node)) {
     what = fmt::format("executor '{}' has one thread", name_);
   } else {
     return {};

@@ -46,8 +46,7 @@ class ReadyList {
 class NodeGroups {
  public:
   using OnFault = std::function<void(std::string code, std::string text)>;
-  NodeGroups(Executor& executor, std::string name, OnFault on_fault)
-      : executor_(executor), name_(std::move(name)), on_fault_(std::move(on_fault)) {}
+  NodeGroups(Executor& executor, std::string name, OnFault on_fault);
   ~NodeGroups();
   NodeGroups(const NodeGroups&) = delete;
   NodeGroups& operator=(const NodeGroups&) = delete;
@@ -60,6 +59,7 @@ class NodeGroups {
   Executor& executor_;
   const std::string name_;
   const OnFault on_fault_;
+  const bool one_at_a_time_;  // the executor has one thread: a spare that takes a late one's place runs the other nodes
   // All under the executor's lock.
   bool barred_ = true;  // callbacks may not start: not opened yet, or a transition runs or waits
   bool opened_ = false;

@@ -22,8 +22,8 @@ namespace nacelle::runtime {
 /// Fair: whoever has more to do queues up again behind the others, so between two runs of one callback each other one that is
 /// ready has run once.
 /// A callback that overstays on the shared executor loses its place: the queue goes to a spare thread, and the late thread
-/// becomes the spare when it returns. A lifecycle transition leaves its place before it starts. The groups stay closed to
-/// others meanwhile, as always.
+/// becomes the spare when it returns. A lifecycle transition leaves its place before it starts. The spare runs the other
+/// nodes: with one thread, two callbacks of one node never overlap, whatever their groups.
 /// Threads: all public members from any thread.
 class Executor {
  public:
@@ -68,6 +68,8 @@ class Executor {
   [[nodiscard]] std::uint64_t handovers() const { return handovers_.load(std::memory_order_relaxed); }
   /// Threads ever started: as many as serve, and as many spares as there were late callbacks at the same time.
   [[nodiscard]] std::size_t thread_count() const;
+  /// Threads that run callbacks when none is late.
+  [[nodiscard]] std::uint32_t serving() const { return policy_.own && policy_.threads > 1 ? policy_.threads : 1; }
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Writes its threads into `out` from place `used` on, and moves `used`.
   void report_threads(std::vector<ThreadReport>& out, std::size_t& used) const;
