@@ -17,14 +17,13 @@ thread_local Executor::Worker* Executor::Worker::here = nullptr;
 void Executable::on_ready() noexcept {
   // Most messages of a busy stream find the thing queued already.
   if (queued_.load(std::memory_order_relaxed)) return;
-  group_.executor().post(*this);
+  home_.executor().post(*this);
 }
 
 Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy)
     : name_(std::move(name)), clock_(clock), policy_(std::move(policy)) {
   const std::lock_guard lock(mutex_);
-  const std::uint32_t serving = policy_.own ? std::max(1U, policy_.threads) : 1;
-  for (std::uint32_t i = 0; i < serving; ++i) {
+  for (std::uint32_t i = 0; i < serving(); ++i) {
     start_worker();
     ++called_;
   }
@@ -58,23 +57,30 @@ void Executor::enqueue(Executable& executable) {
   ready_.push_back(executable);
 }
 
-bool Executor::admits(const Executable& executable) {
-  const CallbackGroup& group = executable.group_;
-  const NodeGroups& node = group.node_;
-  if (!node.opened_ || node.alone_) return false;
-  if (executable.kind_ == Executable::Kind::Transition) return node.running_ == 0;
-  return node.next_transition_ == nullptr && (group.running_ == 0 || group.type() == CallbackGroupType::Reentrant);
-}
-
 // The first ready thing that may run; what may not waits in its node's backlog.
-Executable* Executor::pop() {
+inline Executable* Executor::pop() {
   while (Executable* const first = ready_.pop_front()) {
     if (admits(*first)) return first;
-    NodeGroups& node = first->group_.node_;
-    if (first->kind_ == Executable::Kind::Transition && node.next_transition_ == nullptr) node.next_transition_ = first;
-    node.backlog_.push_back(*first);
+    hold_back(*first);
   }
   return nullptr;
+}
+
+inline bool Executor::admits(const Executable& executable) {
+  const CallbackGroup& group = executable.group_;
+  const NodeGroups& node = executable.home_;
+  if (executable.kind_ != Executable::Kind::Transition) [[likely]]
+    return !node.barred_ && (node.one_at_a_time_ ? node.running_ == 0 : group.running_ == 0 || group.reentrant_);
+  return node.opened_ && node.running_ == 0;
+}
+
+void Executor::hold_back(Executable& executable) {
+  NodeGroups& node = executable.home_;
+  if (executable.kind_ == Executable::Kind::Transition && node.next_transition_ == nullptr) {
+    node.next_transition_ = &executable;
+    node.barred_ = true;
+  }
+  node.backlog_.push_back(executable);
 }
 
 void Executor::fire_due_timers(MonotonicTime now) {
@@ -85,16 +91,14 @@ void Executor::fire_due_timers(MonotonicTime now) {
     const bool waits = timer.queued_.load(std::memory_order_relaxed);
     timer.skipped_ += static_cast<std::uint64_t>(missed) + (waits ? 1 : 0);
     if (!waits) timer.was_due_ = timer.due_;
-    timer.due_ += timer.period_ * (missed + 1);
-    timers_.put(timer);
-    if (!waits && !timer.group_.node_.closed_) enqueue(timer);
+    timers_.put(timer, timer.due_ + timer.period_ * (missed + 1));
+    if (!waits && !timer.home_.closed_) enqueue(timer);
   }
 }
 
 // Whom to wake before the lock is released; the caller wakes it afterwards. The promise of docs/wake_up.md: while something is
 // ready or a timer is unwatched, no thread sleeps unless one is on its way that will look.
-Executor::Worker* Executor::next_to_call() {
-  if (sleeping_ == 0 || called_ != 0) return nullptr;
+Executor::Worker* Executor::choose_sleeper() {
   const bool timer = timers_.next_due() < kept_until_;
   if (ready_.empty() && !timer) return nullptr;
   Worker* chosen = nullptr;
@@ -119,7 +123,7 @@ bool Executor::post(Executable& executable) noexcept {
   Worker* to_wake = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    if (executable.group_.node_.closed_) return false;
+    if (executable.home_.closed_) return false;
     if (executable.queued_.load(std::memory_order_relaxed)) return true;
     enqueue(executable);
     to_wake = next_to_call();
@@ -199,39 +203,53 @@ void Executor::rest(Worker& self) {
   }
 }
 
-void Executor::begin(Worker& self, Executable& executable, MonotonicTime now) {
+[[gnu::always_inline]] inline void Executor::begin(Worker& self, Executable& executable, MonotonicTime now) {
   CallbackGroup& group = executable.group_;
-  NodeGroups& node = group.node_;
+  NodeGroups& node = executable.home_;
   executable.queued_.store(false, std::memory_order_relaxed);
   ++group.running_;
   ++node.running_;
   self.running = &executable;
   self.group = &group;
   self.started = now;
-  self.reported_hung = false;
-  if (executable.kind_ == Executable::Kind::Transition) [[unlikely]] {
-    self.alone = node.alone_ = true;
-    if (node.next_transition_ == &executable) node.next_transition_ = nullptr;
-    // It may take seconds by its nature: the others do not wait for it, not even for handover_after.
-    if (!policy_.own) hand_over(self);
-    return;
-  }
-  ++node.callbacks_;
-  self.sampled = --node.until_sample_ == 0;
+  if (executable.kind_ == Executable::Kind::Transition) [[unlikely]]
+    return begin_transition(self, executable);
+  // Noted here and not by the callback: a next tick may become ready, and change the moment, before the callback has begun.
+  if (executable.kind_ == Executable::Kind::Timer && executable.stats_ != nullptr)
+    executable.stats_->latency.record(now - static_cast<const TimerBase&>(executable).was_due_);
+  if (--node.until_sample_ == 0) [[unlikely]]
+    start_sample(self);
 }
 
-void Executor::run(Worker& self, Executable& executable, MonotonicTime now) {
-  if (self.sampled) self.cpu_before = cpu_time_of(self.cpu_clock);
-  const NodeGroups& node = self.group->node_;
+void Executor::start_sample(Worker& self) {
+  self.unusual |= Worker::kSampled;
+  self.sample = true;
+}
+
+void Executor::begin_transition(Worker& self, Executable& executable) {
+  NodeGroups& node = executable.home_;
+  self.unusual |= Worker::kAlone;
+  node.alone_ = node.barred_ = true;
+  if (node.next_transition_ == &executable) node.next_transition_ = nullptr;
+  // It may take seconds by its nature: the others do not wait for it, not even for handover_after.
+  if (!policy_.own) hand_over(self);
+}
+
+[[gnu::always_inline]] inline void Executor::run(Worker& self, Executable& executable, MonotonicTime now) {
+  const bool sampled = self.sample;
+  if (sampled) [[unlikely]]
+    self.cpu_before = cpu_time_of(self.cpu_clock);
+  const NodeGroups& node = executable.home_;  // the executable may be gone when it returns
   try {
     executable.execute(now);
   } catch (const std::exception& e) { node.on_fault_("EXCEPTION", e.what()); } catch (...) {
     node.on_fault_("EXCEPTION", "a callback threw something that is no std::exception");
   }
-  if (self.sampled) self.cpu_used = cpu_time_of(self.cpu_clock) - self.cpu_before;
+  if (sampled) [[unlikely]]
+    self.cpu_used = cpu_time_of(self.cpu_clock) - self.cpu_before;
 }
 
-void Executor::finish(Worker& self, MonotonicTime now) {
+[[gnu::always_inline]] inline void Executor::finish(Worker& self, MonotonicTime now) {
   CallbackGroup& group = *self.group;
   NodeGroups& node = group.node_;
   Executable* const executable = self.running;  // null: it forgot itself, and may be gone
@@ -239,10 +257,27 @@ void Executor::finish(Worker& self, MonotonicTime now) {
   self.group = nullptr;
   --group.running_;
   --node.running_;
-  if (self.alone) [[unlikely]]
-    self.alone = node.alone_ = false;
-  if (self.sampled) [[unlikely]] {
-    self.sampled = false;
+  if (self.unusual != 0) [[unlikely]]
+    finish_unusual(self, node);
+  // What waits for us was ready before everything in the queue.
+  if (!node.backlog_.empty()) [[unlikely]]
+    ready_.prepend(node.backlog_);
+  if (executable != nullptr) [[likely]] {
+    if (executable->stats_ != nullptr) executable->stats_->duration.record(now - self.started);
+    if (executable->wants_again() && !node.closed_ && !executable->queued_.load(std::memory_order_relaxed))
+      enqueue(*executable);
+  }
+  if (waiting_for_return_ != 0) [[unlikely]]
+    note_return();
+}
+
+void Executor::finish_unusual(Worker& self, NodeGroups& node) {
+  if ((self.unusual & Worker::kAlone) != 0) {
+    node.alone_ = false;
+    node.barred_ = node.next_transition_ != nullptr;
+  }
+  if (self.sample) {
+    self.sample = false;
     ++node.samples_;
     node.sampled_cpu_ += self.cpu_used;
     // Every 64th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
@@ -250,26 +285,16 @@ void Executor::finish(Worker& self, MonotonicTime now) {
     node.random_ ^= node.random_ >> 17;
     node.random_ ^= node.random_ << 5;
     node.until_sample_ = 33 + (node.random_ >> 8) % 63;
+    node.planned_ += node.until_sample_;
   }
-  // What waits for us was ready before everything in the queue.
-  if (!node.backlog_.empty()) ready_.prepend(node.backlog_);
-  if (executable != nullptr) {
-    if (executable->stats_ != nullptr) executable->stats_->duration.record(now - self.started);
-    if (!node.closed_ && !executable->queued_.load(std::memory_order_relaxed) && executable->wants_again())
-      enqueue(*executable);
-  }
-  if (self.late) [[unlikely]] {
-    self.late = false;
-    self.state = Worker::State::Spare;
-  }
-  if (waiting_for_return_ != 0) [[unlikely]]
-    note_return();
+  if ((self.unusual & Worker::kLate) != 0) self.state = Worker::State::Spare;
+  self.unusual = 0;
 }
 
 // The place of a callback that is late, or will be, goes to a spare.
 void Executor::hand_over(Worker& late) {
   auto spare = std::ranges::find(workers_, Worker::State::Spare, [](const auto& worker) { return worker->state; });
-  late.late = true;
+  late.unusual |= Worker::kLate;
   if (spare == workers_.end()) {
     start_worker();
     ++called_;

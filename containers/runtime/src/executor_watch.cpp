@@ -11,20 +11,6 @@
 
 namespace nacelle::runtime {
 
-void ReadyList::push_back(Executable& executable) {
-  executable.next_ = nullptr;
-  (last_ == nullptr ? first_ : last_->next_) = &executable;
-  last_ = &executable;
-}
-
-Executable* ReadyList::pop_front() {
-  Executable* const first = first_;
-  if (first == nullptr) return nullptr;
-  first_ = first->next_;
-  if (first_ == nullptr) last_ = nullptr;
-  return first;
-}
-
 void ReadyList::prepend(ReadyList& other) {
   if (other.empty()) return;
   other.last_->next_ = first_;
@@ -43,6 +29,12 @@ void ReadyList::remove(const Executable& executable) {
   }
 }
 
+NodeGroups::NodeGroups(Executor& executor, std::string name, OnFault on_fault)
+    : executor_(executor),
+      name_(std::move(name)),
+      on_fault_(std::move(on_fault)),
+      one_at_a_time_(executor.serving() == 1) {}
+
 NodeGroups::~NodeGroups() { static_cast<void>(executor_.close(*this, MonotonicTime{})); }
 
 void Executor::add_timer(TimerBase& timer) {
@@ -50,9 +42,8 @@ void Executor::add_timer(TimerBase& timer) {
   {
     const std::lock_guard lock(mutex_);
     timer.due_ = clock_.now() + timer.period_;
-    timer.order_ = timers_added_++;
     timer.armed_ = true;
-    if (timer.open_) timers_.put(timer);
+    if (timer.open_) timers_.put(timer, timer.due_);
     to_wake = next_to_call();
   }
   if (to_wake != nullptr) futex_wake(to_wake->word, 1);
@@ -75,7 +66,7 @@ void Executor::set_timer_open(TimerBase& timer, bool open) {
     } else if (timer.armed_) {
       const MonotonicTime now = clock_.now();
       if (timer.due_ <= now) timer.due_ += timer.period_ * ((now - timer.due_) / timer.period_ + 1);
-      timers_.put(timer);
+      timers_.put(timer, timer.due_);
       to_wake = next_to_call();
     }
   }
@@ -101,7 +92,7 @@ void Executor::note_return() {
 void Executor::forget(Executable& executable) {
   Worker* to_wake = nullptr;
   mutex_.lock();
-  NodeGroups& node = executable.group_.node_;
+  NodeGroups& node = executable.home_;
   if (executable.queued_.load(std::memory_order_relaxed)) {
     ready_.remove(executable);
     node.backlog_.remove(executable);
@@ -109,6 +100,7 @@ void Executor::forget(Executable& executable) {
   executable.queued_.store(true, std::memory_order_relaxed);  // nobody queues it again
   if (node.next_transition_ == &executable) {
     node.next_transition_ = nullptr;
+    node.barred_ = !node.opened_ || node.alone_;
     ready_.prepend(node.backlog_);
     to_wake = next_to_call();
   }
@@ -141,6 +133,8 @@ void Executor::open(NodeGroups& node) {
   {
     const std::lock_guard lock(mutex_);
     node.opened_ = true;
+    node.next_transition_ = nullptr;  // it is in the backlog, and finds out anew whether it must wait
+    node.barred_ = false;
     ready_.prepend(node.backlog_);
     to_wake = next_to_call();
   }
@@ -154,7 +148,7 @@ bool Executor::close(NodeGroups& node, MonotonicTime deadline) {
   ReadyList others;
   ready_.prepend(node.backlog_);
   while (Executable* const waiting = ready_.pop_front()) {
-    if (&waiting->group_.node_ != &node) {
+    if (&waiting->home_ != &node) {
       others.push_back(*waiting);
       continue;
     }
@@ -189,7 +183,7 @@ Duration Executor::supervise(const Limits& limits) {
       Worker& worker = *workers_[i];
       if (worker.group == nullptr) continue;
       const Duration ran = now - worker.started;
-      if (!policy_.own && !worker.late) {
+      if (!policy_.own && (worker.unusual & Worker::kLate) == 0) {
         if (ran > limits.handover_after) {
           hand_over(worker);
           handovers_.fetch_add(1, std::memory_order_relaxed);
@@ -197,13 +191,13 @@ Duration Executor::supervise(const Limits& limits) {
           next = std::min(next, limits.handover_after - ran);
         }
       }
-      if (worker.reported_hung || worker.alone) continue;
+      if ((worker.unusual & (Worker::kReportedHung | Worker::kAlone)) != 0) continue;
       if (ran <= limits.hang_after) {
         next = std::min(next, limits.hang_after - ran);
       } else if (hung != nullptr) {
         next = Duration::zero();  // one at a time
       } else {
-        worker.reported_hung = true;
+        worker.unusual |= Worker::kReportedHung;
         hung = &worker.group->node_;
         hung_for = ran;
         ++hung->pins_;  // the callback may return at this very moment, and its node must not go before we have told
@@ -225,13 +219,13 @@ std::string Executor::why_not_wait(const NodeGroups& node, const CallbackGroup* 
   if (here == nullptr || &here->executor != this || here->group == nullptr) return {};
   const std::lock_guard lock(mutex_);
   const NodeGroups& mine = here->group->node_;
+  const bool alone = (here->unusual & Worker::kAlone) != 0, late = (here->unusual & Worker::kLate) != 0;
   std::string what;
-  if (&mine == &node && (group == nullptr || here->alone)) {
-    what = here->alone ? "a lifecycle transition runs alone in its node"
-                       : "a transition waits for all callbacks of its node";
+  if (&mine == &node && (group == nullptr || alone)) {
+    what = alone ? "a lifecycle transition runs alone in its node" : "a transition waits for all callbacks of its node";
   } else if (group == here->group && group->type() == CallbackGroupType::MutuallyExclusive) {
     what = "callbacks of one mutually exclusive group run one at a time";
-  } else if (!here->late && (!policy_.own || policy_.threads <= 1)) {
+  } else if (serving() == 1 && (!late || &mine == &node)) {
     what = fmt::format("executor '{}' has one thread", name_);
   } else {
     return {};
@@ -263,7 +257,9 @@ void Executor::report_threads(std::vector<ThreadReport>& out, std::size_t& used)
     ThreadReport& row = out[used++];
     row.executor = name_;
     row.thread_id = worker->thread_id;
-    row.state = worker->late ? "late" : worker->state == Worker::State::Spare ? "spare" : "serving";
+    row.state = (worker->unusual & Worker::kLate) != 0  ? "late"
+                : worker->state == Worker::State::Spare ? "spare"
+                                                        : "serving";
     row.cpu = cpu_time_of(worker->cpu_clock);
   }
 }
@@ -271,12 +267,12 @@ void Executor::report_threads(std::vector<ThreadReport>& out, std::size_t& used)
 void Executor::report_load(const NodeGroups& node, LoadReport& out) const {
   const std::lock_guard lock(mutex_);
   out.node = node.name_;
-  out.callbacks = node.callbacks_;
+  out.callbacks = node.planned_ - node.until_sample_;
   out.samples = node.samples_;
   out.cpu = node.samples_ == 0 ? Duration::zero()
                                : Duration{static_cast<Duration::rep>(static_cast<double>(node.sampled_cpu_.count()) /
                                                                      static_cast<double>(node.samples_) *
-                                                                     static_cast<double>(node.callbacks_))};
+                                                                     static_cast<double>(out.callbacks))};
 }
 
 }  // namespace nacelle::runtime

@@ -23,13 +23,16 @@ struct Executor::Worker {
   Thread thread;
   std::atomic<std::uint32_t> word{0};  // futex: moves with every call
   State state = State::Called;         // it will look as soon as it has started
-  bool late = false;                   // its callback has lost its place; when it returns it is a spare
   Executable* running = nullptr;       // null when it forgot itself; `group` says whether something runs
   CallbackGroup* group = nullptr;
-  bool alone = false;  // a transition runs
-  bool reported_hung = false;
-  bool sampled = false;  // this run's CPU time is measured
   MonotonicTime started;
+  // What is out of the ordinary with the run that goes on; nothing, as a rule.
+  static constexpr std::uint8_t kAlone = 1,  // a transition
+      kSampled = 2,                          // its CPU time is measured, as `sample` says
+      kLate = 4,                             // it has lost its place; when it returns the thread is a spare
+      kReportedHung = 8;
+  std::uint8_t unusual = 0;
+  bool sample = false;  // the thread's own, for use outside the lock
   Duration cpu_before{}, cpu_used{};
   std::int32_t thread_id = 0;
   clockid_t cpu_clock = 0;  // readable from every thread; 0 until the thread has started

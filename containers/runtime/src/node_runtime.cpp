@@ -32,18 +32,10 @@ class PortBase : public NodeRuntime::Port {
     row.latency_max = latency.max();
   }
   [[nodiscard]] bool is_reentrant() const { return member_of_->type() == CallbackGroupType::Reentrant; }
-  // Callbacks of a reentrant group run beside themselves, and a histogram has one writer.
-  void note_latency(CallbackStats& stats, Duration latency) {
-    if (!is_reentrant()) return stats.latency.record(latency);
-    const std::lock_guard lock(noting_);
-    stats.latency.record(latency);
-  }
-
   NodeRuntime& node_;
   const std::shared_ptr<CallbackGroup> member_of_;
   const char* const kind_;
   const std::string name_;
-  FutexMutex noting_;
 };
 
 class SubscriptionPort final : public SubscriptionHandle, private PortBase, private Executable {
@@ -72,7 +64,7 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
     if (is_reentrant()) {
       // The next message need not wait for this one's callback.
       if (reader_->has_waiting()) on_ready();
-      const std::lock_guard lock(noting_);
+      const std::lock_guard lock(noting_);  // such a callback runs beside itself, and a histogram has one writer
       reader_->note_latency(now - block->info.source_time);
     } else {
       reader_->note_latency(now - block->info.source_time);
@@ -98,6 +90,7 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
   const MessageCallback callback_;
   std::unique_ptr<Reader> reader_;
   CallbackStats stats_;
+  FutexMutex noting_;
 };
 
 class StatusPort final : public StatusEventHandle, private StatusListener, private Executable {
@@ -136,10 +129,9 @@ class TimerPort final : public TimerHandle, private PortBase, private TimerBase 
   bool is_canceled() const override { return !node_.executor().is_armed(*this); }
 
  private:
-  void execute(MonotonicTime now) override {
+  void execute(MonotonicTime) override {
     // It may have been gated or canceled while it waited in the queue.
     if (!node_.active().load(std::memory_order_relaxed) || is_canceled()) return;
-    note_latency(stats_, now - was_due());
     callback_.run(callback_.context);
   }
   void set_active(bool active) override { node_.executor().set_timer_open(*this, active); }

@@ -31,8 +31,10 @@ void TimerQueue::settle(std::size_t place) {
   next_due_ = heap_.front()->due_;
 }
 
-void TimerQueue::put(TimerBase& timer) {
+void TimerQueue::put(TimerBase& timer, MonotonicTime due) {
+  timer.due_ = due;
   if (timer.place_ == TimerBase::kNotWaiting) {
+    timer.order_ = added_++;
     heap_.push_back(&timer);
     timer.place_ = heap_.size() - 1;
   }

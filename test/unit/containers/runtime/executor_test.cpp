@@ -3,26 +3,14 @@
 
 #include <gtest/gtest.h>
 
-#include <condition_variable>
-#include <functional>
 #include <future>
 #include <mutex>
 #include <stdexcept>
 
-#include "support/manual_clock.hpp"
+#include "executor_fixture.hpp"
 
 namespace nacelle::runtime {
 namespace {
-
-class Callable final : public Executable {
- public:
-  Callable(CallbackGroup& group, std::function<void()> what) : Executable(group), what_(std::move(what)) {}
-  ~Callable() override { group().executor().forget(*this); }
-  void execute(MonotonicTime) override { what_(); }
-
- private:
-  std::function<void()> what_;
-};
 
 struct ExecutorTest : ::testing::Test {
   SystemClock clock;  // real threads sleep in real time; no test here asserts a duration
@@ -39,13 +27,6 @@ struct ExecutorTest : ::testing::Test {
   void SetUp() override {
     executor.open(node_a);
     executor.open(node_b);
-  }
-  // Everything posted before has run when this returns.
-  void drain(CallbackGroup& g) {
-    std::promise<void> done;
-    Callable last(g, [&] { done.set_value(); });
-    executor.post(last);
-    done.get_future().wait();
   }
 };
 
@@ -151,39 +132,130 @@ TEST_F(ExecutorTest, forget_waits_for_a_run_that_goes_on) {
   EXPECT_TRUE(destroyed.get());
 }
 
-TEST_F(ExecutorTest, a_closed_group_starts_nothing_more) {
+TEST_F(ExecutorTest, a_closed_node_starts_nothing_more_and_what_waits_is_told) {
+  Door entered, release;
   bool ran = false;
-  Callable late(a, [&] { ran = true; });
+  Callable hold(b, [&] {
+    entered.open();
+    EXPECT_TRUE(release.wait());
+  });
+  Callable waiting(a, [&] { ran = true; }), late(a, [&] { ran = true; });
+  executor.post(hold);
+  ASSERT_TRUE(entered.wait());
+  EXPECT_TRUE(executor.post(waiting));
   EXPECT_TRUE(executor.close(node_a, clock.now() + 10s));
-  executor.post(late);
+  EXPECT_TRUE(waiting.discarded);
+  EXPECT_FALSE(executor.post(late));
+  release.open();
   drain(b);
   EXPECT_FALSE(ran);
 }
 
-class Tick final : public TimerBase {
- public:
-  Tick(CallbackGroup& g, Duration period, std::function<void()> what) : TimerBase(g, period), what_(std::move(what)) {}
-  ~Tick() override {
-    group().executor().cancel_timer(*this);
-    group().executor().forget(*this);
-  }
-  void execute(MonotonicTime) override { what_(); }
+TEST_F(ExecutorTest, nothing_of_a_node_runs_before_it_is_opened) {
+  NodeGroups made{executor, "/made", on_fault};
+  CallbackGroup group{made};
+  std::atomic<bool> ran{false};
+  Callable early(group, [&] { ran = true; });
+  executor.post(early);
+  drain(a);
+  EXPECT_FALSE(ran) << "while the constructor of its node may still run";
+  executor.open(made);
+  drain(group);
+  EXPECT_TRUE(ran);
+}
 
- private:
-  std::function<void()> what_;
-};
+TEST_F(ExecutorTest, a_transition_takes_no_time_from_the_other_nodes) {
+  Door entered, release;
+  Callable transition(
+      a,
+      [&] {
+        entered.open();
+        EXPECT_TRUE(release.wait());
+      },
+      Executable::Kind::Transition);
+  executor.post(transition);
+  ASSERT_TRUE(entered.wait());
+  drain(b);  // nobody supervises here: the place was given away before the transition began
+  EXPECT_EQ(executor.handovers(), 0U);
+  release.open();
+  drain(a);
+  EXPECT_EQ(executor.thread_count(), 2U);
+}
+
+TEST_F(ExecutorTest, a_node_is_not_gone_while_its_hang_is_told) {
+  Door entered, release, telling, told;
+  auto node = std::make_unique<NodeGroups>(executor, "/slow", [&](const std::string&, const std::string&) {
+    telling.open();
+    EXPECT_TRUE(told.wait());
+  });
+  CallbackGroup group{*node};
+  executor.open(*node);
+  Callable stuck(group, [&] {
+    entered.open();
+    EXPECT_TRUE(release.wait());
+  });
+  executor.post(stuck);
+  ASSERT_TRUE(entered.wait());
+  auto watching = std::async(std::launch::async, [&] {
+    while (executor.handovers() == 0) static_cast<void>(executor.supervise({1us, 2us}));
+  });
+  ASSERT_TRUE(telling.wait());
+  release.open();
+  drain(a);  // the callback has returned, and its fault is still being told
+  EXPECT_FALSE(executor.close(*node, clock.now()));
+  told.open();
+  EXPECT_TRUE(executor.close(*node, clock.now() + 20s));
+  watching.wait();
+}
 
 TEST_F(ExecutorTest, a_timer_that_is_always_late_does_not_starve_the_others) {
-  std::promise<void> ten_others;
+  Door hundred;
   std::atomic<int> others{0}, ticks{0};
-  Tick greedy(a, 1ns, [&] { ++ticks; });
-  Tick modest(b, 1us, [&] {
-    if (++others == 10) ten_others.set_value();
+  int in_a_row = 0, most = 0;
+  Tick greedy(a, 1ns, [&] {
+    ++ticks;
+    if (others < 100) most = std::max(most, ++in_a_row);
   });
+  Callable modest(b, [&] {
+    in_a_row = 0;
+    if (++others == 100) hundred.open();
+  });
+  modest.again = [&] { return others < 100; };
+  Door begin;
+  Callable hold(a, [&] { EXPECT_TRUE(begin.wait()); });
+  executor.post(hold);
   executor.add_timer(greedy);
-  executor.add_timer(modest);
-  ten_others.get_future().wait();
-  EXPECT_GT(ticks.load(), 0);
+  executor.post(modest);
+  begin.open();
+  ASSERT_TRUE(hundred.wait());
+  executor.cancel_timer(greedy);
+  drain(a);
+  EXPECT_GE(ticks, 90) << "and it is not starved either";
+  EXPECT_LE(most, 1) << "between two runs of one callback, each other one that is ready has run";
+}
+
+TEST_F(ExecutorTest, streams_that_are_always_full_take_turns) {
+  constexpr int kStreams = 5, kRounds = 1000;
+  std::vector<int> runs(kStreams);
+  Door done;
+  std::vector<std::unique_ptr<Callable>> streams;
+  int worst = 0;
+  for (int i = 0; i < kStreams; ++i) {
+    streams.push_back(std::make_unique<Callable>(i % 2 == 0 ? a : b, [&, i] {
+      ++runs[i];
+      const auto [fewest, most] = std::minmax_element(runs.begin(), runs.end());
+      worst = std::max(worst, *most - *fewest);
+      if (*fewest == kRounds) done.open();
+    }));
+    streams.back()->again = [&, i] { return runs[i] < kRounds; };
+  }
+  Door all_posted;
+  Callable hold(a, [&] { EXPECT_TRUE(all_posted.wait()); });
+  executor.post(hold);
+  for (const auto& stream : streams) executor.post(*stream);
+  all_posted.open();
+  ASSERT_TRUE(done.wait());
+  EXPECT_LE(worst, 1);
 }
 
 }  // namespace

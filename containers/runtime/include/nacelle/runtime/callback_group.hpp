@@ -28,7 +28,7 @@ class ReadyList {
  public:
   [[nodiscard]] bool empty() const { return first_ == nullptr; }
   void push_back(Executable& executable);
-  [[nodiscard]] Executable* pop_front();
+  [[nodiscard]] Executable* pop_front();  // null when empty
   /// Puts the whole of another list, which is empty afterwards, before this one.
   void prepend(ReadyList& other);
   void remove(const Executable& executable);
@@ -46,8 +46,7 @@ class ReadyList {
 class NodeGroups {
  public:
   using OnFault = std::function<void(std::string code, std::string text)>;
-  NodeGroups(Executor& executor, std::string name, OnFault on_fault)
-      : executor_(executor), name_(std::move(name)), on_fault_(std::move(on_fault)) {}
+  NodeGroups(Executor& executor, std::string name, OnFault on_fault);
   ~NodeGroups();
   NodeGroups(const NodeGroups&) = delete;
   NodeGroups& operator=(const NodeGroups&) = delete;
@@ -60,7 +59,9 @@ class NodeGroups {
   Executor& executor_;
   const std::string name_;
   const OnFault on_fault_;
+  const bool one_at_a_time_;  // the executor has one thread: a spare that takes a late one's place runs the other nodes
   // All under the executor's lock.
+  bool barred_ = true;  // callbacks may not start: not opened yet, or a transition runs or waits
   bool opened_ = false;
   bool closed_ = false;
   bool alone_ = false;                           // a transition runs
@@ -70,7 +71,7 @@ class NodeGroups {
   ReadyList backlog_;  // ready, but not admitted; all of it was ready before anything in the executor's queue
   std::uint32_t until_sample_ = 1;
   std::uint32_t random_ = 2463534242;
-  std::uint64_t callbacks_ = 0, samples_ = 0;
+  std::uint64_t planned_ = 1, samples_ = 0;  // callbacks up to the next sample
   Duration sampled_cpu_{};
 };
 
@@ -85,6 +86,7 @@ class CallbackGroup final : public nacelle::CallbackGroup {
  private:
   friend class Executor;
   NodeGroups& node_;
+  const bool reentrant_ = type() == CallbackGroupType::Reentrant;
   std::uint32_t running_ = 0;  // under the executor's lock
 };
 
@@ -95,9 +97,11 @@ class Executable : public ReadyListener {
  public:
   enum class Kind : std::uint8_t {
     Callback,    ///< Of a component; expected to return soon.
+    Timer,       ///< The same, of a TimerBase.
     Transition,  ///< Runs while no callback of its node does, and may take seconds: late is not hung.
   };
-  explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback) : group_(group), kind_(kind) {}
+  explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback)
+      : group_(group), home_(group.node()), kind_(kind) {}
   ~Executable() override = default;
 
   /// Runs once. `now` is the time of the start. Exceptions become a fault of the component.
@@ -118,18 +122,33 @@ class Executable : public ReadyListener {
   friend class Executor;
   friend class ReadyList;
   CallbackGroup& group_;
+  NodeGroups& home_;
   const Kind kind_;
   Executable* next_ = nullptr;  // in the ready queue or a backlog; under the executor's lock
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
 };
 
+inline void ReadyList::push_back(Executable& executable) {
+  executable.next_ = nullptr;
+  (last_ == nullptr ? first_ : last_->next_) = &executable;
+  last_ = &executable;
+}
+
+inline Executable* ReadyList::pop_front() {
+  Executable* const first = first_;
+  if (first == nullptr) return nullptr;
+  first_ = first->next_;
+  if (first_ == nullptr) last_ = nullptr;
+  return first;
+}
+
 /// Fires at a fixed period; see Timer. Threads: under its executor's lock, or from its own callback.
 class TimerBase : public Executable {
  public:
-  TimerBase(CallbackGroup& group, Duration period) : Executable(group), period_(period) {}
-  /// When the tick that runs was due. From its own callback.
-  [[nodiscard]] MonotonicTime was_due() const { return was_due_; }
+  TimerBase(CallbackGroup& group, Duration period) : Executable(group, Kind::Timer), period_(period) {}
+  /// When the next tick is due.
+  [[nodiscard]] MonotonicTime due() const { return due_; }
 
  private:
   friend class Executor;
@@ -138,7 +157,7 @@ class TimerBase : public Executable {
 
   const Duration period_;
   MonotonicTime due_;
-  MonotonicTime was_due_;
+  MonotonicTime was_due_;            // the tick that is in the ready queue
   std::uint64_t order_ = 0;          // of timers that are due at one moment, the one that was added first comes first
   std::size_t place_ = kNotWaiting;  // in the TimerQueue
   bool armed_ = false;               // what cancel() and reset() say

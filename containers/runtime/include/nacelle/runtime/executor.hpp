@@ -22,8 +22,8 @@ namespace nacelle::runtime {
 /// Fair: whoever has more to do queues up again behind the others, so between two runs of one callback each other one that is
 /// ready has run once.
 /// A callback that overstays on the shared executor loses its place: the queue goes to a spare thread, and the late thread
-/// becomes the spare when it returns. A lifecycle transition leaves its place before it starts. The groups stay closed to
-/// others meanwhile, as always.
+/// becomes the spare when it returns. A lifecycle transition leaves its place before it starts. The spare runs the other
+/// nodes: with one thread, two callbacks of one node never overlap, whatever their groups.
 /// Threads: all public members from any thread.
 class Executor {
  public:
@@ -68,6 +68,8 @@ class Executor {
   [[nodiscard]] std::uint64_t handovers() const { return handovers_.load(std::memory_order_relaxed); }
   /// Threads ever started: as many as serve, and as many spares as there were late callbacks at the same time.
   [[nodiscard]] std::size_t thread_count() const;
+  /// Threads that run callbacks when none is late.
+  [[nodiscard]] std::uint32_t serving() const { return policy_.own && policy_.threads > 1 ? policy_.threads : 1; }
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Writes its threads into `out` from place `used` on, and moves `used`.
   void report_threads(std::vector<ThreadReport>& out, std::size_t& used) const;
@@ -84,13 +86,18 @@ class Executor {
   void hand_over(Worker& late);
   void enqueue(Executable& executable);
   [[nodiscard]] static bool admits(const Executable& executable);
+  static void hold_back(Executable& executable);
   Executable* pop();
   void fire_due_timers(MonotonicTime now);
   void begin(Worker& self, Executable& executable, MonotonicTime now);
   void run(Worker& self, Executable& executable, MonotonicTime now);
   void finish(Worker& self, MonotonicTime now);
+  static void start_sample(Worker& self);
+  void begin_transition(Worker& self, Executable& executable);
+  void finish_unusual(Worker& self, NodeGroups& node);
   void call(Worker& worker);
-  [[nodiscard]] Worker* next_to_call();
+  [[nodiscard]] Worker* next_to_call() { return sleeping_ == 0 || called_ != 0 ? nullptr : choose_sleeper(); }
+  [[nodiscard]] Worker* choose_sleeper();
   void note_return();
   void wait_for_return();
   [[nodiscard]] std::string why_not_wait(const NodeGroups& node, const CallbackGroup* group) const;
@@ -104,7 +111,6 @@ class Executor {
       mutex_;  // everything below, and what NodeGroups, CallbackGroup, Executable and TimerBase keep for us
   ReadyList ready_;
   TimerQueue timers_;
-  std::uint64_t timers_added_ = 0;
   bool stopping_ = false;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::uint32_t sleeping_ = 0;  // threads that have found nothing to do

@@ -21,8 +21,8 @@ class TimerQueue {
   /// The timer that is due next; the queue is not empty.
   [[nodiscard]] TimerBase& first() const { return *heap_.front(); }
   [[nodiscard]] std::size_t size() const { return heap_.size(); }
-  /// Adds a timer, or moves it to the due time that it now has.
-  void put(TimerBase& timer);
+  /// Adds a timer, or moves it to another moment.
+  void put(TimerBase& timer, MonotonicTime due);
   void remove(TimerBase& timer);
 
  private:
@@ -31,6 +31,7 @@ class TimerQueue {
   void settle(std::size_t place);
 
   std::vector<TimerBase*> heap_;
+  std::uint64_t added_ = 0;
   MonotonicTime next_due_ = kNever;
 };
 

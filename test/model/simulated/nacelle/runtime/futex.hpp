@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stands before the runtime's own header when its sources are compiled for the model check: the same words, simulated.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "../../../scheduler.hpp"
+
+namespace nacelle::runtime {
+
+inline void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expected, MonotonicTime deadline) {
+  model::Scheduler::current().wait(word, expected, deadline);
+}
+inline void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) {
+  futex_wait_until(word, expected, model::kForEver);
+}
+inline void futex_wake(const std::atomic<std::uint32_t>& word, int count) {
+  model::Scheduler::current().wake(word, count);
+}
+
+class FutexMutex {
+ public:
+  void lock() { model::Scheduler::current().lock(taken_); }
+  void unlock() { model::Scheduler::current().unlock(taken_); }
+
+ private:
+  bool taken_ = false;
+};
+
+}  // namespace nacelle::runtime
