@@ -231,6 +231,8 @@ void Executor::run_as_owner(Worker& self) {
     self.group = &group;
     self.started = now;
     self.reported_hung = false;
+    // A transition may open devices for seconds: nobody else is to notice, not even for handover_after.
+    if (!policy_.own && next->may_take_long()) hand_over();
     mutex_.unlock();
     running_here = next;
     try {
@@ -310,10 +312,46 @@ void Executor::forget(Executable& executable) {
   waiters_.fetch_sub(1);
 }
 
+// Under the lock. What is dropped stays marked as queued, so that nobody queues it again.
+void Executor::drop_waiting(Executable*& list, const CallbackGroup& group) {
+  Executable** at = &list;
+  while (*at != nullptr) {
+    Executable* const waiting = *at;
+    if (&waiting->group_ != &group) {
+      at = &waiting->next_;
+      continue;
+    }
+    *at = waiting->next_;
+    waiting->next_ = nullptr;
+    waiting->on_dropped();
+  }
+}
+
+// Under the lock: a spare thread becomes the owner of queue and timers.
+void Executor::hand_over() {
+  // Spares are threads whose callback has returned; there is rarely more than one.
+  Worker* spare = nullptr;
+  for (const auto& worker : workers_) {
+    if (worker.get() != owner_ && worker->running == nullptr && worker->group == nullptr) spare = worker.get();
+  }
+  if (spare == nullptr) {
+    start_worker();
+    spare = workers_.back().get();
+  }
+  owner_ = spare;
+  handovers_.fetch_add(1, std::memory_order_relaxed);
+  spare->turn.fetch_add(1, std::memory_order_release);
+  futex_wake(spare->turn, 1);
+}
+
 bool Executor::close(CallbackGroup& group, MonotonicTime deadline) {
   waiters_.fetch_add(1);
   mutex_.lock();
   group.closed_ = true;
+  drop_waiting(head_, group);
+  tail_ = head_;
+  while (tail_ != nullptr && tail_->next_ != nullptr) tail_ = tail_->next_;
+  drop_waiting(group.backlog_, group);
   bool done = !group.busy_ || (executor_here == this && running_here != nullptr && &running_here->group_ == &group);
   while (!done && clock_.now() < deadline) {
     const std::uint32_t word = finished_word_.load(std::memory_order_relaxed);
@@ -335,21 +373,7 @@ void Executor::supervise(const Limits& limits) {
     const std::lock_guard lock(mutex_);
     if (stopping_) return;
     const MonotonicTime now = clock_.now();
-    if (!policy_.own && owner_->running != nullptr && now - owner_->started > limits.handover_after) {
-      // Spares are threads whose callback has returned; there is rarely more than one.
-      Worker* spare = nullptr;
-      for (const auto& worker : workers_) {
-        if (worker.get() != owner_ && worker->running == nullptr && worker->group == nullptr) spare = worker.get();
-      }
-      if (spare == nullptr) {
-        start_worker();
-        spare = workers_.back().get();
-      }
-      owner_ = spare;
-      handovers_.fetch_add(1, std::memory_order_relaxed);
-      spare->turn.fetch_add(1, std::memory_order_release);
-      futex_wake(spare->turn, 1);
-    }
+    if (!policy_.own && owner_->running != nullptr && now - owner_->started > limits.handover_after) hand_over();
     for (const auto& worker : workers_) {
       if (worker->group == nullptr || worker->running == nullptr || worker->reported_hung ||
           worker->running->may_take_long())

@@ -78,8 +78,10 @@ class ServicePort final : public ServiceHandle {
               ServiceCallback callback)
       : node_(node), name_(std::move(name)), port_(node.group(), request, response, callback, node.active()) {
     node_.commons().services.add(name_, port_);
+    node_.enroll(name_, port_);
   }
   ~ServicePort() override {
+    node_.leave(port_);
     node_.commons().services.remove(name_, port_);
     node_.group().executor().forget(port_);
     port_.refuse_all();
@@ -100,7 +102,7 @@ class ClientEnd final : public ClientHandle {
     node_.group().executor().forget(port_);
   }
   std::int64_t send(void* request) override {
-    Call call{port_.handle(), next_, AnyMessage{request_}};
+    Call call{{port_.handle(), next_}, AnyMessage{request_}};
     request_.move_assign(call.request.get(), request);
     if (!node_.commons().services.send(name_, request_, std::move(call))) return 0;
     return next_++;
@@ -118,24 +120,42 @@ class ClientEnd final : public ClientHandle {
 // Runs once on the component's executor. Shared with the waiting thread: either may be the last to need it.
 class Task final : public Executable {
  public:
+  enum State : std::uint32_t { kWaiting, kEnded, kDropped, kGivenUp };
   Task(CallbackGroup& group, std::function<void()> what) : Executable(group), what_(std::move(what)) {}
   void execute(MonotonicTime) override {
-    what_();
-    done_.store(1, std::memory_order_release);
-    futex_wake(done_, 1);
+    // Given up before it began: whoever wanted it has been told that it failed, so it must not happen later.
+    if (state_.load(std::memory_order_acquire) == kWaiting) what_();
+    std::uint32_t expected = kWaiting;
+    if (state_.compare_exchange_strong(expected, kEnded, std::memory_order_acq_rel)) {
+      futex_wake(state_, 1);
+    } else {
+      group().executor().forget(*this);
+      delete this;
+    }
   }
   bool may_take_long() const override { return true; }
-  [[nodiscard]] bool wait(const Clock& clock, MonotonicTime deadline) {
-    while (done_.load(std::memory_order_acquire) == 0) {
-      if (clock.now() >= deadline) return false;
-      futex_wait_until(done_, 0, deadline);
+  void on_dropped() noexcept override {
+    std::uint32_t expected = kWaiting;
+    if (state_.compare_exchange_strong(expected, kDropped, std::memory_order_acq_rel)) {
+      futex_wake(state_, 1);
+    } else {
+      delete this;
     }
-    return true;
+  }
+  /// kGivenUp: the task ends itself, when it returns or is dropped; else it is the caller's.
+  [[nodiscard]] std::uint32_t wait(const Clock& clock, MonotonicTime deadline) {
+    for (;;) {
+      std::uint32_t state = state_.load(std::memory_order_acquire);
+      if (state != kWaiting) return state;
+      if (clock.now() >= deadline && state_.compare_exchange_strong(state, kGivenUp, std::memory_order_acq_rel))
+        return kGivenUp;
+      futex_wait_until(state_, kWaiting, deadline);
+    }
   }
 
  private:
   const std::function<void()> what_;
-  std::atomic<std::uint32_t> done_{0};
+  std::atomic<std::uint32_t> state_{kWaiting};  // futex
 };
 
 // As Task, but nobody waits for it: it ends itself.
@@ -148,6 +168,7 @@ class DetachedTask final : public Executable {
     delete this;
   }
   bool may_take_long() const override { return true; }
+  void on_dropped() noexcept override { delete this; }
 
  private:
   const std::function<void()> what_;
@@ -246,6 +267,25 @@ void NodeRuntime::leave(Reader& reader) {
   std::erase(readers_, &reader);
 }
 
+void NodeRuntime::enroll(const std::string& name, ServerPort& server) {
+  const std::lock_guard lock(mutex_);
+  servers_.emplace_back(name, &server);
+}
+void NodeRuntime::leave(ServerPort& server) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(servers_, [&](const auto& entry) { return entry.second == &server; });
+}
+
+void NodeRuntime::withdraw() {
+  set_active(false);
+  commons_.frames.withdraw(identity_.fully_qualified());
+  const std::lock_guard lock(mutex_);
+  for (const auto& [name, server] : servers_) {
+    commons_.services.remove(name, *server);
+    server->refuse_all();
+  }
+}
+
 void NodeRuntime::post(std::function<void()> what) {
   group_.executor().post(*new DetachedTask(group_, std::move(what)));
 }
@@ -253,12 +293,11 @@ void NodeRuntime::post(std::function<void()> what) {
 bool NodeRuntime::run_and_wait(std::function<void()> what, MonotonicTime deadline) {
   auto* const task = new Task(group_, std::move(what));
   group_.executor().post(*task);
-  const bool ended = task->wait(commons_.clock, deadline);
-  // A task that hangs is left to the thread that hangs in it.
-  if (!ended) return false;
+  const std::uint32_t state = task->wait(commons_.clock, deadline);
+  if (state == Task::kGivenUp) return false;
   group_.executor().forget(*task);
   delete task;
-  return true;
+  return state == Task::kEnded;
 }
 
 }  // namespace nacelle::runtime

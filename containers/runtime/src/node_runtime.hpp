@@ -63,6 +63,9 @@ class NodeRuntime {
   [[nodiscard]] bool run_and_wait(std::function<void()> what, MonotonicTime deadline);
   /// The same without waiting.
   void post(std::function<void()> what);
+  /// For a component whose code does not return: it takes and sends nothing any more, its frames are free for others, and who
+  /// waits for an answer of its services is told that there will be none.
+  void withdraw();
   void write_safe_stop() const noexcept;
   [[nodiscard]] CallbackGroup& group() { return group_; }
   [[nodiscard]] const NodeIdentity& identity() const { return identity_; }
@@ -73,6 +76,8 @@ class NodeRuntime {
   // Readers enter and leave the lifecycle gate by themselves.
   void enroll(Reader& reader);
   void leave(Reader& reader);
+  void enroll(const std::string& name, ServerPort& server);
+  void leave(ServerPort& server);
 
  private:
   struct NamedHistogram {
@@ -87,6 +92,7 @@ class NodeRuntime {
   std::atomic<bool> active_{true};
   mutable std::mutex mutex_;  // the lists below
   std::vector<Reader*> readers_;
+  std::vector<std::pair<std::string, ServerPort*>> servers_;
   std::deque<NamedHistogram> histograms_;  // a deque: references stay
   SafeStop safe_stop_;
 };

@@ -34,7 +34,10 @@ class Executable : public ReadyListener {
   /// True if there is more to do at once.
   [[nodiscard]] virtual bool wants_again() const { return false; }
   /// True for callbacks that may take seconds by nature (lifecycle transitions): late is not hung.
+  /// On a shared executor the others move to the spare thread before it starts, not when it is late.
   [[nodiscard]] virtual bool may_take_long() const { return false; }
+  /// Its group was closed while it waited: it will never run. Called under the executor's lock; may delete itself.
+  virtual void on_dropped() noexcept {}
   void on_ready() noexcept final;
   [[nodiscard]] CallbackGroup& group() const { return group_; }
 
@@ -102,8 +105,8 @@ class Executor {
   [[nodiscard]] bool is_armed(const TimerBase& timer) const;
   /// After this the thing does not run any more; waits for a run that is going on, unless called from within it.
   void forget(Executable& executable);
-  /// Nothing of the group starts any more; waits until what runs has returned, at most until the deadline.
-  /// Returns false when it still runs.
+  /// Nothing of the group starts any more, what waits is dropped; waits until what runs has returned, at most until the
+  /// deadline. Returns false when it still runs.
   [[nodiscard]] bool close(CallbackGroup& group, MonotonicTime deadline);
 
   /// What the supervisor asks: takes the queue from a callback that overstays, and makes one that hangs a fault, once.
@@ -127,6 +130,8 @@ class Executor {
   void fire_due_timers(MonotonicTime now);
   void finish(Worker& self, Executable* executable, CallbackGroup& group);
   void unlink(Executable*& list, Executable& executable);
+  void hand_over();
+  void drop_waiting(Executable*& list, const CallbackGroup& group);
   bool group_has_run(const CallbackGroup& group) const;
 
   const std::string name_;
