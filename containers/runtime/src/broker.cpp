@@ -89,6 +89,7 @@ class BrokerWriter final : public Writer {
     {
       const std::lock_guard lock(topic_->mutex_);
       std::erase(topic_->writers_, this);
+      for (const auto& reader : topic_->readers_) reader->forget_writer(id_);
       fold_into(topic_->gone_);
     }
     for (Block* block : history_) drop_reference(*block);
