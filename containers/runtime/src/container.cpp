@@ -114,7 +114,7 @@ struct Container::Impl final : Context {
   Supervisor supervisor;
   PluginIndex index;
   std::unique_ptr<Executor> shared_executor;  // made with the first component that shares it
-  mutable std::mutex mutex;                   // what follows, and the shared executor; no code of a component runs under it
+  mutable std::mutex mutex;  // what follows, and the shared executor; no code of a component runs under it
   std::map<std::uint64_t, std::shared_ptr<Record>> records;
   std::map<std::string, const Record*> names;      // of nodes that are loaded, being loaded or being unloaded
   std::vector<std::shared_ptr<Record>> abandoned;  // their code has not returned
@@ -303,8 +303,8 @@ struct Container::Impl final : Context {
     const std::lock_guard lock(mutex);
     for (const auto& [id, other] : records) {
       if (other->library->image() == image) {
-        return {false, fmt::format("another instance ({}, component {})",
-                                   other->runtime->identity().fully_qualified(), id)};
+        return {false,
+                fmt::format("another instance ({}, component {})", other->runtime->identity().fully_qualified(), id)};
       }
     }
     for (const auto& held : held_images) {
@@ -335,7 +335,8 @@ struct Container::Impl final : Context {
       record->errand.reset();
       if (record->node != nullptr) {
         start_destroying(record);
-        if (!record->errand->wait(commons.clock, commons.clock.now() + std::min<Duration>(1s, options.transition_timeout))) {
+        if (!record->errand->wait(commons.clock,
+                                  commons.clock.now() + std::min<Duration>(1s, options.transition_timeout))) {
           const std::lock_guard lock(mutex);
           abandoned.push_back(record);
           continue;
@@ -402,9 +403,9 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   if (!record->errand->wait(impl_->commons.clock, deadline)) {
     const std::string busy_with = record->busy_with.load();
     impl_->abandon(record);
-    return err(Problem{where, fmt::format("not loaded: {} within {:g} s", busy_with,
-                                          to_seconds(impl_->options.transition_timeout)),
-                       "the others go on; its library stays until it returns"});
+    return err(Problem{
+        where, fmt::format("not loaded: {} within {:g} s", busy_with, to_seconds(impl_->options.transition_timeout)),
+        "the others go on; its library stays until it returns"});
   }
   record->errand.reset();
   if (record->failure) {

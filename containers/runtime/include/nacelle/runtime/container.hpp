@@ -27,7 +27,7 @@ struct ContainerOptions {
   std::vector<std::string> component_path;  ///< Folders with plugin libraries and their index/.
   Duration handover_after = 20ms;           ///< A callback longer than this loses its executor to a spare thread.
   Duration hang_after = 1500ms;             ///< A callback longer than this faults its component.
-  Duration transition_timeout = 30s;        ///< A lifecycle callback, constructor or destructor longer than this is given up.
+  Duration transition_timeout = 30s;  ///< A lifecycle callback, constructor or destructor longer than this is given up.
 };
 
 /// What is to be made of a plugin.
