@@ -23,7 +23,7 @@ Errand::~Errand() { thread_.join(); }
 bool Errand::wait(const Clock& clock, MonotonicTime deadline) {
   while (!has_ended()) {
     if (clock.now() >= deadline) return false;
-    futex_wait_until(ended_, 0, deadline);
+    futex_wait_until(clock, ended_, 0, deadline);
   }
   return true;
 }

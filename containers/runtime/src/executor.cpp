@@ -356,7 +356,7 @@ bool Executor::close(CallbackGroup& group, MonotonicTime deadline) {
   while (!done && clock_.now() < deadline) {
     const std::uint32_t word = finished_word_.load(std::memory_order_relaxed);
     mutex_.unlock();
-    futex_wait_until(finished_word_, word, deadline);
+    futex_wait_until(clock_, finished_word_, word, deadline);
     mutex_.lock();
     done = !group.busy_;
   }

@@ -149,7 +149,7 @@ class Task final : public Executable {
       if (state != kWaiting) return state;
       if (clock.now() >= deadline && state_.compare_exchange_strong(state, kGivenUp, std::memory_order_acq_rel))
         return kGivenUp;
-      futex_wait_until(state_, kWaiting, deadline);
+      futex_wait_until(clock, state_, kWaiting, deadline);
     }
   }
 
