@@ -44,8 +44,12 @@ class Host final : public NodeHost {
     return node_->commons().frames.claim(node_->identity().fully_qualified(), parent, child, kind);
   }
   std::shared_ptr<void> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) override {
-    auto& object = (*node_->commons().shared_objects.lock())[name];
-    if (!object) object = make();
+    auto& objects = node_->commons().shared_objects;
+    if (auto object = (*objects.lock())[name]) return object;
+    std::shared_ptr<void> made = make();  // not under the lock
+    auto locked = objects.lock();
+    auto& object = (*locked)[name];
+    if (!object) object = std::move(made);
     return object;
   }
   DurationHistogram& create_histogram(const std::string& name) override { return node_->create_histogram(name); }
@@ -288,6 +292,7 @@ struct Container::Impl final : Context {
   UnloadOutcome finish(Record& record) {
     const std::string node = record.runtime ? record.runtime->identity().fully_qualified() : record.plugin;
     if (record.own_executor) supervisor.remove(*record.own_executor);
+    supervisor.settle();
     record.runtime.reset();
     record.own_executor.reset();
     release_name(record);

@@ -155,6 +155,48 @@ TEST_F(ExecutorTest, a_closed_group_starts_nothing_more) {
   EXPECT_FALSE(ran);
 }
 
+TEST_F(ExecutorTest, what_waits_in_a_group_that_is_closed_is_dropped_and_told) {
+  struct Dropping final : Executable {
+    explicit Dropping(CallbackGroup& g) : Executable(g) {}
+    void execute(MonotonicTime) override { ++runs; }
+    void on_dropped() noexcept override { ++drops; }
+    int runs = 0, drops = 0;
+  } in_backlog(a), in_queue(b);
+  std::promise<void> entered, release;
+  Callable slow(a, [&] {
+    entered.set_value();
+    release.get_future().wait();
+  });
+  executor.post(slow);
+  entered.get_future().wait();
+  executor.post(in_backlog);
+  executor.post(in_queue);
+  EXPECT_TRUE(executor.close(b, clock.now()));
+  EXPECT_FALSE(executor.close(a, clock.now())) << "its callback still runs";
+  EXPECT_EQ(in_queue.drops, 1);
+  EXPECT_EQ(in_backlog.drops, 1);
+  release.set_value();
+  EXPECT_TRUE(executor.close(a, clock.now() + 10s));
+  EXPECT_EQ(in_queue.runs + in_backlog.runs, 0);
+}
+
+TEST_F(ExecutorTest, what_may_take_long_makes_way_before_it_begins) {
+  struct Long final : Executable {
+    explicit Long(CallbackGroup& g) : Executable(g) {}
+    void execute(MonotonicTime) override {
+      entered.set_value();
+      release.get_future().wait();
+    }
+    bool may_take_long() const override { return true; }
+    std::promise<void> entered, release;
+  } transition(a);
+  executor.post(transition);
+  transition.entered.get_future().wait();
+  drain(b);  // nobody supervises here
+  transition.release.set_value();
+  executor.forget(transition);
+}
+
 class Tick final : public TimerBase {
  public:
   Tick(CallbackGroup& g, Duration period, std::function<void()> what) : TimerBase(g, period), what_(std::move(what)) {}

@@ -135,7 +135,7 @@ class Container final {
   /// Writes every registered stop frame, without running component code. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
 
-  /// Called with a component that became faulted, on a thread of the container; keep it short.
+  /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
 
  private:
