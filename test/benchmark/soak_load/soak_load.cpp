@@ -283,9 +283,9 @@ class Soak {
         true);
     print();
   }
-  void count(const std::string& what, std::size_t before, std::size_t after) {
+  void count(const std::string& what, std::size_t before, std::size_t after, Kind kind = Kind::Figure) {
     add(what, static_cast<double>(after), "", fmt::format("{}, as after cycle {}", before, kSettled), "",
-        before == after);
+        before == after, kind);
   }
 
   void print() const {
