@@ -124,9 +124,10 @@ struct Container::Impl final : Context {
   std::vector<std::shared_ptr<Record>> abandoned;  // their code has not returned
   struct HeldImage {
     KeptImage about;
-    std::unique_ptr<PluginLibrary> library;
+    std::unique_ptr<PluginLibrary> library;  // held by messages; null: it is closed, and the process holds the image
+    std::string image;
   };
-  std::vector<HeldImage> held_images;  // by messages
+  std::vector<HeldImage> held_images;
   std::uint64_t next_id = 1;
   Guarded<std::function<void(const ComponentInfo&)>> fault_listener;
   std::unique_ptr<ContainerServices> services;
@@ -299,7 +300,8 @@ struct Container::Impl final : Context {
     if (!record.library) return {true, {}};
     if (std::string held = commons.broker.sweep(node); !held.empty()) {
       const std::lock_guard lock(mutex);
-      held_images.push_back({{node, record.plugin, record.file, held}, std::move(record.library)});
+      const std::string image = record.library->image();
+      held_images.push_back({{node, record.plugin, record.file, held}, std::move(record.library), image});
       return {false, std::move(held)};
     }
     const std::string image = record.library->image();
@@ -313,12 +315,15 @@ struct Container::Impl final : Context {
       }
     }
     for (const auto& held : held_images) {
-      if (held.library->image() == image) return {false, held.about.held_by};
+      if (held.image == image) return {false, held.about.held_by};
     }
     for (const auto& other : abandoned) {
       if (other->file == record.file) return {false, "another instance: " + std::string(other->busy_with.load())};
     }
-    return {false, "the process (the library is pinned: is it built with -fno-gnu-unique?)"};
+    std::string held_by =
+        "the process (by thread-locals of threads that go on, or a symbol built without -fno-gnu-unique)";
+    held_images.push_back({{node, record.plugin, record.file, held_by}, nullptr, image});
+    return {false, std::move(held_by)};
   }
 
   // Ends what was abandoned and has returned since, and closes images whose last message has come home.
@@ -353,6 +358,7 @@ struct Container::Impl final : Context {
     std::vector<HeldImage> free;  // closed without the lock: a library may have code that runs then
     const std::lock_guard lock(mutex);
     std::erase_if(held_images, [&](HeldImage& held) {
+      if (!held.library) return !PluginLibrary::is_mapped(held.image);
       held.about.held_by = commons.broker.sweep(held.about.node);
       if (!held.about.held_by.empty()) return false;
       free.push_back(std::move(held));

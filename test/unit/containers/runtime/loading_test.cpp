@@ -103,6 +103,26 @@ TEST_F(LoadingTest, a_cache_for_late_joiners_goes_with_its_writer) {
   EXPECT_FALSE(late->has_waiting());
 }
 
+TEST_F(LoadingTest, thread_locals_pin_an_image_to_the_shared_thread_but_not_to_a_thread_of_its_own) {
+  Ear heard(container, "/heard");
+  LoadRequest request;
+  request.plugin = "nacelle::test::Hoarder";
+  request.thread.own = true;
+  say("/words", "a");
+  const auto own = container.load(request);
+  EXPECT_EQ(heard.next(), "a");
+  EXPECT_TRUE(container.unload(own.value().id).value().image_closed);
+  EXPECT_FALSE(is_mapped("nacelle_test_hoarder.so"));
+
+  request.thread.own = false;
+  const auto shared = container.load(request);
+  EXPECT_EQ(heard.next(), "a");
+  EXPECT_THAT(container.unload(shared.value().id).value().held_by, HasSubstr("the process (by thread-locals"));
+  ASSERT_THAT(container.kept_images(), SizeIs(1));
+  EXPECT_EQ(container.kept_images().front().node, "/hoarder");
+  EXPECT_TRUE(is_mapped("nacelle_test_hoarder.so"));
+}
+
 TEST_F(LoadingTest, a_missing_symbol_is_named_as_in_the_source) {
   const auto loaded = try_to_load("MissingSymbol");
   ASSERT_FALSE(loaded);

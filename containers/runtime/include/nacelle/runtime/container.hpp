@@ -59,7 +59,8 @@ struct UnloadOutcome {
 struct KeptImage {
   std::string node;             ///< "/camera"; the plugin's name if its constructor has not got as far as a node.
   std::string plugin, library;  ///< As in ComponentInfo.
-  std::string held_by;          ///< "2 messages of /camera/image_raw", "its constructor, which has not returned"
+  std::string
+      held_by;  ///< "2 messages of /camera/image_raw", "its constructor, which has not returned", "the process (...)"
 };
 
 /// One stream of the report.
