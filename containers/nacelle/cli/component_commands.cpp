@@ -52,6 +52,10 @@ int list(const Wish& wish) {
         std::printf("  faulted: %s: %s", text_of(row["fault"], "code").c_str(), text_of(row["fault"], "text").c_str());
       std::printf("\n");
     }
+    for (const auto& image : reply["kept_images"]) {
+      std::printf("  image kept: %s of %s, held by %s\n", text_of(image, "library").c_str(),
+                  text_of(image, "node").c_str(), text_of(image, "held_by").c_str());
+    }
   });
 }
 
@@ -111,7 +115,8 @@ void add_component_commands(CLI::App& app, int& exit_code) {
   group->require_subcommand(1);
   auto wish = std::make_shared<Wish>();
 
-  CLI::App* const list_command = group->add_subcommand("list", "the loaded components: id and node");
+  CLI::App* const list_command =
+      group->add_subcommand("list", "the loaded components: id and node; libraries that are kept, and by whom");
   add_common(list_command, wish);
   list_command->add_flag("-v,--verbose", wish->details, "state and plugin too");
   list_command->callback([wish, &exit_code] { exit_code = list(*wish); });

@@ -65,10 +65,10 @@ constexpr const char* kBashCompletion = R"BASH(_nacelle() {
     *)
       case ${COMP_WORDS[1]}:${COMP_WORDS[2]} in
         topic:echo | topic:hz | topic:pub) words="$("$program" topic list 2>/dev/null)" ;;
-        component:unload | lifecycle:get) words="$("$program" component list 2>/dev/null | awk 'NR > 1 { print $2 }')" ;;
+        component:unload | lifecycle:get) words="$("$program" component list 2>/dev/null | awk '$1 ~ /^[0-9]+$/ { print $2 }')" ;;
         lifecycle:set)
           if ((COMP_CWORD == 3)); then
-            words="$("$program" component list 2>/dev/null | awk 'NR > 1 { print $2 }')"
+            words="$("$program" component list 2>/dev/null | awk '$1 ~ /^[0-9]+$/ { print $2 }')"
           else
             words="configure activate deactivate cleanup shutdown"
           fi ;;

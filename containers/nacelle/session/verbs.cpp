@@ -27,7 +27,13 @@ json to_json(const runtime::ComponentInfo& info) {
 json list_components(Session& session) {
   json rows = json::array();
   for (const auto& info : session.container().list()) rows.push_back(to_json(info));
-  return {{"ok", true}, {"container", session.options().container_name}, {"components", rows}};
+  // Apart from the components: there is nothing any more that one could talk to.
+  json kept = json::array();
+  for (const auto& image : session.container().kept_images()) {
+    kept.push_back(
+        {{"node", image.node}, {"plugin", image.plugin}, {"library", image.library}, {"held_by", image.held_by}});
+  }
+  return {{"ok", true}, {"container", session.options().container_name}, {"components", rows}, {"kept_images", kept}};
 }
 
 /// Loads, checks the new wiring, and takes the component to its state; undone if any of it fails.

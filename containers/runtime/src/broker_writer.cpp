@@ -50,6 +50,7 @@ BrokerWriter::~BrokerWriter() {
   {
     const std::lock_guard lock(topic_->mutex_);
     std::erase(topic_->writers_, this);
+    for (const auto& reader : topic_->readers_) reader->forget_writer(id_);
     tell_readers();
     fold_into(topic_->gone_);
   }

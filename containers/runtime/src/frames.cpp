@@ -56,6 +56,18 @@ std::unique_ptr<FrameClaim> FrameRegistry::claim(const std::string& node, const 
   return std::make_unique<Claim>(claims_, node, parent, child, kind);
 }
 
+void FrameRegistry::withdraw(const std::string& node) {
+  auto list = claims_->list.lock();
+  std::vector<std::string> children;
+  std::erase_if(*list, [&](const Entry& entry) {
+    if (entry.node != node) return false;
+    entry.owner->store(false, std::memory_order_relaxed);
+    children.push_back(entry.child);
+    return true;
+  });
+  for (const auto& child : children) elect(*list, child);
+}
+
 std::vector<Problem> FrameRegistry::conflicts() const {
   std::vector<Problem> found;
   auto list = claims_->list.lock();

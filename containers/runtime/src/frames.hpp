@@ -19,6 +19,8 @@ class FrameRegistry {
   FrameRegistry() : claims_(std::make_shared<Claims>()) {}
   [[nodiscard]] std::unique_ptr<FrameClaim> claim(const std::string& node, const std::string& parent,
                                                   const std::string& child, FrameClaimKind kind);
+  /// Ends all claims of a node whose own code cannot do it.
+  void withdraw(const std::string& node);
   /// Frames with two primary owners, or with two parents.
   [[nodiscard]] std::vector<Problem> conflicts() const;
 

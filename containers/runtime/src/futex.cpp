@@ -5,6 +5,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <climits>
 #include <ctime>
 
@@ -28,6 +29,12 @@ void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expe
   const timespec t{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
   // The bit-set form takes an absolute time of CLOCK_MONOTONIC: a sleep that was interrupted does not drift.
   futex(word, FUTEX_WAIT_BITSET, expected, &t);
+}
+
+void futex_wait_until(const Clock& clock, const std::atomic<std::uint32_t>& word, std::uint32_t expected,
+                      MonotonicTime deadline) {
+  const Duration left = std::min<Duration>(20ms, deadline - clock.now());
+  futex_wait_until(word, expected, SystemClock{}.now() + left);
 }
 
 void futex_wake(const std::atomic<std::uint32_t>& word, int count) {

@@ -152,8 +152,10 @@ class ServicePort final : public ServiceHandle, private PortBase {
         port_(*member_of_, request, response, callback, node.active(), node.commons().clock) {
     node_.commons().services.add(name_, port_);
     node_.enroll(*this);
+    node_.enroll(name_, port_);
   }
   ~ServicePort() override {
+    node_.leave(port_);
     node_.leave(*this);
     node_.commons().services.remove(name_, port_);
     node_.executor().forget(port_);
@@ -181,7 +183,7 @@ class ClientEnd final : public ClientHandle, private PortBase {
     node_.executor().forget(port_);
   }
   std::int64_t send(void* request) override {
-    Call call{port_.handle(), next_, AnyMessage{request_}};
+    Call call{{port_.handle(), next_}, AnyMessage{request_}};
     request_.move_assign(call.request.get(), request);
     if (!node_.commons().services.send(name_, request_, std::move(call))) return 0;
     return next_++;
@@ -200,30 +202,40 @@ class ClientEnd final : public ClientHandle, private PortBase {
 // Runs once, alone in its node. Shared with the waiting thread: either may be the last to need it.
 class Task final : public Executable {
  public:
+  enum State : std::uint32_t { kWaiting, kEnded, kRefused, kGivenUp };
   Task(CallbackGroup& group, std::function<void()> what)
       : Executable(group, Kind::Transition), what_(std::move(what)) {}
   void execute(MonotonicTime) override {
-    what_();
-    end(kDone);
+    // Given up before it began: whoever wanted it has been told that it failed, so it must not happen later.
+    if (state_.load(std::memory_order_acquire) == kWaiting) what_();
+    if (end(kEnded)) return;
+    group().executor().forget(*this);
+    delete this;
   }
-  void discard() noexcept override { end(kRefused); }
-  /// Whether it has been done by the deadline. If not, `refused` says whether it will never be.
-  [[nodiscard]] bool wait(const Clock& clock, MonotonicTime deadline, bool& refused) {
-    std::uint32_t state = kWaiting;
-    while ((state = state_.load(std::memory_order_acquire)) == kWaiting && clock.now() < deadline)
-      futex_wait_until(state_, kWaiting, deadline);
-    refused = state == kRefused;
-    return state == kDone;
+  void discard() noexcept override {
+    if (!end(kRefused)) delete this;
+  }
+  /// kGivenUp: the task ends itself, when it returns or is discarded; else it is the caller's.
+  [[nodiscard]] std::uint32_t wait(const Clock& clock, MonotonicTime deadline) {
+    for (;;) {
+      std::uint32_t state = state_.load(std::memory_order_acquire);
+      if (state != kWaiting) return state;
+      if (clock.now() >= deadline && state_.compare_exchange_strong(state, kGivenUp, std::memory_order_acq_rel))
+        return kGivenUp;
+      futex_wait_until(clock, state_, kWaiting, deadline);
+    }
   }
 
  private:
-  static constexpr std::uint32_t kWaiting = 0, kDone = 1, kRefused = 2;
-  void end(std::uint32_t state) {
-    state_.store(state, std::memory_order_release);
+  // False: it was given up meanwhile.
+  bool end(std::uint32_t state) {
+    std::uint32_t expected = kWaiting;
+    if (!state_.compare_exchange_strong(expected, state, std::memory_order_acq_rel)) return false;
     futex_wake(state_, 1);
+    return true;
   }
   const std::function<void()> what_;
-  std::atomic<std::uint32_t> state_{kWaiting};
+  std::atomic<std::uint32_t> state_{kWaiting};  // futex
 };
 
 // As Task, but nobody waits for it: it ends itself.
@@ -367,6 +379,25 @@ void NodeRuntime::report_callbacks(std::vector<CallbackReport>& out, std::size_t
   }
 }
 
+void NodeRuntime::enroll(const std::string& name, ServerPort& server) {
+  const std::lock_guard lock(mutex_);
+  servers_.emplace_back(name, &server);
+}
+void NodeRuntime::leave(ServerPort& server) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(servers_, [&](const auto& entry) { return entry.second == &server; });
+}
+
+void NodeRuntime::withdraw() {
+  set_active(false);
+  commons_.frames.withdraw(identity_.fully_qualified());
+  const std::lock_guard lock(mutex_);
+  for (const auto& [name, server] : servers_) {
+    commons_.services.remove(name, *server);
+    server->refuse_all();
+  }
+}
+
 void NodeRuntime::post(std::function<void()> what) {
   auto* const task = new DetachedTask(*own_group_, std::move(what));
   if (!executor().post(*task)) delete task;
@@ -374,13 +405,11 @@ void NodeRuntime::post(std::function<void()> what) {
 
 bool NodeRuntime::run_and_wait(std::function<void()> what, MonotonicTime deadline) {
   auto* const task = new Task(*own_group_, std::move(what));
-  bool refused = !executor().post(*task);
-  const bool done = !refused && task->wait(commons_.clock, deadline, refused);
-  // A task that hangs is left to the thread that hangs in it.
-  if (!done && !refused) return false;
+  const std::uint32_t state = executor().post(*task) ? task->wait(commons_.clock, deadline) : Task::kRefused;
+  if (state == Task::kGivenUp) return false;
   executor().forget(*task);
   delete task;
-  return done;
+  return state == Task::kEnded;
 }
 
 }  // namespace nacelle::runtime

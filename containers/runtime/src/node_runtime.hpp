@@ -75,6 +75,9 @@ class NodeRuntime {
   [[nodiscard]] bool run_and_wait(std::function<void()> what, MonotonicTime deadline);
   /// The same without waiting.
   void post(std::function<void()> what);
+  /// For a component whose code does not return: it takes and sends nothing any more, its frames are free for others, and who
+  /// waits for an answer of its services is told that there will be none.
+  void withdraw();
   void write_safe_stop() const noexcept;
   [[nodiscard]] Executor& executor() { return groups_.executor(); }
   [[nodiscard]] const NodeGroups& groups() const { return groups_; }
@@ -95,6 +98,8 @@ class NodeRuntime {
   // Ports enter and leave by themselves.
   void enroll(Port& port);
   void leave(Port& port);
+  void enroll(const std::string& name, ServerPort& server);
+  void leave(ServerPort& server);
   /// The group that was asked for, or the node's own. Errors: std::runtime_error for another node's.
   [[nodiscard]] std::shared_ptr<CallbackGroup> group_of(const GroupPointer& wanted, const char* what) const;
 
@@ -112,6 +117,7 @@ class NodeRuntime {
   std::atomic<bool> active_{true};
   mutable std::mutex mutex_;  // the lists below
   std::vector<Port*> ports_;
+  std::vector<std::pair<std::string, ServerPort*>> servers_;
   std::deque<NamedHistogram> histograms_;  // a deque: references stay
   SafeStop safe_stop_;
 };

@@ -1,50 +1,147 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/runtime/plugin_library.hpp"
 
+#include <cxxabi.h>
 #include <dlfcn.h>
+#include <link.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <span>
 
+#include "nacelle/base/guarded.hpp"
+
 namespace nacelle::runtime {
 namespace {
 
-std::string last_dl_error() {
-  const char* const text = dlerror();
-  return text != nullptr ? text : "unknown reason";
+std::span<const ComponentClass> classes_of(const ComponentTable& table) { return {table.classes, table.class_count}; }
+
+// --- which image belongs to which file ------------------------------------------------------------------------------------
+
+std::int64_t nanoseconds(const timespec& t) { return t.tv_sec * 1'000'000'000 + t.tv_nsec; }
+
+// A file as it was when it was opened. An inode that is mapped is not given to another file.
+struct FileIdentity {
+  dev_t device = 0;
+  ino_t inode = 0;
+  off_t size = 0;
+  std::int64_t modified_ns = 0;
+  [[nodiscard]] bool is_same_file(const FileIdentity& other) const {
+    return device == other.device && inode == other.inode;
+  }
+  [[nodiscard]] bool is_same_content(const FileIdentity& other) const {
+    return size == other.size && modified_ns == other.modified_ns;
+  }
+};
+
+struct OpenImage {
+  std::string image;  // how it was spelled for dlopen
+  FileIdentity identity;
+  std::size_t uses = 0;
+};
+
+// dlopen answers a path that it knows with the image that it has, whatever lies there now. So a file that was replaced while its
+// old image is mapped is opened under another spelling of its path ("/dir/./x.so"), which also keeps $ORIGIN.
+class ImageRegistry {
+ public:
+  /// The spelling to open the file with; give it back with leave().
+  Result<std::string, Problem> enter(const std::string& file) {
+    struct stat status {};
+    if (::stat(file.c_str(), &status) != 0)
+      return err(Problem{file, std::string("cannot be read: ") + std::strerror(errno), "build or install it"});
+    const FileIdentity now{status.st_dev, status.st_ino, status.st_size, nanoseconds(status.st_mtim)};
+    auto images = images_.lock();
+    std::erase_if(*images, [](const OpenImage& i) { return i.uses == 0 && !PluginLibrary::is_mapped(i.image); });
+    for (auto& open : *images) {
+      if (!open.identity.is_same_file(now)) continue;
+      if (!open.identity.is_same_content(now))
+        return err(Problem{file, "was overwritten while its code is loaded",
+                           "unload what uses it; install libraries as a new file (install, mv), not over the old one"});
+      ++open.uses;
+      return open.image;
+    }
+    std::string image = file;
+    const auto taken = [&](const OpenImage& open) { return open.image == image; };
+    while (std::ranges::any_of(*images, taken)) image.insert(image.rfind('/') + 1, "./");
+    images->push_back({image, now, 1});
+    return image;
+  }
+  void leave(const std::string& image) {
+    auto images = images_.lock();
+    for (auto& open : *images) {
+      if (open.image == image) --open.uses;
+    }
+  }
+
+ private:
+  Guarded<std::vector<OpenImage>> images_;
+};
+
+ImageRegistry& registry() {
+  static ImageRegistry images;  // of the process, as the linker's own list
+  return images;
 }
 
-std::span<const ComponentClass> classes_of(const ComponentTable& table) { return {table.classes, table.class_count}; }
+// --- what dlopen says -----------------------------------------------------------------------------------------------------
+
+// dlopen names C++ symbols as the linker does: "undefined symbol: _ZN3foo3barEv".
+std::string readable(std::string text) {
+  const std::string mark = "undefined symbol: ";
+  const auto at = text.find(mark);
+  if (at == std::string::npos) return text;
+  const auto begin = at + mark.size();
+  const auto end = std::min(text.find_first_of(" ,()", begin), text.size());
+  int status = 0;
+  char* const name = abi::__cxa_demangle(text.substr(begin, end - begin).c_str(), nullptr, nullptr, &status);
+  if (status == 0) text.replace(begin, end - begin, name);
+  std::free(name);
+  return text;
+}
+
+std::string last_dl_error() {
+  const char* const text = dlerror();
+  return text != nullptr ? readable(text) : "unknown reason";
+}
 
 }  // namespace
 
 Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::string& file) {
-  void* const handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  auto image = registry().enter(file);
+  if (!image) return err(image.error());
+  const auto fail = [&](void* handle, std::string what, std::string way_out) {
+    if (handle != nullptr) dlclose(handle);
+    registry().leave(image.value());
+    return err(Problem{file, std::move(what), std::move(way_out)});
+  };
+  void* const handle = dlopen(image.value().c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
-    return err(Problem{file, "cannot be loaded: " + last_dl_error(),
-                       "build or install it for this version of Nacelle (`ldd " + file + "` shows what is missing)"});
+    return fail(nullptr, "cannot be loaded: " + last_dl_error(),
+                "build or install it for this version of Nacelle (`ldd -r " + file + "` shows what is missing)");
   }
   using Entry = const ComponentTable* (*)();
   const auto entry = reinterpret_cast<Entry>(dlsym(handle, kComponentEntry));
   if (entry == nullptr) {
-    dlclose(handle);
-    return err(Problem{file, std::string("is no component library: it has no symbol ") + kComponentEntry,
-                       "end one source file with NACELLE_REGISTER_COMPONENT(Class)"});
+    return fail(handle, std::string("is no component library: it has no symbol ") + kComponentEntry,
+                "end one source file with NACELLE_REGISTER_COMPONENT(Class)");
   }
   const ComponentTable* const table = entry();
   if (table == nullptr || table->abi != kComponentAbi) {
     const std::string version = table == nullptr ? "none" : std::to_string(table->abi);
-    dlclose(handle);
-    return err(Problem{
-        file, "was built for component ABI " + version + ", this container has " + std::to_string(kComponentAbi),
-        "build it again"});
+    return fail(handle,
+                "was built for component ABI " + version + ", this container has " + std::to_string(kComponentAbi),
+                "build it again");
   }
-  return std::unique_ptr<PluginLibrary>(new PluginLibrary(file, handle, *table));
+  return std::unique_ptr<PluginLibrary>(new PluginLibrary(file, image.value(), handle, *table));
 }
 
-PluginLibrary::~PluginLibrary() { dlclose(handle_); }
+PluginLibrary::~PluginLibrary() {
+  dlclose(handle_);
+  registry().leave(image_);
+}
 
 const ComponentClass* PluginLibrary::find(const std::string& class_name) const {
   for (const auto& candidate : classes_of(table_)) {
@@ -59,33 +156,92 @@ std::vector<std::string> PluginLibrary::class_names() const {
   return names;
 }
 
-bool PluginLibrary::is_loaded(const std::string& file) {
-  void* const handle = dlopen(file.c_str(), RTLD_LAZY | RTLD_NOLOAD);
-  if (handle == nullptr) return false;
-  dlclose(handle);
-  return true;
+bool PluginLibrary::is_mapped(const std::string& image) {
+  // Asking dlopen (RTLD_NOLOAD) would compare files as well, and give the image of a newer one.
+  const auto compare = [](dl_phdr_info* info, std::size_t, void* wanted) {
+    return info->dlpi_name != nullptr && *static_cast<const std::string*>(wanted) == info->dlpi_name ? 1 : 0;
+  };
+  return dl_iterate_phdr(compare, const_cast<std::string*>(&image)) != 0;
 }
 
-std::vector<PluginEntry> find_plugins(const std::vector<std::string>& folders) {
-  namespace fs = std::filesystem;
-  std::vector<PluginEntry> found;
-  for (const auto& folder : folders) {
-    std::error_code ignored;
-    std::vector<fs::path> files;
-    for (const auto& file : fs::directory_iterator(fs::path(folder) / "index", ignored)) files.push_back(file.path());
-    std::ranges::sort(files);
-    for (const auto& file : files) {
-      std::ifstream lines(file);
-      for (std::string line; std::getline(lines, line);) {
-        const auto semicolon = line.find(';');
-        if (semicolon == std::string::npos) continue;
-        std::string name = line.substr(0, semicolon);
-        if (std::ranges::find(found, name, &PluginEntry::class_name) != found.end()) continue;
-        found.push_back({std::move(name), (fs::path(folder) / line.substr(semicolon + 1)).string()});
-      }
+// --- the index ------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+// Calls `on_line(class_name, library, line)` for every plugin that an index file names, until it returns true.
+template <typename OnLine>
+bool any_line_of(const std::filesystem::path& index_file, const OnLine& on_line) {
+  std::ifstream lines(index_file);
+  for (std::string line; std::getline(lines, line);) {
+    const auto semicolon = line.find(';');
+    if (semicolon == std::string::npos) continue;
+    if (on_line(line.substr(0, semicolon), line.substr(semicolon + 1), line)) return true;
+  }
+  return false;
+}
+
+std::vector<std::filesystem::path> index_files_of(const std::string& folder) {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> files;
+  for (const auto& file : std::filesystem::directory_iterator(std::filesystem::path(folder) / "index", ignored))
+    files.push_back(file.path());
+  std::ranges::sort(files);
+  return files;
+}
+
+}  // namespace
+
+std::vector<std::int64_t> PluginIndex::stamps() const {
+  std::vector<std::int64_t> stamps;
+  for (const auto& folder : folders_) {
+    struct stat status {};
+    stamps.push_back(::stat((folder + "/index").c_str(), &status) == 0 ? nanoseconds(status.st_mtim) : 0);
+  }
+  return stamps;
+}
+
+void PluginIndex::read() {
+  known_.clear();
+  for (const auto& folder : folders_) {
+    for (const auto& file : index_files_of(folder)) {
+      any_line_of(file, [&](const std::string& name, const std::string& library, const std::string& line) {
+        const auto same = [&](const Known& known) { return known.entry.class_name == name; };
+        if (std::ranges::none_of(known_, same))
+          known_.push_back({{name, (std::filesystem::path(folder) / library).string()}, file.string(), line});
+        return false;
+      });
     }
   }
-  return found;
+}
+
+std::optional<PluginEntry> PluginIndex::find(const std::string& class_name) {
+  const std::lock_guard lock(mutex_);
+  const auto known = [&] {
+    return std::ranges::find_if(known_, [&](const Known& k) { return k.entry.class_name == class_name; });
+  };
+  auto now = stamps();
+  if (now == stamps_) {
+    // An index file that was written in place leaves the folder's time as it is, so the line itself is looked at.
+    const auto hit = known();
+    if (hit != known_.end() && any_line_of(hit->index_file, [&](const auto&, const auto&, const std::string& line) {
+          return line == hit->line;
+        }))
+      return hit->entry;
+  }
+  stamps_ = std::move(now);
+  read();
+  const auto hit = known();
+  if (hit == known_.end()) return std::nullopt;
+  return hit->entry;
+}
+
+std::vector<std::string> PluginIndex::class_names() {
+  const std::lock_guard lock(mutex_);
+  stamps_ = stamps();
+  read();
+  std::vector<std::string> names;
+  for (const auto& known : known_) names.push_back(known.entry.class_name);
+  return names;
 }
 
 }  // namespace nacelle::runtime

@@ -223,6 +223,11 @@ std::uint64_t ReaderQueue::seen(std::uint64_t writer) const {
   return 0;
 }
 
+void ReaderQueue::forget_writer(std::uint64_t writer) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(seen_, [&](const auto& entry) { return entry.first == writer; });
+}
+
 void ReaderQueue::note_seen(const MessageInfo& info) {
   for (auto& [id, last] : seen_) {
     if (id == info.writer_id) {

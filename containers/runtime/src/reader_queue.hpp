@@ -57,6 +57,8 @@ class ReaderQueue {
   [[nodiscard]] bool is_enabled() const;
   /// The last sequence that this reader got from a writer, if it asks for history; else 0.
   [[nodiscard]] std::uint64_t seen(std::uint64_t writer) const;
+  /// The writer is gone for good; what is remembered of it would add up over reloads.
+  void forget_writer(std::uint64_t writer);
 
  private:
   void note_seen(const MessageInfo& info);

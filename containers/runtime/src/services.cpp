@@ -6,11 +6,11 @@
 namespace nacelle::runtime {
 namespace {
 
-void answer(const Call& call, std::unique_ptr<AnyMessage> response) {
-  const auto client = call.client.lock();
+void answer(const Asker& asker, std::unique_ptr<AnyMessage> response) {
+  const auto client = asker.client.lock();
   if (!client) return;
   auto port = client->lock();  // held while pushing, so that the client cannot go meanwhile
-  if (*port != nullptr) (*port)->push(call.sequence, std::move(response));
+  if (*port != nullptr) (*port)->push(asker.sequence, std::move(response));
 }
 
 }  // namespace
@@ -70,17 +70,24 @@ void ServerPort::execute(MonotonicTime now) {
   }
   const Call& call = taken.front().call;
   if (!is_open()) {
-    answer(call, nullptr);
+    answer(call.asker, nullptr);
     return;
   }
+  running_.lock()->emplace_back(&call, call.asker);
   auto response = std::make_unique<AnyMessage>(response_);
   try {
     callback_.run(callback_.context, call.request.get(), response->get());
   } catch (...) {
-    answer(call, nullptr);
+    answer_running(call, nullptr);
     throw;  // the executor makes it the component's fault
   }
-  answer(call, std::move(response));
+  answer_running(call, std::move(response));
+}
+
+void ServerPort::answer_running(const Call& call, std::unique_ptr<AnyMessage> response) {
+  // The asker may have been told meanwhile that there will be no answer.
+  const bool waits = std::erase_if(*running_.lock(), [&](const auto& entry) { return entry.first == &call; }) != 0;
+  if (waits) answer(call.asker, std::move(response));
 }
 
 void ServerPort::refuse_all() {
@@ -90,7 +97,10 @@ void ServerPort::refuse_all() {
     calls->swap(waiting);
     waiting_.store(0, std::memory_order_release);
   }
-  for (const Waiting& refused : waiting) answer(refused.call, nullptr);
+  std::vector<std::pair<const Call*, Asker>> running;
+  running_.lock()->swap(running);
+  for (const auto& entry : running) answer(entry.second, nullptr);
+  for (const Waiting& refused : waiting) answer(refused.call.asker, nullptr);
 }
 
 void ClientPort::push(std::int64_t sequence, std::unique_ptr<AnyMessage> response) {

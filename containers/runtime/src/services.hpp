@@ -7,6 +7,8 @@
 #include <mutex>
 #include <new>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/msgs/message_type.hpp"
@@ -40,10 +42,15 @@ class AnyMessage {
 class ClientPort;
 class ServerPort;
 
-/// One request on its way; nothing in it belongs to a component.
-struct Call {
+/// Who waits for an answer.
+struct Asker {
   std::weak_ptr<Guarded<ClientPort*>> client;
   std::int64_t sequence;
+};
+
+/// One request on its way; nothing in it belongs to a component.
+struct Call {
+  Asker asker;
   AnyMessage request;
 };
 
@@ -71,7 +78,7 @@ class ServerPort final : public Executable {
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
   void push(Call call);
-  /// Tells every waiting client that there will be no answer.
+  /// Tells every client that waits that there will be no answer, also the one whose call is being worked on.
   void refuse_all();
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
@@ -87,7 +94,9 @@ class ServerPort final : public Executable {
   const ServiceCallback callback_;
   const std::atomic<bool>& open_;  // the node's lifecycle gate
   const Clock& clock_;
+  void answer_running(const Call& call, std::unique_ptr<AnyMessage> response);
   Guarded<std::deque<Waiting>> calls_;
+  Guarded<std::vector<std::pair<const Call*, Asker>>> running_;  // who takes one out answers it
   std::atomic<std::size_t> waiting_{0};
   CallbackStats stats_;  // the latency under the lock of calls_
 };

@@ -18,6 +18,8 @@ class Supervisor {
   ~Supervisor();
   void add(Executor& executor);
   void remove(Executor& executor);
+  /// Returns when a look that is under way has ended: it may be about to report a callback that has just returned.
+  void settle() { const std::lock_guard lock(mutex_); }
 
  private:
   void watch();

@@ -7,14 +7,13 @@
 #include <fstream>
 #include <future>
 
-#include "ear.hpp"
+#include "container_fixture.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "support/allocation_guard.hpp"
 
 namespace nacelle::runtime {
 namespace {
 
-using std_msgs::msg::String;
 using ::testing::HasSubstr;
 
 struct CallbacksTest : ::testing::Test {

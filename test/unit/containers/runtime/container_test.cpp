@@ -4,53 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <future>
 
-#include "ear.hpp"
-#include "nacelle/runtime/plugin_library.hpp"
+#include "container_fixture.hpp"
 
 namespace nacelle::runtime {
 namespace {
 
-using std_msgs::msg::String;
 using ::testing::HasSubstr;
-
-struct ContainerTest : ::testing::Test {
-  SystemClock clock;
-  Container container{{.name = "test", .component_path = {NACELLE_TEST_PLUGINS}}, clock};
-
-  ComponentInfo load(const std::string& plugin, std::map<std::string, ParameterValue> parameters = {},
-                     const std::string& name = "") {
-    LoadRequest request;
-    request.plugin = "nacelle::test::" + plugin;
-    request.name = name;
-    request.parameters = std::move(parameters);
-    auto loaded = container.load(request);
-    EXPECT_TRUE(loaded) << (loaded ? "" : loaded.error().text());
-    return loaded ? loaded.value() : ComponentInfo{};
-  }
-  void bring_up(std::uint64_t id) {
-    EXPECT_EQ(container.trigger(id, Transition::Configure).reason, "");
-    EXPECT_EQ(container.trigger(id, Transition::Activate).reason, "");
-  }
-  void say(const std::string& topic, const std::string& text) {
-    auto writer =
-        container.transport().create_writer({topic, &String::message_type(), QoS(10).transient_local(), "/mouth"});
-    Block* const block = writer->borrow();
-    static_cast<String*>(block->message)->data = text;
-    writer->publish(*block);
-    mouths.push_back(std::move(writer));
-  }
-  static bool is_mapped(const std::string& file) {
-    std::ifstream maps("/proc/self/maps");
-    for (std::string line; std::getline(maps, line);) {
-      if (line.find(file) != std::string::npos) return true;
-    }
-    return false;
-  }
-  std::vector<std::unique_ptr<Writer>> mouths;
-};
 
 TEST_F(ContainerTest, loads_runs_and_unloads_a_component_and_its_image_is_gone) {
   Ear ticks(container, "/ticks", QoS(10));

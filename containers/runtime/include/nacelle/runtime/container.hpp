@@ -28,7 +28,7 @@ struct ContainerOptions {
   std::vector<std::string> component_path;  ///< Folders with plugin libraries and their index/.
   Duration handover_after = 20ms;           ///< A callback longer than this loses its executor to a spare thread.
   Duration hang_after = 1500ms;             ///< A callback longer than this faults its component.
-  Duration transition_timeout = 30s;        ///< A lifecycle callback longer than this is given up.
+  Duration transition_timeout = 30s;  ///< A lifecycle callback, constructor or destructor longer than this is given up.
 };
 
 /// What is to be made of a plugin.
@@ -54,6 +54,14 @@ struct ComponentInfo {
 struct UnloadOutcome {
   bool image_closed = false;  ///< The library is out of the address space.
   std::string held_by;        ///< Why not: "2 messages of /camera/image_raw", "another instance (3)".
+};
+
+/// "Image kept, held by X": the component is gone, or never came to be, and its library is still mapped.
+struct KeptImage {
+  std::string node;             ///< "/camera"; the plugin's name if its constructor has not got as far as a node.
+  std::string plugin, library;  ///< As in ComponentInfo.
+  std::string
+      held_by;  ///< "2 messages of /camera/image_raw", "its constructor, which has not returned", "the process (...)"
 };
 
 /// One stream of the report.
@@ -122,21 +130,31 @@ struct WiringReport {
 
 /// Loads components, runs them, takes them out again; one per process.
 ///
-/// Threads: everything from any thread. load(), unload() and trigger() wait for the component; the others keep running
-///          meanwhile. From a callback that would wait for itself, unload() and trigger() say so instead.
-class Container final : public Context {
+/// Code of a component runs on its executor or on a thread of its own, never on the caller's and never under a lock: one that takes
+/// its time, or never returns, delays whoever called for it and nobody else.
+/// The node /<options.name> offers composition_interfaces' services below ~/_container to every component.
+/// Threads: everything from any thread. load(), unload() and trigger() wait for the component, at most for transition_timeout;
+///          the others keep running meanwhile. From a callback that would wait for itself, unload() and trigger() say so instead.
+class Container final {
  public:
   Container(ContainerOptions options, const Clock& clock);
-  ~Container() override;
+  ~Container();
+  Container(const Container&) = delete;
+  Container& operator=(const Container&) = delete;
 
   [[nodiscard]] const ContainerOptions& options() const;
   [[nodiscard]] const Clock& clock() const;
   /// The in-process transport, for readers and writers that are not components (the control socket's).
   [[nodiscard]] Transport& transport();
 
+  /// Errors: what is wrong with plugin, library or parameters; a name that is taken; a constructor that threw, or has not
+  /// returned in time (then the image is kept, and what the constructor makes later is destroyed at once).
   [[nodiscard]] Result<ComponentInfo, Problem> load(const LoadRequest& request);
+  /// The instance ends at once, the image as soon as nobody holds it (UnloadOutcome, kept_images()).
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);
   [[nodiscard]] std::vector<ComponentInfo> list() const;
+  /// Libraries that are still mapped for nobody's use. Closes those that have become free.
+  [[nodiscard]] std::vector<KeptImage> kept_images();
   /// By id ("3"), fully qualified name, or name without namespace if it is the only one.
   [[nodiscard]] Result<ComponentInfo, Problem> find(const std::string& name_or_id) const;
 
@@ -164,10 +182,8 @@ class Container final : public Context {
   /// Writes every registered stop frame, without running component code. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
 
-  /// Called with a component that became faulted, on a thread of the container; keep it short.
+  /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
-
-  [[nodiscard]] std::unique_ptr<NodeHost> create_host(const NodeIdentity& identity) override;
 
  private:
   struct Impl;

@@ -11,6 +11,9 @@ namespace nacelle::runtime {
 /// Sleeps while `word` holds `expected`, until woken or the deadline. Spurious returns happen: check again.
 void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected);
 void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expected, MonotonicTime deadline);
+/// The same by a clock that may be a test's, which the kernel does not know: looks at it again every 20 ms. For rare waits.
+void futex_wait_until(const Clock& clock, const std::atomic<std::uint32_t>& word, std::uint32_t expected,
+                      MonotonicTime deadline);
 void futex_wake(const std::atomic<std::uint32_t>& word, int count);
 
 /// A mutex of four bytes whose uncontended pair costs two atomic instructions.

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,10 +13,15 @@
 
 namespace nacelle::runtime {
 
-/// A plugin library in the address space. Ownership: the handle; close() gives it back.
+/// A plugin library in the address space. Ownership: one reference to the image; destroying it gives the reference back.
+///
+/// A file that was replaced on disk (by rename, as installers and linkers do) is opened as a new image, also while the old one
+/// is still mapped: the two live beside each other until the old one's last component and message are gone.
+/// Threads: any; no lock is held while code of the library runs.
 class PluginLibrary {
  public:
-  /// Errors: a Problem with the file and dlopen's reason, a missing entry point, or another ABI version.
+  /// Errors: a Problem with the file and dlopen's reason (the missing symbol by its C++ name), a missing entry point, another
+  /// ABI version, or a file that was overwritten under its own mapped image.
   [[nodiscard]] static Result<std::unique_ptr<PluginLibrary>, Problem> open(const std::string& file);
   ~PluginLibrary();
   PluginLibrary(const PluginLibrary&) = delete;
@@ -23,13 +30,15 @@ class PluginLibrary {
   [[nodiscard]] const ComponentClass* find(const std::string& class_name) const;
   [[nodiscard]] std::vector<std::string> class_names() const;
   [[nodiscard]] const std::string& file() const { return file_; }
-  /// True if the library is mapped into the process, by whomever.
-  [[nodiscard]] static bool is_loaded(const std::string& file);
+  /// The image's name in the process, in /proc/self/maps the same file: differs from file() for the later of two generations.
+  [[nodiscard]] const std::string& image() const { return image_; }
+  /// True if the image is mapped into the process, by whomever.
+  [[nodiscard]] static bool is_mapped(const std::string& image);
 
  private:
-  PluginLibrary(std::string file, void* handle, const ComponentTable& table)
-      : file_(std::move(file)), handle_(handle), table_(table) {}
-  const std::string file_;
+  PluginLibrary(std::string file, std::string image, void* handle, const ComponentTable& table)
+      : file_(std::move(file)), image_(std::move(image)), handle_(handle), table_(table) {}
+  const std::string file_, image_;
   void* const handle_;
   const ComponentTable& table_;
 };
@@ -39,7 +48,29 @@ struct PluginEntry {
   std::string class_name, file;
 };
 
-/// The plugins that the folders offer, the first folder winning. Reads <folder>/index/*, lines of "class;library".
-[[nodiscard]] std::vector<PluginEntry> find_plugins(const std::vector<std::string>& folders);
+/// The plugins that folders offer, the first folder winning: <folder>/index/* has lines of "class;library".
+///
+/// Not every index file is read each time: only when a folder's index has changed, or when the file that named the class before
+/// names it no more. Threads: any.
+class PluginIndex {
+ public:
+  explicit PluginIndex(std::vector<std::string> folders) : folders_(std::move(folders)) {}
+  [[nodiscard]] std::optional<PluginEntry> find(const std::string& class_name);
+  [[nodiscard]] std::vector<std::string> class_names();
+  [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
+
+ private:
+  struct Known {
+    PluginEntry entry;
+    std::string index_file, line;
+  };
+  [[nodiscard]] std::vector<std::int64_t> stamps() const;
+  void read();
+
+  const std::vector<std::string> folders_;
+  std::mutex mutex_;
+  std::vector<std::int64_t> stamps_;  // modification times of the index folders, in ns
+  std::vector<Known> known_;
+};
 
 }  // namespace nacelle::runtime

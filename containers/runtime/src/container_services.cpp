@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "container_services.hpp"
+
+#include <cctype>
+#include <composition_interfaces/srv/list_nodes.hpp>
+#include <composition_interfaces/srv/load_node.hpp>
+#include <composition_interfaces/srv/unload_node.hpp>
+#include <rcl_interfaces/msg/parameter.hpp>
+#include <stdexcept>
+
+#include "nacelle/base/log.hpp"
+#include "nacelle/base/names.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+using composition_interfaces::srv::ListNodes;
+using composition_interfaces::srv::LoadNode;
+using composition_interfaces::srv::UnloadNode;
+
+NodeIdentity identity_of(std::string name) {
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  }
+  if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front())) != 0) name.insert(0, "container_");
+  return {std::move(name), "/"};
+}
+
+template <typename T, typename Sequence>
+std::vector<T> vector_of(const Sequence& sequence) {
+  return std::vector<T>(sequence.begin(), sequence.end());
+}
+
+ParameterValue value_of(const rcl_interfaces::msg::Parameter& parameter) {
+  const auto& value = parameter.value;
+  switch (static_cast<ParameterType>(value.type)) {
+    case ParameterType::NotSet: return {};
+    case ParameterType::Bool: return static_cast<bool>(value.bool_value);
+    case ParameterType::Integer: return std::int64_t{value.integer_value};
+    case ParameterType::Double: return value.double_value;
+    case ParameterType::String: return value.string_value;
+    case ParameterType::ByteArray: return vector_of<std::uint8_t>(value.byte_array_value);
+    case ParameterType::BoolArray: return vector_of<bool>(value.bool_array_value);
+    case ParameterType::IntegerArray: return vector_of<std::int64_t>(value.integer_array_value);
+    case ParameterType::DoubleArray: return vector_of<double>(value.double_array_value);
+    case ParameterType::StringArray: return vector_of<std::string>(value.string_array_value);
+  }
+  throw std::invalid_argument("parameter " + parameter.name + ": there is no type " + std::to_string(value.type) +
+                              " (rcl_interfaces/msg/ParameterType has 0 to 9)");
+}
+
+// Errors: std::invalid_argument in words for the caller.
+LoadRequest request_of(const LoadNode::Request& asked) {
+  LoadRequest wanted;
+  wanted.plugin = asked.plugin_name;
+  wanted.name = asked.node_name;
+  wanted.name_space = asked.node_namespace;
+  for (const auto& text : asked.remap_rules) {
+    auto rule = parse_remap_rule(text);
+    if (!rule) throw std::invalid_argument("remap rule '" + text + "': " + rule.error().text());
+    wanted.remaps.push_back(std::move(rule).value());
+  }
+  for (const auto& parameter : asked.parameters) wanted.parameters[parameter.name] = value_of(parameter);
+  for (const auto& argument : asked.extra_arguments) {
+    const bool known = argument.name == "use_intra_process_comms" || argument.name == "forward_global_arguments";
+    if (known && !std::holds_alternative<bool>(value_of(argument)))
+      throw std::invalid_argument("Extra component argument '" + argument.name + "' must be a boolean");
+  }
+  return wanted;
+}
+
+void answer(Container& container, const LoadNode::Request& request, LoadNode::Response& response) {
+  response = {};
+  try {
+    const auto loaded = container.load(request_of(request));
+    response.success = static_cast<bool>(loaded);
+    if (!loaded) {
+      response.error_message = loaded.error().text();
+      return;
+    }
+    response.full_node_name = loaded.value().node;
+    response.unique_id = loaded.value().id;
+  } catch (const std::invalid_argument& e) { response.error_message = e.what(); }
+}
+
+void answer(Container& container, const UnloadNode::Request& request, UnloadNode::Response& response) {
+  response = {};
+  const auto outcome = container.unload(request.unique_id);
+  response.success = static_cast<bool>(outcome);
+  if (!outcome) {
+    response.error_message = "No node found with unique_id: " + std::to_string(request.unique_id);
+  } else if (!outcome.value().image_closed) {
+    Logger{"container"}.info("component {} is unloaded, its image is kept, held by {}", request.unique_id,
+                             outcome.value().held_by);
+  }
+}
+
+void answer(Container& container, const ListNodes::Request&, ListNodes::Response& response) {
+  response = {};
+  for (const auto& component : container.list()) {
+    response.full_node_names.push_back(component.node);
+    response.unique_ids.push_back(component.id);
+  }
+}
+
+}  // namespace
+
+template <typename S>
+void ContainerServices::run(void* container, const void* request, void* response) {
+  answer(*static_cast<Container*>(container), *static_cast<const typename S::Request*>(request),
+         *static_cast<typename S::Response*>(response));
+}
+
+ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name)
+    : executor_("container", commons.clock, {.own = true}),
+      node_(commons, identity_of(name), executor_,
+            [](const std::string& code, const std::string& text) { Logger{"container"}.error("{}: {}", code, text); }) {
+  const std::string prefix = node_.identity().fully_qualified() + "/_container/";
+  const auto offer = [&]<typename S>(const char* what, std::in_place_type_t<S>) {
+    return node_.create_service(prefix + what, S::Request::message_type(), S::Response::message_type(),
+                                {&ContainerServices::run<S>, &container}, nullptr);
+  };
+  load_ = offer("load_node", std::in_place_type<LoadNode>);
+  unload_ = offer("unload_node", std::in_place_type<UnloadNode>);
+  list_ = offer("list_nodes", std::in_place_type<ListNodes>);
+  node_.open();
+}
+
+ContainerServices::~ContainerServices() = default;
+
+}  // namespace nacelle::runtime

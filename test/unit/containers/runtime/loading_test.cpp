@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loading and unloading where it is not simple: many at once, held messages, new files, code that does not return.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <future>
+#include <thread>
+
+#include "container_fixture.hpp"
+#include "support/manual_clock.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+struct LoadingTest : ContainerTest {
+  Result<ComponentInfo, Problem> try_to_load(const std::string& plugin, const std::string& name = "") {
+    LoadRequest request;
+    request.plugin = "nacelle::test::" + plugin;
+    request.name = name;
+    return container.load(request);
+  }
+  // Runs it on eight threads that start together.
+  template <typename F>
+  static auto at_once(const F& what) {
+    std::atomic<int> ready{0};
+    std::array<std::future<decltype(what(0))>, 8> runs;
+    for (int i = 0; i < 8; ++i) {
+      runs[static_cast<std::size_t>(i)] = std::async(std::launch::async, [&, i] {
+        for (++ready; ready < 8;) std::this_thread::yield();
+        return what(i);
+      });
+    }
+    std::vector<decltype(what(0))> results;
+    for (auto& run : runs) results.push_back(run.get());
+    return results;
+  }
+};
+
+TEST_F(LoadingTest, eight_components_are_loaded_and_unloaded_at_once) {
+  const auto loaded = at_once([&](int i) { return try_to_load("Talker", "talker" + std::to_string(i)); });
+  for (const auto& component : loaded) ASSERT_TRUE(component) << component.error().text();
+  EXPECT_THAT(container.list(), SizeIs(8));
+  at_once([&](int i) {
+    bring_up(loaded[static_cast<std::size_t>(i)].value().id);
+    return 0;
+  });
+
+  const auto unloaded =
+      at_once([&](int i) { return container.unload(loaded[static_cast<std::size_t>(i)].value().id); });
+  for (const auto& outcome : unloaded) EXPECT_TRUE(outcome);
+  EXPECT_THAT(container.list(), IsEmpty());
+  EXPECT_THAT(container.kept_images(), IsEmpty());
+  EXPECT_FALSE(is_mapped("nacelle_test_talker.so"));
+}
+
+TEST_F(LoadingTest, of_eight_loads_of_one_name_exactly_one_wins) {
+  int winners = 0;
+  for (const auto& loaded : at_once([&](int) { return try_to_load("Listener"); })) {
+    if (loaded) {
+      ++winners;
+    } else {
+      EXPECT_THAT(loaded.error().text(),
+                  AnyOf(HasSubstr("/listener is loaded already"), HasSubstr("/listener is being loaded just now")));
+    }
+  }
+  EXPECT_EQ(winners, 1);
+  EXPECT_THAT(container.list(), SizeIs(1));
+}
+
+TEST_F(LoadingTest, a_message_in_a_readers_queue_keeps_the_image_until_it_is_read) {
+  Ear late(container, "/words");
+  const auto talker = load("Talker");
+  bring_up(talker.id);
+  EXPECT_EQ(container.unload(talker.id).value().held_by, "1 message of /words");
+  ASSERT_THAT(container.kept_images(), SizeIs(1));
+  EXPECT_EQ(container.kept_images().front().node, "/talker");
+  EXPECT_EQ(container.kept_images().front().plugin, "nacelle::test::Talker");
+  EXPECT_EQ(container.kept_images().front().held_by, "1 message of /words");
+  EXPECT_TRUE(is_mapped("nacelle_test_talker.so"));
+  EXPECT_THAT(container.list(), IsEmpty()) << "the instance is gone all the same";
+
+  EXPECT_EQ(late.next(), "hello");
+  EXPECT_THAT(container.kept_images(), IsEmpty());
+  EXPECT_FALSE(is_mapped("nacelle_test_talker.so"));
+}
+
+TEST_F(LoadingTest, a_cache_for_late_joiners_goes_with_its_writer) {
+  const auto talker = load("Talker");
+  bring_up(talker.id);
+  EXPECT_TRUE(container.unload(talker.id).value().image_closed);
+  const auto late = container.transport().create_reader(
+      {"/words", &String::message_type(), QoS(1).transient_local(), "/late"}, Taking::Share, nullptr);
+  EXPECT_FALSE(late->has_waiting());
+}
+
+TEST_F(LoadingTest, thread_locals_pin_an_image_to_the_shared_thread_but_not_to_a_thread_of_its_own) {
+  Ear heard(container, "/heard");
+  LoadRequest request;
+  request.plugin = "nacelle::test::Hoarder";
+  request.thread.own = true;
+  say("/words", "a");
+  const auto own = container.load(request);
+  EXPECT_EQ(heard.next(), "a");
+  EXPECT_TRUE(container.unload(own.value().id).value().image_closed);
+  EXPECT_FALSE(is_mapped("nacelle_test_hoarder.so"));
+
+  request.thread.own = false;
+  const auto shared = container.load(request);
+  EXPECT_EQ(heard.next(), "a");
+  EXPECT_THAT(container.unload(shared.value().id).value().held_by, HasSubstr("the process (by thread-locals"));
+  ASSERT_THAT(container.kept_images(), SizeIs(1));
+  EXPECT_EQ(container.kept_images().front().node, "/hoarder");
+  EXPECT_TRUE(is_mapped("nacelle_test_hoarder.so"));
+}
+
+TEST_F(LoadingTest, a_missing_symbol_is_named_as_in_the_source) {
+  const auto loaded = try_to_load("MissingSymbol");
+  ASSERT_FALSE(loaded);
+  EXPECT_THAT(loaded.error().text(), HasSubstr("undefined symbol: nacelle::test::defined_nowhere(int)"));
+  EXPECT_FALSE(is_mapped("nacelle_test_missing_symbol.so"));
+}
+
+/// A folder of plugins with one library, which the test replaces.
+struct RebuiltTest : ::testing::Test {
+  RebuiltTest() {
+    std::string pattern = std::filesystem::temp_directory_path() / "nacelle_rebuilt_XXXXXX";
+    folder = ::mkdtemp(pattern.data());
+    std::filesystem::create_directory(folder / "index");
+    std::ofstream(folder / "index/editions") << "nacelle::test::Edition;edition.so\n";
+    install(1);
+  }
+  ~RebuiltTest() override { std::filesystem::remove_all(folder); }
+  void install(int edition) const {
+    const auto built =
+        std::filesystem::path(NACELLE_TEST_PLUGINS) / ("nacelle_test_edition_" + std::to_string(edition) + ".so");
+    std::filesystem::copy_file(built, folder / "new.so");
+    std::filesystem::rename(folder / "new.so", folder / "edition.so");
+  }
+  static Result<ComponentInfo, Problem> load(Container& container, const std::string& name) {
+    LoadRequest request;
+    request.plugin = "nacelle::test::Edition";
+    request.name = name;
+    return container.load(request);
+  }
+  static void ask(Container& container) {
+    const auto writer = container.transport().create_writer({"/asked", &String::message_type(), QoS(10), "/test"});
+    writer->publish(*writer->borrow());
+  }
+  [[nodiscard]] std::size_t mappings() const {
+    std::size_t n = 0;
+    std::ifstream maps("/proc/self/maps");
+    for (std::string line; std::getline(maps, line);) n += line.find(folder.string()) != std::string::npos ? 1 : 0;
+    return n;
+  }
+  std::filesystem::path folder;
+  SystemClock clock;
+};
+
+TEST_F(RebuiltTest, a_replaced_library_runs_its_new_code_beside_the_old_one) {
+  Container container{{.name = "test", .component_path = {folder}}, clock};
+  Ear told(container, "/told", QoS(10));
+  const auto first = load(container, "first").value();
+  const std::size_t one_image = mappings();
+  install(2);
+  const auto second = load(container, "second").value();
+  const auto third = load(container, "third").value();
+  EXPECT_GT(mappings(), one_image);
+  ask(container);
+  EXPECT_EQ(told.next(), "first is edition 1");
+  EXPECT_EQ(told.next(), "second is edition 2");
+  EXPECT_EQ(told.next(), "third is edition 2");
+
+  EXPECT_THAT(container.unload(second.id).value().held_by, HasSubstr("/third"));
+  EXPECT_TRUE(container.unload(first.id).value().image_closed) << "the others have another image";
+  EXPECT_TRUE(container.unload(third.id).value().image_closed);
+  EXPECT_EQ(mappings(), 0U);
+}
+
+TEST_F(RebuiltTest, a_replaced_library_runs_its_new_code_while_messages_keep_the_old_image) {
+  Container container{{.name = "test", .component_path = {folder}}, clock};
+  Ear told(container, "/told", QoS(10)), slow(container, "/told", QoS(10));
+  const auto before = load(container, "reloaded").value();
+  ask(container);
+  EXPECT_EQ(told.next(), "reloaded is edition 1");
+  EXPECT_EQ(container.unload(before.id).value().held_by, "1 message of /told");
+  install(2);
+  const auto after = load(container, "reloaded").value();
+  ask(container);
+  EXPECT_EQ(told.next(), "reloaded is edition 2");
+  EXPECT_EQ(slow.next(), "reloaded is edition 1");
+  EXPECT_EQ(slow.next(), "reloaded is edition 2");
+  EXPECT_TRUE(container.unload(after.id).value().image_closed);
+  EXPECT_THAT(container.kept_images(), IsEmpty());
+  EXPECT_EQ(mappings(), 0U);
+}
+
+TEST_F(RebuiltTest, a_library_that_was_overwritten_in_place_is_refused_while_it_is_loaded) {
+  Container container{{.name = "test", .component_path = {folder}}, clock};
+  const auto first = load(container, "first").value();
+  std::ofstream(folder / "edition.so", std::ios::app) << "one byte more";
+  const auto second = load(container, "second");
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().text(), HasSubstr("was overwritten while its code is loaded"));
+  EXPECT_TRUE(container.unload(first.id).value().image_closed);
+  EXPECT_TRUE(load(container, "second"));
+}
+
+TEST_F(RebuiltTest, a_plugin_that_is_installed_later_is_found) {
+  Container container{{.name = "test", .component_path = {folder}}, clock};
+  EXPECT_TRUE(load(container, "first"));
+  LoadRequest request;
+  request.plugin = "nacelle::test::Newcomer";
+  EXPECT_THAT(container.load(request).error().text(), HasSubstr("there is no plugin nacelle::test::Newcomer"));
+  std::ofstream(folder / "index/editions", std::ios::app) << "nacelle::test::Newcomer;edition.so\n";
+  EXPECT_THAT(container.load(request).error().text(), HasSubstr("holds no class nacelle::test::Newcomer"));
+}
+
+/// Components that sleep until they are woken, in a container whose time stands still until the test moves it.
+struct HangingTest : ContainerFixture<test::ManualClock> {
+  // Late is seen by the time that the test tells; hung is what the test says, not what the supervisor thinks.
+  HangingTest() : ContainerFixture({.hang_after = std::chrono::hours(1'000'000)}) {
+    EXPECT_EQ(::pipe2(entered.data(), O_CLOEXEC), 0);
+    EXPECT_EQ(::pipe2(release.data(), O_CLOEXEC), 0);
+  }
+  ~HangingTest() override {
+    for (const int descriptor : {entered[0], entered[1], release[0], release[1]}) ::close(descriptor);
+  }
+  [[nodiscard]] std::map<std::string, ParameterValue> asleep_in(const std::string& where) const {
+    return {{"sleep_in", where}, {"entered", std::int64_t{entered[1]}}, {"release", std::int64_t{release[0]}}};
+  }
+  void wait_until_it_sleeps() const {
+    char byte = 0;
+    ASSERT_EQ(::read(entered[0], &byte, 1), 1);
+  }
+  void wake() const { ASSERT_EQ(::write(release[1], "w", 1), 1); }
+  // What came back is noticed by whoever looks.
+  void wait_until_nothing_is_kept() {
+    const auto limit = std::chrono::steady_clock::now() + 20s;
+    while (!container.kept_images().empty() && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+    EXPECT_THAT(container.kept_images(), IsEmpty());
+  }
+  // What has not returned is given up.
+  template <typename T>
+  T let_time_pass_for(std::future<T>& call) {
+    while (call.wait_for(1ms) != std::future_status::ready) clock.advance(31s);
+    return call.get();
+  }
+  std::string held_by() {
+    const auto kept = container.kept_images();
+    return kept.size() == 1 ? kept.front().held_by : std::to_string(kept.size()) + " images";
+  }
+  std::array<int, 2> entered{}, release{};
+};
+
+TEST_F(HangingTest, a_constructor_that_does_not_return_fails_its_load_and_nobody_elses) {
+  LoadRequest request;
+  request.plugin = "nacelle::test::Sleeper";
+  request.parameters = asleep_in("constructor");
+  auto hanging = std::async(std::launch::async, [&] { return container.load(request); });
+  wait_until_it_sleeps();
+  Ear heard(container, "/heard");
+  const auto listener = load("Listener");
+  bring_up(listener.id);
+  say("/words", "others go on");
+  EXPECT_EQ(heard.next(), "others go on");
+
+  const auto loaded = let_time_pass_for(hanging);
+  ASSERT_FALSE(loaded);
+  EXPECT_THAT(loaded.error().text(), HasSubstr("its constructor, which has not returned within 30 s"));
+  EXPECT_EQ(held_by(), "its constructor, which has not returned");
+  EXPECT_THAT(container.list(), SizeIs(1));
+
+  const auto beside = load("Sleeper");
+  EXPECT_EQ(beside.node, "/sleeper");
+  EXPECT_THAT(container.frame_conflicts(), IsEmpty());
+  EXPECT_THAT(container.unload(beside.id).value().held_by, HasSubstr("its constructor, which has not returned"));
+  wake();
+  wait_until_nothing_is_kept();
+  EXPECT_FALSE(is_mapped("nacelle_test_sleeper.so"));
+}
+
+TEST_F(HangingTest, a_destructor_that_does_not_return_is_given_up) {
+  const auto sleeper = load("Sleeper", asleep_in("destructor"));
+  auto hanging = std::async(std::launch::async, [&] { return container.unload(sleeper.id); });
+  wait_until_it_sleeps();
+  EXPECT_EQ(let_time_pass_for(hanging).value().held_by, "its destructor, which has not returned");
+  EXPECT_EQ(held_by(), "its destructor, which has not returned");
+  EXPECT_THAT(container.list(), IsEmpty());
+  wake();
+  wait_until_nothing_is_kept();
+  EXPECT_FALSE(is_mapped("nacelle_test_sleeper.so"));
+}
+
+TEST_F(HangingTest, a_callback_that_does_not_return_keeps_the_image_and_who_waits_for_an_answer_is_told) {
+  Ear heard(container, "/heard");
+  const auto listener = load("Listener");
+  const auto sleeper = load("Sleeper", asleep_in("service"), "talker");  // whose service the listener calls
+  bring_up(listener.id);
+  bring_up(sleeper.id);
+  say("/ask", "?");
+  wait_until_it_sleeps();
+  clock.advance(1s);  // the others move to the spare thread
+  say("/ask", "?");
+  say("/words", "asked twice");
+  EXPECT_EQ(heard.next(), "asked twice");
+  auto hanging = std::async(std::launch::async, [&] { return container.unload(sleeper.id); });
+  EXPECT_EQ(let_time_pass_for(hanging).value().held_by, "a callback that has not returned");
+  EXPECT_EQ(heard.next(), "no answer") << "the one that is being worked on";
+  EXPECT_EQ(heard.next(), "no answer") << "the one that waits";
+  EXPECT_EQ(held_by(), "a callback that has not returned");
+  say("/ask", "?");
+  EXPECT_EQ(heard.next(), "nobody there");
+
+  const auto beside = load("Sleeper", {}, "talker");
+  EXPECT_THAT(container.frame_conflicts(), IsEmpty());
+  EXPECT_THAT(container.unload(beside.id).value().held_by, HasSubstr("a callback that has not returned"));
+  wake();
+  wait_until_nothing_is_kept();
+  EXPECT_FALSE(is_mapped("nacelle_test_sleeper.so"));
+}
+
+TEST_F(HangingTest, a_message_in_a_callback_that_runs_keeps_its_senders_image) {
+  const auto sleeper = load("Sleeper", asleep_in("callback"));
+  const auto talker = load("Talker");
+  bring_up(sleeper.id);
+  bring_up(talker.id);
+  wait_until_it_sleeps();
+  clock.advance(1s);  // the others move to the spare thread
+  EXPECT_EQ(container.unload(talker.id).value().held_by, "1 message of /words");
+  EXPECT_EQ(held_by(), "1 message of /words");
+  EXPECT_TRUE(is_mapped("nacelle_test_talker.so"));
+  wake();
+  wait_until_nothing_is_kept();
+  EXPECT_FALSE(is_mapped("nacelle_test_talker.so"));
+}
+
+TEST_F(HangingTest, a_transition_that_takes_its_time_delays_nobody) {
+  Ear heard(container, "/heard");
+  const auto listener = load("Listener");
+  bring_up(listener.id);
+  const auto sleeper = load("Sleeper", asleep_in("transition"));
+  auto configuring =
+      std::async(std::launch::async, [&] { return container.trigger(sleeper.id, Transition::Configure); });
+  wait_until_it_sleeps();
+  // No time has passed: nobody was late, so nothing but the transition itself can have made way.
+  say("/words", "go on");
+  EXPECT_EQ(heard.next(), "go on");
+  wake();
+  EXPECT_EQ(configuring.get().reason, "");
+}
+
+TEST_F(HangingTest, a_transition_that_was_given_up_before_it_began_does_not_happen_later) {
+  const auto sleeper = load("Sleeper", asleep_in("callback"));
+  bring_up(sleeper.id);
+  say("/words", "sleep");
+  wait_until_it_sleeps();
+  auto late = std::async(std::launch::async, [&] { return container.trigger(sleeper.id, Transition::Deactivate); });
+  EXPECT_THAT(let_time_pass_for(late).reason, HasSubstr("has not returned within 30 s"));
+  wake();
+  EXPECT_EQ(container.trigger(sleeper.id, Transition::Activate).reason,
+            "cannot activate from state active; allowed is deactivate, shutdown");
+}
+
+TEST_F(LoadingTest, components_load_list_and_unload_through_the_containers_own_services) {
+  Ear answers(container, "/answers");
+  Ear speech(container, "/robot1/speech");
+  load("Caller");
+  say("/calls", "load nacelle::test::Talker parrot");
+  EXPECT_EQ(answers.next(), "2 /robot1/parrot");
+  bring_up(2);
+  EXPECT_EQ(speech.next(), "ahoy");
+  say("/calls", "list");
+  EXPECT_EQ(answers.next(), "1/caller 2/robot1/parrot");
+  say("/calls", "load nacelle::test::Talker parrot");
+  EXPECT_THAT(answers.next(), HasSubstr("/robot1/parrot is loaded already (component 2)"));
+  say("/calls", "load nacelle::test::Parrot parrot");
+  EXPECT_THAT(answers.next(), HasSubstr("there is no plugin nacelle::test::Parrot"));
+  say("/calls", "badly nacelle::test::Talker parrot");
+  EXPECT_EQ(answers.next(), "Extra component argument 'use_intra_process_comms' must be a boolean");
+  say("/calls", "unload 2");
+  EXPECT_EQ(answers.next(), "unloaded");
+  say("/calls", "unload 2");
+  EXPECT_EQ(answers.next(), "No node found with unique_id: 2");
+  say("/calls", "list");
+  EXPECT_EQ(answers.next(), "1/caller");
+}
+
+}  // namespace
+}  // namespace nacelle::runtime
