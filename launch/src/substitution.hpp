@@ -16,7 +16,7 @@ using SubstitutionLookup =
     std::function<Result<std::string, Problem>(const std::string& name, const std::vector<std::string>& arguments)>;
 
 /// Longest text that a substitution may make; a chain of `let` that doubles itself ends here.
-inline constexpr std::size_t kMaxSubstitutedBytes = 64U * 1024U;
+inline constexpr std::size_t kMaxSubstitutedBytes = std::size_t{64} * 1024;
 
 /// Checks the syntax, the names and the numbers of arguments without evaluating anything.
 /// Errors: a Problem without `where`.
