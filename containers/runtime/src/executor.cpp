@@ -218,12 +218,18 @@ void Executor::rest(Worker& self) {
   if (executable.kind_ == Executable::Kind::Timer && executable.stats_ != nullptr)
     executable.stats_->latency.record(now - static_cast<const TimerBase&>(executable).was_due_);
   if (--node.until_sample_ == 0) [[unlikely]]
-    start_sample(self);
+    start_sample(self, node);
 }
 
-void Executor::start_sample(Worker& self) {
+void Executor::start_sample(Worker& self, NodeGroups& node) {
   self.unusual |= Worker::kSampled;
   self.sample = true;
+  // Every 64th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
+  node.random_ ^= node.random_ << 13;
+  node.random_ ^= node.random_ >> 17;
+  node.random_ ^= node.random_ << 5;
+  node.until_sample_ = 33 + (node.random_ >> 8) % 63;
+  node.planned_ += node.until_sample_;
 }
 
 void Executor::begin_transition(Worker& self, Executable& executable) {
@@ -280,12 +286,6 @@ void Executor::finish_unusual(Worker& self, NodeGroups& node) {
     self.sample = false;
     ++node.samples_;
     node.sampled_cpu_ += self.cpu_used;
-    // Every 64th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
-    node.random_ ^= node.random_ << 13;
-    node.random_ ^= node.random_ >> 17;
-    node.random_ ^= node.random_ << 5;
-    node.until_sample_ = 33 + (node.random_ >> 8) % 63;
-    node.planned_ += node.until_sample_;
   }
   if ((self.unusual & Worker::kLate) != 0) self.state = Worker::State::Spare;
   self.unusual = 0;

@@ -106,7 +106,7 @@ TEST(BrokerModel, a_sequence_of_steps_has_the_effect_that_the_specification_says
 }
 
 TEST(BrokerModel, readers_that_come_and_go_while_others_write_see_every_writer_in_order_and_no_message_twice) {
-  constexpr int kWriters = 2, kReaders = 2, kLives = 40;
+  constexpr int kWriters = 2, kReaders = 2, kLives = 15;
   const SystemClock clock;
   Broker broker{clock};
   std::vector<std::unique_ptr<Writer>> writers;

@@ -92,7 +92,7 @@ class Executor {
   void begin(Worker& self, Executable& executable, MonotonicTime now);
   void run(Worker& self, Executable& executable, MonotonicTime now);
   void finish(Worker& self, MonotonicTime now);
-  static void start_sample(Worker& self);
+  static void start_sample(Worker& self, NodeGroups& node);
   void begin_transition(Worker& self, Executable& executable);
   void finish_unusual(Worker& self, NodeGroups& node);
   void call(Worker& worker);
