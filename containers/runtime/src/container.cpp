@@ -292,6 +292,10 @@ struct Container::Impl final : Context {
   // The node is gone: its executor goes, and the image too unless somebody holds it.
   UnloadOutcome finish(Record& record) {
     const std::string node = record.runtime ? record.runtime->identity().fully_qualified() : record.plugin;
+    if (record.runtime) {
+      // Of a node that was never made something may wait still.
+      static_cast<void>(record.runtime->group().executor().close(record.runtime->group(), commons.clock.now()));
+    }
     if (record.own_executor) supervisor.remove(*record.own_executor);
     supervisor.settle();
     record.runtime.reset();
@@ -430,10 +434,16 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
                     record->runtime->identity().fully_qualified(), name,
                     suggestion(name, record->node->parameters().list()));
   }
-  const std::lock_guard lock(impl_->mutex);
-  record->id = impl_->next_id++;
-  impl_->records.emplace(record->id, record);
-  return Impl::info_of(*record);
+  const std::lock_guard alone(record->one_at_a_time);  // others find it from here on; they wait until it is opened
+  ComponentInfo info;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    record->id = impl_->next_id++;
+    impl_->records.emplace(record->id, record);
+    info = Impl::info_of(*record);
+  }
+  record->runtime->open();
+  return info;
 }
 
 Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {

@@ -124,6 +124,7 @@ ContainerServices::ContainerServices(Container& container, Commons& commons, con
   load_ = offer("load_node", std::in_place_type<LoadNode>);
   unload_ = offer("unload_node", std::in_place_type<UnloadNode>);
   list_ = offer("list_nodes", std::in_place_type<ListNodes>);
+  node_.open();
 }
 
 ContainerServices::~ContainerServices() = default;

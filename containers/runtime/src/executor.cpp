@@ -122,14 +122,14 @@ void Executor::append(Executable& executable) {
   }
 }
 
-// The first ready thing whose group is free; those of a busy group (its callback overstays) wait in the group's backlog.
+// The first ready thing whose group is free; those of a held group or of a busy one (its callback overstays) wait in the group's backlog.
 Executable* Executor::pop() {
   while (head_ != nullptr) {
     Executable* const first = head_;
     head_ = first->next_;
     if (head_ == nullptr) tail_ = nullptr;
     first->next_ = nullptr;
-    if (!first->group_.busy_) return first;
+    if (!first->group_.busy_ && !first->group_.held_) return first;
     Executable** last = &first->group_.backlog_;
     while (*last != nullptr) last = &(*last)->next_;
     *last = first;
@@ -310,6 +310,30 @@ void Executor::forget(Executable& executable) {
   }
   mutex_.unlock();
   waiters_.fetch_sub(1);
+}
+
+void Executor::hold(CallbackGroup& group) {
+  const std::lock_guard lock(mutex_);
+  group.held_ = true;
+}
+
+void Executor::open(CallbackGroup& group) {
+  bool wake = false;
+  {
+    const std::lock_guard lock(mutex_);
+    group.held_ = false;
+    while (group.backlog_ != nullptr) {
+      Executable* const waiting = group.backlog_;
+      group.backlog_ = waiting->next_;
+      append(*waiting);
+    }
+    wake = sleeping_ && head_ != nullptr;
+    if (wake) sleeping_ = false;
+  }
+  if (!wake) return;
+  wake_word_.fetch_add(1, std::memory_order_release);
+  futex_wake(wake_word_, 1);
+  if (activity_hook_) activity_hook_();
 }
 
 // Under the lock. What is dropped stays marked as queued, so that nobody queues it again.

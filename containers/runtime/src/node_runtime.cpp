@@ -180,7 +180,9 @@ NodeRuntime::NodeRuntime(Commons& commons, NodeIdentity identity, Executor& exec
     : commons_(commons),
       identity_(std::move(identity)),
       on_fault_(on_fault),
-      group_(executor, identity_.fully_qualified(), std::move(on_fault)) {}
+      group_(executor, identity_.fully_qualified(), std::move(on_fault)) {
+  executor.hold(group_);
+}
 
 NodeRuntime::~NodeRuntime() = default;
 

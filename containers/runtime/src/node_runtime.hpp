@@ -57,6 +57,8 @@ class NodeRuntime {
   void clear_safe_stop();
   void report_fault(std::string code, std::string text) { on_fault_(std::move(code), std::move(text)); }
   void set_active(bool active);
+  /// The node is made: its callbacks may run. Until then what becomes ready waits.
+  void open() { group_.executor().open(group_); }
 
   /// Runs something on the component's executor and waits for it. Returns false if it has not ended by the deadline; it may
   /// still run then, so `what` must not refer to the caller's frame.

@@ -180,6 +180,18 @@ TEST_F(ExecutorTest, what_waits_in_a_group_that_is_closed_is_dropped_and_told) {
   EXPECT_EQ(in_queue.runs + in_backlog.runs, 0);
 }
 
+TEST_F(ExecutorTest, a_held_group_runs_what_was_ready_when_it_is_opened) {
+  bool ran = false;
+  Callable early(a, [&] { ran = true; });
+  executor.hold(a);
+  executor.post(early);
+  drain(b);
+  EXPECT_FALSE(ran);
+  executor.open(a);
+  drain(a);
+  EXPECT_TRUE(ran);
+}
+
 TEST_F(ExecutorTest, what_may_take_long_makes_way_before_it_begins) {
   struct Long final : Executable {
     explicit Long(CallbackGroup& g) : Executable(g) {}

@@ -78,6 +78,7 @@ class CallbackGroup {
   const std::string name_;
   const OnFault on_fault_;
   bool busy_ = false;  // under the executor's lock, as the rest
+  bool held_ = false;
   bool closed_ = false;
   Executable* backlog_ = nullptr;  // ready while the group was busy
 };
@@ -105,6 +106,9 @@ class Executor {
   [[nodiscard]] bool is_armed(const TimerBase& timer) const;
   /// After this the thing does not run any more; waits for a run that is going on, unless called from within it.
   void forget(Executable& executable);
+  /// What becomes ready in the group waits until open(): its node is still being made.
+  void hold(CallbackGroup& group);
+  void open(CallbackGroup& group);
   /// Nothing of the group starts any more, what waits is dropped; waits until what runs has returned, at most until the
   /// deadline. Returns false when it still runs.
   [[nodiscard]] bool close(CallbackGroup& group, MonotonicTime deadline);
