@@ -98,25 +98,26 @@ def payload(programs, say):
         yield row("M4", f"{name}, 3 owners: copies", owners["copies"] / messages, "1/message", exactly(2))
         yield row("M4", f"{name}: page faults, 3 readers and 3 owners", (readers["faults"] + owners["faults"]) / messages, "1/message", at_most(0.01))
     say("the cloud of 33,177,600 bytes at 30 Hz, 5 s")
-    run = run_graph(programs, graphs.cloud(3), 5)
+    # The first filling of the pool, half a gigabyte of page faults in one callback, is not what is measured here.
+    run = run_graph(programs, graphs.cloud(3), 5, patience=20)
     yield row("M4", "cloud at 30 Hz, 3 readers: delivered", 100 * run["delivered"] / run["expected"], "%", (">=", 99))
     yield row("M4", "cloud: copies", run["copies"], "", exactly(0))
     yield row("M4", "cloud: late, lost", run["late"] + run["lost"], "", exactly(0))
     yield row("M4", "cloud: page faults", run["faults"] / run["seconds"], "1/s", at_most(1))
 
 
-def run_graph(programs, lines, seconds, bare=0):
+def run_graph(programs, lines, seconds, **words):
     with tempfile.NamedTemporaryFile("w", suffix=".graph") as file:
         file.write("\n".join(lines) + "\n")
         file.flush()
-        return programs.run("topology", graph=file.name, seconds=seconds, bare=bare)
+        return programs.run("topology", graph=file.name, seconds=seconds, **words)
 
 
 def in_turn(programs, lines, seconds):
     """Composed and bare, A B B A; the runs of the container and the ratio of the medians of CPU time."""
     runs = {0: [], 1: []}
     for bare in (0, 1, 1, 0):
-        runs[bare].append(run_graph(programs, lines, seconds, bare))
+        runs[bare].append(run_graph(programs, lines, seconds, bare=bare))
     ratio = median([r["cpu_s"] for r in runs[0]]) / max(median([r["cpu_s"] for r in runs[1]]), 1e-6)
     return runs[0], runs[1], ratio
 

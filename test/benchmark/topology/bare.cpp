@@ -16,15 +16,15 @@ struct BareSource {
 };
 
 struct Due {
-  MonotonicTime at;
+  Duration at{};  // on the monotonic clock
   BareSource* source = nullptr;
 };
 struct Later {
-  bool operator()(const Due& a, const Due& b) const { return b.at.nanoseconds() < a.at.nanoseconds(); }
+  bool operator()(const Due& a, const Due& b) const { return b.at < a.at; }
 };
 
-void sleep_until(MonotonicTime t) {
-  const auto ns = t.nanoseconds();
+void sleep_until(Duration t) {
+  const auto ns = t.count();
   const timespec until{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {}
 }
@@ -38,7 +38,7 @@ Run run_bare(const Graph& graph, Duration measured) {
   std::deque<ReaderState> readers;
   std::map<std::string, BareSource*> by_topic;
   std::priority_queue<Due, std::vector<Due>, Later> due;
-  const MonotonicTime start = clock.now();
+  const Duration start = clock.now().since_origin;
   for (const auto& node : graph.nodes) {
     for (const auto& source : node.sources) {
       auto& made = sources.emplace_back();
@@ -58,9 +58,9 @@ Run run_bare(const Graph& graph, Duration measured) {
   }
   Run run;
   Tally::Look before;
-  const MonotonicTime begin = start + 1s, end = begin + measured;
+  const Duration begin = start + 1s, end = begin + measured;
   bool measuring = false;
-  for (MonotonicTime now = start; now < end;) {
+  for (Duration now = start; now < end;) {
     if (!measuring && now >= begin) {
       measuring = true;
       before = tally.look();
@@ -69,7 +69,7 @@ Run run_bare(const Graph& graph, Duration measured) {
     const auto [when, source] = due.top();
     if (when > now) {
       sleep_until(when);
-      now = clock.now();
+      now = clock.now().since_origin;
       continue;
     }
     due.pop();
@@ -79,7 +79,7 @@ Run run_bare(const Graph& graph, Duration measured) {
     const MonotonicTime stamp = clock.now();
     ++source->sent;
     for (ReaderState* reader : source->readers) reader->on_message(stamp, source->sent);
-    now = stamp;
+    now = stamp.since_origin;
   }
   run.used = Usage::now() - run.used;
   const Tally::Look after = tally.look();

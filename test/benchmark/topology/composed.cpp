@@ -41,11 +41,11 @@ Tally::Look operator-(const Tally::Look& a, const Tally::Look& b) {
 
 }  // namespace
 
-Run run_composed(const Graph& graph, Duration measured) {
+Run run_composed(const Graph& graph, Duration measured, Duration patience) {
   Tally tally;
   const auto periods = graph.periods();
   std::deque<NodeRecipe> recipes;
-  Rig rig;
+  Rig rig(patience);
   for (const auto& node : graph.nodes) rig.add(node.name, recipes.emplace_back(node, periods, tally));
   std::this_thread::sleep_for(1s);
   Run run;

@@ -16,8 +16,8 @@ struct Run {
   std::uint64_t dropped = 0;  ///< Overwritten or refused in queues, of the whole run.
 };
 
-/// The graph as components of one container, all on the shared executor.
-[[nodiscard]] Run run_composed(const Graph& graph, Duration measured);
+/// The graph as components of one container, all on the shared executor. `patience`: see Rig.
+[[nodiscard]] Run run_composed(const Graph& graph, Duration measured, Duration patience);
 /// The same callbacks from one thread that sleeps with clock_nanosleep until the next timer is due; timers of one period are
 /// aligned, which is the least that the work can cost.
 [[nodiscard]] Run run_bare(const Graph& graph, Duration measured);
