@@ -63,8 +63,6 @@ class NodeRuntime {
   void clear_safe_stop();
   void report_fault(std::string code, std::string text) { on_fault_(std::move(code), std::move(text)); }
   void set_active(bool active);
-  /// The node is made: its callbacks may run. Until then what becomes ready waits.
-  void open() { group_.executor().open(group_); }
 
   /// The node is made: its callbacks may run from now on.
   void open() { executor().open(groups_); }
