@@ -8,7 +8,8 @@ from measure import median
 
 
 def row(identity, what, value, unit, goal=None, baseline="", note=""):
-    return {"id": identity, "what": what, "value": value, "unit": unit, "goal": goal, "baseline": baseline, "note": note}
+    beside = "; ".join(text for text in (note, baseline) if text)
+    return {"id": identity, "what": what, "value": value, "unit": unit, "goal": goal, "baseline": beside}
 
 
 def at_most(limit):
