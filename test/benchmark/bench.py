@@ -36,7 +36,7 @@ def as_text(value):
 
 def cells(row):
     ok = {True: "yes", False: "NO", None: ""}[row["ok"]]
-    return (row["id"], row["what"], as_text(row["value"]), row["unit"], row["goal"], row["baseline"] or row.get("note", ""), ok)
+    return (row["id"], row["what"], as_text(row["value"]), row["unit"], row["goal"], row["baseline"], ok)
 
 
 def table(rows):

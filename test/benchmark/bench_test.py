@@ -73,7 +73,7 @@ class Running(unittest.TestCase):
     def test_a_missed_goal_is_told_and_fails_nothing(self):
         code, said, rows = self.run_bench({"slow": lambda *_: [goals.row("M1", "snail", 9, "Ir", goals.at_most(8), "others 7")]})
         self.assertEqual(code, 0)
-        self.assertEqual({key: rows[0][key] for key in ("id", "what", "value", "unit", "goal", "baseline", "ok")},
+        self.assertEqual(rows[0],
                          {"id": "M1", "what": "snail", "value": 9, "unit": "Ir", "goal": "<= 8", "baseline": "others 7", "ok": False})  # fmt: skip
         self.assertRegex(said, r"(?m)^M1 +snail +9 +Ir +<= 8 +others 7 +NO$")
 

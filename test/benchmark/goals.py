@@ -8,7 +8,8 @@ from measure import median
 
 
 def row(identity, what, value, unit, goal=None, baseline="", note=""):
-    return {"id": identity, "what": what, "value": value, "unit": unit, "goal": goal, "baseline": baseline, "note": note}
+    beside = "; ".join(text for text in (note, baseline) if text)
+    return {"id": identity, "what": what, "value": value, "unit": unit, "goal": goal, "baseline": beside}
 
 
 def at_most(limit):
@@ -53,8 +54,8 @@ def asleep(programs, say):
     yield row("M2", "44 B, thread to thread, reader asleep", cost, "Ir/message", at_most(500),
               f"ZeroMQ inproc {zmq:.0f}, mutex+condvar {deque:.0f}")  # fmt: skip
     say("system calls, with the peers'")
-    calls = {peer: programs.syscalls("peers", peer=peer, path="asleep") for peer in ("zmq", "deque", "futex")}
-    yield row("M2", "system calls", programs.syscalls("handover", path="asleep"), "1/message", at_most(2.05),
+    calls = {peer: programs.syscalls("peers", peer=peer, path="asleep", few=2000, many=12000) for peer in ("zmq", "deque", "futex")}
+    yield row("M2", "system calls", programs.syscalls("handover", path="asleep", few=2000, many=12000), "1/message", at_most(2.05),
               f"{programs.calls_are_counted_by}: ZeroMQ inproc {calls['zmq']:.1f}, mutex+condvar {calls['deque']:.1f}, bare futex {calls['futex']:.1f}")  # fmt: skip
     run = programs.run("handover", path="asleep", messages=20000)
     peer = programs.run("peers", peer="zmq", path="asleep", messages=20000)

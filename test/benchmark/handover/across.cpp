@@ -99,8 +99,9 @@ Outcome run_asleep(const Plan& plan) {
   Player server(plan, "/back", "/forth", true);
   Player answerer(plan, "/forth", "/back", false);
   Rig rig;
-  rig.add("answerer", answerer, {.own = true});
-  rig.add("server", server, {.own = true});
+  // On one CPU the waker may be preempted before it sleeps, and is then found awake.
+  rig.add("answerer", answerer, {.own = true, .cpus = {1}});
+  rig.add("server", server, {.own = true, .cpus = {0}});
   const auto go =
       rig.container().transport().create_writer({"/go", &std_msgs::msg::Empty::message_type(), QoS(1), "/main"});
   go->publish(*go->borrow());

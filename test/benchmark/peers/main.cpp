@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // peers peer=zmq|deque|futex path=inline|asleep|busy [messages=1000]
 // The same hand-overs of 44 bytes as programs do them that have no Nacelle.
+#include <pthread.h>
+#include <sched.h>
 #include <zmq.h>
 
 #include <condition_variable>
@@ -115,14 +117,24 @@ void run_busy(Link& link, std::uint64_t messages) {
   }
 }
 
+// As the two components of `handover` are.
+void bind_to(int cpu) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(cpu, &set);
+  pthread_setaffinity_np(pthread_self(), sizeof set, &set);
+}
+
 template <typename Link>
 void run_asleep(Link& forth, Link& back, std::uint64_t messages) {
   std::thread answerer([&] {
+    bind_to(1);
     for (std::uint64_t i = 0; i < messages / 2; ++i) {
       forth.receive();
       back.send();
     }
   });
+  bind_to(0);
   for (std::uint64_t i = 0; i < messages / 2; ++i) {
     forth.send();
     back.receive();
