@@ -522,6 +522,7 @@ Result<ComponentInfo, Problem> Container::find(const std::string& name_or_id) co
   if (hits.empty())
     return err(Problem{"component '" + name_or_id + "'", "is not loaded", suggestion(name_or_id, names)});
   std::vector<std::string> choices;
+  choices.reserve(hits.size());
   for (const auto& hit : hits) choices.push_back(hit.node);
   return err(
       Problem{"component '" + name_or_id + "'", "could be any of " + join(choices), "give the full name or the id"});

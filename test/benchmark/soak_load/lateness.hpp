@@ -29,7 +29,7 @@ class LatenessMeter {
   }
   Lateness tick(MonotonicTime now) {
     // An early tick shows that the grid lies before the one assumed.
-    due_ = std::min(due_, now);
+    if (now < due_) due_ = now;
     const Lateness lateness{now - due_, note_waits()};
     due_ += period_ * (lateness.late / period_ + 1);
     return lateness;

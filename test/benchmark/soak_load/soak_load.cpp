@@ -35,7 +35,7 @@ constexpr bool kSanitized = false;
 #endif
 constexpr std::size_t kSettled = 100;  // cycles after which nothing may grow any more
 constexpr std::size_t kMayGrow = 1'000'000;
-static_assert(kMayGrow < 10'240 * 100, "what rclcpp loses in 100 cycles, we may not lose in all of them");
+static_assert(kMayGrow < 1'024'000, "what rclcpp loses in 100 cycles, we may not lose in all of them");
 constexpr int kHeapNoise = 16'384;  // what threads keep in their caches of malloc, and calls under way
 
 struct Options {
