@@ -309,8 +309,8 @@ class Both final : public Executable {
 TEST(ExecutorModel, as_many_run_as_there_are_threads) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     World world(seed);
-    world.executor = std::make_unique<Executor>(
-        "model", world.scheduler, ThreadPolicy{.own = true, .priority = 0, .cpus = {}, .threads = 2});
+    world.executor = std::make_unique<Executor>("model", world.scheduler,
+                                                ThreadPolicy{.own = true, .priority = 0, .cpus = {}, .threads = 2});
     NodeModel node(*world.executor, "/node");
     CallbackGroup first(node.groups), second(node.groups);
     world.executor->open(node.groups);

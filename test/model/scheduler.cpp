@@ -24,6 +24,7 @@ MonotonicTime Scheduler::now() const {
 }
 
 std::size_t Scheduler::add() {
+  const std::lock_guard lock(mutex_);  // a thread that has just started already looks at the list
   all_.push_back(std::make_unique<Participant>());
   return all_.size() - 1;
 }

@@ -56,7 +56,8 @@ TEST(BrokerModel, a_sequence_of_steps_has_the_effect_that_the_specification_says
           if (readers.size() < 5) {
             ModelReader made;
             made.depth = 1 + pick(4);
-            made.reader = broker.create_reader(spec(QoS(made.depth)), pick(2) == 0 ? Taking::Own : Taking::Share, nullptr);
+            made.reader =
+                broker.create_reader(spec(QoS(made.depth)), pick(2) == 0 ? Taking::Own : Taking::Share, nullptr);
             readers.push_back(std::move(made));
           }
           break;

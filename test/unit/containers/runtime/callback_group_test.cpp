@@ -211,7 +211,7 @@ TEST(CallbackStats, hold_count_duration_and_the_cost_of_a_sample) {
   executor.open(node);
   CallbackGroup group{node};
   CallbackStats stats;
-  int runs = 0;
+  std::atomic<int> runs{0};
   std::atomic<unsigned> worked{0};
   Callable busy(group, [&] {
     clock.advance(++runs == 1000 ? 7ms : 1ms);
