@@ -88,6 +88,7 @@ std::vector<Case> all_cases() {
 TEST(Compatibility, gives_rmws_verdict_for_every_pair_of_values) {
   const auto cases = all_cases();
   std::vector<QoS> values;
+  values.reserve(cases.size());
   for (const auto& c : cases) values.push_back(qos_of(c));
   std::size_t wrong = 0;
   for (std::size_t o = 0; o < cases.size(); ++o) {

@@ -42,7 +42,7 @@ TEST_F(BrokerTest, every_reader_sees_the_writers_payload_address_and_nothing_is_
   for (int i = 0; i < 20; ++i) {
     Block* const block = writer->borrow();
     auto& image = *static_cast<Image*>(block->message);
-    image.data.resize(640 * 480 * 3);
+    image.data.resize(std::size_t{640} * 480 * 3);
     const void* const payload = image.data.data();
     writer->publish(*block);
     for (auto& reader : readers) {

@@ -192,7 +192,7 @@ TEST(Decode, refuses_what_is_longer_than_its_bound) {
 
 TEST(Encode, of_a_large_image_is_its_bytes) {
   sensor_msgs::msg::Image image;
-  image.data.resize(640 * 480 * 2);
+  image.data.resize(std::size_t{640} * 480 * 2);
   for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<std::uint8_t>(i);
 
   const Bytes bytes = msgs::to_cdr(image);

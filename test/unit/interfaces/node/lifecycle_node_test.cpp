@@ -83,7 +83,7 @@ TEST(LifecycleMachine, goes_where_ros_2_goes) {
     for (const auto t : row.before) ASSERT_TRUE(probe.trigger(t).success);
     probe.answers[to_text(row.transition)] = row.answer;
     const auto outcome = probe.trigger(row.transition);
-    EXPECT_EQ(outcome.state, row.expected) << to_text(row.transition) << " " << int(row.answer);
+    EXPECT_EQ(outcome.state, row.expected) << to_text(row.transition) << " " << static_cast<int>(row.answer);
     EXPECT_EQ(outcome.success, row.answer == CallbackReturn::SUCCESS);
     if (row.answer == CallbackReturn::FAILURE) {
       EXPECT_EQ(outcome.reason, "refused");

@@ -49,7 +49,7 @@ TEST_F(SocketPath, what_a_killed_container_left_is_replaced) {
   ASSERT_TRUE(folder_for_socket(places()));
   // As after kill -9: the files are there, nobody listens, nobody holds the lock.
   const std::string path = places().fallback_dir + "/robot.sock";
-  std::ofstream{places().fallback_dir + "/robot.lock"};
+  const std::ofstream lock{places().fallback_dir + "/robot.lock"};
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::strcpy(address.sun_path, path.c_str());
