@@ -133,6 +133,7 @@ class Builder {
   std::vector<Target> targets_;
   std::set<std::string> declared_;
   std::map<std::string, std::shared_ptr<const ParameterFile>> parameter_files_;
+  std::set<std::string> unreadable_;  // parameter files that were reported
   std::map<std::pair<std::string, std::string>, std::pair<Location, bool>> sections_;  // (path, pattern) -> used
 };
 

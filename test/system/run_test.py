@@ -155,6 +155,14 @@ class Broken(RobotTest):
         for part in ("camera", "there is no plugin nacelle::camera::CamraComponent", "did you mean 'nacelle::camera::CameraComponent'"):
             self.assertIn(part, message)
 
+    def test_a_drive_says_what_is_wrong_as_a_launch_does(self):
+        for arguments in (["sim:=false", "lidar_port:=/no/such/port", "camera_device:=/no/such/camera"], ["config:=/no/such/robot.yaml"]):
+            with self.subTest(arguments=arguments):
+                outcome = self.expect_exit(self.run_program("drive", "--for", "2", *arguments), 1)
+                said = outcome.stderr.splitlines()
+                self.assertEqual(len(said), 1, outcome.stderr)
+                self.assertRegex(said[0], r"^nacelle: .*/no/such/")
+
     def test_a_component_that_is_not_required_is_left_out(self):
         text = self.robot_with("{name: port_name, value: $(var lidar_port_used)}", "{name: port_name, value: /no/such/port}")
         text = text.replace("      name: lidar\n", "      name: lidar\n      required: false\n")

@@ -74,6 +74,10 @@ TEST(Mistakes, of_a_files_shape_are_told_with_their_line) {
        "list_of_int, list_of_float, list_of_str\n"},
       {"launch:\n- node: {exec: a, param: [{from: missing.yaml}]}",
        "a.launch.yaml:2: the parameter file 'missing.yaml' cannot be read\n"},
+      {"launch:\n- node: {exec: a, param: [{from: missing.yaml}]}\n"
+       "- node: {exec: b, param: [{from: missing.yaml, allow_substs: true}, {from: other.yaml}]}",
+       "a.launch.yaml:2: the parameter file 'missing.yaml' cannot be read\n"
+       "a.launch.yaml:3: the parameter file 'other.yaml' cannot be read\n"},
       {"launch:\n- include: {file: b.launch.yaml}",
        "a.launch.yaml:2: the launch file 'b.launch.yaml' cannot be read\n"},
       {"launch:\n- shutdown: {reason: x}",
