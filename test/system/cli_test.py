@@ -25,7 +25,8 @@ class WithoutContainer(RobotTest):
     def test_wrong_usage_is_2(self):
         for words in ([], ["no-such-command"], ["topic"], ["topic", "echo"], ["drive", "--no-such-option"], ["drive", "--for", "1", "--stay"],
                       ["drive", "--for", "-1"], ["lifecycle", "set", "camera", "explode"], ["drive", "a.yaml", "b.yaml"],
-                      ["component", "load", "camera", "--name", "other"]):  # fmt: skip
+                      ["component", "load", "camera", "--name", "other"],
+                      ["component", "load", "a::B", "-p", "rate"], ["component", "load", "a::B", "-r", "scan"]):  # fmt: skip
             with self.subTest(words=words):
                 self.assertTrue(self.expect_exit(self.run_program(*words), 2).stderr)
 

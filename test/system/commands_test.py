@@ -47,6 +47,11 @@ class Commands(RunningRobotTest):
         outcome = self.expect_exit(self.run_program("topic", "echo", "/scam", "--once"), 1)
         self.assertIn("did you mean '/scan'", outcome.stderr)
 
+    def test_a_topic_of_another_type_is_1_with_its_type(self):
+        for command in ("echo", "hz"):
+            outcome = self.expect_exit(self.run_program("topic", command, "/scan", "sensor_msgs/msg/Image", "--once", limit_s=10), 1)
+            self.assertIn("/scan: has the type sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image", outcome.stderr)
+
     def test_hz_measures_a_rate(self):
         text = self.expect_exit(self.run_program("topic", "hz", "/imu/data_raw", "--once"), 0).stdout
         rate = float(re.search(r"average rate: ([\d.]+)", text)[1])
@@ -59,6 +64,12 @@ class Commands(RunningRobotTest):
         self.assertEqual(after, before + 1)
         wrong = self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", '{"linaer": {}}'), 1)
         self.assertIn("linear", wrong.stderr)
+
+    def test_the_list_shows_id_node_and_state(self):
+        lines = self.expect_exit(self.run_program("component", "list"), 0).stdout.splitlines()
+        self.assertEqual(lines[0], "/robot")
+        self.assertRegex("\n".join(lines), r"\n  \d+  /imu  active\n")
+        self.assertIn("/imu  active  nacelle::imu::ImuComponent", self.expect_exit(self.run_program("component", "list", "-v"), 0).stdout)
 
     def test_the_lifecycle_can_be_seen_and_changed(self):
         self.assertEqual(self.expect_exit(self.run_program("lifecycle", "get", "/lidar"), 0).stdout, "active [3]\n")
@@ -83,8 +94,18 @@ class Commands(RunningRobotTest):
         self.assertIn("/lab/extra", again.stderr)
         outcome = self.expect_exit(self.run_program("component", "unload", row["id"]), 0)
         self.assertIn(f"Unloaded component {row['id']} ('/lab/extra')", outcome.stdout)
-        wrong = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "x", "-p", "nonsense"), 1)
-        self.assertIn("nonsense", wrong.stderr)
+        wrong = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "x", "-p", ":=1"), 1)
+        self.assertIn("-p :=1", wrong.stderr)
+
+    def test_what_a_plugin_cannot_use_is_told_to_whoever_loads_it(self):
+        loaded = self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "warned", "-p", "no_such:=1", "-r", "diagnostisc:=/x",
+                                  "-r", "/diagnostics:=/diagnostics_2")  # fmt: skip
+        self.expect_exit(loaded, 0)
+        self.expect_exit(self.run_program("component", "unload", "warned"), 0)
+        warnings = [line for line in loaded.stderr.splitlines() if line.startswith("nacelle: warning: ")]
+        self.assertEqual(len(warnings), 2, loaded.stderr)
+        self.assertIn("'no_such'", warnings[0])
+        self.assertIn("/warned has no topic 'diagnostisc'", warnings[1])
 
     def test_the_camera_can_be_taken_out_and_put_back_while_the_others_run(self):
         maps = pathlib.Path(f"/proc/{self.robot.pid}/maps")
@@ -165,6 +186,10 @@ class Teleop(RunningRobotTest):
         self.drive_forward()
         wait_for("the robot is told to stop", self.ends_with_zero)
         self.assertIsNone(self.teleop.poll())
+
+    def test_without_a_terminal_it_is_wrong_usage(self):
+        outcome = self.expect_exit(self.run_program("teleop", stdin=subprocess.DEVNULL), 2)
+        self.assertIn("needs a terminal", outcome.stderr)
 
     def test_a_closed_terminal_stops_the_robot(self):
         self.drive_forward()
