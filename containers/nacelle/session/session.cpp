@@ -18,6 +18,7 @@
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
+#include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -140,6 +141,7 @@ Result<void, Problem> Session::load_components() {
   for (const auto& component : plan_.components) {
     if (stop_.is_raised()) return err(interrupted(stop_));
     progress(fmt::format("[{}/{}] loading {}", ++number, plan_.components.size(), component.full_name()));
+    const GraphBefore before{*container_};
     auto loaded = container_->load(load_request_of(component));
     if (!loaded) {
       const Problem problem{component.where.text() + ": " + loaded.error().where, loaded.error().what,
@@ -147,6 +149,8 @@ Result<void, Problem> Session::load_components() {
       if (component.required) return err(problem);
       left_out_.insert(component.full_name());
       say("nacelle: left out, since it is not required: " + problem.text());
+    } else {
+      for (const auto& line : unused_qos(component, before.added())) say(line);
     }
     composition_changed();
   }

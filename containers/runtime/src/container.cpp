@@ -272,15 +272,19 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     return err(Problem{where, "its constructor failed: " + (failure.empty() ? "it made no node" : failure), ""});
   }
   record->managed = dynamic_cast<LifecycleNode*>(record->node);
+  std::vector<std::string> warnings;
   for (const auto& name : record->node->parameters().unused_overrides()) {
-    impl_->log.warn("{}: parameter '{}' is given but the component has no such parameter; {}",
-                    record->runtime->identity().fully_qualified(), name,
-                    suggestion(name, record->node->parameters().list()));
+    warnings.push_back(fmt::format("{}: parameter '{}' is given but the component has no such parameter; {}",
+                                   record->runtime->identity().fully_qualified(), name,
+                                   suggestion(name, record->node->parameters().list())));
+    impl_->log.warn("{}", warnings.back());
   }
   const std::lock_guard lock(impl_->mutex);
   record->id = impl_->next_id++;
   impl_->records.emplace(record->id, record);
-  return Impl::info_of(*record);
+  ComponentInfo info = Impl::info_of(*record);
+  info.warnings = std::move(warnings);
+  return info;
 }
 
 Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
