@@ -72,6 +72,10 @@ class Run {
         course_(settings.course) {}
 
   int run() {
+    // Found out now, not after the drive.
+    if (!settings_.report_file.empty()) {
+      if (auto fine = report::check_report_file(settings_.report_file); !fine) return fail(fine.error());
+    }
     auto done = bring_up();
     if (done) done = settings_.duration || settings_.stay ? idle() : drive();
     take_down(done.has_value());

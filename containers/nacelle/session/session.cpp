@@ -187,8 +187,9 @@ Result<void, Problem> Session::activate() {
     composition_changed();
     std::string names;
     for (const auto& name : report_.bringup_order) names += " " + name;
-    say(fmt::format("{} components active in {:.0f} ms:{}", report_.bringup_order.size(),
-                    to_milliseconds(report_.bringup), names));
+    const std::size_t count = report_.bringup_order.size();
+    say(fmt::format("{} component{} active in {:.0f} ms{}{}", count, count == 1 ? "" : "s",
+                    to_milliseconds(report_.bringup), count == 0 ? "" : ":", names));
     return {};
   }
   if (stop_.is_raised()) return err(interrupted(stop_));

@@ -172,6 +172,25 @@ launch:
   EXPECT_EQ(plan.components[2].parameters[0].value, ParameterValue(std::string("leaked")));
 }
 
+TEST(LoadArguments, lists_what_is_required_without_its_value) {
+  const std::string text = R"yaml(
+launch:
+- arg: {name: who, description: "whom to start"}
+- arg: {name: port, default: p0}
+- node_container:
+    name: robot
+    composable_node:
+    - {pkg: p, plugin: a::A, name: $(var who), after: [$(var who)], param: [{name: x, value: $(var who)}]}
+)yaml";
+  const auto environment = in_memory({{"a.launch.yaml", text}});
+  const auto plan = load_arguments("a.launch.yaml", {}, environment);
+  ASSERT_TRUE(plan) << problems_of(plan);
+  ASSERT_EQ(plan->arguments.size(), 2U);
+  EXPECT_EQ(plan->arguments[0].name, "who");
+  EXPECT_FALSE(plan->arguments[0].default_value);
+  EXPECT_FALSE(load_plan("a.launch.yaml", {}, environment));
+}
+
 TEST(LoadPlan, follows_conditions) {
   const std::string text = R"yaml(
 launch:

@@ -224,6 +224,18 @@ TEST(Mistakes, of_a_whole_plan_are_told) {
       "the conditions out\n");
 }
 
+TEST(Mistakes, in_after_are_told_with_the_name_that_works_there) {
+  const auto file = [](const char* wanted) {
+    return with_components("    - {pkg: p, plugin: a::A, name: m2, namespace: /g}\n    - {pkg: p, plugin: a::A, name: "
+                           "base}\n    - {pkg: p, plugin: a::A, name: one, namespace: /h, after: [" +
+                           std::string(wanted) + "]}\n");
+  };
+  const std::string told_before = "a.launch.yaml:7: 'after' names the node '";
+  EXPECT_EQ(told(file("m2")), told_before + "m2', which is no component of this launch; did you mean '/g/m2'?\n");
+  EXPECT_EQ(told(file("bsae")), told_before + "bsae', which is no component of this launch; did you mean 'base'?\n");
+  EXPECT_EQ(told(file("/g/m3")), told_before + "/g/m3', which is no component of this launch; did you mean '/g/m2'?\n");
+}
+
 TEST(Mistakes, of_one_file_are_all_told) {
   const std::string all = told(
       "launch:\n- nod: {}\n- node: {pkg: a}\n- arg: {name: x}\n- include: {file: gone.launch.yaml}\n- log: {message: "

@@ -104,6 +104,14 @@ TEST(Summary, leaves_out_a_type_that_nobody_sends_and_names_the_types_of_two_tha
   EXPECT_EQ(text.find("/cmd_vel"), text.rfind("/cmd_vel")) << text;
 }
 
+TEST(ReportFile, is_refused_before_the_run_where_it_could_not_be_written) {
+  EXPECT_TRUE(check_report_file(::testing::TempDir() + "a_new_report.json"));
+  EXPECT_TRUE(check_report_file("/dev/null"));
+  EXPECT_EQ(check_report_file("/nosuch/x.json").error().text(),
+            "/nosuch/x.json: the report cannot be written: No such file or directory; is the folder there, and yours?");
+  EXPECT_FALSE(check_report_file("/tmp"));
+}
+
 TEST(ComponentName, is_the_node_s_without_the_root) {
   EXPECT_EQ(component_name("/camera"), "camera");
   EXPECT_EQ(component_name("/robot1/camera"), "robot1/camera");
