@@ -13,8 +13,7 @@ constexpr std::size_t kMaxFiles = 200;
 
 }  // namespace
 
-Builder::Builder(const Environment& environment, const std::map<std::string, std::string>& arguments,
-                 Wanted wanted)
+Builder::Builder(const Environment& environment, const std::map<std::string, std::string>& arguments, Wanted wanted)
     : environment_(environment), arguments_(arguments), wanted_(wanted) {}
 
 void Builder::report(const Location& where, std::string what, std::string way_out) {
@@ -121,8 +120,7 @@ void Builder::declare_argument(const Element& element, Scope& scope) {
   const auto given = scope.variables.find(*name);
   if (given == scope.variables.end() && !argument.default_value) {
     if (wanted_ == Wanted::Plan) {
-      report(argument.where, "the argument '" + *name + "' has no value and no default",
-             "give it: " + *name + ":=...");
+      report(argument.where, "the argument '" + *name + "' has no value and no default", "give it: " + *name + ":=...");
     }
     scope.variables[*name] = std::nullopt;
   } else if (given == scope.variables.end()) {

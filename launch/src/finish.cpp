@@ -53,8 +53,8 @@ void Builder::resolve_after() {
         for (const auto& other : plan_.components) {
           if (&other == &component) continue;
           const std::string other_full = other.full_name();
-          const bool is_short = !condition.node.starts_with('/') &&
-                                (other.namespace_ == component.namespace_ || other.namespace_ == "/");
+          const bool is_short =
+              !condition.node.starts_with('/') && (other.namespace_ == component.namespace_ || other.namespace_ == "/");
           others.push_back(is_short ? other.name : other_full);
           if (other.name == condition.node) elsewhere.push_back("'" + other_full + "'");
         }

@@ -119,11 +119,11 @@ void add_component_commands(CLI::App& app, int& exit_code) {
 
   CLI::App* const load_command =
       group->add_subcommand("load", "load a component of the launch file by name, or any plugin by class");
-  const CLI::Validator assignment{
-      [](const std::string& text) {
-        return text.find(":=") == std::string::npos ? "'" + text + "' has no ':='" : std::string{};
-      },
-      ""};
+  const CLI::Validator assignment{[](const std::string& text) {
+                                    return text.find(":=") == std::string::npos ? "'" + text + "' has no ':='"
+                                                                                : std::string{};
+                                  },
+                                  ""};
   load_command->add_option("component", wish->name, "NAME of the launch file, or pkg::Class")->required();
   load_command->add_option("-n,--name", wish->new_name, "the node's name (of a plugin)");
   load_command->add_option("--namespace", wish->name_space, "the node's namespace (of a plugin)");

@@ -61,9 +61,8 @@ int run(const Wish& wish) {
     return kUsage;
   }
   const session::ProgramPlaces places = program_places();
-  auto plan = wish.show_arguments
-                  ? launch::load_arguments(wish.file, arguments.value(), launch_environment(places))
-                  : launch::load_plan(wish.file, arguments.value(), launch_environment(places));
+  auto plan = wish.show_arguments ? launch::load_arguments(wish.file, arguments.value(), launch_environment(places))
+                                  : launch::load_plan(wish.file, arguments.value(), launch_environment(places));
   if (!plan) {
     for (const auto& problem : plan.error()) complain(problem);
     return kFailed;
@@ -108,6 +107,7 @@ void add_launch_command(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->allow_extra_args(false);
   command->add_option("--parent", wish->parent_pid, "end when this process ends")->group("");
+  command->footer("How a launch file is written, key by key: docs/launch_files.md in the source tree.");
   command->callback([wish, &exit_code] { exit_code = run(*wish); });
 }
 

@@ -109,9 +109,10 @@ std::string LiveView::block(const nlohmann::json& stats, const std::string& acti
   for (const auto& row : report::rows_of(stats["streams"])) {
     const auto& stream = *row.stream;
     if (stream["writers"].get<int>() == 0) continue;
-    text += fmt::format("  {:<26}{:>7.1f} Hz  {:>8} sent  {} reader{}  {} copies\n", row.label, rates_.hz(key_of(stream)),
-                        stream["published"].get<std::uint64_t>(), stream["readers"].get<int>(),
-                        stream["readers"].get<int>() == 1 ? " " : "s", stream["copies"].get<std::uint64_t>());
+    text +=
+        fmt::format("  {:<26}{:>7.1f} Hz  {:>8} sent  {} reader{}  {} copies\n", row.label, rates_.hz(key_of(stream)),
+                    stream["published"].get<std::uint64_t>(), stream["readers"].get<int>(),
+                    stream["readers"].get<int>() == 1 ? " " : "s", stream["copies"].get<std::uint64_t>());
   }
   text += fmt::format("  {:.1f} MB, {:.1f} s of CPU\n", stats.value("rss_mb", 0.0), stats.value("cpu_s", 0.0));
   return text;

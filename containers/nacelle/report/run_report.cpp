@@ -32,7 +32,8 @@ Result<void, Problem> check_report_file(const std::string& path) {
     return {};
   }
   const std::string folder = fs::path{path}.has_parent_path() ? fs::path{path}.parent_path().string() : ".";
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) return refused(std::strerror(errno), "is the folder there, and yours?");
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return refused(std::strerror(errno), "is the folder there, and yours?");
   return {};
 }
 

@@ -23,9 +23,8 @@ template <typename Json>
   std::vector<StreamRow<Json>> rows;
   for (const Json& stream : streams) {
     const std::string name = text(stream, "name");
-    const auto twin = std::find_if(streams.begin(), streams.end(), [&](const Json& other) {
-      return &other != &stream && text(other, "name") == name;
-    });
+    const auto twin = std::find_if(streams.begin(), streams.end(),
+                                   [&](const Json& other) { return &other != &stream && text(other, "name") == name; });
     if (twin == streams.end()) {
       rows.push_back({name, &stream});
     } else if (sent(stream) == sent(*twin)) {

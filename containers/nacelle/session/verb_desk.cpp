@@ -92,7 +92,9 @@ void VerbDesk::answer(Guest& guest, const std::string& request_text) {
     reply = request.is_object() ? reply_to(guest, request) : control::reply_of({"request", "is not a JSON object", ""});
   } catch (const json::exception& e) {
     // A field of another type than it should be: the client's fault, told to the client.
-    reply = control::reply_of({"request", e.what(), "use the `nacelle` that started the container"});
+    const std::string_view text = e.what();  // "[json.exception.type_error.302] type must be ..."
+    reply = control::reply_of({"request", std::string{text.substr(std::min(text.size(), text.find("] ") + 2))},
+                               "use the `nacelle` that started the container"});
   }
   control::append_frame(guest.connection->out, control::FrameKind::Reply,
                         reply.dump(-1, ' ', false, json::error_handler_t::replace));

@@ -198,6 +198,9 @@ TEST(Mistakes, across_files_are_told_with_each_files_name) {
   EXPECT_EQ(
       told("launch:\n- include: {file: b.launch.xml}", {}, {{"b.launch.xml", "<launch>\n  <nod exec='a'/></launch>"}}),
       "b.launch.xml:2: unknown action 'nod' in 'launch'; did you mean 'node'?\n");
+  EXPECT_EQ(told("launch:\n- include: {file: b.launch.xml}", {},
+                 {{"b.launch.xml", "<launch>\n  <group>\n    <node exec='a'/>\n</launch>"}}),
+            "b.launch.xml:2: the element <group> that begins here is not closed by its own </...>\n");
   EXPECT_EQ(
       told("launch:\n- include: {file: b.launch.py}", {}, {{"b.launch.py", "x"}}),
       "b.launch.py: a launch file in Python is a program, which Nacelle does not run; write the same in YAML or XML\n");
@@ -226,9 +229,10 @@ TEST(Mistakes, of_a_whole_plan_are_told) {
 
 TEST(Mistakes, in_after_are_told_with_the_name_that_works_there) {
   const auto file = [](const char* wanted) {
-    return with_components("    - {pkg: p, plugin: a::A, name: m2, namespace: /g}\n    - {pkg: p, plugin: a::A, name: "
-                           "base}\n    - {pkg: p, plugin: a::A, name: one, namespace: /h, after: [" +
-                           std::string(wanted) + "]}\n");
+    return with_components(
+        "    - {pkg: p, plugin: a::A, name: m2, namespace: /g}\n    - {pkg: p, plugin: a::A, name: "
+        "base}\n    - {pkg: p, plugin: a::A, name: one, namespace: /h, after: [" +
+        std::string(wanted) + "]}\n");
   };
   const std::string told_before = "a.launch.yaml:7: 'after' names the node '";
   EXPECT_EQ(told(file("m2")), told_before + "m2', which is no component of this launch; did you mean '/g/m2'?\n");

@@ -35,11 +35,13 @@ TEST(RateMeter, a_count_that_began_anew_is_no_negative_rate) {
 TEST(LiveView, shows_the_rate_of_the_type_that_is_sent_where_two_share_a_name) {
   const auto stats = [](int stamped) {
     const auto stream = [](const char* type, int published) {
-      return nlohmann::json{{"name", "/cmd_vel"}, {"type", type}, {"published", published}, {"writers", 1}, {"readers", 3}};
+      return nlohmann::json{
+          {"name", "/cmd_vel"}, {"type", type}, {"published", published}, {"writers", 1}, {"readers", 3}};
     };
-    return nlohmann::json{{"phase", "running"},
-                          {"nodes", nlohmann::json::array()},
-                          {"streams", {stream("geometry_msgs/msg/TwistStamped", stamped), stream("geometry_msgs/msg/Twist", 0)}}};
+    return nlohmann::json{
+        {"phase", "running"},
+        {"nodes", nlohmann::json::array()},
+        {"streams", {stream("geometry_msgs/msg/TwistStamped", stamped), stream("geometry_msgs/msg/Twist", 0)}}};
   };
   ::testing::internal::CaptureStdout();
   LiveView view{false, MonotonicTime{0s}};

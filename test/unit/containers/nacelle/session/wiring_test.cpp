@@ -17,14 +17,15 @@ TEST(Wiring, tells_of_a_quality_of_service_for_a_topic_that_the_component_does_n
   plan.name = "lidar";
   plan.qos = {qos("/front/scan", launch::Side::Publisher), qos("/front/scna", launch::Side::Publisher),
               qos("/front/scan", launch::Side::Subscription), qos("/tf", launch::Side::Publisher)};
-  EXPECT_EQ(unused_qos(plan, kLidar),
-            (std::vector<std::string>{
-                "robot.launch.yaml:12: /lidar has no topic '/front/scna': this quality of service has no effect; did you "
-                "mean '/front/scan'?",
-                "robot.launch.yaml:12: /lidar does not subscribe to '/front/scan': this quality of service has no effect; "
-                "write 'publisher'",
-                "robot.launch.yaml:12: /lidar does not publish '/tf': this quality of service has no effect; write "
-                "'subscription'"}));
+  EXPECT_EQ(
+      unused_qos(plan, kLidar),
+      (std::vector<std::string>{
+          "robot.launch.yaml:12: /lidar has no topic '/front/scna': this quality of service has no effect; did you "
+          "mean '/front/scan'?",
+          "robot.launch.yaml:12: /lidar does not subscribe to '/front/scan': this quality of service has no effect; "
+          "write 'publisher'",
+          "robot.launch.yaml:12: /lidar does not publish '/tf': this quality of service has no effect; write "
+          "'subscription'"}));
 }
 
 TEST(Wiring, tells_of_a_remap_that_changed_nothing) {
