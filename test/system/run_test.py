@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole runs: figures, order, the drive, what is broken, interruptions."""
 import json
+import os
 import pathlib
+import pty
 import re
 import signal
 import subprocess
@@ -119,6 +121,37 @@ class Interrupted(RobotTest):
         drive.kill()
         drive.communicate()
         wait_for("container and world are gone", lambda: not self.our_processes(), 20)
+
+
+class Terminal(RobotTest):
+    FILE = """
+launch:
+- node_container:
+    name: one
+    composable_node:
+    - pkg: nacelle_monitor
+      plugin: nacelle::monitor::MonitorComponent
+      name: monitor
+      param: [{name: no_such, value: 1}]
+      qos: {/diagnostisc: {publisher: {depth: 2}}}
+"""
+
+    def test_what_is_said_during_the_bring_up_begins_on_a_clear_line(self):
+        file = self.folder / "one.launch.yaml"
+        file.write_text(self.FILE)
+        screen, terminal = pty.openpty()
+        robot = self.start_program("launch", file, stdout=subprocess.DEVNULL, stderr=terminal)
+        os.close(terminal)
+        shown = b""
+        while b"active in" not in shown:
+            shown += os.read(screen, 4096)
+        robot.send_signal(signal.SIGINT)
+        self.assertEqual(robot.wait(30 * SLOW), 0)
+        os.close(screen)
+        text = shown.decode()
+        self.assertRegex(text, r"\r\x1b\[K[\d:.]+ [^\r]*'no_such'")
+        self.assertRegex(text, r"\r\x1b\[K[^\r]*one\.launch\.yaml:10: /monitor has no topic '/diagnostisc'[^\r]*did you mean '/diagnostics'")
+        self.assertRegex(text, r"\r\x1b\[K1 component active")
 
 
 class Broken(RobotTest):

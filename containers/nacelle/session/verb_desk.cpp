@@ -93,7 +93,8 @@ void VerbDesk::answer(Guest& guest, const std::string& request_text) {
   } catch (const json::exception& e) {
     // A field of another type than it should be: the client's fault, told to the client.
     const std::string_view text = e.what();  // "[json.exception.type_error.302] type must be ..."
-    reply = control::reply_of({"request", std::string{text.substr(std::min(text.size(), text.find("] ") + 2))},
+    const auto end = text.find("] ");
+    reply = control::reply_of({"request", std::string{text.substr(end == std::string_view::npos ? 0 : end + 2)},
                                "use the `nacelle` that started the container"});
   }
   control::append_frame(guest.connection->out, control::FrameKind::Reply,
