@@ -119,6 +119,7 @@ void Builder::declare_argument(const Element& element, Scope& scope) {
   }
   const auto given = scope.variables.find(*name);
   if (given == scope.variables.end() && !argument.default_value) {
+    lacks_argument_ = true;
     if (wanted_ == Wanted::Plan) {
       report(argument.where, "the argument '" + *name + "' has no value and no default", "give it: " + *name + ":=...");
     }

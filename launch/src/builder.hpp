@@ -128,6 +128,7 @@ class Builder {
   const Environment& environment_;
   const std::map<std::string, std::string>& arguments_;
   const Wanted wanted_;
+  bool lacks_argument_ = false;
   Plan plan_;
   std::vector<Problem> problems_;
   std::vector<File> files_;  // the innermost last

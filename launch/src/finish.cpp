@@ -117,7 +117,9 @@ Result<Plan, std::vector<Problem>> Builder::finish() {
   for (const auto& [key, section] : sections_) {
     if (!section.second) plan_.unused_sections.push_back({key.second, section.first});
   }
-  if (problems_.empty()) return std::move(plan_);
+  // Where a value is missing, what was found after it may be a consequence; the arguments themselves are known.
+  const bool lists = wanted_ == Wanted::Arguments && lacks_argument_;
+  if (problems_.empty() || lists) return std::move(plan_);
   // A file that is included twice tells its faults twice.
   std::vector<Problem> once;
   for (auto& problem : problems_) {

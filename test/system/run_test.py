@@ -189,7 +189,7 @@ class Broken(RobotTest):
             self.assertIn(part, message)
 
     def test_a_drive_says_what_is_wrong_as_a_launch_does(self):
-        for arguments in (["sim:=false", "lidar_port:=/no/such/port", "camera_device:=/no/such/camera"], ["config:=/no/such/robot.yaml"]):
+        for arguments in (["sim:=false", "base_port:=/no/such/port"], ["config:=/no/such/robot.yaml"]):
             with self.subTest(arguments=arguments):
                 outcome = self.expect_exit(self.run_program("drive", "--for", "2", *arguments), 1)
                 said = outcome.stderr.splitlines()

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "commands.hpp"
 #include "nacelle/msgs/any_message.hpp"
@@ -43,13 +44,12 @@ int list(const Wish& wish) {
     return kDone;
   }
   // As ros2 does: each name once, with all of its types.
-  std::map<std::string, std::string> types;
-  for (const auto& row : reply.value()["topics"]) {
-    std::string& all = types[row["name"]];
-    all += (all.empty() ? "" : ", ") + row["type"].get<std::string>();
+  std::map<std::string, std::set<std::string>> types;
+  for (const auto& row : reply.value()["topics"]) types[row["name"]].insert(row["type"].get<std::string>());
+  for (const auto& [name, of_name] : types) {
+    const std::string all = join({of_name.begin(), of_name.end()});
+    std::printf(wish.with_types ? "%s [%s]\n" : "%s\n", name.c_str(), all.c_str());
   }
-  for (const auto& [name, type] : types)
-    std::printf(wish.with_types ? "%s [%s]\n" : "%s\n", name.c_str(), type.c_str());
   return kDone;
 }
 

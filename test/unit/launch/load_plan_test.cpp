@@ -284,8 +284,8 @@ TEST(Arguments, are_split_at_the_first_assignment) {
 }
 
 TEST(LoadPlan, the_folder_of_a_relative_launch_file_stands_in_other_paths) {
-  auto environment = in_memory({{"/work/dir/robot.yaml", "/**: {ros__parameters: {rate: 30}}"}});
-  environment.working_directory = "/work";
+  auto environment = in_memory({{"/ws/dir/robot.yaml", "/**: {ros__parameters: {rate: 30}}"}});
+  environment.working_directory = "/ws";
   const auto plan = load_plan_text(
       "launch:\n- node_container:\n    pkg: nacelle\n    exec: container\n    name: c\n    namespace: ''\n"
       "    composable_node:\n    - {pkg: nacelle, plugin: 'a::B', name: b, param: [{from: $(dirname)/robot.yaml}]}\n",
