@@ -13,8 +13,8 @@ constexpr std::size_t kMaxFiles = 200;
 
 }  // namespace
 
-Builder::Builder(const Environment& environment, const std::map<std::string, std::string>& arguments)
-    : environment_(environment), arguments_(arguments) {}
+Builder::Builder(const Environment& environment, const std::map<std::string, std::string>& arguments, Wanted wanted)
+    : environment_(environment), arguments_(arguments), wanted_(wanted) {}
 
 void Builder::report(const Location& where, std::string what, std::string way_out) {
   problems_.push_back({where.text(), std::move(what), std::move(way_out)});
@@ -119,7 +119,10 @@ void Builder::declare_argument(const Element& element, Scope& scope) {
   }
   const auto given = scope.variables.find(*name);
   if (given == scope.variables.end() && !argument.default_value) {
-    report(argument.where, "the argument '" + *name + "' has no value and no default", "give it: " + *name + ":=...");
+    lacks_argument_ = true;
+    if (wanted_ == Wanted::Plan) {
+      report(argument.where, "the argument '" + *name + "' has no value and no default", "give it: " + *name + ":=...");
+    }
     scope.variables[*name] = std::nullopt;
   } else if (given == scope.variables.end()) {
     scope.variables[*name] = *argument.default_value;

@@ -27,6 +27,9 @@ struct ParameterSource {
   bool substituted = false;                   ///< The file's text is not what the nodes are to see.
 };
 
+/// What the files are read for.
+enum class Wanted : std::uint8_t { Plan, Arguments };
+
 /// What an action sees; a group works on a copy.
 struct Scope {
   /// Launch configurations. One without a value is an argument whose absence was reported before.
@@ -46,7 +49,7 @@ struct File {
 /// Walks the elements of all files and fills a plan.
 class Builder {
  public:
-  Builder(const Environment& environment, const std::map<std::string, std::string>& arguments);
+  Builder(const Environment& environment, const std::map<std::string, std::string>& arguments, Wanted wanted);
 
   void run_top(const std::string& text, const std::string& path);
   [[nodiscard]] Result<Plan, std::vector<Problem>> finish();
@@ -124,6 +127,8 @@ class Builder {
 
   const Environment& environment_;
   const std::map<std::string, std::string>& arguments_;
+  const Wanted wanted_;
+  bool lacks_argument_ = false;
   Plan plan_;
   std::vector<Problem> problems_;
   std::vector<File> files_;  // the innermost last
@@ -133,6 +138,7 @@ class Builder {
   std::vector<Target> targets_;
   std::set<std::string> declared_;
   std::map<std::string, std::shared_ptr<const ParameterFile>> parameter_files_;
+  std::set<std::string> unreadable_;  // parameter files that were reported
   std::map<std::pair<std::string, std::string>, std::pair<Location, bool>> sections_;  // (path, pattern) -> used
 };
 

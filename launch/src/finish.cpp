@@ -48,13 +48,20 @@ void Builder::resolve_after() {
       // A short name is first looked for beside the component, then at the root.
       if (!known(full) && known(join_namespaces("/", condition.node))) full = join_namespaces("/", condition.node);
       if (!known(full)) {
-        std::vector<std::string> others;
+        // One of that name in another namespace is what is meant; else what is near, as it would have to be written here.
+        std::vector<std::string> elsewhere, others;
         for (const auto& other : plan_.components) {
-          if (&other != &component) others.push_back(condition.node.starts_with('/') ? other.full_name() : other.name);
+          if (&other == &component) continue;
+          const std::string other_full = other.full_name();
+          const bool is_short =
+              !condition.node.starts_with('/') && (other.namespace_ == component.namespace_ || other.namespace_ == "/");
+          others.push_back(is_short ? other.name : other_full);
+          if (other.name == condition.node) elsewhere.push_back("'" + other_full + "'");
         }
         report(condition.where,
                "'after' names the node '" + condition.node.substr(0, 80) + "', which is no component of this launch",
-               suggestion(condition.node.substr(0, 80), others));
+               elsewhere.empty() ? suggestion(condition.node.substr(0, 80), others)
+                                 : "did you mean " + join(elsewhere, " or ") + "?");
       } else if (full == component.full_name()) {
         report(condition.where, "the node '" + component.name + "' cannot wait for itself");
       }
@@ -99,16 +106,20 @@ void Builder::check_arguments() {
 }
 
 Result<Plan, std::vector<Problem>> Builder::finish() {
-  check_names();
-  check_targets();
-  resolve_after();
-  if (problems_.empty()) find_cycles();
+  if (wanted_ == Wanted::Plan) {
+    check_names();
+    check_targets();
+    resolve_after();
+    if (problems_.empty()) find_cycles();
+  }
   check_arguments();
   for (auto& refusal : refuse_unavailable(plan_)) problems_.push_back(std::move(refusal));
   for (const auto& [key, section] : sections_) {
     if (!section.second) plan_.unused_sections.push_back({key.second, section.first});
   }
-  if (problems_.empty()) return std::move(plan_);
+  // Where a value is missing, what was found after it may be a consequence; the arguments themselves are known.
+  const bool lists = wanted_ == Wanted::Arguments && lacks_argument_;
+  if (problems_.empty() || lists) return std::move(plan_);
   // A file that is included twice tells its faults twice.
   std::vector<Problem> once;
   for (auto& problem : problems_) {

@@ -37,10 +37,23 @@ Environment system_environment() {
   return environment;
 }
 
+namespace {
+
+Result<Plan, std::vector<Problem>> read(const std::string& file, const std::map<std::string, std::string>& arguments,
+                                        const Environment& environment, Wanted wanted) {
+  const auto text = environment.read_file ? environment.read_file(file) : std::nullopt;
+  if (!text) return err(std::vector<Problem>{{file, "the launch file cannot be read", ""}});
+  Builder builder(environment, arguments, wanted);
+  builder.run_top(*text, file);
+  return builder.finish();
+}
+
+}  // namespace
+
 Result<Plan, std::vector<Problem>> load_plan_text(const std::string& text, const std::string& file,
                                                   const std::map<std::string, std::string>& arguments,
                                                   const Environment& environment) {
-  Builder builder(environment, arguments);
+  Builder builder(environment, arguments, Wanted::Plan);
   builder.run_top(text, file);
   return builder.finish();
 }
@@ -48,9 +61,13 @@ Result<Plan, std::vector<Problem>> load_plan_text(const std::string& text, const
 Result<Plan, std::vector<Problem>> load_plan(const std::string& file,
                                              const std::map<std::string, std::string>& arguments,
                                              const Environment& environment) {
-  const auto text = environment.read_file ? environment.read_file(file) : std::nullopt;
-  if (!text) return err(std::vector<Problem>{{file, "the launch file cannot be read", ""}});
-  return load_plan_text(*text, file, arguments, environment);
+  return read(file, arguments, environment, Wanted::Plan);
+}
+
+Result<Plan, std::vector<Problem>> load_arguments(const std::string& file,
+                                                  const std::map<std::string, std::string>& arguments,
+                                                  const Environment& environment) {
+  return read(file, arguments, environment, Wanted::Arguments);
 }
 
 Result<std::map<std::string, std::string>, std::vector<Problem>> parse_arguments(

@@ -81,7 +81,12 @@ void Builder::read_parameter_file(const Element& element, std::string_view attri
     return;
   }
   const auto content = environment_.read_file ? environment_.read_file(path) : std::nullopt;
-  if (!content) return report(at(element.find(attribute)->line), "the parameter file '" + path + "' cannot be read");
+  if (!content) {
+    // Every component names the same file: told once, where it is named first.
+    if (unreadable_.insert(path).second)
+      report(at(element.find(attribute)->line), "the parameter file '" + path + "' cannot be read");
+    return;
+  }
   auto root = parse_yaml(*content, path);
   std::vector<Problem> faults;
   std::shared_ptr<const ParameterFile> file;

@@ -56,6 +56,15 @@ Result<Element, std::vector<Problem>> read_xml(std::string_view text, const std:
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     std::string where = file;
     if (document.ErrorLineNum() > 0) where += ":" + std::to_string(document.ErrorLineNum());
+    if (document.ErrorID() == tinyxml2::XML_ERROR_MISMATCHED_ELEMENT) {
+      // The line is that of the element's begin; where its end should have been nobody can know.
+      const std::string_view told = document.ErrorStr();
+      constexpr std::string_view kKey = "name=";
+      const auto at = told.find(kKey);
+      const std::string name{at == std::string_view::npos ? "" : told.substr(at + kKey.size())};
+      return err(std::vector<Problem>{
+          {where, "the element <" + name.substr(0, 60) + "> that begins here is not closed by its own </...>", ""}});
+    }
     return err(std::vector<Problem>{{where, std::string("this is not XML: ") + document.ErrorName(), ""}});
   }
   XmlFront front(file);

@@ -52,7 +52,8 @@ class WithoutContainer(RobotTest):
     def test_wrong_usage_is_2(self):
         for words in ([], ["no-such-command"], ["topic"], ["topic", "echo"], ["drive", "--no-such-option"], ["drive", "--for", "1", "--stay"],
                       ["drive", "--for", "-1"], ["lifecycle", "set", "camera", "explode"], ["drive", "a.yaml", "b.yaml"],
-                      ["component", "load", "camera", "--name", "other"]):  # fmt: skip
+                      ["component", "load", "camera", "--name", "other"],
+                      ["drive", "--seed", "-1"], ["component", "load", "a::B", "-p", "rate"], ["component", "load", "a::B", "-r", "scan"]):  # fmt: skip
             with self.subTest(words=words):
                 self.assertTrue(self.expect_exit(self.run_program(*words), 2).stderr)
 
@@ -67,6 +68,32 @@ class WithoutContainer(RobotTest):
         for command in ("launch", "drive"):
             outcome = self.expect_exit(self.run_program(command, "/no/such/robot.launch.yaml"), 1)
             self.assertIn("/no/such/robot.launch.yaml", outcome.stderr)
+
+    def launch_text(self, text, *arguments):
+        file = self.folder / "a.launch.yaml"
+        file.write_text(text)
+        return self.run_program("launch", file, *arguments)
+
+    def test_a_limit_is_told_in_few_words(self):
+        self.assertLess(len(self.run_program("drive", "--seed", "-1").stderr), 200)
+        wrong = self.expect_exit(self.run_program("topic", "pub", "/x", "std_msgs/msg/String", "{data"), 1)
+        self.assertNotIn("[json", wrong.stderr)
+        self.assertIn("the text is not JSON: parse error at line 1", wrong.stderr)
+
+    def test_a_report_that_cannot_be_written_is_told_at_once(self):
+        for command in ("launch", "drive"):
+            outcome = self.expect_exit(self.run_program(command, LAUNCH_FILE, "--report", "/nosuch/x.json"), 1)
+            self.assertEqual(len(outcome.stderr.splitlines()), 1, outcome.stderr)
+            self.assertIn("/nosuch/x.json: the report cannot be written", outcome.stderr)
+            self.assertEqual(outcome.stdout, "")
+
+    def test_the_arguments_are_shown_with_those_that_are_required(self):
+        outcome = self.expect_exit(self.launch_text("launch:\n- arg: {name: who}\n- arg: {name: port, default: p0}\n", "-s"), 0)
+        self.assertRegex(outcome.stdout, r"'who':\n +\(required\)\n\n +'port':\n +\(default: 'p0'\)")
+
+    def test_a_launch_file_with_nothing_to_start_is_1(self):
+        for text in ("launch: []", "launch:\n- node: {exec: x, if: 'false'}"):
+            self.assertIn("nothing to start", self.expect_exit(self.launch_text(text), 1).stderr)
 
     def test_a_launch_file_may_be_named_from_anywhere(self):
         file = pathlib.Path(LAUNCH_FILE)

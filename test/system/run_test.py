@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole runs: figures, order, the drive, what is broken, interruptions."""
 import json
+import os
 import pathlib
+import pty
 import re
 import signal
 import subprocess
@@ -121,6 +123,37 @@ class Interrupted(RobotTest):
         wait_for("container and world are gone", lambda: not self.our_processes(), 20)
 
 
+class Terminal(RobotTest):
+    FILE = """
+launch:
+- node_container:
+    name: one
+    composable_node:
+    - pkg: nacelle_monitor
+      plugin: nacelle::monitor::MonitorComponent
+      name: monitor
+      param: [{name: no_such, value: 1}]
+      qos: {/diagnostisc: {publisher: {depth: 2}}}
+"""
+
+    def test_what_is_said_during_the_bring_up_begins_on_a_clear_line(self):
+        file = self.folder / "one.launch.yaml"
+        file.write_text(self.FILE)
+        screen, terminal = pty.openpty()
+        robot = self.start_program("launch", file, stdout=subprocess.DEVNULL, stderr=terminal)
+        os.close(terminal)
+        shown = b""
+        while b"active in" not in shown:
+            shown += os.read(screen, 4096)
+        robot.send_signal(signal.SIGINT)
+        self.assertEqual(robot.wait(30 * SLOW), 0)
+        os.close(screen)
+        text = shown.decode()
+        self.assertRegex(text, r"\r\x1b\[K[\d:.]+ [^\r]*'no_such'")
+        self.assertRegex(text, r"\r\x1b\[K[^\r]*one\.launch\.yaml:10: /monitor has no topic '/diagnostisc'[^\r]*did you mean '/diagnostics'")
+        self.assertRegex(text, r"\r\x1b\[K1 component active")
+
+
 class Broken(RobotTest):
     def bring_up(self, text, *arguments):
         file = self.folder / "broken.launch.yaml"
@@ -154,6 +187,14 @@ class Broken(RobotTest):
         message = self.bring_up(text, f"sim_dir:={self.folder}/sim")
         for part in ("camera", "there is no plugin nacelle::camera::CamraComponent", "did you mean 'nacelle::camera::CameraComponent'"):
             self.assertIn(part, message)
+
+    def test_a_drive_says_what_is_wrong_as_a_launch_does(self):
+        for arguments in (["sim:=false", "base_port:=/no/such/port"], ["config:=/no/such/robot.yaml"]):
+            with self.subTest(arguments=arguments):
+                outcome = self.expect_exit(self.run_program("drive", "--for", "2", *arguments), 1)
+                said = outcome.stderr.splitlines()
+                self.assertEqual(len(said), 1, outcome.stderr)
+                self.assertRegex(said[0], r"^nacelle: .*/no/such/")
 
     def test_a_component_that_is_not_required_is_left_out(self):
         text = self.robot_with("{name: port_name, value: $(var lidar_port_used)}", "{name: port_name, value: /no/such/port}")

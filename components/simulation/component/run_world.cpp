@@ -51,12 +51,13 @@ class Signals {
     pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }
   [[nodiscard]] int descriptor() const { return event_.number(); }
-  /// Takes what came; true if one of them ends the world.
-  [[nodiscard]] bool ask_to_end(bool interrupt_counts) const {
+  /// Takes what came; true if one of them ends the world. A Ctrl-C of the terminal, which the whole foreground group gets,
+  /// counts only if the world has no parent that ends it in its turn; a SIGINT that somebody sent always does.
+  [[nodiscard]] bool ask_to_end(bool terminal_counts) const {
     bool ends = false;
     signalfd_siginfo info{};
     while (::read(event_.number(), &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
-      ends |= info.ssi_signo == SIGTERM || interrupt_counts;
+      ends |= info.ssi_signo == SIGTERM || terminal_counts || info.ssi_code != SI_KERNEL;
     }
     return ends;
   }

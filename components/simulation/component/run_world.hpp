@@ -16,8 +16,9 @@ namespace nacelle::simulation {
 struct WorldOptions {
   std::string directory;     ///< Gets lidar, imu and base (links to ptys), truth and ready. Made if missing.
   WorldSettings settings{};  ///< Seed, robot, errors.
-  /// The kernel ends this process when the thread that started it dies (PR_SET_PDEATHSIG). SIGINT is left to that
-  /// parent: Ctrl-C reaches every process of the terminal, and the robot's world must outlive the robot's shutdown.
+  /// The kernel ends this process when the thread that started it dies (PR_SET_PDEATHSIG). A terminal's Ctrl-C is
+  /// left to that parent: it reaches every process of the terminal, and the robot's world must outlive the robot's
+  /// shutdown. A SIGINT that a process sends (the parent, when the robot is down) ends the world.
   bool end_with_parent = false;
   /// Who the parent is: if it died before the request above, the world ends at once. 0: unknown.
   std::int64_t parent_pid = 0;

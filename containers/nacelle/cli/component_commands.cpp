@@ -29,6 +29,8 @@ int ask(const Wish& wish, const json& request, const std::function<void(const js
   if (!client) return client.error();
   auto reply = client.value().call(request, kComponentLimit);
   if (!reply) return complain(reply.error());
+  for (const auto& warning : reply.value().value("warnings", json::array()))
+    std::fprintf(stderr, "nacelle: warning: %s\n", warning.get<std::string>().c_str());
   if (wish.as_json) {
     reply.value().erase("ok");
     std::printf("%s\n", reply.value().dump().c_str());
@@ -45,9 +47,8 @@ int list(const Wish& wish) {
     std::printf("/%s\n", text_of(reply, "container").c_str());
     for (const auto& row : reply["components"]) {
       std::printf("  %d  %s", row["id"].get<int>(), text_of(row, "node").c_str());
-      if (wish.details)
-        std::printf("  %s  %s", row["managed"].get<bool>() ? text_of(row, "state").c_str() : "node",
-                    text_of(row, "plugin").c_str());
+      std::printf("  %s", row["managed"].get<bool>() ? text_of(row, "state").c_str() : "node");
+      if (wish.details) std::printf("  %s", text_of(row, "plugin").c_str());
       if (row.contains("fault"))
         std::printf("  faulted: %s: %s", text_of(row["fault"], "code").c_str(), text_of(row["fault"], "text").c_str());
       std::printf("\n");
@@ -115,24 +116,31 @@ void add_component_commands(CLI::App& app, int& exit_code) {
   group->require_subcommand(1);
   auto wish = std::make_shared<Wish>();
 
-  CLI::App* const list_command =
-      group->add_subcommand("list", "the loaded components: id and node; libraries that are kept, and by whom");
+  CLI::App* const list_command = group->add_subcommand(
+      "list", "the loaded components: id, node and state; libraries that are kept, and by whom");
   add_common(list_command, wish);
-  list_command->add_flag("-v,--verbose", wish->details, "state and plugin too");
+  list_command->add_flag("-v,--verbose", wish->details, "the plugin too");
   list_command->callback([wish, &exit_code] { exit_code = list(*wish); });
 
   CLI::App* const load_command =
       group->add_subcommand("load", "load a component of the launch file by name, or any plugin by class");
+  const CLI::Validator assignment{[](const std::string& text) {
+                                    return text.find(":=") == std::string::npos ? "'" + text + "' has no ':='"
+                                                                                : std::string{};
+                                  },
+                                  ""};
   load_command->add_option("component", wish->name, "NAME of the launch file, or pkg::Class")->required();
   load_command->add_option("-n,--name", wish->new_name, "the node's name (of a plugin)");
   load_command->add_option("--namespace", wish->name_space, "the node's namespace (of a plugin)");
   load_command->add_option("-p,--parameter", wish->parameters, "k:=v")
       ->expected(1)
       ->allow_extra_args(false)
+      ->check(assignment)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   load_command->add_option("-r,--remap", wish->remaps, "from:=to")
       ->expected(1)
       ->allow_extra_args(false)
+      ->check(assignment)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   load_command->add_option("--params-file", wish->params_file, "a ROS 2 parameter file")->check(CLI::ExistingFile);
   add_common(load_command, wish);

@@ -51,7 +51,11 @@ void add_drive_command(CLI::App& app, int& exit_code) {
   CLI::Option* const stay = command->add_flag("--stay", wish->settings.stay, "run without driving until Ctrl-C");
   duration->excludes(stay);
   command->add_option("--seed", wish->settings.seed, "the world's random numbers")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Validator{[](const std::string& text) {
+                               // CLI11's own check would print the largest double.
+                               return text.rfind('-', 0) == 0 ? "must be 0 or more, not " + text : std::string{};
+                             },
+                             ""})
       ->capture_default_str();
   command->add_option("--report", wish->settings.report_file, "write the figures to this JSON file");
   command->add_option("--speed", wish->settings.course.speed_mps, "top speed in m/s")

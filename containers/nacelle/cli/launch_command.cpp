@@ -43,7 +43,11 @@ void show_arguments(const launch::Plan& plan) {
   for (const auto& argument : plan.arguments) {
     std::printf("\n    '%s':\n", argument.name.c_str());
     if (!argument.description.empty()) std::printf("        %s\n", argument.description.c_str());
-    if (argument.default_value) std::printf("        (default: '%s')\n", argument.default_value->c_str());
+    if (argument.default_value) {
+      std::printf("        (default: '%s')\n", argument.default_value->c_str());
+    } else {
+      std::printf("        (required)\n");
+    }
   }
 }
 
@@ -57,7 +61,8 @@ int run(const Wish& wish) {
     return kUsage;
   }
   const session::ProgramPlaces places = program_places();
-  auto plan = launch::load_plan(wish.file, arguments.value(), launch_environment(places));
+  auto plan = wish.show_arguments ? launch::load_arguments(wish.file, arguments.value(), launch_environment(places))
+                                  : launch::load_plan(wish.file, arguments.value(), launch_environment(places));
   if (!plan) {
     for (const auto& problem : plan.error()) complain(problem);
     return kFailed;
@@ -65,6 +70,13 @@ int run(const Wish& wish) {
   if (wish.show_arguments) {
     show_arguments(plan.value());
     return kDone;
+  }
+  if (plan.value().components.empty() && plan.value().programs.empty() && !plan.value().container.declared) {
+    return complain({wish.file, "there is nothing to start",
+                     "it needs a node_container with composable_node, a node or an executable (is an `if` false?)"});
+  }
+  if (!wish.report_file.empty()) {
+    if (auto fine = report::check_report_file(wish.report_file); !fine) return complain(fine.error());
   }
   session::SessionOptions options;
   options.container_name = wish.name.empty() ? plan.value().container.name : wish.name;
@@ -95,6 +107,7 @@ void add_launch_command(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->allow_extra_args(false);
   command->add_option("--parent", wish->parent_pid, "end when this process ends")->group("");
+  command->footer("How a launch file is written, key by key: docs/launch_files.md in the source tree.");
   command->callback([wish, &exit_code] { exit_code = run(*wish); });
 }
 

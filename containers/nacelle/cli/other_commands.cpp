@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -24,6 +25,10 @@ int run_teleop_command(TeleopWish& wish) {
   const session::StopSignal stop;
   auto client = connect(wish.container);
   if (!client) return client.error();
+  if (::isatty(STDIN_FILENO) == 0) {
+    complain({"teleop", "needs a terminal to read keys from", "publish with `nacelle topic pub` from a script"});
+    return kUsage;
+  }
   wish.settings.topic = wish.topic.rfind('/', 0) == 0 ? wish.topic : "/" + wish.topic;
   wish.settings.stamped = !wish.twist;
   const SystemClock clock;

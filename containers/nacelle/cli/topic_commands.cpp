@@ -3,12 +3,15 @@
 #include <poll.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "commands.hpp"
 #include "nacelle/msgs/any_message.hpp"
@@ -40,9 +43,12 @@ int list(const Wish& wish) {
     std::printf("%s\n", reply.value()["topics"].dump().c_str());
     return kDone;
   }
-  for (const auto& row : reply.value()["topics"]) {
-    const std::string name = row["name"], type = row["type"];
-    std::printf(wish.with_types ? "%s [%s]\n" : "%s\n", name.c_str(), type.c_str());
+  // As ros2 does: each name once, with all of its types.
+  std::map<std::string, std::set<std::string>> types;
+  for (const auto& row : reply.value()["topics"]) types[row["name"]].insert(row["type"].get<std::string>());
+  for (const auto& [name, of_name] : types) {
+    const std::string all = join({of_name.begin(), of_name.end()});
+    std::printf(wish.with_types ? "%s [%s]\n" : "%s\n", name.c_str(), all.c_str());
   }
   return kDone;
 }
@@ -61,15 +67,15 @@ int listen(const Wish& wish, const char* show, Take&& take) {
   auto reply = client.value().call(request, kAnswerLimit);
   if (!reply) return complain(reply.error());
   while (!stop.is_raised()) {
-    pollfd waits[2] = {{stop.descriptor(), POLLIN, 0}, {client.value().descriptor(), POLLIN, 0}};
-    if (::poll(waits, 2, -1) <= 0) continue;
-    if (waits[0].revents != 0) break;
+    // First what is here already: a latched topic's message may have come in one piece with the reply, and be the last.
     while (true) {
       auto frame = client.value().receive(0ns);
       if (!frame) return stop.is_raised() ? kDone : complain(frame.error());
       if (!frame.value()) break;
       if (frame.value()->kind == control::FrameKind::Item && !take(as_text(frame.value()->payload))) return kDone;
     }
+    std::array<pollfd, 2> waits{pollfd{stop.descriptor(), POLLIN, 0}, pollfd{client.value().descriptor(), POLLIN, 0}};
+    ::poll(waits.data(), waits.size(), -1);
   }
   return kDone;
 }

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kKeptLines = 30;
 constexpr std::size_t kLongestLine = 4096;
+constexpr std::size_t kMostComplaints = 64U << 10U;
 
 }  // namespace
 
@@ -84,12 +85,18 @@ void ContainerProcess::take_output() {
     partial_.append(text);
     std::size_t begin = 0;
     for (std::size_t end = 0; (end = partial_.find('\n', begin)) != std::string::npos; begin = end + 1) {
-      lines_.push_back(partial_.substr(begin, end - begin));
-      if (lines_.size() > kKeptLines) lines_.pop_front();
+      take_line(partial_.substr(begin, end - begin));
     }
     partial_.erase(0, begin);
     if (partial_.size() > kLongestLine) partial_.clear();
   }
+}
+
+void ContainerProcess::take_line(std::string line) {
+  complaining_ = line.rfind("nacelle: ", 0) == 0 || (complaining_ && line.rfind("  ", 0) == 0);
+  if (complaining_ && complaints_.size() + line.size() < kMostComplaints) complaints_ += line + "\n";
+  lines_.push_back(std::move(line));
+  if (lines_.size() > kKeptLines) lines_.pop_front();
 }
 
 std::string ContainerProcess::wait_for_end(Duration limit) {

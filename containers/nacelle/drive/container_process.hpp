@@ -35,6 +35,8 @@ class ContainerProcess {
   std::string wait_for_end(Duration limit);
   /// Asks it to end as Ctrl-C does.
   void interrupt() const;
+  /// What it complained of: its lines that begin with "nacelle: ", each with the indented lines below it. Empty: it did not.
+  [[nodiscard]] const std::string& complaints() const { return complaints_; }
   /// The last lines that it said, each with an indent.
   [[nodiscard]] std::string last_lines() const;
 
@@ -42,6 +44,7 @@ class ContainerProcess {
   ContainerProcess(std::unique_ptr<session::ForeignProgram> process, int output, std::string name, bool show_output,
                    const Clock& clock);
   void take_output();
+  void take_line(std::string line);
 
   std::unique_ptr<session::ForeignProgram> process_;
   int output_;
@@ -50,6 +53,8 @@ class ContainerProcess {
   const Clock& clock_;
   std::string partial_;
   std::deque<std::string> lines_;
+  std::string complaints_;
+  bool complaining_ = false;  // the last line was one, or belonged to one
 };
 
 }  // namespace nacelle::drive

@@ -72,6 +72,10 @@ class Run {
         course_(settings.course) {}
 
   int run() {
+    // Found out now, not after the drive.
+    if (!settings_.report_file.empty()) {
+      if (auto fine = report::check_report_file(settings_.report_file); !fine) return fail(fine.error());
+    }
     auto done = bring_up();
     if (done) done = settings_.duration || settings_.stay ? idle() : drive();
     take_down(done.has_value());
@@ -117,7 +121,7 @@ class Run {
       if (!stats) return stats;
       if (phase_ == "running") return {};
       if (stop_.is_raised()) return err(Problem{"", "interrupted", ""});
-      if (clock_.now() > until) return err(Problem{"container", "is still " + phase_, "see its last lines below"});
+      if (clock_.now() > until) return err(Problem{"container", "is still " + phase_, "-v shows its steps"});
       container_->listen(50ms, stop_.descriptor());
     }
   }
@@ -261,8 +265,15 @@ class Run {
                    stop_.name(), how_ended_.c_str());
       return kInterrupted;
     }
-    const std::string lines = container_ ? container_->last_lines() : "";
+    const bool failed = container_ && how_ended_ != "exited with 0";
+    if (failed && !container_->complaints().empty()) {
+      // It said itself what is wrong, and the lost connection is a consequence. Verbose, its line stands above.
+      if (!settings_.verbose) std::fputs(container_->complaints().c_str(), stderr);
+      return 1;
+    }
     std::fprintf(stderr, "nacelle: %s\n", problem.text().c_str());
+    // It ended without a word of why: its steps are all there is to see.
+    const std::string lines = failed ? container_->last_lines() : "";
     if (!lines.empty() && !settings_.verbose)
       std::fprintf(stderr, "The container (%s) said at last:\n%s", how_ended_.c_str(), lines.c_str());
     return 1;

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/report/stream_rows.hpp"
+
 namespace nacelle::drive {
 namespace {
 
@@ -20,6 +22,11 @@ const char* colour_of(const std::string& state) {
   if (state == "active" || state == "running") return "\033[32m";
   if (state == "inactive" || state == "unconfigured") return "\033[33m";
   return "\033[31m";
+}
+
+// Twist and TwistStamped share /cmd_vel.
+std::string key_of(const nlohmann::json& stream) {
+  return stream["name"].get<std::string>() + " " + stream["type"].get<std::string>();
 }
 
 std::size_t terminal_rows() {
@@ -59,7 +66,7 @@ double RateMeter::hz(const std::string& stream) const {
 }
 
 void LiveView::show(const nlohmann::json& stats, const std::string& activity, MonotonicTime now) {
-  for (const auto& stream : stats["streams"]) rates_.note(stream["name"], stream["published"], now);
+  for (const auto& stream : stats["streams"]) rates_.note(key_of(stream), stream["published"], now);
   if (on_terminal_) {
     // Neither wrapped nor scrolled, or the way back up would be another one.
     std::string text = "\033[?7l" + first_lines(block(stats, activity, now), terminal_rows() - 1) + "\033[?7h";
@@ -99,12 +106,13 @@ std::string LiveView::block(const nlohmann::json& stats, const std::string& acti
       text +=
           fmt::format("  \033[31m{}: {}\033[0m\n", node["name"].get<std::string>(), node["fault"].get<std::string>());
   }
-  for (const auto& stream : stats["streams"]) {
+  for (const auto& row : report::rows_of(stats["streams"])) {
+    const auto& stream = *row.stream;
     if (stream["writers"].get<int>() == 0) continue;
-    const std::string name = stream["name"];
-    text += fmt::format("  {:<26}{:>7.1f} Hz  {:>8} sent  {} reader{}  {} copies\n", name, rates_.hz(name),
-                        stream["published"].get<std::uint64_t>(), stream["readers"].get<int>(),
-                        stream["readers"].get<int>() == 1 ? " " : "s", stream["copies"].get<std::uint64_t>());
+    text +=
+        fmt::format("  {:<26}{:>7.1f} Hz  {:>8} sent  {} reader{}  {} copies\n", row.label, rates_.hz(key_of(stream)),
+                    stream["published"].get<std::uint64_t>(), stream["readers"].get<int>(),
+                    stream["readers"].get<int>() == 1 ? " " : "s", stream["copies"].get<std::uint64_t>());
   }
   text += fmt::format("  {:.1f} MB, {:.1f} s of CPU\n", stats.value("rss_mb", 0.0), stats.value("cpu_s", 0.0));
   return text;
@@ -114,10 +122,9 @@ std::string LiveView::line(const nlohmann::json& stats, const std::string& activ
   std::string text = fmt::format("{:>5.1f} s  {}", to_seconds(now - start_), stats.value("phase", ""));
   if (!activity.empty()) text += ", " + activity;
   std::string rates;
-  for (const auto& stream : stats["streams"]) {
-    const std::string name = stream["name"];
-    if (const double hz = rates_.hz(name); hz >= 0.5)
-      rates += fmt::format("{}{} {:.0f}", rates.empty() ? "" : ", ", name, hz);
+  for (const auto& row : report::rows_of(stats["streams"])) {
+    if (const double hz = rates_.hz(key_of(*row.stream)); hz >= 0.5)
+      rates += fmt::format("{}{} {:.0f}", rates.empty() ? "" : ", ", row.label, hz);
   }
   if (!rates.empty()) text += "; Hz: " + rates;
   return text;

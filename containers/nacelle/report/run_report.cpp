@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/report/run_report.hpp"
 
+#include <unistd.h>
+
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 namespace nacelle::report {
@@ -14,6 +19,23 @@ double rounded(double value, double per_unit = 1e3) { return std::round(value * 
 double microseconds(Duration duration) { return rounded(to_seconds(duration) * 1e6, 10); }
 
 }  // namespace
+
+Result<void, Problem> check_report_file(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  const auto refused = [&](const char* what, const char* way_out) {
+    return err(Problem{path, std::string{"the report cannot be written: "} + what, way_out});
+  };
+  if (fs::is_directory(path, unknown)) return refused("it is a folder", "name a file in it");
+  if (fs::exists(path, unknown)) {
+    if (::access(path.c_str(), W_OK) != 0) return refused(std::strerror(errno), "is it yours?");
+    return {};
+  }
+  const std::string folder = fs::path{path}.has_parent_path() ? fs::path{path}.parent_path().string() : ".";
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return refused(std::strerror(errno), "is the folder there, and yours?");
+  return {};
+}
 
 std::string component_name(const std::string& node) {
   return !node.empty() && node.front() == '/' ? node.substr(1) : node;

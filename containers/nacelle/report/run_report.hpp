@@ -35,6 +35,9 @@ struct RunReport {
 /// The name under which the base's histogram stands: cmd_vel published to the frame written.
 inline constexpr const char* kCommandToWheel = "command_to_wheel";
 
+/// Whether a report can be written there, without touching the file. Errors: why not.
+[[nodiscard]] Result<void, Problem> check_report_file(const std::string& path);
+
 /// "/camera" is "camera", "/robot1/camera" is "robot1/camera".
 [[nodiscard]] std::string component_name(const std::string& node);
 

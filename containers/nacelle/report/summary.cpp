@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "nacelle/report/run_report.hpp"
+#include "nacelle/report/stream_rows.hpp"
 
 namespace nacelle::report {
 namespace {
@@ -35,14 +36,15 @@ std::string summary_of(const ordered_json& report) {
   const auto line = [&](const std::string& content) { text.append(content).push_back('\n'); };
 
   std::size_t name_width = 6;
-  for (const auto& stream : report["streams"])
-    name_width = std::max(name_width, stream["name"].get<std::string>().size());
+  const auto rows = rows_of(report["streams"]);
+  for (const auto& row : rows) name_width = std::max(name_width, row.label.size());
   line(fmt::format("{:<{}}  {:>7} {:>9} {:>9} {:>7} {:>6}  {:>19}  {}", "stream", name_width, "Hz", "published",
                    "delivered", "readers", "copies", "p50/p99/max us", "dropped"));
-  for (const auto& stream : report["streams"]) {
+  for (const auto& row : rows) {
+    const auto& stream = *row.stream;
     const auto& latency = stream["latency_us"];
-    line(fmt::format("{:<{}}  {:>7.2f} {:>9} {:>9} {:>7} {:>6}  {:>19}  {}", stream["name"].get<std::string>(),
-                     name_width, stream["hz"].get<double>(), stream["published"].get<std::uint64_t>(),
+    line(fmt::format("{:<{}}  {:>7.2f} {:>9} {:>9} {:>7} {:>6}  {:>19}  {}", row.label, name_width,
+                     stream["hz"].get<double>(), stream["published"].get<std::uint64_t>(),
                      stream["delivered"].get<std::uint64_t>(), stream["readers"].get<std::uint64_t>(),
                      stream["copies"].get<std::uint64_t>(),
                      fmt::format("{:.0f}/{:.0f}/{:.0f}", latency["p50"].get<double>(), latency["p99"].get<double>(),

@@ -18,6 +18,7 @@
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
+#include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -157,6 +158,7 @@ Result<void, Problem> Session::load_components() {
   for (const auto& component : plan_.components) {
     if (stop_.is_raised()) return err(interrupted(stop_));
     progress(fmt::format("[{}/{}] loading {}", ++number, plan_.components.size(), component.full_name()));
+    const GraphBefore before{*container_};
     auto loaded = container_->load(load_request_of(component));
     if (!loaded) {
       const Problem problem{component.where.text() + ": " + loaded.error().where, loaded.error().what,
@@ -164,6 +166,8 @@ Result<void, Problem> Session::load_components() {
       if (component.required) return err(problem);
       left_out_.insert(component.full_name());
       say("nacelle: left out, since it is not required: " + problem.text());
+    } else {
+      for (const auto& line : unused_qos(component, before.added())) say(line);
     }
     composition_changed();
   }
@@ -200,8 +204,9 @@ Result<void, Problem> Session::activate() {
     composition_changed();
     std::string names;
     for (const auto& name : report_.bringup_order) names += " " + name;
-    say(fmt::format("{} components active in {:.0f} ms:{}", report_.bringup_order.size(),
-                    to_milliseconds(report_.bringup), names));
+    const std::size_t count = report_.bringup_order.size();
+    say(fmt::format("{} component{} active in {:.0f} ms{}{}", count, count == 1 ? "" : "s",
+                    to_milliseconds(report_.bringup), count == 0 ? "" : ":", names));
     return {};
   }
   if (stop_.is_raised()) return err(interrupted(stop_));

@@ -17,6 +17,21 @@ namespace nacelle::session {
 
 using nlohmann::json;
 
+namespace {
+
+/// The types of which a topic has ends.
+std::vector<std::string> types_of(const runtime::Container& container, const std::string& topic) {
+  std::vector<runtime::StreamReport> streams;
+  container.report_streams(streams);
+  std::vector<std::string> types;
+  for (const auto& stream : streams) {
+    if (stream.name == topic && stream.writers + stream.readers != 0) types.push_back(stream.type);
+  }
+  return types;
+}
+
+}  // namespace
+
 VerbDesk::VerbDesk(Session& session) : session_(session), types_(session.options().places.message_folders) {}
 VerbDesk::~VerbDesk() = default;
 
@@ -77,7 +92,10 @@ void VerbDesk::answer(Guest& guest, const std::string& request_text) {
     reply = request.is_object() ? reply_to(guest, request) : control::reply_of({"request", "is not a JSON object", ""});
   } catch (const json::exception& e) {
     // A field of another type than it should be: the client's fault, told to the client.
-    reply = control::reply_of({"request", e.what(), "use the `nacelle` that started the container"});
+    const std::string_view text = e.what();  // "[json.exception.type_error.302] type must be ..."
+    const auto end = text.find("] ");
+    reply = control::reply_of({"request", std::string{text.substr(end == std::string_view::npos ? 0 : end + 2)},
+                               "use the `nacelle` that started the container"});
   }
   control::append_frame(guest.connection->out, control::FrameKind::Reply,
                         reply.dump(-1, ' ', false, json::error_handler_t::replace));
@@ -95,6 +113,10 @@ json VerbDesk::reply_to(Guest& guest, const json& request) {
     auto found = types_.message(wanted);
     if (!found) return control::reply_of(found.error());
     type = found.value();
+    // Of another type nothing would ever come. A topic that nobody has yet may still get this one.
+    const std::vector<std::string> types = types_of(session_.container(), topic);
+    if (!types.empty() && std::find(types.begin(), types.end(), type->name) == types.end())
+      return control::reply_of({"topic " + topic, "has the type " + join(types, " and ") + ", not " + type->name, ""});
   } else {
     type = session_.container().topic_type(topic);
   }

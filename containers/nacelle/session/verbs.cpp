@@ -9,6 +9,7 @@
 #include "nacelle/control/client.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/session.hpp"
+#include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -37,10 +38,17 @@ json list_components(Session& session) {
 }
 
 /// Loads, checks the new wiring, and takes the component to its state; undone if any of it fails.
-json load(Session& session, const runtime::LoadRequest& request, launch::TargetState target) {
+/// `plan`: null for a plugin that the launch file does not name.
+json load(Session& session, const runtime::LoadRequest& request, launch::TargetState target,
+          const launch::ComponentPlan* plan) {
+  const GraphBefore before{session.container()};
   auto loaded = session.container().load(request);
   if (!loaded) return reply_of(loaded.error());
   const std::string node = loaded.value().node;
+  std::vector<std::string> warnings = loaded.value().warnings;
+  const TopicEnds ends = before.added();
+  for (auto& line : plan != nullptr ? unused_qos(*plan, ends) : unused_remaps(request.remaps, node, ends))
+    warnings.push_back(std::move(line));
   std::string clashes;
   for (const auto& clash : session.container().clashes()) {
     if (clash.writer_node == node || clash.reader_node == node) clashes += (clashes.empty() ? "" : "; ") + clash.text();
@@ -60,6 +68,7 @@ json load(Session& session, const runtime::LoadRequest& request, launch::TargetS
   }
   session.composition_changed();
   json reply = to_json(session.container().find(node).value_or(loaded.value()));
+  reply["warnings"] = warnings;
   reply["ok"] = true;
   return reply;
 }
@@ -70,7 +79,7 @@ json load_by_name(Session& session, const json& request) {
   for (const auto& component : session.plan().components) {
     names.push_back(component.name);
     if (component.full_name() == name || component.name == name)
-      return load(session, load_request_of(component), component.target);
+      return load(session, load_request_of(component), component.target, &component);
   }
   return reply_of({"component " + name, "the launch file has no component of that name",
                    suggestion(name, names) + "; a plugin is loaded with its class and --name"});
@@ -107,7 +116,7 @@ json load_plugin(Session& session, const json& request) {
     if (!rule) return reply_of({"-r " + text.get<std::string>(), rule.error().what, rule.error().way_out});
     wanted.remaps.push_back(rule.value());
   }
-  return load(session, wanted, launch::TargetState::Active);
+  return load(session, wanted, launch::TargetState::Active, nullptr);
 }
 
 json unload(Session& session, const json& request) {

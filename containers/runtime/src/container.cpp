@@ -433,10 +433,12 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     return err(*record->failure);
   }
   record->managed = dynamic_cast<LifecycleNode*>(record->node);
+  std::vector<std::string> warnings;
   for (const auto& name : record->node->parameters().unused_overrides()) {
-    impl_->log.warn("{}: parameter '{}' is given but the component has no such parameter; {}",
-                    record->runtime->identity().fully_qualified(), name,
-                    suggestion(name, record->node->parameters().list()));
+    warnings.push_back(fmt::format("{}: parameter '{}' is given but the component has no such parameter; {}",
+                                   record->runtime->identity().fully_qualified(), name,
+                                   suggestion(name, record->node->parameters().list())));
+    impl_->log.warn("{}", warnings.back());
   }
   const std::lock_guard lock(impl_->mutex);
   record->id = impl_->next_id++;
@@ -444,7 +446,9 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   record->runtime->open();
   // All its endpoints are there now: types that clash can be told.
   static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));
-  return Impl::info_of(*record);
+  ComponentInfo info = Impl::info_of(*record);
+  info.warnings = std::move(warnings);
+  return info;
 }
 
 Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {

@@ -4,6 +4,7 @@
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cctype>
@@ -25,8 +26,12 @@ spdlog::level::level_enum to_spdlog(LogLevel level) {
   return spdlog::level::info;
 }
 
-std::shared_ptr<spdlog::logger> with_format(std::shared_ptr<spdlog::logger> sink) {
-  sink->set_pattern("%H:%M:%S.%e %^%l%$ %v");
+constexpr const char* kPattern = "%H:%M:%S.%e %^%l%$ %v";
+// On a terminal a line of progress without an end may stand there: it is cleared first.
+constexpr const char* kTerminalPattern = "\r\033[K%H:%M:%S.%e %^%l%$ %v";
+
+std::shared_ptr<spdlog::logger> with_format(std::shared_ptr<spdlog::logger> sink, bool on_terminal) {
+  sink->set_pattern(on_terminal ? kTerminalPattern : kPattern);
   sink->set_level(spdlog::level::trace);
   sink->flush_on(spdlog::level::warn);
   return sink;
@@ -35,7 +40,8 @@ std::shared_ptr<spdlog::logger> with_format(std::shared_ptr<spdlog::logger> sink
 // The process's one log; the logger's name is part of each line, so that loggers are values and need no registry.
 std::shared_ptr<spdlog::logger>& process_log() {
   static std::shared_ptr<spdlog::logger> log =
-      with_format(std::make_shared<spdlog::logger>("nacelle", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+      with_format(std::make_shared<spdlog::logger>("nacelle", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()),
+                  ::isatty(STDERR_FILENO) == 1);
   return log;
 }
 
@@ -70,7 +76,7 @@ bool parse_log_level(std::string_view text, LogLevel& level) {
 bool log_to_file(const std::string& path) {
   try {
     process_log() = with_format(
-        std::make_shared<spdlog::logger>("nacelle", std::make_shared<spdlog::sinks::basic_file_sink_mt>(path)));
+        std::make_shared<spdlog::logger>("nacelle", std::make_shared<spdlog::sinks::basic_file_sink_mt>(path)), false);
     return true;
   } catch (const spdlog::spdlog_ex&) { return false; }
 }

@@ -213,6 +213,13 @@ class Guard {
   std::string complaint_;
 };
 
+/// "parse error at line 1, ...", without the library's own "[json.exception.parse_error.101] ".
+std::string reason_of(const Json::exception& error) {
+  const std::string text = error.what();
+  const auto end = text.rfind('[', 0) == 0 ? text.find("] ") : std::string::npos;
+  return end == std::string::npos ? text : text.substr(end + 2);
+}
+
 }  // namespace
 
 Result<void, Problem> from_json(std::string_view text, const MessageType& type, void* message) {
@@ -221,7 +228,7 @@ Result<void, Problem> from_json(std::string_view text, const MessageType& type, 
   try {
     value = Json::parse(text, std::ref(guard));
   } catch (const Json::exception& error) {
-    return err(Problem{type.name, std::string("the text is not JSON: ") + error.what(), ""});
+    return err(Problem{type.name, "the text is not JSON: " + reason_of(error), ""});
   }
   if (!guard.complaint().empty()) return err(Problem{type.name, guard.complaint(), ""});
   AnyMessage scratch{type};

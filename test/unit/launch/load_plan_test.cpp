@@ -172,6 +172,25 @@ launch:
   EXPECT_EQ(plan.components[2].parameters[0].value, ParameterValue(std::string("leaked")));
 }
 
+TEST(LoadArguments, lists_what_is_required_without_its_value) {
+  const std::string text = R"yaml(
+launch:
+- arg: {name: who, description: "whom to start"}
+- arg: {name: port, default: p0}
+- node_container:
+    name: robot
+    composable_node:
+    - {pkg: p, plugin: a::A, name: $(var who), after: [$(var who)], param: [{name: x, value: $(var who)}]}
+)yaml";
+  const auto environment = in_memory({{"a.launch.yaml", text}});
+  const auto plan = load_arguments("a.launch.yaml", {}, environment);
+  ASSERT_TRUE(plan) << problems_of(plan);
+  ASSERT_EQ(plan->arguments.size(), 2U);
+  EXPECT_EQ(plan->arguments[0].name, "who");
+  EXPECT_FALSE(plan->arguments[0].default_value);
+  EXPECT_FALSE(load_plan("a.launch.yaml", {}, environment));
+}
+
 TEST(LoadPlan, follows_conditions) {
   const std::string text = R"yaml(
 launch:
@@ -265,8 +284,8 @@ TEST(Arguments, are_split_at_the_first_assignment) {
 }
 
 TEST(LoadPlan, the_folder_of_a_relative_launch_file_stands_in_other_paths) {
-  auto environment = in_memory({{"/work/dir/robot.yaml", "/**: {ros__parameters: {rate: 30}}"}});
-  environment.working_directory = "/work";
+  auto environment = in_memory({{"/ws/dir/robot.yaml", "/**: {ros__parameters: {rate: 30}}"}});
+  environment.working_directory = "/ws";
   const auto plan = load_plan_text(
       "launch:\n- node_container:\n    pkg: nacelle\n    exec: container\n    name: c\n    namespace: ''\n"
       "    composable_node:\n    - {pkg: nacelle, plugin: 'a::B', name: b, param: [{from: $(dirname)/robot.yaml}]}\n",

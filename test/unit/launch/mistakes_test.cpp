@@ -74,6 +74,10 @@ TEST(Mistakes, of_a_files_shape_are_told_with_their_line) {
        "list_of_int, list_of_float, list_of_str\n"},
       {"launch:\n- node: {exec: a, param: [{from: missing.yaml}]}",
        "a.launch.yaml:2: the parameter file 'missing.yaml' cannot be read\n"},
+      {"launch:\n- node: {exec: a, param: [{from: missing.yaml}]}\n"
+       "- node: {exec: b, param: [{from: missing.yaml, allow_substs: true}, {from: other.yaml}]}",
+       "a.launch.yaml:2: the parameter file 'missing.yaml' cannot be read\n"
+       "a.launch.yaml:3: the parameter file 'other.yaml' cannot be read\n"},
       {"launch:\n- include: {file: b.launch.yaml}",
        "a.launch.yaml:2: the launch file 'b.launch.yaml' cannot be read\n"},
       {"launch:\n- shutdown: {reason: x}",
@@ -193,6 +197,9 @@ TEST(Mistakes, across_files_are_told_with_each_files_name) {
   EXPECT_EQ(
       told("launch:\n- include: {file: b.launch.xml}", {}, {{"b.launch.xml", "<launch>\n  <nod exec='a'/></launch>"}}),
       "b.launch.xml:2: unknown action 'nod' in 'launch'; did you mean 'node'?\n");
+  EXPECT_EQ(told("launch:\n- include: {file: b.launch.xml}", {},
+                 {{"b.launch.xml", "<launch>\n  <group>\n    <node exec='a'/>\n</launch>"}}),
+            "b.launch.xml:2: the element <group> that begins here is not closed by its own </...>\n");
   EXPECT_EQ(
       told("launch:\n- include: {file: b.launch.py}", {}, {{"b.launch.py", "x"}}),
       "b.launch.py: a launch file in Python is a program, which Nacelle does not run; write the same in YAML or XML\n");
@@ -217,6 +224,19 @@ TEST(Mistakes, of_a_whole_plan_are_told) {
                            "name: two, after: [one]}\n    - {pkg: p, plugin: a::A, name: three, after: [two]}\n")),
       "a.launch.yaml:6: 'after' goes round in a circle: one waits for three waits for two waits for one; take one of "
       "the conditions out\n");
+}
+
+TEST(Mistakes, in_after_are_told_with_the_name_that_works_there) {
+  const auto file = [](const char* wanted) {
+    return with_components(
+        "    - {pkg: p, plugin: a::A, name: m2, namespace: /g}\n    - {pkg: p, plugin: a::A, name: "
+        "base}\n    - {pkg: p, plugin: a::A, name: one, namespace: /h, after: [" +
+        std::string(wanted) + "]}\n");
+  };
+  const std::string told_before = "a.launch.yaml:7: 'after' names the node '";
+  EXPECT_EQ(told(file("m2")), told_before + "m2', which is no component of this launch; did you mean '/g/m2'?\n");
+  EXPECT_EQ(told(file("bsae")), told_before + "bsae', which is no component of this launch; did you mean 'base'?\n");
+  EXPECT_EQ(told(file("/g/m3")), told_before + "/g/m3', which is no component of this launch; did you mean '/g/m2'?\n");
 }
 
 TEST(Mistakes, of_one_file_are_all_told) {

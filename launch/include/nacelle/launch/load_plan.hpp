@@ -46,6 +46,12 @@ struct Environment {
                                                            const std::map<std::string, std::string>& arguments,
                                                            const Environment& environment);
 
+/// Only the arguments that the files declare: those without a default need no value, and the nodes are not checked against
+/// each other. The plan's other parts are as far as they are known. Errors: as load_plan(); none if a value is missing.
+[[nodiscard]] Result<Plan, std::vector<Problem>> load_arguments(const std::string& file,
+                                                                const std::map<std::string, std::string>& arguments,
+                                                                const Environment& environment);
+
 /// The same from text that is in memory; `file` tells the syntax and names the place.
 [[nodiscard]] Result<Plan, std::vector<Problem>> load_plan_text(const std::string& text, const std::string& file,
                                                                 const std::map<std::string, std::string>& arguments,

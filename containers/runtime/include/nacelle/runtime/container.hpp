@@ -48,6 +48,8 @@ struct ComponentInfo {
   StateId state = StateId::Unknown;  ///< Unknown for a plain Node.
   bool managed = true;               ///< A LifecycleNode.
   FaultReason fault;                 ///< Why it is faulted; empty code when it is not.
+  /// Of load()'s answer only: parameters that were given and that the component does not have.
+  std::vector<std::string> warnings{};
 };
 
 /// What became of a component that was taken out.

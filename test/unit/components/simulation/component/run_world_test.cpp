@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <pty.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <utmp.h>
 
 #include <csignal>
 #include <filesystem>
 #include <thread>
+#include <utility>
 
 #include "imu/protocol/wt901_decoder.hpp"
 #include "lidar/protocol/ld06_decoder.hpp"
@@ -109,10 +112,12 @@ TEST_F(RunWorld, takes_everything_away_when_it_ends) {
 /// A world in a child process, as the launcher starts it.
 class WorldProcess {
  public:
-  explicit WorldProcess(bool end_with_parent) {
+  /// `terminal`: the world becomes its foreground process.
+  explicit WorldProcess(bool end_with_parent, int terminal = -1) {
     const pid_t parent = getpid();
     child_ = fork();
     if (child_ == 0) {
+      if (terminal >= 0 && login_tty(terminal) != 0) _exit(2);
       const SystemClock clock;
       WorldOptions options;
       options.directory = directory_;
@@ -142,8 +147,9 @@ class WorldProcess {
 };
 
 TEST(RunWorldProcess, ends_in_order_on_sigterm_and_sigint) {
-  for (const int signal : {SIGTERM, SIGINT}) {
-    const WorldProcess world{false};
+  for (const auto& [signal, end_with_parent] :
+       {std::pair{SIGTERM, false}, {SIGTERM, true}, {SIGINT, false}, {SIGINT, true}}) {
+    const WorldProcess world{end_with_parent};
     ASSERT_TRUE(std::filesystem::exists(world.directory() + "/ready"));
     world.send(signal);
     const int status = world.wait();
@@ -153,9 +159,12 @@ TEST(RunWorldProcess, ends_in_order_on_sigterm_and_sigint) {
   }
 }
 
-TEST(RunWorldProcess, leaves_ctrl_c_to_its_parent) {
-  const WorldProcess world{true};
-  world.send(SIGINT);
+TEST(RunWorldProcess, leaves_a_terminals_ctrl_c_to_its_parent) {
+  int keyboard = -1, terminal = -1;
+  ASSERT_EQ(openpty(&keyboard, &terminal, nullptr, nullptr, nullptr), 0);
+  const WorldProcess world{true, terminal};
+  ASSERT_TRUE(std::filesystem::exists(world.directory() + "/ready"));
+  ASSERT_EQ(write(keyboard, "\x03", 1), 1);
   // Bytes that are sent after the signal was: the world lives.
   const SystemClock clock;
   auto port = io::SerialPort::open({world.directory() + "/imu", 115200}, clock);
@@ -167,6 +176,8 @@ TEST(RunWorldProcess, leaves_ctrl_c_to_its_parent) {
   }
   world.send(SIGTERM);
   EXPECT_EQ(world.wait(), 0);
+  close(terminal);
+  close(keyboard);
 }
 
 TEST(RunWorldProblems, a_directory_that_cannot_be_made_is_named) {

@@ -88,6 +88,30 @@ TEST(Summary, can_be_made_of_a_report_with_holes) {
   EXPECT_NE(text.find("not counted"), std::string::npos) << text;
 }
 
+TEST(Summary, leaves_out_a_type_that_nobody_sends_and_names_the_types_of_two_that_are_sent) {
+  RunReport report = sample();
+  report.streams[0].name = "/cmd_vel";
+  report.streams[0].type = "geometry_msgs/msg/Twist";
+  report.streams.push_back(report.streams[0]);
+  report.streams[1].type = "geometry_msgs/msg/TwistStamped";
+  const auto summary = [&] { return summary_of(nlohmann::ordered_json::parse(to_json(report).dump())); };
+  EXPECT_NE(summary().find("/cmd_vel Twist "), std::string::npos) << summary();
+  EXPECT_NE(summary().find("/cmd_vel TwistStamped "), std::string::npos) << summary();
+
+  report.streams[0].published = 0;
+  const std::string text = summary();
+  EXPECT_NE(text.find("\n/cmd_vel  "), std::string::npos) << text;
+  EXPECT_EQ(text.find("/cmd_vel"), text.rfind("/cmd_vel")) << text;
+}
+
+TEST(ReportFile, is_refused_before_the_run_where_it_could_not_be_written) {
+  EXPECT_TRUE(check_report_file(::testing::TempDir() + "a_new_report.json"));
+  EXPECT_TRUE(check_report_file("/dev/null"));
+  EXPECT_EQ(check_report_file("/nosuch/x.json").error().text(),
+            "/nosuch/x.json: the report cannot be written: No such file or directory; is the folder there, and yours?");
+  EXPECT_FALSE(check_report_file("/tmp"));
+}
+
 TEST(ComponentName, is_the_node_s_without_the_root) {
   EXPECT_EQ(component_name("/camera"), "camera");
   EXPECT_EQ(component_name("/robot1/camera"), "robot1/camera");

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace nacelle::report {
+
+/// A stream as people are shown it.
+template <typename Json>
+struct StreamRow {
+  std::string label;  ///< Its name; with the type behind it where two rows have that name: "/cmd_vel Twist".
+  const Json* stream;
+};
+
+/// One row for each stream of a JSON list with "name", "type" and "published". A name may carry two types (cmd_vel does): one that
+/// nobody has published is left out if the other has been. The rows point into the list.
+template <typename Json>
+[[nodiscard]] std::vector<StreamRow<Json>> rows_of(const Json& streams) {
+  const auto text = [](const Json& stream, const char* key) { return stream[key].template get<std::string>(); };
+  const auto sent = [](const Json& stream) { return stream["published"] != 0; };
+  std::vector<StreamRow<Json>> rows;
+  for (const Json& stream : streams) {
+    const std::string name = text(stream, "name");
+    const auto twin = std::find_if(streams.begin(), streams.end(),
+                                   [&](const Json& other) { return &other != &stream && text(other, "name") == name; });
+    if (twin == streams.end()) {
+      rows.push_back({name, &stream});
+    } else if (sent(stream) == sent(*twin)) {
+      const std::string type = text(stream, "type");
+      rows.push_back({name + " " + type.substr(type.rfind('/') + 1), &stream});
+    } else if (sent(stream)) {
+      rows.push_back({name, &stream});
+    }
+  }
+  return rows;
+}
+
+}  // namespace nacelle::report

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::session {
+
+/// Full names of a component's topics.
+struct TopicEnds {
+  std::set<std::string> published, subscribed;
+};
+
+/// Finds a component's topics by what its loading adds to the graph (endpoints are declared in the constructor).
+/// Threads: the one that loads.
+class GraphBefore {
+ public:
+  explicit GraphBefore(const runtime::Container& container);
+  [[nodiscard]] TopicEnds added() const;
+
+ private:
+  using Counts = std::map<std::pair<std::string, std::string>, std::pair<std::size_t, std::size_t>>;
+  [[nodiscard]] Counts count() const;
+
+  const runtime::Container& container_;
+  const Counts before_;
+};
+
+/// What the launch file says of topics that the component does not have; a line for a person each, with file and line. Pure.
+[[nodiscard]] std::vector<std::string> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends);
+/// Remap rules that changed no topic of the node. Rules for services only are not judged. Pure.
+[[nodiscard]] std::vector<std::string> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
+                                                     const TopicEnds& ends);
+
+}  // namespace nacelle::session

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/wiring.hpp"
+
+#include <gtest/gtest.h>
+
+namespace nacelle::session {
+namespace {
+
+const TopicEnds kLidar{{"/front/scan", "/diagnostics"}, {"/tf"}};
+
+launch::TopicQos qos(const std::string& topic, launch::Side side) {
+  return {topic, side, {}, {}, {"robot.launch.yaml", 12}};
+}
+
+TEST(Wiring, tells_of_a_quality_of_service_for_a_topic_that_the_component_does_not_have) {
+  launch::ComponentPlan plan;
+  plan.name = "lidar";
+  plan.qos = {qos("/front/scan", launch::Side::Publisher), qos("/front/scna", launch::Side::Publisher),
+              qos("/front/scan", launch::Side::Subscription), qos("/tf", launch::Side::Publisher)};
+  EXPECT_EQ(
+      unused_qos(plan, kLidar),
+      (std::vector<std::string>{
+          "robot.launch.yaml:12: /lidar has no topic '/front/scna': this quality of service has no effect; did you "
+          "mean '/front/scan'?",
+          "robot.launch.yaml:12: /lidar does not subscribe to '/front/scan': this quality of service has no effect; "
+          "write 'publisher'",
+          "robot.launch.yaml:12: /lidar does not publish '/tf': this quality of service has no effect; write "
+          "'subscription'"}));
+}
+
+TEST(Wiring, tells_of_a_remap_that_changed_nothing) {
+  const std::vector<RemapRule> rules{{RemapKind::TopicOrService, "", "scan", "/front/scan"},
+                                     {RemapKind::TopicOrService, "", "diagnostisc", "/x"},
+                                     {RemapKind::Topic, "", "nosuch", "/y"},
+                                     {RemapKind::Service, "", "reset", "/z"}};
+  EXPECT_EQ(unused_remaps(rules, "/lidar", kLidar),
+            (std::vector<std::string>{"-r diagnostisc:=/x: /lidar has no topic 'diagnostisc'; did you mean "
+                                      "'/diagnostics'? a service's is written rosservice://diagnostisc:=/x",
+                                      "-r rostopic://nosuch:=/y: /lidar has no topic 'nosuch'; one of /diagnostics, "
+                                      "/front/scan, /tf"}));
+}
+
+TEST(Wiring, reads_relative_names_in_the_namespace_of_the_node) {
+  EXPECT_TRUE(unused_remaps({{RemapKind::TopicOrService, "", "laser", "scan"}}, "/front/lidar", kLidar).empty());
+  EXPECT_FALSE(unused_remaps({{RemapKind::TopicOrService, "", "laser", "scan"}}, "/lidar", kLidar).empty());
+}
+
+}  // namespace
+}  // namespace nacelle::session
