@@ -25,12 +25,11 @@ template <typename Json>
     const std::string name = text(stream, "name");
     const auto twin = std::find_if(streams.begin(), streams.end(),
                                    [&](const Json& other) { return &other != &stream && text(other, "name") == name; });
-    if (twin == streams.end()) {
-      rows.push_back({name, &stream});
-    } else if (sent(stream) == sent(*twin)) {
+    const bool alone = twin == streams.end();
+    if (!alone && sent(stream) == sent(*twin)) {
       const std::string type = text(stream, "type");
       rows.push_back({name + " " + type.substr(type.rfind('/') + 1), &stream});
-    } else if (sent(stream)) {
+    } else if (alone || sent(stream)) {
       rows.push_back({name, &stream});
     }
   }
