@@ -50,9 +50,14 @@ void Broker::for_each_type_clash(F&& found) const {
 }
 
 void Broker::tell_type_clashes() {
+  // Made anew, so that pairs that are gone do not stay.
+  std::set<std::pair<std::uint64_t, std::uint64_t>> told;
   for_each_type_clash([&](BrokerWriter& writer, ReaderQueue& reader) {
-    if (told_types_.emplace(writer.id(), reader.id()).second) introduce(writer, reader);
+    const std::pair pair{writer.id(), reader.id()};
+    told.insert(pair);
+    if (!told_types_.contains(pair)) introduce(writer, reader);
   });
+  told_types_ = std::move(told);
 }
 
 std::vector<ClashReport> Broker::clashes() const {

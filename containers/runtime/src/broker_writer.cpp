@@ -76,7 +76,7 @@ PublishResult BrokerWriter::publish(Block& block) {
   last_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
   published_.set(sequence);
   if (has_contract_) note_message(now);
-  if (longest_wait_ != Duration::zero()) wait_for_room(now);
+  if (longest_wait_ != Duration::zero()) wait_for_room(block, now);
   if (!keeps_history_) {
     update_routes(block);
     return distribute(block);
@@ -99,12 +99,9 @@ void BrokerWriter::update_routes(const Block& block) {
 }
 
 // Before anything is handed over, and without a lock: others may fill the room again, then the refusal is counted.
-void BrokerWriter::wait_for_room(MonotonicTime now) {
+void BrokerWriter::wait_for_room(const Block& block, MonotonicTime now) {
   if (this_thread_runs_callbacks) return;
-  {
-    const std::lock_guard lock(topic_->mutex_);
-    if (topic_->version_.load(std::memory_order_relaxed) != routes_version_) refresh_routes();
-  }
+  update_routes(block);
   for (const auto& reader : routes_) reader->wait_for_room(now + longest_wait_);
 }
 

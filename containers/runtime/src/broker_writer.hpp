@@ -57,7 +57,7 @@ class BrokerWriter final : public Writer {
   void refresh_routes();
   void reserve(const Block& block);
   void update_routes(const Block& block);
-  void wait_for_room(MonotonicTime now);
+  void wait_for_room(const Block& block, MonotonicTime now);
   void keep(Block& block);
   Block& copy_of(const Block& block, MessagePool& pool);
   PublishResult distribute(Block& block);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
@@ -75,6 +76,20 @@ TEST_F(LoadingTest, of_eight_loads_of_one_name_exactly_one_wins) {
   }
   EXPECT_EQ(winners, 1);
   EXPECT_THAT(container.list(), SizeIs(1));
+}
+
+// What a transition or an unload looks at before it waits is taken away by the unload that wins.
+TEST_F(LoadingTest, of_eight_unloads_and_transitions_of_one_component_exactly_one_unload_wins) {
+  for (int round = 0; round < 20; ++round) {
+    const auto id = load("Talker").id;
+    const auto outcomes = at_once([&](int i) {
+      if (i % 2 != 0) return static_cast<bool>(container.unload(id));
+      static_cast<void>(container.trigger(id, Transition::Configure));
+      return false;
+    });
+    EXPECT_EQ(std::ranges::count(outcomes, true), 1);
+    EXPECT_THAT(container.list(), IsEmpty());
+  }
 }
 
 TEST_F(LoadingTest, a_message_in_a_readers_queue_keeps_the_image_until_it_is_read) {

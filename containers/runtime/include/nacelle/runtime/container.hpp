@@ -166,7 +166,7 @@ class Container final {
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   /// Frames that two nodes mean to broadcast.
   [[nodiscard]] std::vector<Problem> frame_conflicts() const;
-  /// Streams with at least one publisher; `age` is what `late` counts from (within the histogram's 12.5 %).
+  /// How a topic is wired. `age` is what `late` counts from (within the histogram's 12.5 %).
   [[nodiscard]] WiringReport wiring(const std::string& topic, Duration age) const;
   /// The topics that a node publishes.
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;

@@ -40,7 +40,7 @@ struct Block {
   BlockHome* home = nullptr;
   void* message = nullptr;
   MessageInfo info;
-  MonotonicTime expires;  ///< The end of the writer's lifespan; kNeverExpires without one.
+  MonotonicTime expires = kNeverExpires;  ///< The end of the writer's lifespan.
   // The one shared_ptr of this message, made when the first callback asks for it; its control block lies in the envelope,
   // so that shared_ptr<const T> costs no heap. See share_block().
   std::atomic<std::uint8_t> shared_state{0};

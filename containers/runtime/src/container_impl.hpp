@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "container_services.hpp"
+#include "errand.hpp"
+#include "nacelle/base/log.hpp"
+#include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/plugin_library.hpp"
+#include "node_runtime.hpp"
+#include "supervisor.hpp"
+
+namespace nacelle::runtime {
+
+/// One component from the begin of its load to the close of its image. The node goes first, the image last.
+struct Record {
+  std::uint64_t id = 0;
+  std::string plugin, file;
+  std::unique_ptr<PluginLibrary> library;
+  std::unique_ptr<Executor> own_executor;
+  const ComponentClass* made_by = nullptr;
+  std::shared_ptr<NodeRuntime> runtime;
+  Node* node = nullptr;
+  LifecycleNode* managed = nullptr;
+  std::mutex one_at_a_time;  // transitions and unloading of this component
+  Guarded<FaultReason> fault;
+  std::atomic<bool> hung{false};
+
+  // Of loading and unloading. The container's lock covers given_up, and runtime while it comes and goes.
+  std::unique_ptr<Errand> errand;
+  std::optional<Problem> failure;
+  bool given_up = false;
+  std::atomic<const char*> busy_with{""};  // what has not returned, for people
+};
+
+/// What a container keeps of its components. Threads: any.
+struct Container::Impl final : Context {
+  Impl(Container& self, ContainerOptions o, const Clock& clock)
+      : options(std::move(o)),
+        commons(clock),
+        supervisor({options.handover_after, options.hang_after}),
+        index(options.component_path),
+        services(std::make_unique<ContainerServices>(self, commons, options.name)) {}
+
+  const ContainerOptions options;
+  const Logger log{"container"};
+  Commons commons;
+  Supervisor supervisor;
+  PluginIndex index;
+  std::unique_ptr<Executor> shared_executor;  // made with the first component that shares it
+  mutable std::mutex mutex;  // what follows, and the shared executor; no code of a component runs under it
+  std::map<std::uint64_t, std::shared_ptr<Record>> records;
+  std::map<std::string, const Record*> names;      // of nodes that are loaded, being loaded or being unloaded
+  std::vector<std::shared_ptr<Record>> abandoned;  // their code has not returned
+  struct HeldImage {
+    KeptImage about;
+    std::unique_ptr<PluginLibrary> library;  // held by messages; null: it is closed, and the process holds the image
+    std::string image;
+  };
+  std::vector<HeldImage> held_images;
+  std::uint64_t next_id = 1;
+  Guarded<std::function<void(const ComponentInfo&)>> fault_listener;
+  std::unique_ptr<ContainerServices> services;
+
+  [[nodiscard]] MonotonicTime deadline() const { return commons.clock.now() + options.transition_timeout; }
+  [[nodiscard]] Executor& executor_for(Record& record, const LoadRequest& request);
+  [[nodiscard]] static ComponentInfo info_of(const Record& record);
+  [[nodiscard]] std::shared_ptr<Record> record(std::uint64_t id) const;
+  /// Why this thread must not wait for the component: it would wait for itself. Empty if it may.
+  [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
+  void note_fault(Record& record, const std::string& code, const std::string& text);
+  void tell_listener(Record& record);
+
+  // Loading and unloading (loading.cpp).
+  [[nodiscard]] std::unique_ptr<NodeHost> create_host(const NodeIdentity& identity) override;
+  void release_name(const Record& record);
+  void make(Record& record, const LoadRequest& request);
+  void abandon(const std::shared_ptr<Record>& record);
+  void start_destroying(const std::shared_ptr<Record>& record);
+  [[nodiscard]] UnloadOutcome finish(Record& record);
+  void sweep();
+};
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "node_runtime.hpp"
+
+namespace nacelle::runtime {
+
+/// What a Node sees of its container; the runtime half outlives it by as long as the container needs.
+class Host final : public NodeHost {
+ public:
+  explicit Host(std::shared_ptr<NodeRuntime> node) : node_(std::move(node)) {}
+  const Clock& clock() const override { return node_->commons().clock; }
+  std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override { return node_->create_writer(spec); }
+  std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
+                                                          MessageCallback callback,
+                                                          const NodeRuntime::GroupPointer& group) override {
+    return node_->create_subscription(spec, taking, callback, group);
+  }
+  std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
+                                                         const NodeRuntime::GroupPointer& group) override {
+    return node_->create_status_event(callback, group);
+  }
+  std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+                                            const NodeRuntime::GroupPointer& group) override {
+    return node_->create_timer(period, callback, group);
+  }
+  std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType& request,
+                                                const msgs::MessageType& response, ServiceCallback callback,
+                                                const NodeRuntime::GroupPointer& group) override {
+    return node_->create_service(name, request, response, callback, group);
+  }
+  std::unique_ptr<ClientHandle> create_client(const std::string& name, const msgs::MessageType& request,
+                                              const msgs::MessageType& response, ResponseCallback callback,
+                                              const NodeRuntime::GroupPointer& group) override {
+    return node_->create_client(name, request, response, callback, group);
+  }
+  NodeRuntime::GroupPointer create_callback_group(CallbackGroupType type) override {
+    return node_->create_callback_group(type);
+  }
+  std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
+                                          FrameClaimKind kind) override {
+    return node_->commons().frames.claim(node_->identity().fully_qualified(), parent, child, kind);
+  }
+  std::shared_ptr<void> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) override {
+    auto& objects = node_->commons().shared_objects;
+    if (auto object = (*objects.lock())[name]) return object;
+    std::shared_ptr<void> made = make();  // not under the lock
+    auto locked = objects.lock();
+    auto& object = (*locked)[name];
+    if (!object) object = std::move(made);
+    return object;
+  }
+  DurationHistogram& create_histogram(const std::string& name) override { return node_->create_histogram(name); }
+  void register_safe_stop(int descriptor, ByteView frame) override { node_->register_safe_stop(descriptor, frame); }
+  void clear_safe_stop() override { node_->clear_safe_stop(); }
+  void report_fault(std::string code, std::string text) override {
+    node_->report_fault(std::move(code), std::move(text));
+  }
+  void set_active(bool active) override { node_->set_active(active); }
+
+ private:
+  const std::shared_ptr<NodeRuntime> node_;
+};
+
+}  // namespace nacelle::runtime

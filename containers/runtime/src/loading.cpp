@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// How components come and go: their code runs on a thread of its own, with a deadline (docs/adr/0005).
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "container_impl.hpp"
+#include "host.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+// Whom the component constructor that runs on this thread belongs to.
+struct Making {
+  Record* record = nullptr;
+  Executor* executor = nullptr;
+};
+thread_local Making making;
+
+}  // namespace
+
+std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& identity) {
+  if (making.record == nullptr || making.record->runtime) {
+    throw std::logic_error("a node of this container is made by Container::load(), one per component");
+  }
+  Record& record = *making.record;
+  const std::string name = identity.fully_qualified();
+  auto on_fault = [this, &record](const std::string& code, const std::string& text) { note_fault(record, code, text); };
+  auto runtime = std::make_shared<NodeRuntime>(commons, identity, *making.executor, std::move(on_fault));
+  const std::lock_guard lock(mutex);
+  if (record.given_up) throw std::runtime_error("its load was given up");
+  if (const auto [taken, is_new] = names.emplace(name, &record); !is_new) {
+    const std::uint64_t id = taken->second->id;
+    throw exceptions::InvalidNameError(
+        id != 0 ? fmt::format("a node {} is loaded already (component {}); give this one another name", name, id)
+                : fmt::format("a node {} is being loaded just now; give this one another name", name));
+  }
+  record.runtime = std::move(runtime);
+  return std::make_unique<Host>(record.runtime);
+}
+
+void Container::Impl::release_name(const Record& record) {
+  const std::lock_guard lock(mutex);
+  std::erase_if(names, [&](const auto& entry) { return entry.second == &record; });
+}
+
+// On the errand's thread: all of a load that runs code of the library.
+void Container::Impl::make(Record& record, const LoadRequest& request) {
+  record.busy_with = "its library's start-up code, which has not returned";
+  auto library = PluginLibrary::open(record.file);
+  if (!library) {
+    record.failure = Problem{"", library.error().where + " " + library.error().what, library.error().way_out};
+    return;
+  }
+  record.library = std::move(library).value();
+  record.made_by = record.library->find(request.plugin);
+  if (record.made_by == nullptr) {
+    record.failure = Problem{"", record.file + " holds no class " + request.plugin,
+                             "it holds " + join(record.library->class_names())};
+    return;
+  }
+  NodeOptions node_options{*this};
+  node_options.node_name(request.name).node_namespace(request.name_space).parameter_overrides(request.parameters);
+  node_options.remap_rules(request.remaps).qos_overrides(request.qos);
+  record.busy_with = "its constructor, which has not returned";
+  Node* node = nullptr;
+  std::string failed;
+  making = {&record, &executor_for(record, request)};
+  try {
+    node = record.made_by->create(node_options);
+  } catch (const std::exception& e) { failed = e.what(); } catch (...) {
+    failed = "an exception that is no std::exception";
+  }
+  making = {};
+  if (node == nullptr || !record.runtime) {
+    if (node != nullptr) record.made_by->destroy(node);
+    record.failure = Problem{"", "its constructor failed: " + (failed.empty() ? "it made no node" : failed), ""};
+    return;
+  }
+  bool wanted = true;
+  {
+    const std::lock_guard lock(mutex);
+    wanted = !record.given_up;
+    if (wanted) record.node = node;
+  }
+  if (!wanted) record.made_by->destroy(node);  // too late: whoever asked for it has been told that it failed
+}
+
+// --- unloading ----------------------------------------------------------------------------------------------------------
+
+// Its code has not returned. What can be done without running it is done; the rest follows when it returns (sweep).
+void Container::Impl::abandon(const std::shared_ptr<Record>& record) {
+  std::shared_ptr<NodeRuntime> runtime;
+  {
+    const std::lock_guard lock(mutex);
+    record->given_up = true;
+    runtime = record->runtime;
+    abandoned.push_back(record);
+  }
+  if (runtime) {
+    static_cast<void>(runtime->close(commons.clock.now()));
+    runtime->withdraw();
+    runtime->write_safe_stop();
+  }
+  release_name(*record);
+}
+
+void Container::Impl::start_destroying(const std::shared_ptr<Record>& record) {
+  record->busy_with = "its destructor, which has not returned";
+  record->errand =
+      std::make_unique<Errand>("unload", [record] { record->made_by->destroy(std::exchange(record->node, nullptr)); });
+}
+
+// The node is gone: its executor goes, and the image too unless somebody holds it.
+UnloadOutcome Container::Impl::finish(Record& record) {
+  const std::string node = record.runtime ? record.runtime->identity().fully_qualified() : record.plugin;
+  if (record.own_executor) supervisor.remove(*record.own_executor);
+  supervisor.settle();
+  // Taken out under the lock, for who asks why_not_wait_for(), and ended without it; the node's half before its executor.
+  std::unique_ptr<Executor> executor;
+  std::shared_ptr<NodeRuntime> runtime;
+  {
+    const std::lock_guard lock(mutex);
+    executor = std::move(record.own_executor);
+    runtime = std::move(record.runtime);
+  }
+  runtime.reset();
+  executor.reset();
+  release_name(record);
+  if (!record.library) return {true, {}};
+  if (std::string held = commons.broker.sweep(node); !held.empty()) {
+    const std::lock_guard lock(mutex);
+    const std::string image = record.library->image();
+    held_images.push_back({{node, record.plugin, record.file, held}, std::move(record.library), image});
+    return {false, std::move(held)};
+  }
+  const std::string image = record.library->image();
+  record.library.reset();
+  if (!PluginLibrary::is_mapped(image)) return {true, {}};
+  const std::lock_guard lock(mutex);
+  for (const auto& [id, other] : records) {
+    if (other->library->image() == image) {
+      return {false,
+              fmt::format("another instance ({}, component {})", other->runtime->identity().fully_qualified(), id)};
+    }
+  }
+  for (const auto& held : held_images) {
+    if (held.image == image) return {false, held.about.held_by};
+  }
+  for (const auto& other : abandoned) {
+    if (other->file == record.file) return {false, "another instance: " + std::string(other->busy_with.load())};
+  }
+  std::string held_by =
+      "the process (by thread-locals of threads that go on, or a symbol built without -fno-gnu-unique)";
+  held_images.push_back({{node, record.plugin, record.file, held_by}, nullptr, image});
+  return {false, std::move(held_by)};
+}
+
+// Ends what was abandoned and has returned since, and closes images whose last message has come home.
+void Container::Impl::sweep() {
+  std::vector<std::shared_ptr<Record>> returned;
+  {
+    const std::lock_guard lock(mutex);
+    std::erase_if(abandoned, [&](const std::shared_ptr<Record>& record) {
+      if (record->errand) {
+        if (!record->errand->has_ended()) return false;
+      } else if (!record->runtime->close(commons.clock.now())) {
+        return false;
+      }
+      returned.push_back(record);
+      return true;
+    });
+  }
+  for (const auto& record : returned) {
+    record->errand.reset();
+    if (record->node != nullptr) {
+      start_destroying(record);
+      if (!record->errand->wait(commons.clock,
+                                commons.clock.now() + std::min<Duration>(1s, options.transition_timeout))) {
+        const std::lock_guard lock(mutex);
+        abandoned.push_back(record);
+        continue;
+      }
+      record->errand.reset();
+    }
+    static_cast<void>(finish(*record));
+  }
+  std::vector<HeldImage> free;  // closed without the lock: a library may have code that runs then
+  const std::lock_guard lock(mutex);
+  std::erase_if(held_images, [&](HeldImage& held) {
+    if (!held.library) return !PluginLibrary::is_mapped(held.image);
+    held.about.held_by = commons.broker.sweep(held.about.node);
+    if (!held.about.held_by.empty()) return false;
+    free.push_back(std::move(held));
+    return true;
+  });
+}
+
+Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
+  impl_->sweep();
+  const std::string where =
+      request.name.empty() ? request.plugin : "component " + request.name + " (" + request.plugin + ")";
+  const auto entry = impl_->index.find(request.plugin);
+  if (!entry) {
+    return err(Problem{where,
+                       "there is no plugin " + request.plugin + " in " + join(impl_->options.component_path, ":"),
+                       suggestion(request.plugin, impl_->index.class_names())});
+  }
+  const auto record = std::make_shared<Record>();
+  record->plugin = request.plugin;
+  record->file = entry->file;
+  const MonotonicTime deadline = impl_->deadline();
+  record->errand =
+      std::make_unique<Errand>("load", [impl = impl_.get(), record, request] { impl->make(*record, request); });
+  if (!record->errand->wait(impl_->commons.clock, deadline)) {
+    const std::string busy_with = record->busy_with.load();
+    impl_->abandon(record);
+    return err(Problem{
+        where, fmt::format("not loaded: {} within {:g} s", busy_with, to_seconds(impl_->options.transition_timeout)),
+        "the others go on; its library stays until it returns"});
+  }
+  record->errand.reset();
+  if (record->failure) {
+    static_cast<void>(impl_->finish(*record));
+    record->failure->where = where;
+    return err(*record->failure);
+  }
+  record->managed = dynamic_cast<LifecycleNode*>(record->node);
+  std::vector<std::string> warnings;
+  for (const auto& name : record->node->parameters().unused_overrides()) {
+    warnings.push_back(fmt::format("{}: parameter '{}' is given but the component has no such parameter; {}",
+                                   record->runtime->identity().fully_qualified(), name,
+                                   suggestion(name, record->node->parameters().list())));
+    impl_->log.warn("{}", warnings.back());
+  }
+  ComponentInfo info;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    record->id = impl_->next_id++;
+    impl_->records.emplace(record->id, record);
+    record->runtime->open();
+    info = Impl::info_of(*record);
+  }
+  // All its endpoints are there now: types that clash can be told.
+  static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));
+  info.warnings = std::move(warnings);
+  return info;
+}
+
+Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
+  impl_->sweep();
+  const auto record = impl_->record(id);
+  if (!record) return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
+  if (std::string why = impl_->why_not_wait_for(*record); !why.empty())
+    return err(Problem{record->runtime->identity().fully_qualified(), "cannot be unloaded from here", std::move(why)});
+  const std::lock_guard alone(record->one_at_a_time);
+  if (record->node == nullptr || record->given_up)
+    return err(Problem{"component " + std::to_string(id), "is not loaded any more", ""});
+  const MonotonicTime deadline = impl_->deadline();
+  if (record->managed != nullptr && !record->hung) {
+    // The component puts its hardware to rest itself; what it answers does not change that it goes.
+    static_cast<void>(record->runtime->run_and_wait(
+        [record] {
+          LifecycleNode& node = *record->managed;
+          if (node.get_current_state().state() == StateId::Active)
+            static_cast<void>(node.trigger(Transition::Deactivate));
+          if (node.get_current_state().state() == StateId::Inactive)
+            static_cast<void>(node.trigger(Transition::Cleanup));
+        },
+        deadline));
+  }
+  record->runtime->set_active(false);
+  const bool returned = record->runtime->close(record->hung ? impl_->commons.clock.now() : deadline);
+  record->runtime->write_safe_stop();
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->records.erase(id);
+  }
+  if (!returned) {
+    record->busy_with = "a callback that has not returned";
+    impl_->abandon(record);
+    return UnloadOutcome{false, record->busy_with.load()};
+  }
+  impl_->start_destroying(record);
+  if (!record->errand->wait(impl_->commons.clock, impl_->deadline())) {
+    impl_->abandon(record);
+    return UnloadOutcome{false, record->busy_with.load()};
+  }
+  record->errand.reset();
+  return impl_->finish(*record);
+}
+
+std::vector<KeptImage> Container::kept_images() {
+  impl_->sweep();
+  std::vector<KeptImage> all;
+  const std::lock_guard lock(impl_->mutex);
+  for (const auto& held : impl_->held_images) all.push_back(held.about);
+  for (const auto& record : impl_->abandoned) {
+    all.push_back({record->runtime ? record->runtime->identity().fully_qualified() : record->plugin, record->plugin,
+                   record->file, record->busy_with.load()});
+  }
+  return all;
+}
+
+}  // namespace nacelle::runtime
