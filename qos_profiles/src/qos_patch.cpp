@@ -53,13 +53,14 @@ QoS QosPatch::applied_to(QoS base) const {
   if (lease) base.liveliness_lease_duration(*lease);
   if (max_samples) base.max_samples(*max_samples);
   if (max_blocking_time) base.max_blocking_time(*max_blocking_time);
+  if (when_dry) base.when_dry(*when_dry);
   return base;
 }
 
 const std::vector<std::string>& qos_keys() {
-  static const std::vector<std::string> keys{"profile", "reliability", "durability",       "history",
-                                             "depth",   "deadline",    "lifespan",         "liveliness",
-                                             "lease",   "max_samples", "max_blocking_time"};
+  static const std::vector<std::string> keys{"profile", "reliability", "durability",        "history",
+                                             "depth",   "deadline",    "lifespan",          "liveliness",
+                                             "lease",   "max_samples", "max_blocking_time", "when_dry"};
   return keys;
 }
 
@@ -79,6 +80,7 @@ Result<void, Problem> set_policy(QosPatch& patch, std::string_view key, std::str
   if (key == "lease" || key == "liveliness_lease_duration")
     return put(patch.lease, parse_policy_duration("lease", value));
   if (key == "max_blocking_time") return put(patch.max_blocking_time, parse_duration(value));
+  if (key == "when_dry") return put(patch.when_dry, parse_pool_policy(value));
   return err(Problem{"", "unknown QoS key '" + std::string(key.substr(0, 60)) + "'",
                      suggestion(key.substr(0, 60), qos_keys())});
 }

@@ -44,6 +44,12 @@ const Words<Liveliness>& liveliness_words() {
   return words;
 }
 
+const Words<PoolPolicy>& pool_policy_words() {
+  static const Words<PoolPolicy> words{
+      {PoolPolicy::Grow, "grow"}, {PoolPolicy::Drop, "drop"}, {PoolPolicy::Fail, "fail"}};
+  return words;
+}
+
 template <typename Policy>
 std::string word_of(const Words<Policy>& words, Policy value) {
   for (const auto& [known, word] : words) {
@@ -104,6 +110,7 @@ std::string to_text(Reliability value) { return word_of(reliability_words(), val
 std::string to_text(Durability value) { return word_of(durability_words(), value); }
 std::string to_text(History value) { return word_of(history_words(), value); }
 std::string to_text(Liveliness value) { return word_of(liveliness_words(), value); }
+std::string to_text(PoolPolicy value) { return word_of(pool_policy_words(), value); }
 
 std::string to_text(Duration value) {
   if (value == Duration::max()) return "infinite";
@@ -139,6 +146,7 @@ std::string to_text(const QoS& qos) {
   if (const Duration lease = qos.liveliness_lease_duration(); lease != Duration::zero()) {
     text += ", lease " + policy_duration_text(lease);
   }
+  if (qos.when_dry() != PoolPolicy::Grow) text += ", when dry: " + to_text(qos.when_dry());
   return text;
 }
 
@@ -151,6 +159,9 @@ Result<Durability, Problem> parse_durability(std::string_view text) {
 Result<History, Problem> parse_history(std::string_view text) { return value_of("history", history_words(), text); }
 Result<Liveliness, Problem> parse_liveliness(std::string_view text) {
   return value_of("liveliness", liveliness_words(), text);
+}
+Result<PoolPolicy, Problem> parse_pool_policy(std::string_view text) {
+  return value_of("policy for a dry pool", pool_policy_words(), text);
 }
 
 Result<Duration, Problem> parse_duration(std::string_view text) {

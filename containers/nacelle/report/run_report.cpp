@@ -52,6 +52,7 @@ ordered_json to_json(const runtime::StreamReport& stream) {
   count("expired", stream.expired);
   count("discarded", stream.discarded);
   count("writer_inactive", stream.inactive_unpublished);
+  count("pool_dry", stream.pool_dry);
   return {{"name", stream.name},
           {"type", stream.type},
           {"hz", rounded(stream.hz())},
@@ -60,6 +61,7 @@ ordered_json to_json(const runtime::StreamReport& stream) {
           {"readers", stream.readers},
           {"dropped", dropped},
           {"copies", stream.copies},
+          {"pool_grown", stream.pool_grown},
           {"bytes_copied", stream.bytes_copied},
           {"latency_us",
            {{"p50", microseconds(stream.latency_p50)},

@@ -161,6 +161,8 @@ void Broker::report(std::vector<StreamReport>& out) const {
     row.rehomed = sum.read.rehomed;
     row.would_block = sum.written.would_block;
     row.inactive_unpublished = sum.written.inactive;
+    row.pool_dry = sum.written.pool_dry;
+    row.pool_grown = sum.written.pool_grown;
     row.copies = sum.written.copies;
     row.bytes_copied = sum.written.bytes_copied;
     row.latency_p50 = latency.quantile(0.5);

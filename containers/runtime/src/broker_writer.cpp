@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "broker_writer.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "clash.hpp"
@@ -29,6 +31,7 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
       lifespan_(spec_.qos.resolved().lifespan()),
       longest_wait_(spec_.qos.reliability() == Reliability::BestEffort ? Duration::zero()
                                                                        : spec_.qos.max_blocking_time()),
+      bounded_(spec_.qos.when_dry() != PoolPolicy::Grow),
       pool_(std::make_unique<MessagePool>(*spec_.type)),
       deadline_(spec_.qos.resolved().deadline()),
       lease_(lease_of(spec_.qos.resolved()), broker_.clock_.now()),
@@ -59,11 +62,31 @@ BrokerWriter::~BrokerWriter() {
   if (replay_pool_) broker_.retire(spec_, std::move(replay_pool_));
 }
 
+Block* BrokerWriter::borrow() {
+  Block* const block = pool_->borrow();
+  if (!bounded_) return block;
+  const bool dry = block == nullptr || pool_->is_spare(*block);
+  // A fault is told when the pool runs dry, not for each message from then on.
+  if (dry && !was_dry_ && spec_.qos.when_dry() == PoolPolicy::Fail && spec_.on_fault)
+    spec_.on_fault("POOL_DRY",
+                   fmt::format("{}: its readers keep all {} messages that their depths allow; let them keep fewer, "
+                               "give them a greater depth, or set when_dry: grow",
+                               spec_.topic, pool_->limit()));
+  was_dry_ = dry;
+  if (block == nullptr) pool_dry_.add();
+  return block;
+}
+
 PublishResult BrokerWriter::publish(Block& block) {
   if (!is_open()) {
     inactive_.add();
     drop_reference(block);
     return PublishResult::Inactive;
+  }
+  if (bounded_ && pool_->is_spare(block)) {
+    pool_dry_.add();
+    drop_reference(block);
+    return PublishResult::PoolDry;
   }
   const MonotonicTime now = broker_.clock_.now();
   const std::uint64_t sequence = published_.get() + 1;
@@ -216,7 +239,8 @@ std::size_t BrokerWriter::reader_count() const {
 }
 
 WriterCounters BrokerWriter::counters() const {
-  return {published_.get(), inactive_.get(), would_block_.get(), copies_.get(), bytes_copied_.get(), pool_->made()};
+  return {published_.get(),    inactive_.get(), would_block_.get(), copies_.get(),
+          bytes_copied_.get(), pool_->made(),   pool_dry_.get()};
 }
 
 EndpointStatus BrokerWriter::status() const {
@@ -235,6 +259,7 @@ void BrokerWriter::fold_into(Topic::Totals& totals) const {
   totals.written.copies += mine.copies;
   totals.written.bytes_copied += mine.bytes_copied;
   totals.written.pool_grown += mine.pool_grown;
+  totals.written.pool_dry += mine.pool_dry;
   if (mine.published == 0) return;
   totals.first_ns = totals.first_ns == 0 ? first_ns_.get() : std::min(totals.first_ns, first_ns_.get());
   totals.last_ns = std::max(totals.last_ns, last_ns_.get());
@@ -254,7 +279,7 @@ void BrokerWriter::replay(ReaderQueue& reader) {
     }
     // Our own pool is the writer's thread's; a joining reader comes on another.
     if (!replay_pool_) replay_pool_ = std::make_unique<MessagePool>(*spec_.type);
-    reader.push(copy_of(*block, *replay_pool_));
+    reader.push(*copy_of(*block, *replay_pool_));  // this pool has no limit
   }
 }
 
@@ -276,18 +301,21 @@ void BrokerWriter::refresh_routes() {
 // The queues of all sharers hold the same last messages, those of each further owner copies of them; beside those, each reader
 // has one in its callback and perhaps keeps one, and we fill one.
 void BrokerWriter::reserve(const Block& block) {
+  const std::size_t copies = owners_ > 1 ? owners_ - 1 : 0;
+  if (bounded_) pool_->set_limit(deepest_ * (1 + copies) + 2 * routes_.size() + 1);
   if (routes_.empty()) return;
   const std::size_t bytes = spec_.type->size + spec_.type->encoded_size(block.message);
   const std::size_t depth = std::min(deepest_, std::max(kReserveMessages, kReserveBytes / bytes));
-  const std::size_t lists = 1 + (owners_ > 1 ? owners_ - 1 : 0);
-  pool_->reserve(depth * lists + 2 * routes_.size() + 1, block.message);
+  pool_->reserve(depth * (1 + copies) + 2 * routes_.size() + 1, block.message);
 }
 
-Block& BrokerWriter::copy_of(const Block& block, MessagePool& pool) {
-  Block& copy = *pool.borrow();
-  spec_.type->copy_assign(copy.message, block.message);
-  copy.info = block.info;
-  copy.expires = block.expires;
+// Null when the pool is dry.
+Block* BrokerWriter::copy_of(const Block& block, MessagePool& pool) {
+  Block* const copy = pool.borrow_regular();
+  if (copy == nullptr) return nullptr;
+  spec_.type->copy_assign(copy->message, block.message);
+  copy->info = block.info;
+  copy->expires = block.expires;
   copies_.add();
   bytes_copied_.add(spec_.type->encoded_size(block.message));
   return copy;
@@ -304,8 +332,10 @@ PublishResult BrokerWriter::distribute(Block& block) {
       if (reader->taking() != Taking::Own) continue;
       if (--owners_left == 0 && !original_is_shared) {
         refused |= reader->push(block) == ReaderQueue::Push::Full;
+      } else if (Block* const copy = copy_of(block, *pool_)) {
+        refused |= reader->push(*copy) == ReaderQueue::Push::Full;
       } else {
-        refused |= reader->push(copy_of(block, *pool_)) == ReaderQueue::Push::Full;
+        pool_dry_.add();
       }
     }
     if (!original_is_shared) return answer(refused);

@@ -28,7 +28,7 @@ class BrokerWriter final : public Writer {
   BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, EndpointSpec spec, std::uint64_t id);
   ~BrokerWriter() override;
 
-  Block* borrow() override { return pool_->borrow(); }
+  Block* borrow() override;
   Block* adopt(void* message) override { return pool_->adopt(message); }
   PublishResult publish(Block& block) override;
   void assert_liveliness() override;
@@ -59,7 +59,7 @@ class BrokerWriter final : public Writer {
   void update_routes(const Block& block);
   void wait_for_room(const Block& block, MonotonicTime now);
   void keep(Block& block);
-  Block& copy_of(const Block& block, MessagePool& pool);
+  Block* copy_of(const Block& block, MessagePool& pool);
   PublishResult distribute(Block& block);
   PublishResult answer(bool refused);
 
@@ -71,6 +71,8 @@ class BrokerWriter final : public Writer {
   const std::size_t history_limit_;
   const Duration lifespan_;
   const Duration longest_wait_;  // for room in KEEP_ALL readers; zero: never
+  const bool bounded_;           // the pool's limit holds: QoS::when_dry()
+  bool was_dry_ = false;
   std::unique_ptr<MessagePool> pool_;
   std::vector<std::shared_ptr<ReaderQueue>> routes_;
   std::size_t owners_ = 0;
@@ -78,7 +80,7 @@ class BrokerWriter final : public Writer {
   std::uint64_t routes_version_ = 0;
   std::deque<Block*> history_;                // under the topic's lock, as the next
   std::unique_ptr<MessagePool> replay_pool_;  // copies of the history for owners that join late
-  Tally published_, inactive_, would_block_, copies_, bytes_copied_, first_ns_, last_ns_;
+  Tally published_, inactive_, would_block_, copies_, bytes_copied_, pool_dry_, first_ns_, last_ns_;
 
   mutable FutexMutex contract_mutex_;  // what follows
   DeadlineWatch deadline_;

@@ -268,6 +268,7 @@ NodeRuntime::~NodeRuntime() = default;
 std::unique_ptr<Writer> NodeRuntime::create_writer(const EndpointSpec& spec) {
   EndpointSpec gated = spec;
   gated.gate = &active_;
+  gated.on_fault = [this](std::string code, std::string text) { report_fault(std::move(code), std::move(text)); };
   return commons_.broker.create_writer(gated);
 }
 

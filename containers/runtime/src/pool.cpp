@@ -22,6 +22,10 @@ std::size_t round_up(std::size_t n, std::size_t alignment) { return (n + alignme
 
 MessagePool::~MessagePool() {
   NACELLE_EXPECT(outstanding() == 0, "a pool outlives its messages");
+  if (spare_ != nullptr) {
+    auto* const spare = static_cast<Envelope*>(spare_);
+    spare->next = std::exchange(free_pooled_, spare);
+  }
   for (Envelope* list : {free_pooled_, free_bare_}) {
     while (list != nullptr) {
       Envelope* const next = list->next;
@@ -39,10 +43,14 @@ void MessagePool::collect() {
   Envelope* list = returned_.exchange(nullptr, std::memory_order_acquire);
   while (list != nullptr) {
     Envelope* const next = list->next;
-    Envelope*& home = list->pooled ? free_pooled_ : free_bare_;
-    list->next = home;
-    home = list;
     ++free_count_;
+    if (list == spare_) [[unlikely]] {
+      spare_is_out_ = false;
+    } else {
+      Envelope*& home = list->pooled ? free_pooled_ : free_bare_;
+      list->next = home;
+      home = list;
+    }
     list = next;
   }
 }
@@ -71,22 +79,41 @@ MessagePool::Envelope* MessagePool::make_pooled() {
     throw;
   }
   made_.fetch_add(1, std::memory_order_relaxed);
-  ++pooled_;
   return envelope;
 }
 
-Block* MessagePool::borrow() {
+Block* MessagePool::borrow_regular() {
   Envelope* envelope = take_free(true);
-  if (envelope == nullptr) envelope = make_pooled();
+  if (envelope == nullptr) {
+    if (pooled_ >= limit_) return nullptr;
+    envelope = make_pooled();
+    ++pooled_;
+  }
 #ifndef NDEBUG
   type_.poison(envelope->message);
 #endif
   return envelope;
 }
 
+Block* MessagePool::borrow() {
+  Block* const block = borrow_regular();
+  if (block != nullptr || spare_is_out_) return block;
+  spare_is_out_ = true;
+  --free_count_;
+  return spare_;
+}
+
+void MessagePool::set_limit(std::size_t messages) {
+  limit_ = messages;
+  if (spare_ != nullptr) return;
+  spare_ = make_pooled();
+  ++free_count_;
+}
+
 void MessagePool::reserve(std::size_t envelopes, const void* like) {
   while (pooled_ < envelopes) {
     Envelope* const envelope = make_pooled();
+    ++pooled_;
     type_.copy_assign(envelope->message, like);
     envelope->next = free_pooled_;
     free_pooled_ = envelope;

@@ -72,6 +72,18 @@ TEST(QosPatch, changes_only_what_it_gives) {
   EXPECT_EQ(patch.applied_to(QoS(1)).history(), History::KeepAll);
 }
 
+TEST(QosPatch, says_what_a_dry_pool_does) {
+  for (const auto& [word, policy] :
+       {std::pair{"grow", PoolPolicy::Grow}, {"drop", PoolPolicy::Drop}, {"fail", PoolPolicy::Fail}}) {
+    QosPatch patch;
+    ASSERT_TRUE(set_policy(patch, "when_dry", word));
+    EXPECT_EQ(patch.applied_to(QoS(1)).when_dry(), policy);
+  }
+  QosPatch patch;
+  EXPECT_EQ(set_policy(patch, "when_dry", "dorp").error().text(),
+            "'dorp' is not a policy for a dry pool; did you mean 'drop'?");
+}
+
 TEST(QosPatch, knows_each_of_its_keys) {
   for (const auto& key : qos_keys()) {
     QosPatch patch;

@@ -26,6 +26,7 @@ struct QosPatch {
   std::optional<Duration> lease;
   std::optional<std::size_t> max_samples;
   std::optional<Duration> max_blocking_time;
+  std::optional<PoolPolicy> when_dry;
 
   /// `base` with the given values in place of its own; `profile` is not looked at. A depth alone means keep_last.
   [[nodiscard]] QoS applied_to(QoS base) const;
@@ -33,7 +34,7 @@ struct QosPatch {
 };
 
 /// Sets the value of one key: profile, reliability, durability, history, depth, deadline, lifespan, liveliness, lease,
-/// max_samples, max_blocking_time.
+/// max_samples, max_blocking_time, when_dry.
 /// Errors: unknown key or value, with the nearest valid one; `where` is empty. The patch is then unchanged.
 [[nodiscard]] Result<void, Problem> set_policy(QosPatch& patch, std::string_view key, std::string_view value);
 /// The keys that set_policy() knows.

@@ -32,6 +32,14 @@ enum class Liveliness : std::uint8_t {
   BestAvailable = 5
 };
 
+/// Nacelle's: what a publisher does when all messages that the stream's queues and callbacks can hold are out (a reader keeps
+/// more of them than its depth says). Each case is counted.
+enum class PoolPolicy : std::uint8_t {
+  Grow,  ///< Makes another one: nothing is lost, and memory grows with what the readers keep.
+  Drop,  ///< The next message is filled as ever and goes to nobody: memory is bounded, the reader that keeps too much misses it.
+  Fail,  ///< The same, and the publisher's component becomes faulted: a design error that must not pass unseen.
+};
+
 // rclcpp's words for the same.
 using ReliabilityPolicy = Reliability;
 using DurabilityPolicy = Durability;
@@ -82,6 +90,8 @@ class QoS {
   QoS& max_samples(std::size_t value) { return set(max_samples_, value); }
   /// Nacelle's: how long a reliable publish() may wait for room; zero (the default) is never.
   QoS& max_blocking_time(Duration value);
+  /// Nacelle's, of a publisher: what happens when its pool of messages has run dry.
+  QoS& when_dry(PoolPolicy value) { return set(when_dry_, value); }
 
   [[nodiscard]] constexpr History history() const { return history_; }
   [[nodiscard]] constexpr std::size_t depth() const { return depth_; }
@@ -94,6 +104,7 @@ class QoS {
   [[nodiscard]] constexpr bool avoid_ros_namespace_conventions() const { return avoid_ros_names_; }
   [[nodiscard]] constexpr std::size_t max_samples() const { return max_samples_; }
   [[nodiscard]] constexpr Duration max_blocking_time() const { return max_blocking_time_; }
+  [[nodiscard]] constexpr PoolPolicy when_dry() const { return when_dry_; }
 
   /// True for keep_all; what is left of system_default counts as keep_last, as in resolved().
   [[nodiscard]] constexpr bool keeps_all() const { return history_ == History::KeepAll; }
@@ -119,6 +130,7 @@ class QoS {
   Durability durability_ = Durability::Volatile;
   Liveliness liveliness_ = Liveliness::SystemDefault;
   bool avoid_ros_names_ = false;
+  PoolPolicy when_dry_ = PoolPolicy::Grow;
   std::size_t depth_;
   std::size_t max_samples_ = 1000;
   Duration deadline_{};

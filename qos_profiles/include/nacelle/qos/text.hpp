@@ -17,6 +17,7 @@ namespace nacelle {
 [[nodiscard]] std::string to_text(Durability value);
 [[nodiscard]] std::string to_text(History value);
 [[nodiscard]] std::string to_text(Liveliness value);
+[[nodiscard]] std::string to_text(PoolPolicy value);
 /// "100ms", "1.5s", "250us", "7ns"; the shortest that parse_duration() reads back as the same.
 [[nodiscard]] std::string to_text(Duration value);
 /// The same for a deadline, lifespan or lease: "infinite" when not given, "best_available".
@@ -28,6 +29,7 @@ namespace nacelle {
 [[nodiscard]] Result<Durability, Problem> parse_durability(std::string_view text);
 [[nodiscard]] Result<History, Problem> parse_history(std::string_view text);
 [[nodiscard]] Result<Liveliness, Problem> parse_liveliness(std::string_view text);
+[[nodiscard]] Result<PoolPolicy, Problem> parse_pool_policy(std::string_view text);
 /// A number and its unit (ns, us, ms, s, min, h), or "infinite" (Duration::max()). Never negative.
 [[nodiscard]] Result<Duration, Problem> parse_duration(std::string_view text);
 

@@ -154,6 +154,75 @@ TEST_F(BrokerTest, gives_foreign_memory_back_with_the_last_reader) {
   EXPECT_EQ(returned, 1);
 }
 
+TEST_F(BrokerTest, a_pool_that_must_not_grow_drops_what_is_published_while_readers_keep_all_and_counts_it) {
+  auto writer = broker.create_writer(image_spec(QoS(2).when_dry(PoolPolicy::Drop), "/camera"));
+  auto reader = broker.create_reader(image_spec(QoS(2), "/a"), Taking::Share, nullptr);
+  std::vector<Block*> kept;
+  for (int i = 0; i < 5; ++i) {  // two in the queue, two of the reader, one to fill
+    EXPECT_EQ(writer->publish(*writer->borrow()), PublishResult::Published);
+    kept.push_back(reader->take());
+  }
+  const auto made = writer->counters().pool_grown;
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(writer->publish(*writer->borrow()), PublishResult::PoolDry);
+  EXPECT_EQ(reader->take(), nullptr);
+  Block* const spare = writer->borrow();
+  EXPECT_EQ(writer->borrow(), nullptr) << "the spare one is out";
+  drop_reference(*spare);
+  EXPECT_EQ(writer->counters().pool_dry, 4U);
+  EXPECT_EQ(writer->counters().pool_grown, made);
+  EXPECT_EQ(stream("/image").pool_dry, 4U);
+
+  drop_reference(*kept.back());
+  kept.pop_back();
+  EXPECT_EQ(writer->publish(*writer->borrow()), PublishResult::Published);
+  Block* const next = reader->take();
+  ASSERT_NE(next, nullptr);
+  EXPECT_EQ(next->info.sequence, 6U) << "what was never published is no gap";
+  kept.push_back(next);
+  for (Block* block : kept) drop_reference(*block);
+}
+
+TEST_F(BrokerTest, an_owners_copy_that_a_dry_pool_cannot_make_is_counted) {
+  auto writer = broker.create_writer(image_spec(QoS(1).when_dry(PoolPolicy::Drop), "/camera"));
+  auto sharer = broker.create_reader(image_spec(QoS(1), "/a"), Taking::Share, nullptr);
+  auto owner = broker.create_reader(image_spec(QoS(1), "/b"), Taking::Own, nullptr);
+  std::vector<Block*> kept;
+  while (writer->counters().pool_dry == 0) {
+    writer->publish(*writer->borrow());
+    for (auto* reader : {sharer.get(), owner.get()}) {
+      if (Block* const block = reader->take()) kept.push_back(block);
+    }
+    ASSERT_LT(kept.size(), 100U);
+  }
+  EXPECT_EQ(writer->counters().pool_grown, 1U + 2U * 2U + 1U + 1U)
+      << "depth, two per reader, one to fill, the spare one";
+  for (Block* block : kept) drop_reference(*block);
+}
+
+TEST_F(BrokerTest, a_pool_that_must_not_run_dry_tells_the_fault_once_each_time) {
+  std::vector<std::string> told;
+  EndpointSpec spec = image_spec(QoS(1).when_dry(PoolPolicy::Fail), "/camera");
+  spec.on_fault = [&](const std::string& code, const std::string& text) { told.push_back(code + " " + text); };
+  auto writer = broker.create_writer(spec);
+  auto reader = broker.create_reader(image_spec(QoS(1), "/a"), Taking::Share, nullptr);
+  for (std::size_t round = 1; round <= 2; ++round) {
+    std::vector<Block*> kept;
+    for (int i = 0; i < 4; ++i) {
+      writer->publish(*writer->borrow());
+      kept.push_back(reader->take());
+    }
+    EXPECT_EQ(told.size(), round - 1);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(writer->publish(*writer->borrow()), PublishResult::PoolDry);
+    ASSERT_EQ(told.size(), round);
+    EXPECT_EQ(
+        told.back(),
+        "POOL_DRY /image: its readers keep all 4 messages that their depths allow; let them keep fewer, give them a "
+        "greater depth, or set when_dry: grow");
+    for (Block* block : kept) drop_reference(*block);
+    drop_reference(*writer->borrow());
+  }
+}
+
 TEST_F(BrokerTest, names_both_ends_and_the_change_of_an_incompatible_pair) {
   auto writer = broker.create_writer(image_spec(QoS(10).best_effort(), "/camera"));
   auto reader = broker.create_reader(image_spec(QoS(10).reliable(), "/recorder"), Taking::Share, nullptr);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <semaphore>
 
 #include "container_fixture.hpp"
 
@@ -101,6 +102,32 @@ TEST_F(ContainerTest, a_fault_that_a_component_reports_runs_error_processing) {
   bring_up(listener.id);
   say("/words", "fault");
   EXPECT_EQ(told.get_future().get().fault.code, "BAD_WORD");
+}
+
+TEST_F(ContainerTest, a_reader_that_keeps_everything_faults_a_publisher_whose_pool_must_not_run_dry) {
+  std::promise<ComponentInfo> told;
+  container.on_fault([&](const ComponentInfo& info) { told.set_value(info); });
+  LoadRequest request;
+  request.plugin = "nacelle::test::Talker";
+  request.qos = {{"/ticks", true, [](const QoS& qos) { return QoS(qos).when_dry(PoolPolicy::Fail); }}};
+  const auto talker = container.load(request);
+  ASSERT_TRUE(talker);
+  struct Ears final : ReadyListener {
+    void on_ready() noexcept override { arrived.release(); }
+    std::counting_semaphore<> arrived{0};
+  } ears;
+  const auto reader =
+      container.transport().create_reader({"/ticks", &String::message_type(), QoS(1), "/keeper"}, Taking::Share, &ears);
+  std::vector<Block*> kept;
+  bring_up(talker.value().id);
+  auto fault = told.get_future();
+  while (fault.wait_for(0s) != std::future_status::ready) {
+    if (!ears.arrived.try_acquire_for(100ms)) continue;
+    if (Block* const block = reader->take()) kept.push_back(block);
+  }
+  EXPECT_EQ(fault.get().fault.code, "POOL_DRY");
+  EXPECT_EQ(container.find("talker").value().state, StateId::Unconfigured);
+  for (Block* block : kept) drop_reference(*block);
 }
 
 TEST_F(ContainerTest, a_refused_transition_keeps_its_reason) {

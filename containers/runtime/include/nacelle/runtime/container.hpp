@@ -74,6 +74,8 @@ struct StreamReport {
   MonotonicTime first, last;  ///< First and last publish().
   std::uint64_t overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0, would_block = 0, rehomed = 0;
   std::uint64_t inactive_unpublished = 0;  ///< Messages that a not active writer dropped.
+  std::uint64_t pool_dry = 0;              ///< Messages that a writer dropped since its pool was dry.
+  std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools have made.
   std::uint64_t copies = 0, bytes_copied = 0;
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
   /// Messages per second between the first and the last publish(); 0 for fewer than two.

@@ -12,7 +12,8 @@ namespace nacelle::runtime {
 /// The envelopes and messages of one writer.
 ///
 /// borrow() gives back what was recycled: messages keep their values and capacity, foreign Buffers go home at the last release.
-/// reserve() makes what the stream's queues can hold; beyond that, messages are made on demand and counted.
+/// reserve() makes what the stream's queues can hold; beyond that, messages are made on demand and counted, or, with a limit,
+/// one spare message is lent that is not to be published.
 ///
 /// Threads:   borrow() and adopt() from the writer's thread; reclaim() from any. A reclaimer's push is its last access, so the
 ///            owner may delete the pool as soon as it has got every envelope back (all_home()).
@@ -24,8 +25,14 @@ class MessagePool final : public BlockHome {
   MessagePool(const MessagePool&) = delete;
   MessagePool& operator=(const MessagePool&) = delete;
 
-  /// One reference, the caller's. Never null: the pool grows.
+  /// One reference, the caller's. Beyond the limit it is the spare one, and null if that is out too.
   [[nodiscard]] Block* borrow();
+  /// The same; null beyond the limit.
+  [[nodiscard]] Block* borrow_regular();
+  /// Whether the block is what borrow() lent since nothing else was left.
+  [[nodiscard]] bool is_spare(const Block& block) const { return &block == spare_; }
+  /// From now on no more than that many messages; makes the spare one. Threads: the writer's.
+  void set_limit(std::size_t messages);
   /// Envelope around a message made with `new`; takes it over.
   [[nodiscard]] Block* adopt(void* message);
   void reclaim(Block& block) noexcept override;
@@ -36,6 +43,7 @@ class MessagePool final : public BlockHome {
   /// Gives the free messages the values, and so the capacity, of `like`: the first published message tells what the rest need.
   void warm(const void* like);
 
+  [[nodiscard]] std::size_t limit() const { return limit_; }
   /// Envelopes that somebody still holds. Threads: the owner's only.
   [[nodiscard]] std::size_t outstanding();
   /// Envelopes ever made. Threads: any.
@@ -54,6 +62,9 @@ class MessagePool final : public BlockHome {
   Envelope* free_bare_ = nullptr;
   std::size_t free_count_ = 0;
   std::size_t pooled_ = 0;
+  std::size_t limit_ = ~std::size_t{0};
+  Block* spare_ = nullptr;  // not counted in pooled_
+  bool spare_is_out_ = false;
   std::atomic<std::uint64_t> made_{0};
 };
 

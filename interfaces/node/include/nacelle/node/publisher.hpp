@@ -35,7 +35,8 @@ class Publisher {
     if (events_) events_->watch(*writer_);
   }
 
-  /// A message of the topic's pool with an earlier message's values and capacity; empty if the pool is dry.
+  /// A message of the topic's pool with an earlier message's values and capacity. Empty only if the pool is dry, must not grow
+  /// (QoS::when_dry()), and an earlier one that was borrowed from the dry pool is still held.
   [[nodiscard]] Loan<T> borrow() {
     Block* const block = writer_->borrow();
     if (block == nullptr) return {};

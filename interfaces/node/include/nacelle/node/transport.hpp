@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -22,6 +23,7 @@ enum class PublishResult : std::uint8_t {
   Published,   ///< Handed to every matched reader (perhaps none).
   Inactive,    ///< The lifecycle node is not active: dropped and counted.
   WouldBlock,  ///< A reliable KEEP_ALL reader is full: this reader did not get it, counted.
+  PoolDry,     ///< The readers kept all messages that QoS::when_dry() allows: this one went to nobody, counted.
 };
 
 /// Told that an endpoint's EndpointStatus has changed. Threads: any, with locks held: only note it and return.
@@ -42,6 +44,8 @@ struct EndpointSpec {
   const std::atomic<bool>* gate = nullptr;
   StatusListener* status_listener = nullptr;  ///< Must outlive the endpoint. Null: nobody listens.
   bool tells_lost = false;                    ///< Whether each lost message is told too, or only counted.
+  /// A writer with PoolPolicy::Fail ran dry: what a fault of its component says. Called on the publisher's thread.
+  std::function<void(std::string code, std::string text)> on_fault;
 };
 
 /// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the
@@ -72,6 +76,7 @@ struct WriterCounters {
   std::uint64_t copies = 0;        ///< Messages copied in publish() for owners.
   std::uint64_t bytes_copied = 0;  ///< Encoded size of those copies.
   std::uint64_t pool_grown = 0;    ///< Envelopes made after the first ones: steady state adds none.
+  std::uint64_t pool_dry = 0;      ///< Messages that went to nobody since the pool was dry (PoolPolicy Drop and Fail).
 };
 
 struct ReaderCounters {
@@ -90,7 +95,8 @@ struct ReaderCounters {
 class Writer {
  public:
   virtual ~Writer() = default;
-  /// An envelope from this writer's pool, with one reference that is the caller's; null when the pool is dry.
+  /// An envelope from this writer's pool, with one reference that is the caller's. When the pool is dry and must not grow it is
+  /// one that publish() drops, and null for a caller who holds that one already.
   [[nodiscard]] virtual Block* borrow() = 0;
   /// An envelope around a message made with `new`; it is destroyed through its MessageType. Takes over `message`.
   [[nodiscard]] virtual Block* adopt(void* message) = 0;
