@@ -236,18 +236,27 @@ TYPED_TEST(QosContract, another_type_is_told_once_but_not_to_a_node_that_reads_b
 TYPED_TEST(QosContract, a_reliable_writer_waits_for_room_as_long_as_it_may) {
   auto reader = this->reader(QoS(KeepAll{}).max_samples(1));
   auto patient = this->writer(QoS(10).max_blocking_time(60s));
-  this->send(*patient, "a");
-  PublishResult result{};
-  std::thread sender([&] { result = this->send(*patient, "b"); });
-  // Room is made when "a" is taken; only then can "b" come.
-  typename TestFixture::Texts all;
-  while (all.size() < 2) {
-    for (auto& text : this->receive(*reader)) all.push_back(text);
-    std::this_thread::yield();
+  // Many rounds, and in each a little longer until room is made: in most of them the sender has begun to wait by then.
+  for (int round = 0; round < 200; ++round) {
+    this->send(*patient, "a");
+    PublishResult result{};
+    std::atomic<bool> sending{false}, done{false};
+    std::thread sender([&] {
+      sending = true;
+      result = this->send(*patient, "b");
+      done = true;
+    });
+    while (!sending) std::this_thread::yield();
+    for (int i = 0; i < round; ++i) std::this_thread::yield();
+    typename TestFixture::Texts all;
+    while (!done || reader->has_waiting()) {
+      for (auto& text : this->receive(*reader)) all.push_back(text);
+      std::this_thread::yield();
+    }
+    sender.join();
+    ASSERT_EQ(all, (typename TestFixture::Texts{"a", "b"})) << round;
+    ASSERT_EQ(result, PublishResult::Published) << round;
   }
-  sender.join();
-  EXPECT_EQ(all, (typename TestFixture::Texts{"a", "b"}));
-  EXPECT_EQ(result, PublishResult::Published);
   EXPECT_EQ(reader->counters().full, 0U);
 }
 
