@@ -9,8 +9,9 @@
 namespace nacelle::runtime {
 namespace {
 
-// What a deep queue may need is made at once while it is small; beyond that, a burst of large messages pays when it comes.
-constexpr std::size_t kReserveMessages = 16, kReserveBytes = std::size_t{512} * 1024;
+// What the queues may need is made at once while it is small. A queue of large messages that fills for the first time pays
+// then: most never do, and the pages of their messages would be the greater part of a robot's memory.
+constexpr std::size_t kReserveBytes = std::size_t{512} * 1024;
 
 Duration lease_of(const QoS& qos) {
   // Automatic liveliness is the process's own: while it lives, its writers do.
@@ -71,7 +72,7 @@ PublishResult BrokerWriter::publish(Block& block) {
   block.expires = lifespan_ == Duration::zero() ? kNeverExpires : now + lifespan_;
   if (sequence == 1) {
     first_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
-    pool_->warm(block.message);
+    pool_->warm(block.message, most_in_reserve(block));
   }
   last_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
   published_.set(sequence);
@@ -277,10 +278,13 @@ void BrokerWriter::refresh_routes() {
 // has one in its callback and perhaps keeps one, and we fill one.
 void BrokerWriter::reserve(const Block& block) {
   if (routes_.empty()) return;
-  const std::size_t bytes = spec_.type->size + spec_.type->encoded_size(block.message);
-  const std::size_t depth = std::min(deepest_, std::max(kReserveMessages, kReserveBytes / bytes));
   const std::size_t lists = 1 + (owners_ > 1 ? owners_ - 1 : 0);
-  pool_->reserve(depth * lists + 2 * routes_.size() + 1, block.message);
+  pool_->reserve(std::min(deepest_ * lists + 2 * routes_.size() + 1, most_in_reserve(block)), block.message);
+}
+
+// How many messages like this one are made before they are needed.
+std::size_t BrokerWriter::most_in_reserve(const Block& block) const {
+  return std::max<std::size_t>(1, kReserveBytes / (spec_.type->size + spec_.type->encoded_size(block.message)));
 }
 
 Block& BrokerWriter::copy_of(const Block& block, MessagePool& pool) {

@@ -56,6 +56,7 @@ class BrokerWriter final : public Writer {
   [[nodiscard]] bool is_open() const { return spec_.gate == nullptr || spec_.gate->load(std::memory_order_acquire); }
   void refresh_routes();
   void reserve(const Block& block);
+  [[nodiscard]] std::size_t most_in_reserve(const Block& block) const;
   void update_routes(const Block& block);
   void wait_for_room(const Block& block, MonotonicTime now);
   void keep(Block& block);

@@ -25,14 +25,17 @@ MessagePool::~MessagePool() {
   for (Envelope* list : {free_pooled_, free_bare_}) {
     while (list != nullptr) {
       Envelope* const next = list->next;
-      const bool pooled = list->pooled;
-      if (pooled) type_.destroy(list->message);
-      const std::align_val_t alignment{std::max(alignof(Envelope), type_.alignment)};
-      list->~Envelope();
-      ::operator delete(static_cast<void*>(list), alignment);
+      dispose(list);
       list = next;
     }
   }
+}
+
+void MessagePool::dispose(Envelope* envelope) {
+  if (envelope->pooled) type_.destroy(envelope->message);
+  const std::align_val_t alignment{std::max(alignof(Envelope), type_.alignment)};
+  envelope->~Envelope();
+  ::operator delete(static_cast<void*>(envelope), alignment);
 }
 
 void MessagePool::collect() {
@@ -94,10 +97,17 @@ void MessagePool::reserve(std::size_t envelopes, const void* like) {
   }
 }
 
-void MessagePool::warm(const void* like) {
+void MessagePool::warm(const void* like, std::size_t most) {
   collect();
-  for (Envelope* envelope = free_pooled_; envelope != nullptr; envelope = envelope->next)
-    type_.copy_assign(envelope->message, like);
+  Envelope** at = &free_pooled_;
+  for (; *at != nullptr && most != 0; at = &(*at)->next, --most) type_.copy_assign((*at)->message, like);
+  while (*at != nullptr) {
+    Envelope* const spent = std::exchange(*at, (*at)->next);
+    dispose(spent);
+    --free_count_;
+    --pooled_;
+    ++disposed_;
+  }
 }
 
 Block* MessagePool::adopt(void* message) {
@@ -135,7 +145,7 @@ void MessagePool::reclaim(Block& block) noexcept {
 
 std::size_t MessagePool::outstanding() {
   collect();
-  return made_.load(std::memory_order_relaxed) - free_count_;
+  return made_.load(std::memory_order_relaxed) - disposed_ - free_count_;
 }
 
 }  // namespace nacelle::runtime

@@ -34,7 +34,8 @@ class MessagePool final : public BlockHome {
   void reserve(std::size_t envelopes, const void* like);
 
   /// Gives the free messages the values, and so the capacity, of `like`: the first published message tells what the rest need.
-  void warm(const void* like);
+  /// Keeps at most `most` of them.
+  void warm(const void* like, std::size_t most);
 
   /// Envelopes that somebody still holds. Threads: the owner's only.
   [[nodiscard]] std::size_t outstanding();
@@ -46,6 +47,7 @@ class MessagePool final : public BlockHome {
   struct Envelope;
   Envelope* take_free(bool with_message);
   Envelope* make_pooled();
+  void dispose(Envelope* envelope);
   void collect();
 
   const msgs::MessageType& type_;
@@ -54,6 +56,7 @@ class MessagePool final : public BlockHome {
   Envelope* free_bare_ = nullptr;
   std::size_t free_count_ = 0;
   std::size_t pooled_ = 0;
+  std::size_t disposed_ = 0;
   std::atomic<std::uint64_t> made_{0};
 };
 
