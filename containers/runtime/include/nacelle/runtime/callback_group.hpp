@@ -160,6 +160,7 @@ class TimerBase : public Executable {
   MonotonicTime was_due_;            // the tick that is in the ready queue
   std::uint64_t order_ = 0;          // of timers that are due at one moment, the one that was added first comes first
   std::size_t place_ = kNotWaiting;  // in the TimerQueue
+  bool started_ = false;             // was added once: from then on it is a reset()
   bool armed_ = false;               // what cancel() and reset() say
   bool open_ = true;                 // what the lifecycle gate says; the timer waits when both hold
   std::uint64_t skipped_ = 0;

@@ -37,6 +37,8 @@ class Executor {
 
   /// Puts a ready thing at the end of the queue, once. False if its node's groups are closed: it will not run.
   bool post(Executable& executable) noexcept;
+  /// Starts a timer, or starts it anew (Timer::reset): then, and for a timer that can run at once, the first tick is a full
+  /// period away. Other timers of up to a second join the beat of their period: their first tick is one to two periods away.
   void add_timer(TimerBase& timer);
   void cancel_timer(TimerBase& timer);
   /// The lifecycle gate: a timer behind a closed one does not even wake the thread. It keeps its rhythm.
@@ -89,6 +91,7 @@ class Executor {
   static void hold_back(Executable& executable);
   Executable* pop();
   void fire_due_timers(MonotonicTime now);
+  [[nodiscard]] MonotonicTime first_due(const TimerBase& timer, MonotonicTime now) const;
   void begin(Worker& self, Executable& executable, MonotonicTime now);
   void run(Worker& self, Executable& executable, MonotonicTime now);
   void finish(Worker& self, MonotonicTime now);
@@ -105,6 +108,7 @@ class Executor {
   const std::string name_;
   const Clock& clock_;
   const ThreadPolicy policy_;
+  const MonotonicTime epoch_ = clock_.now();  // of the beats that timers share
   std::function<void()> activity_hook_;
 
   mutable FutexMutex
