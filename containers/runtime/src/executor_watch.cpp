@@ -8,25 +8,30 @@
 
 #include "executor_thread.hpp"
 #include "executor_worker.hpp"
+#include "nacelle/base/expect.hpp"
 
 namespace nacelle::runtime {
 
 void ReadyList::prepend(ReadyList& other) {
   if (other.empty()) return;
-  other.last_->next_ = first_;
+  if (empty()) end_ = other.end_;
+  *other.end_ = first_;
   first_ = other.first_;
-  if (last_ == nullptr) last_ = other.last_;
-  other.first_ = other.last_ = nullptr;
+  other.first_ = nullptr;
+  other.end_ = &other.first_;
 }
 
 void ReadyList::remove(const Executable& executable) {
-  Executable* before = nullptr;
-  for (Executable* at = first_; at != nullptr; before = at, at = at->next_) {
-    if (at != &executable) continue;
-    (before == nullptr ? first_ : before->next_) = at->next_;
-    if (last_ == at) last_ = before;
+  for (Executable** at = &first_; *at != nullptr; at = &(*at)->next_) {
+    if (*at != &executable) continue;
+    *at = executable.next_;
+    if (end_ == &executable.next_) end_ = at;
     return;
   }
+}
+
+void Executable::execute_with(Block&, MonotonicTime) {
+  NACELLE_EXPECT(inbox_ == nullptr, "what takes from a queue runs with its messages");
 }
 
 NodeGroups::NodeGroups(Executor& executor, std::string name, OnFault on_fault)

@@ -122,21 +122,21 @@ Block* MessagePool::adopt(void* message) {
   return envelope;
 }
 
+// What must not wait for the message's next use.
+void MessagePool::let_go(Envelope& envelope) noexcept {
+  if (envelope.pooled) return type_.recycle(envelope.message);
+  type_.destroy(envelope.message);
+  if (type_.alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
+    ::operator delete (envelope.message, std::align_val_t{type_.alignment});
+  } else {
+    ::operator delete(envelope.message);
+  }
+  envelope.message = nullptr;
+}
+
 void MessagePool::reclaim(Block& block) noexcept {
   auto& envelope = static_cast<Envelope&>(block);
-  if (envelope.pooled) {
-    if (type_.holds_buffers) type_.recycle(envelope.message);
-  } else {
-    type_.destroy(envelope.message);
-    if (type_.alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
-      ::operator delete (envelope.message, std::align_val_t{type_.alignment});
-    } else {
-      ::operator delete(envelope.message);
-    }
-    envelope.message = nullptr;
-  }
-  envelope.references.store(1, std::memory_order_relaxed);
-  envelope.shared_state.store(0, std::memory_order_relaxed);
+  if (!envelope.pooled || type_.holds_buffers) let_go(envelope);
   Envelope* head = returned_.load(std::memory_order_relaxed);
   do {
     envelope.next = head;

@@ -48,6 +48,7 @@ class MessagePool final : public BlockHome {
   Envelope* take_free(bool with_message);
   Envelope* make_pooled();
   void dispose(Envelope* envelope);
+  void let_go(Envelope& envelope) noexcept;
   void collect();
 
   const msgs::MessageType& type_;
