@@ -10,6 +10,7 @@
 #include <set>
 
 #include "nacelle/runtime/executor.hpp"
+#include "reader_queue.hpp"
 #include "scheduler.hpp"
 
 namespace nacelle::runtime {
@@ -64,22 +65,51 @@ class Presence {
   int& in_group_;
 };
 
-// A queue as ReaderQueue is one: rule 2 of docs/wake_up.md.
+// A message with a number in it.
+struct Note final : Block, private BlockHome {
+  explicit Note(int number) : value(number) { home = this; }
+  void reclaim(Block&) noexcept override { delete this; }
+  const int value;
+};
+
+// A subscription, whose queue is the real one under the executor's lock; or, as services have it, a queue with a lock of its
+// own that tells of what is ready: rule 2 of docs/wake_up.md.
 class Stream final : public Executable {
  public:
   Stream(World& world, NodeModel& node, CallbackGroup& group, int& in_group)
-      : Executable(group), world_(world), node_(node), in_group_(in_group) {}
+      : Executable(group), world_(world), node_(node), in_group_(in_group), tells_late_(world.scheduler.choose(2) == 0) {
+    if (world.scheduler.choose(2) == 0) return;
+    EndpointSpec spec;
+    spec.qos = QoS(KeepAll());
+    if (world.scheduler.choose(4) == 0) spec.qos.lifespan(1h);  // such messages are taken by a closer look
+    lifespan_ = spec.qos.lifespan() != Duration::zero();
+    feed_ = std::make_shared<ReaderQueue>(spec, Taking::Share, *this, world.scheduler, nullptr, 1);
+  }
   ~Stream() override { gone = true; }
 
   void push(int value) {
-    const std::lock_guard lock(mutex_);
-    if (closed_) return;
-    queue_.push_back(value);
-    waiting_ = queue_.size();
-    ++pushed;
-    on_ready();
+    if (feed_) {
+      auto* const note = new Note(value);
+      if (lifespan_) note->expires = world_.scheduler.now() + 1h;
+      give(*note);
+      return;
+    }
+    {
+      const std::lock_guard lock(mutex_);
+      if (closed_) return;
+      queue_.push_back(value);
+      waiting_ = queue_.size();
+      ++pushed;
+      if (!tells_late_) on_ready();
+    }
+    if (tells_late_ && !closed_) on_ready();
   }
   void close() {
+    if (feed_) {
+      feed_->close();
+      pushed -= feed_->counters().discarded;
+      return;
+    }
     const std::lock_guard lock(mutex_);
     closed_ = true;
     pushed -= queue_.size();
@@ -93,8 +123,12 @@ class Stream final : public Executable {
 
  private:
   void execute(MonotonicTime) override {
-    if (forgotten || gone) world_.fail("a callback ran after it was forgotten");
-    const Presence here(world_, node_, in_group_, group().type() == CallbackGroupType::MutuallyExclusive);
+    if (feed_) {
+      Block* const block = feed_->take();
+      if (block == nullptr) return;
+      if (group().type() == CallbackGroupType::Reentrant && feed_->has_waiting()) on_ready();
+      return execute_with(*block, {});
+    }
     int value = 0;
     {
       const std::lock_guard lock(mutex_);
@@ -103,16 +137,39 @@ class Stream final : public Executable {
       queue_.pop_front();
       waiting_ = queue_.size();
     }
+    hear(value);
+  }
+  void execute_with(Block& block, MonotonicTime) override {
+    const int value = static_cast<Note&>(block).value;
+    drop_reference(block);
+    hear(value);
+  }
+  void hear(int value) {
+    if (forgotten || gone) world_.fail("a callback ran after it was forgotten");
+    const Presence here(world_, node_, in_group_, group().type() == CallbackGroupType::MutuallyExclusive);
     delivered.push_back(value);
     world_.scheduler.step();
     if (world_.scheduler.choose(8) == 0) world_.scheduler.sleep(Duration{world_.scheduler.choose(100'000)});
     for (Stream* other : next) other->push(value);
   }
   bool wants_again() const override { return waiting_ != 0; }
+  // As a writer does: quickly under the lock if that goes, else with all that belongs to it.
+  void give(Note& note) {
+    const std::atomic<std::uint32_t>* called = nullptr;
+    feed_->mutex().lock();
+    const bool quick = world_.scheduler.choose(4) != 0 && feed_->push_quickly(note, called);
+    if (quick) ++pushed;
+    feed_->mutex().unlock();
+    if (called != nullptr) futex_wake(*called, 1);
+    if (!quick && feed_->push(note) == ReaderQueue::Push::Queued) ++pushed;
+  }
 
   World& world_;
   NodeModel& node_;
   int& in_group_;
+  const bool tells_late_;  // after the lock, which is allowed too
+  bool lifespan_ = false;
+  std::shared_ptr<ReaderQueue> feed_;
   FutexMutex mutex_;
   std::deque<int> queue_;
   std::atomic<std::size_t> waiting_{0};

@@ -131,6 +131,13 @@ std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking t
       topic(spec), std::make_shared<ReaderQueue>(spec, taking, listener, clock_, watchdog_.get(), next_id_++));
 }
 
+std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking taking, Executable& executable) {
+  const std::lock_guard lock(mutex_);
+  types_to_compare_ = true;
+  return std::make_unique<BrokerReader>(
+      topic(spec), std::make_shared<ReaderQueue>(spec, taking, executable, clock_, watchdog_.get(), next_id_++));
+}
+
 void Broker::retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool) {
   if (pool->outstanding() == 0) return;
   const std::lock_guard lock(mutex_);

@@ -11,8 +11,9 @@
 namespace nacelle::runtime {
 namespace {
 
-// What a deep queue may need is made at once while it is small; beyond that, a burst of large messages pays when it comes.
-constexpr std::size_t kReserveMessages = 16, kReserveBytes = std::size_t{512} * 1024;
+// What the queues may need is made at once while it is small. A queue of large messages that fills for the first time pays
+// then: most never do, and the pages of their messages would be the greater part of a robot's memory.
+constexpr std::size_t kReserveBytes = std::size_t{512} * 1024;
 
 Duration lease_of(const QoS& qos) {
   // Automatic liveliness is the process's own: while it lives, its writers do.
@@ -23,7 +24,9 @@ Duration lease_of(const QoS& qos) {
 
 BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, EndpointSpec spec, std::uint64_t id)
     : broker_(broker),
+      clock_(broker.clock_),
       topic_(std::move(topic)),
+      topic_version_(topic_->version_),
       spec_(std::move(spec)),
       id_(id),
       keeps_history_(spec_.qos.resolved().durability() == Durability::TransientLocal),
@@ -35,7 +38,8 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
       pool_(std::make_unique<MessagePool>(*spec_.type)),
       deadline_(spec_.qos.resolved().deadline()),
       lease_(lease_of(spec_.qos.resolved()), broker_.clock_.now()),
-      has_contract_(deadline_.is_set() || lease_.is_set()) {
+      has_contract_(deadline_.is_set() || lease_.is_set()),
+      is_plain_(!has_contract_ && !keeps_history_ && lifespan_ == Duration::zero() && longest_wait_ == Duration::zero()) {
   const std::lock_guard lock(topic_->mutex_);
   topic_->writers_.push_back(this);
   if (!is_tool(spec_)) {
@@ -78,26 +82,35 @@ Block* BrokerWriter::borrow() {
 }
 
 PublishResult BrokerWriter::publish(Block& block) {
-  if (!is_open()) {
+  if (!is_open()) [[unlikely]] {
     inactive_.add();
     drop_reference(block);
     return PublishResult::Inactive;
   }
-  if (bounded_ && pool_->is_spare(block)) {
+  if (bounded_ && pool_->is_spare(block)) [[unlikely]] {
     pool_dry_.add();
     drop_reference(block);
     return PublishResult::PoolDry;
   }
-  const MonotonicTime now = broker_.clock_.now();
+  const MonotonicTime now = clock_.now();
   const std::uint64_t sequence = published_.get() + 1;
   block.info = {id_, sequence, now, now};
-  block.expires = lifespan_ == Duration::zero() ? kNeverExpires : now + lifespan_;
-  if (sequence == 1) {
-    first_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
-    pool_->warm(block.message);
-  }
+  block.expires = kNeverExpires;
   last_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
   published_.set(sequence);
+  if (is_plain_ && topic_version_.load(std::memory_order_acquire) == routes_version_ && copied_.empty() &&
+      !originals_.empty() && sequence != 1) [[likely]]
+    return answer(hand_over(block));
+  return publish_slowly(block, now);
+}
+
+// With a contract, a history, or copies to make; or something has changed.
+PublishResult BrokerWriter::publish_slowly(Block& block, MonotonicTime now) {
+  if (lifespan_ != Duration::zero()) block.expires = now + lifespan_;
+  if (block.info.sequence == 1) {
+    first_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
+    pool_->warm(block.message, most_in_reserve(block));
+  }
   if (has_contract_) note_message(now);
   if (longest_wait_ != Duration::zero()) wait_for_room(block, now);
   if (!keeps_history_) {
@@ -286,27 +299,48 @@ void BrokerWriter::replay(ReaderQueue& reader) {
 // Under the topic's lock.
 void BrokerWriter::refresh_routes() {
   routes_.clear();
-  owners_ = 0;
   std::size_t deepest = keeps_history_ ? history_limit_ : 0;
   for (const auto& reader : topic_->readers_) {
     if (!matches(spec_, reader->spec())) continue;
     routes_.push_back(reader);
-    if (reader->taking() == Taking::Own) ++owners_;
     deepest = std::max(deepest, reader->spec().qos.resolved().queue_capacity());
   }
   deepest_ = deepest;
+  sort_routes();
   routes_version_ = topic_->version_.load(std::memory_order_relaxed);
+}
+
+// Who gets the original and who a copy: decided when a reader comes or goes, not for each message.
+void BrokerWriter::sort_routes() {
+  originals_.clear();
+  copied_.clear();
+  for (const auto& reader : routes_) {
+    if (reader->taking() == Taking::Share) {
+      originals_.push_back({reader.get(), &reader->mutex()});
+    } else {
+      copied_.push_back(reader.get());
+    }
+  }
+  owners_ = copied_.size();
+  // With owners only, the last of them in subscription order needs no copy.
+  if (!originals_.empty() || keeps_history_ || copied_.empty()) return;
+  originals_.push_back({copied_.back(), &copied_.back()->mutex()});
+  copied_.pop_back();
 }
 
 // The queues of all sharers hold the same last messages, those of each further owner copies of them; beside those, each reader
 // has one in its callback and perhaps keeps one, and we fill one.
 void BrokerWriter::reserve(const Block& block) {
   const std::size_t copies = owners_ > 1 ? owners_ - 1 : 0;
-  if (bounded_) pool_->set_limit(deepest_ * (1 + copies) + 2 * routes_.size() + 1);
+  const std::size_t wanted = deepest_ * (1 + copies) + 2 * routes_.size() + 1;
+  if (bounded_) pool_->set_limit(wanted);
   if (routes_.empty()) return;
-  const std::size_t bytes = spec_.type->size + spec_.type->encoded_size(block.message);
-  const std::size_t depth = std::min(deepest_, std::max(kReserveMessages, kReserveBytes / bytes));
-  pool_->reserve(depth * (1 + copies) + 2 * routes_.size() + 1, block.message);
+  pool_->reserve(std::min(wanted, most_in_reserve(block)), block.message);
+}
+
+// How many messages like this one are made before they are needed.
+std::size_t BrokerWriter::most_in_reserve(const Block& block) const {
+  return std::max<std::size_t>(1, kReserveBytes / (spec_.type->size + spec_.type->encoded_size(block.message)));
 }
 
 // Null when the pool is dry.
@@ -321,31 +355,56 @@ Block* BrokerWriter::copy_of(const Block& block, MessagePool& pool) {
   return copy;
 }
 
+// Hands the message to those who get the original. Neighbours who share a lock, as the readers of one executor do, are served
+// under one hold of it.
+bool BrokerWriter::hand_over(Block& block) {
+  // All references in one step. Ours is the last one's: it keeps the message alive until that push.
+  const auto count = static_cast<std::uint32_t>(originals_.size());
+  if (block.references.load(std::memory_order_relaxed) == 1) [[likely]] {
+    block.references.store(count, std::memory_order_relaxed);
+  } else {
+    block.references.fetch_add(count - 1, std::memory_order_relaxed);
+  }
+  bool refused = false;
+  FutexMutex* held = nullptr;
+  const std::atomic<std::uint32_t>* called = nullptr;
+  const auto release = [&] {
+    held->unlock();
+    held = nullptr;
+    // Whoever is woken here on our own CPU takes it over at once, and must not run into a lock of ours.
+    if (called != nullptr) [[unlikely]]
+      futex_wake(*std::exchange(called, nullptr), 1);
+  };
+  for (const Route& route : originals_) {
+    if (route.mutex != held) {
+      if (held != nullptr) release();
+      route.mutex->lock();
+      held = route.mutex;
+    }
+    if (!route.queue->push_quickly(block, called)) [[unlikely]] {
+      release();
+      refused |= route.queue->push(block) == ReaderQueue::Push::Full;
+    }
+  }
+  if (held != nullptr) release();
+  return refused;
+}
+
 // With a reader (or a history) present every owner gets a copy; with owners only, the last one gets the original.
 PublishResult BrokerWriter::distribute(Block& block) {
-  const std::size_t sharers = routes_.size() - owners_;
   bool refused = false;
-  std::size_t owners_left = owners_;
-  const bool original_is_shared = sharers != 0 || keeps_history_;
-  if (owners_ != 0) {
-    for (const auto& reader : routes_) {
-      if (reader->taking() != Taking::Own) continue;
-      if (--owners_left == 0 && !original_is_shared) {
-        refused |= reader->push(block) == ReaderQueue::Push::Full;
-      } else if (Block* const copy = copy_of(block, *pool_)) {
-        refused |= reader->push(*copy) == ReaderQueue::Push::Full;
-      } else {
-        pool_dry_.add();
-      }
+  for (ReaderQueue* const owner : copied_) {
+    if (Block* const copy = copy_of(block, *pool_)) {
+      refused |= owner->push(*copy) == ReaderQueue::Push::Full;
+    } else {
+      pool_dry_.add();
     }
-    if (!original_is_shared) return answer(refused);
   }
-  // One step for all references. Ours keeps the message alive until the last push has been made.
-  if (sharers != 0) block.references.fetch_add(static_cast<std::uint32_t>(sharers), std::memory_order_relaxed);
-  for (const auto& reader : routes_) {
-    if (reader->taking() == Taking::Share) refused |= reader->push(block) == ReaderQueue::Push::Full;
+  if (originals_.empty()) {
+    drop_reference(block);
+  } else {
+    refused |= hand_over(block);
   }
-  drop_reference(block);
   return answer(refused);
 }
 

@@ -56,15 +56,26 @@ class BrokerWriter final : public Writer {
   [[nodiscard]] bool is_open() const { return spec_.gate == nullptr || spec_.gate->load(std::memory_order_acquire); }
   void refresh_routes();
   void reserve(const Block& block);
+  [[nodiscard]] std::size_t most_in_reserve(const Block& block) const;
   void update_routes(const Block& block);
   void wait_for_room(const Block& block, MonotonicTime now);
   void keep(Block& block);
   Block* copy_of(const Block& block, MessagePool& pool);
+  PublishResult publish_slowly(Block& block, MonotonicTime now);
   PublishResult distribute(Block& block);
+  bool hand_over(Block& block);
+  void sort_routes();
   PublishResult answer(bool refused);
 
+  struct Route {
+    ReaderQueue* queue;
+    FutexMutex* mutex;
+  };
+
   Broker& broker_;
+  const Clock& clock_;
   const std::shared_ptr<Topic> topic_;
+  const std::atomic<std::uint64_t>& topic_version_;
   const EndpointSpec spec_;
   const std::uint64_t id_;
   const bool keeps_history_;
@@ -75,6 +86,8 @@ class BrokerWriter final : public Writer {
   bool was_dry_ = false;
   std::unique_ptr<MessagePool> pool_;
   std::vector<std::shared_ptr<ReaderQueue>> routes_;
+  std::vector<Route> originals_;      // of the routes, those that get the message itself
+  std::vector<ReaderQueue*> copied_;  // and those that get a copy
   std::size_t owners_ = 0;
   std::size_t deepest_ = 0;
   std::uint64_t routes_version_ = 0;
@@ -87,6 +100,7 @@ class BrokerWriter final : public Writer {
   LeaseWatch lease_;
   EndpointStatus totals_;
   const bool has_contract_;  // a deadline or a lease: without one publish() does not take the lock
+  const bool is_plain_;      // nothing at all but readers
 };
 
 }  // namespace nacelle::runtime

@@ -8,6 +8,7 @@
 
 #include "executor_thread.hpp"
 #include "executor_worker.hpp"
+#include "reader_queue.hpp"
 #include "this_thread.hpp"
 
 namespace nacelle::runtime {
@@ -38,7 +39,10 @@ Executor::~Executor() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
-    for (const auto& worker : workers_) worker->word.store(worker->word.load() + 1);
+    for (const auto& worker : workers_) {
+      worker->state = Worker::State::Spare;  // takes nothing more
+      worker->word.store(worker->word.load() + 1);
+    }
   }
   for (const auto& worker : workers_) futex_wake(worker->word, 1);
   for (const auto& worker : workers_) worker->thread.join();
@@ -50,11 +54,6 @@ void Executor::start_worker() {
   workers_.push_back(std::make_unique<Worker>(*this, workers_.empty()));
   Worker& worker = *workers_.back();
   worker.thread = Thread([this, &worker] { work(worker); });
-}
-
-void Executor::enqueue(Executable& executable) {
-  executable.queued_.store(true, std::memory_order_relaxed);
-  ready_.push_back(executable);
 }
 
 // The first ready thing that may run; what may not waits in its node's backlog.
@@ -112,6 +111,11 @@ Executor::Worker* Executor::choose_sleeper() {
   return chosen;
 }
 
+const std::atomic<std::uint32_t>* Executor::call_sleeper() {
+  Worker* const called = choose_sleeper();
+  return called == nullptr ? nullptr : &called->word;
+}
+
 void Executor::call(Worker& worker) {
   if (worker.state == Worker::State::Sleeping) --sleeping_;
   worker.state = Worker::State::Called;
@@ -120,15 +124,13 @@ void Executor::call(Worker& worker) {
 }
 
 bool Executor::post(Executable& executable) noexcept {
-  Worker* to_wake = nullptr;
+  const std::atomic<std::uint32_t>* called = nullptr;
   {
     const std::lock_guard lock(mutex_);
     if (executable.home_.closed_) return false;
-    if (executable.queued_.load(std::memory_order_relaxed)) return true;
-    enqueue(executable);
-    to_wake = next_to_call();
+    called = post_locked(executable);
   }
-  if (to_wake != nullptr) futex_wake(to_wake->word, 1);
+  if (called != nullptr) futex_wake(*called, 1);
   return true;
 }
 
@@ -136,7 +138,6 @@ void Executor::work(Worker& self) {
   prepare_this_thread(name_, policy_, self.first);
   Worker::here = &self;
   this_thread_runs_callbacks = true;
-  bool rested = true;
   MonotonicTime now = clock_.now();
   mutex_.lock();
   self.thread_id = this_thread_id();
@@ -145,17 +146,19 @@ void Executor::work(Worker& self) {
     --called_;
     self.state = Worker::State::Awake;
   }
-  while (!stopping_) {
+  self.rested = true;
+  for (;;) {
     Executable* next = nullptr;
     if (self.state != Worker::State::Spare) {
       if (now >= timers_.next_due()) fire_due_timers(now);
       next = pop();
     }
     if (next == nullptr) {
+      if (stopping_) break;
       rest(self);
       now = clock_.now();
-      rested = true;
       mutex_.lock();
+      self.rested = true;
       if (self.state == Worker::State::Called) --called_;
       if (self.state == Worker::State::Sleeping) --sleeping_;
       if (self.state != Worker::State::Spare) self.state = Worker::State::Awake;
@@ -165,13 +168,11 @@ void Executor::work(Worker& self) {
       }
       continue;
     }
-    begin(self, *next, now);
+    Block* const message = begin(self, *next, now);
     Worker* const to_wake = next_to_call();
     mutex_.unlock();
     if (to_wake != nullptr) futex_wake(to_wake->word, 1);
-    if (rested && activity_hook_) activity_hook_();
-    rested = false;
-    run(self, *next, now);
+    run(self, *next, message, now);
     // The end of one callback is the start of the next: one look at the clock for both.
     now = clock_.now();
     mutex_.lock();
@@ -182,6 +183,8 @@ void Executor::work(Worker& self) {
 
 // Takes the lock with it: sleeps until called, or until the next timer is due if nobody else watches it.
 void Executor::rest(Worker& self) {
+  self.running = nullptr;
+  self.group = nullptr;
   MonotonicTime until = kNever;
   if (self.state != Worker::State::Spare) {
     self.state = Worker::State::Sleeping;
@@ -203,7 +206,7 @@ void Executor::rest(Worker& self) {
   }
 }
 
-[[gnu::always_inline]] inline void Executor::begin(Worker& self, Executable& executable, MonotonicTime now) {
+[[gnu::always_inline]] inline Block* Executor::begin(Worker& self, Executable& executable, MonotonicTime now) {
   CallbackGroup& group = executable.group_;
   NodeGroups& node = executable.home_;
   executable.queued_.store(false, std::memory_order_relaxed);
@@ -212,13 +215,23 @@ void Executor::rest(Worker& self) {
   self.running = &executable;
   self.group = &group;
   self.started = now;
-  if (executable.kind_ == Executable::Kind::Transition) [[unlikely]]
-    return begin_transition(self, executable);
-  // Noted here and not by the callback: a next tick may become ready, and change the moment, before the callback has begun.
-  if (executable.kind_ == Executable::Kind::Timer && executable.stats_ != nullptr)
-    executable.stats_->latency.record(now - static_cast<const TimerBase&>(executable).was_due_);
+  ReaderQueue* const inbox = executable.inbox_;
+  if (executable.kind_ != Executable::Kind::Callback) [[unlikely]] {
+    if (executable.kind_ == Executable::Kind::Transition) {
+      begin_transition(self, executable);
+      return nullptr;
+    }
+    // Noted here and not by the callback: a next tick may become ready, and change the moment, before the callback has begun.
+    if (executable.stats_ != nullptr)
+      executable.stats_->latency.record(now - static_cast<const TimerBase&>(executable).was_due_);
+  }
   if (--node.until_sample_ == 0) [[unlikely]]
     start_sample(self, node);
+  if (inbox == nullptr) return nullptr;
+  Block* const message = inbox->take_quickly();
+  // In a reentrant group the next message need not wait for this one's callback.
+  if (group.reentrant_ && message != nullptr && inbox->has_waiting()) enqueue(executable);
+  return message;
 }
 
 void Executor::start_sample(Worker& self, NodeGroups& node) {
@@ -241,13 +254,23 @@ void Executor::begin_transition(Worker& self, Executable& executable) {
   if (!policy_.own) hand_over(self);
 }
 
-[[gnu::always_inline]] inline void Executor::run(Worker& self, Executable& executable, MonotonicTime now) {
-  const bool sampled = self.sample;
-  if (sampled) [[unlikely]]
-    self.cpu_before = cpu_time_of(self.cpu_clock);
+// Without the lock. Returns whether the run's CPU time is measured.
+bool Executor::prepare_unusual(Worker& self) {
+  if (std::exchange(self.rested, false) && activity_hook_) activity_hook_();
+  if (self.sample) self.cpu_before = cpu_time_of(self.cpu_clock);
+  return self.sample;
+}
+
+[[gnu::always_inline]] inline void Executor::run(Worker& self, Executable& executable, Block* message,
+                                                   MonotonicTime now) {
+  const bool sampled = (self.rested || self.sample) && prepare_unusual(self);
   const NodeGroups& node = executable.home_;  // the executable may be gone when it returns
   try {
-    executable.execute(now);
+    if (message != nullptr) {
+      executable.execute_with(*message, now);
+    } else {
+      executable.execute(now);
+    }
   } catch (const std::exception& e) { node.on_fault_("EXCEPTION", e.what()); } catch (...) {
     node.on_fault_("EXCEPTION", "a callback threw something that is no std::exception");
   }
@@ -259,8 +282,6 @@ void Executor::begin_transition(Worker& self, Executable& executable) {
   CallbackGroup& group = *self.group;
   NodeGroups& node = group.node_;
   Executable* const executable = self.running;  // null: it forgot itself, and may be gone
-  self.running = nullptr;
-  self.group = nullptr;
   --group.running_;
   --node.running_;
   if (self.unusual != 0) [[unlikely]]
@@ -270,8 +291,8 @@ void Executor::begin_transition(Worker& self, Executable& executable) {
     ready_.prepend(node.backlog_);
   if (executable != nullptr) [[likely]] {
     if (executable->stats_ != nullptr) executable->stats_->duration.record(now - self.started);
-    if (executable->wants_again() && !node.closed_ && !executable->queued_.load(std::memory_order_relaxed))
-      enqueue(*executable);
+    const bool again = executable->inbox_ != nullptr ? executable->inbox_->has_waiting() : executable->wants_again();
+    if (again && !node.closed_ && !executable->queued_.load(std::memory_order_relaxed)) enqueue(*executable);
   }
   if (waiting_for_return_ != 0) [[unlikely]]
     note_return();

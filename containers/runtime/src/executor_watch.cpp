@@ -8,25 +8,30 @@
 
 #include "executor_thread.hpp"
 #include "executor_worker.hpp"
+#include "nacelle/base/expect.hpp"
 
 namespace nacelle::runtime {
 
 void ReadyList::prepend(ReadyList& other) {
   if (other.empty()) return;
-  other.last_->next_ = first_;
+  if (empty()) end_ = other.end_;
+  *other.end_ = first_;
   first_ = other.first_;
-  if (last_ == nullptr) last_ = other.last_;
-  other.first_ = other.last_ = nullptr;
+  other.first_ = nullptr;
+  other.end_ = &other.first_;
 }
 
 void ReadyList::remove(const Executable& executable) {
-  Executable* before = nullptr;
-  for (Executable* at = first_; at != nullptr; before = at, at = at->next_) {
-    if (at != &executable) continue;
-    (before == nullptr ? first_ : before->next_) = at->next_;
-    if (last_ == at) last_ = before;
+  for (Executable** at = &first_; *at != nullptr; at = &(*at)->next_) {
+    if (*at != &executable) continue;
+    *at = executable.next_;
+    if (end_ == &executable.next_) end_ = at;
     return;
   }
+}
+
+void Executable::execute_with(Block&, MonotonicTime) {
+  NACELLE_EXPECT(inbox_ == nullptr, "what takes from a queue runs with its messages");
 }
 
 NodeGroups::NodeGroups(Executor& executor, std::string name, OnFault on_fault)
@@ -37,11 +42,24 @@ NodeGroups::NodeGroups(Executor& executor, std::string name, OnFault on_fault)
 
 NodeGroups::~NodeGroups() { static_cast<void>(executor_.close(*this, MonotonicTime{})); }
 
+// Timers of one executor whose start nobody can see (their node is not open, or its lifecycle gate is closed) share the beats
+// of their period, so that many of them are one wake-up. Never early: at most a period later than asked for. Slow ones wake
+// seldom, and whoever reads "every 10 s" would notice.
+MonotonicTime Executor::first_due(const TimerBase& timer, MonotonicTime now) const {
+  constexpr Duration kSlow = 1s;
+  const MonotonicTime due = now + timer.period_;
+  const bool is_seen = timer.started_ || (timer.home_.opened_ && timer.open_);
+  if (is_seen || timer.period_ > kSlow) return due;
+  const Duration beyond = (due - epoch_) % timer.period_;
+  return beyond == Duration::zero() ? due : due + (timer.period_ - beyond);
+}
+
 void Executor::add_timer(TimerBase& timer) {
   Worker* to_wake = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    timer.due_ = clock_.now() + timer.period_;
+    timer.due_ = first_due(timer, clock_.now());
+    timer.started_ = true;
     timer.armed_ = true;
     if (timer.open_) timers_.put(timer, timer.due_);
     to_wake = next_to_call();

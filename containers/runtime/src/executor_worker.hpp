@@ -32,7 +32,8 @@ struct Executor::Worker {
       kLate = 4,                             // it has lost its place; when it returns the thread is a spare
       kReportedHung = 8;
   std::uint8_t unusual = 0;
-  bool sample = false;  // the thread's own, for use outside the lock
+  // The thread's own, for use outside the lock: what is out of the ordinary before the run.
+  bool sample = false, rested = false;
   Duration cpu_before{}, cpu_used{};
   std::int32_t thread_id = 0;
   clockid_t cpu_clock = 0;  // readable from every thread; 0 until the thread has started

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "nacelle/base/expect.hpp"
+#include "reader_queue.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -31,7 +32,6 @@ class PortBase : public NodeRuntime::Port {
     row.latency_p99 = latency.quantile(0.99);
     row.latency_max = latency.max();
   }
-  [[nodiscard]] bool is_reentrant() const { return member_of_->type() == CallbackGroupType::Reentrant; }
   NodeRuntime& node_;
   const std::shared_ptr<CallbackGroup> member_of_;
   const char* const kind_;
@@ -45,10 +45,11 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
       : PortBase(node, group, "subscription", spec.topic),
         Executable(*member_of_),
         taking_(taking),
+        is_reentrant_(member_of_->type() == CallbackGroupType::Reentrant),
         callback_(callback) {
     keep_stats_in(stats_);
     spec.gate = &node.active();
-    reader_ = node.commons().broker.create_reader(spec, taking, this);
+    reader_ = node.commons().broker.create_reader(spec, taking, static_cast<Executable&>(*this));
     node_.enroll(*this);
   }
   ~SubscriptionPort() override {
@@ -61,25 +62,23 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
   void execute(MonotonicTime now) override {
     Block* const block = reader_->take();
     if (block == nullptr) return;
-    if (is_reentrant()) {
-      // The next message need not wait for this one's callback.
-      if (reader_->has_waiting()) on_ready();
-      const std::lock_guard lock(noting_);  // such a callback runs beside itself, and a histogram has one writer
-      reader_->note_latency(now - block->info.source_time);
-    } else {
-      reader_->note_latency(now - block->info.source_time);
-    }
-    if (taking_ == Taking::Own) {
-      callback_.run(callback_.context, *block, *reader_);
-      return;
-    }
-    struct Drop {
-      Block* block;
-      ~Drop() { drop_reference(*block); }
-    } const drop{block};
-    callback_.run(callback_.context, *block, *reader_);
+    if (is_reentrant_ && reader_->has_waiting()) on_ready();
+    execute_with(*block, now);
   }
-  bool wants_again() const override { return reader_->has_waiting(); }
+  void execute_with(Block& block, MonotonicTime now) override {
+    if (is_reentrant_) [[unlikely]] {
+      const std::lock_guard lock(noting_);  // such a callback runs beside itself, and a histogram has one writer
+      inbox().note_latency(now - block.info.source_time);
+    } else {
+      inbox().note_latency(now - block.info.source_time);
+    }
+    if (taking_ == Taking::Own) return callback_.run(callback_.context, block, *reader_);
+    struct Drop {
+      Block& block;
+      ~Drop() { drop_reference(block); }
+    } const drop{block};
+    callback_.run(callback_.context, block, *reader_);
+  }
   void set_active(bool active) override { reader_->set_enabled(active); }
   void report(CallbackReport& row) const override {
     const DurationHistogram* const latency = reader_->latency();
@@ -87,6 +86,7 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
   }
 
   const Taking taking_;
+  const bool is_reentrant_;
   const MessageCallback callback_;
   std::unique_ptr<Reader> reader_;
   CallbackStats stats_;

@@ -29,14 +29,17 @@ MessagePool::~MessagePool() {
   for (Envelope* list : {free_pooled_, free_bare_}) {
     while (list != nullptr) {
       Envelope* const next = list->next;
-      const bool pooled = list->pooled;
-      if (pooled) type_.destroy(list->message);
-      const std::align_val_t alignment{std::max(alignof(Envelope), type_.alignment)};
-      list->~Envelope();
-      ::operator delete(static_cast<void*>(list), alignment);
+      dispose(list);
       list = next;
     }
   }
+}
+
+void MessagePool::dispose(Envelope* envelope) {
+  if (envelope->pooled) type_.destroy(envelope->message);
+  const std::align_val_t alignment{std::max(alignof(Envelope), type_.alignment)};
+  envelope->~Envelope();
+  ::operator delete(static_cast<void*>(envelope), alignment);
 }
 
 void MessagePool::collect() {
@@ -121,10 +124,17 @@ void MessagePool::reserve(std::size_t envelopes, const void* like) {
   }
 }
 
-void MessagePool::warm(const void* like) {
+void MessagePool::warm(const void* like, std::size_t most) {
   collect();
-  for (Envelope* envelope = free_pooled_; envelope != nullptr; envelope = envelope->next)
-    type_.copy_assign(envelope->message, like);
+  Envelope** at = &free_pooled_;
+  for (; *at != nullptr && most != 0; at = &(*at)->next, --most) type_.copy_assign((*at)->message, like);
+  while (*at != nullptr) {
+    Envelope* const spent = std::exchange(*at, (*at)->next);
+    dispose(spent);
+    --free_count_;
+    --pooled_;
+    ++disposed_;
+  }
 }
 
 Block* MessagePool::adopt(void* message) {
@@ -139,21 +149,21 @@ Block* MessagePool::adopt(void* message) {
   return envelope;
 }
 
+// What must not wait for the message's next use.
+void MessagePool::let_go(Envelope& envelope) noexcept {
+  if (envelope.pooled) return type_.recycle(envelope.message);
+  type_.destroy(envelope.message);
+  if (type_.alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
+    ::operator delete (envelope.message, std::align_val_t{type_.alignment});
+  } else {
+    ::operator delete(envelope.message);
+  }
+  envelope.message = nullptr;
+}
+
 void MessagePool::reclaim(Block& block) noexcept {
   auto& envelope = static_cast<Envelope&>(block);
-  if (envelope.pooled) {
-    if (type_.holds_buffers) type_.recycle(envelope.message);
-  } else {
-    type_.destroy(envelope.message);
-    if (type_.alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
-      ::operator delete (envelope.message, std::align_val_t{type_.alignment});
-    } else {
-      ::operator delete(envelope.message);
-    }
-    envelope.message = nullptr;
-  }
-  envelope.references.store(1, std::memory_order_relaxed);
-  envelope.shared_state.store(0, std::memory_order_relaxed);
+  if (!envelope.pooled || type_.holds_buffers) let_go(envelope);
   Envelope* head = returned_.load(std::memory_order_relaxed);
   do {
     envelope.next = head;
@@ -162,7 +172,7 @@ void MessagePool::reclaim(Block& block) noexcept {
 
 std::size_t MessagePool::outstanding() {
   collect();
-  return made_.load(std::memory_order_relaxed) - free_count_;
+  return made_.load(std::memory_order_relaxed) - disposed_ - free_count_;
 }
 
 }  // namespace nacelle::runtime

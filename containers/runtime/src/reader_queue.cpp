@@ -2,17 +2,42 @@
 #include "reader_queue.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <mutex>
 
 namespace nacelle::runtime {
+namespace {
+
+// KEEP_LAST has its room from the start, within reason. KEEP_ALL grows as it is needed.
+std::size_t first_size(std::size_t depth, bool keeps_all) {
+  constexpr std::size_t kLargest = std::size_t{1} << 16, kOfKeepAll = 16;
+  return std::bit_ceil(std::clamp<std::size_t>(depth, 1, keeps_all ? kOfKeepAll : kLargest));
+}
+
+}  // namespace
 
 ReaderQueue::ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener, const Clock& clock,
                          Watchdog* watchdog, std::uint64_t id)
+    : ReaderQueue(std::move(spec), taking, listener, nullptr, clock, watchdog, id) {}
+
+ReaderQueue::ReaderQueue(EndpointSpec spec, Taking taking, Executable& executable, const Clock& clock,
+                         Watchdog* watchdog, std::uint64_t id)
+    : ReaderQueue(std::move(spec), taking, nullptr, &executable, clock, watchdog, id) {
+  executable.take_from(*this);
+}
+
+ReaderQueue::ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* listener, Executable* executable,
+                         const Clock& clock, Watchdog* watchdog, std::uint64_t id)
     : spec_(std::move(spec)),
       taking_(taking),
       keep_all_(spec_.qos.resolved().keeps_all()),
       wants_history_(spec_.qos.resolved().durability() == Durability::TransientLocal),
+      mutex_(executable != nullptr ? executable->group().executor().mutex() : std::make_shared<FutexMutex>()),
+      executor_(executable != nullptr ? &executable->group().executor() : nullptr),
+      executable_(executable),
+      mask_(first_size(spec_.qos.resolved().queue_capacity(), keep_all_) - 1),
+      ring_(std::make_unique<Block*[]>(size())),
       limit_(std::max<std::size_t>(1, spec_.qos.resolved().queue_capacity())),
       enabled_(spec_.gate == nullptr || spec_.gate->load(std::memory_order_acquire)),
       listener_(listener),
@@ -21,81 +46,65 @@ ReaderQueue::ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listen
       watchdog_(watchdog),
       id_(id),
       deadline_(spec_.qos.resolved().deadline()) {
-  // KEEP_LAST has its room from the start. KEEP_ALL grows as it is needed, in powers of two.
-  ring_.resize(keep_all_ ? std::min<std::size_t>(limit_, 16) : limit_);
+  note_room();
 }
 
 ReaderQueue::~ReaderQueue() { close(); }
 
-ReaderQueue::Push ReaderQueue::push(Block& block) {
-  Block* evicted = nullptr;
-  Push result = Push::Queued;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!enabled_ || closed_) {
-      ++counters_.inactive;
-      evicted = &block;
-      result = Push::Inactive;
-    } else {
-      std::size_t waiting = waiting_.load(std::memory_order_relaxed);
-      if (waiting == limit_) {
-        const bool stale = ring_[head_]->expires < block.info.source_time;
-        if (keep_all_ && !stale) {
-          ++counters_.full;
-          evicted = &block;
-          result = Push::Full;
-        } else {
-          evicted = pop();
-          --waiting;
-          ++(stale ? counters_.expired : counters_.overwritten);
-        }
-        if (spec_.tells_lost && status_listener_ != nullptr) status_listener_->on_status();
-      } else if (waiting == ring_.size()) {
-        std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(head_), ring_.end());
-        head_ = 0;
-        ring_.resize(std::min(limit_, ring_.size() * 2));
-      }
-      if (result == Push::Queued) {
-        std::size_t tail = head_ + waiting;
-        if (tail >= ring_.size()) tail -= ring_.size();
-        ring_[tail] = &block;
-        waiting_.store(waiting + 1, std::memory_order_release);
-        ++counters_.received;
-        if (wants_history_) note_seen(block.info);
-        // Under the lock, so that close() can promise that the listener is not called afterwards.
-        if (listener_ != nullptr) listener_->on_ready();
-      }
-      if (result == Push::Queued && deadline_.is_set()) note_arrival(block.info.source_time);
-    }
-  }
-  if (evicted != nullptr) drop_reference(*evicted);
-  return result;
+// Under the lock, as everything down to pop_unread().
+void ReaderQueue::note_room() {
+  const bool quick = enabled_ && !closed_ && executable_ != nullptr && !wants_history_ && !deadline_.is_set();
+  room_ = quick ? std::min(limit_, size()) : 0;
 }
 
-// Under the lock. A late message is a missed deadline also when nobody has looked in between.
-void ReaderQueue::note_arrival(MonotonicTime now) {
-  const bool started = !deadline_.is_running();
+ReaderQueue::Push ReaderQueue::push_locked(Block& block, Loose& loose, const std::atomic<std::uint32_t>*& called) {
+  if (!enabled_ || closed_) {
+    ++counters_.inactive;
+    loose.evicted = &block;
+    return Push::Inactive;
+  }
+  std::size_t waiting = waiting_.load(std::memory_order_relaxed);
+  if (waiting == limit_) {
+    loose.tell = spec_.tells_lost;
+    const bool stale = ring_[head_ & mask_]->expires < block.info.source_time;
+    if (keep_all_ && !stale) {
+      ++counters_.full;
+      loose.evicted = &block;
+      return Push::Full;
+    }
+    loose.evicted = pop_unread();
+    --waiting;
+    ++(stale ? counters_.expired : counters_.overwritten);
+  } else if (waiting == size()) {
+    grow();
+  }
+  append(block, waiting, called);
+  if (wants_history_) note_seen(block.info);
+  if (deadline_.is_set()) note_arrival(block.info.source_time, loose);
+  return Push::Queued;
+}
+
+void ReaderQueue::grow() {
+  const std::size_t mask = 2 * size() - 1;
+  auto larger = std::make_unique<Block*[]>(mask + 1);
+  for (std::size_t i = 0; i < size(); ++i) larger[(head_ + i) & mask] = ring_[(head_ + i) & mask_];
+  ring_ = std::move(larger);
+  mask_ = mask;
+  note_room();
+}
+
+// A late message is a missed deadline also when nobody has looked in between.
+void ReaderQueue::note_arrival(MonotonicTime now, Loose& loose) {
+  loose.poke = !deadline_.is_running();
   if (const auto missed = deadline_.message(now); missed != 0) {
     totals_.deadline_missed += missed;
-    if (status_listener_ != nullptr) status_listener_->on_status();
+    loose.tell = true;
   }
-  if (started && watchdog_ != nullptr) watchdog_->poke();
 }
 
-MonotonicTime ReaderQueue::watch(MonotonicTime now) {
-  if (!deadline_.is_set()) return kNeverExpires;
-  const std::lock_guard lock(mutex_);
-  if (const auto missed = deadline_.look(now); missed != 0) {
-    totals_.deadline_missed += missed;
-    if (status_listener_ != nullptr) status_listener_->on_status();
-  }
-  return deadline_.due();
-}
-
-// Under the lock, with something waiting.
+// With something waiting.
 Block* ReaderQueue::pop() {
-  Block* const block = ring_[head_];
-  head_ = head_ + 1 == ring_.size() ? 0 : head_ + 1;
+  Block* const block = ring_[head_++ & mask_];
   waiting_.store(waiting_.load(std::memory_order_relaxed) - 1, std::memory_order_release);
   if (room_waiters_ != 0) [[unlikely]] {
     room_word_.fetch_add(1, std::memory_order_release);
@@ -104,21 +113,59 @@ Block* ReaderQueue::pop() {
   return block;
 }
 
+Block* ReaderQueue::pop_unread() {
+  ++unread_;
+  return pop();
+}
+
+// A message's end may run code of others, and a listener may have locks: neither happens under ours.
+ReaderQueue::Push ReaderQueue::push(Block& block) {
+  Loose loose;
+  const std::atomic<std::uint32_t>* called = nullptr;
+  Push result{};
+  {
+    const std::lock_guard lock(*mutex_);
+    result = push_locked(block, loose, called);
+  }
+  // Whoever is woken here on our own CPU takes it over at once, and must not run into a lock of ours.
+  if (called != nullptr) futex_wake(*called, 1);
+  if (loose.evicted != nullptr) drop_reference(*loose.evicted);
+  if (loose.tell) tell();
+  if (loose.poke && watchdog_ != nullptr) watchdog_->poke();
+  if (executor_ == nullptr && result == Push::Queued) {
+    const std::lock_guard lock(listener_mutex_);
+    if (listener_ != nullptr) listener_->on_ready();
+  }
+  return result;
+}
+
+MonotonicTime ReaderQueue::watch(MonotonicTime now) {
+  if (!deadline_.is_set()) return kNeverExpires;
+  MonotonicTime due;
+  bool missed = false;
+  {
+    const std::lock_guard lock(*mutex_);
+    const auto count = deadline_.look(now);
+    totals_.deadline_missed += count;
+    missed = count != 0;
+    due = deadline_.due();
+  }
+  if (missed) tell();
+  return due;
+}
+
 Block* ReaderQueue::take() {
   for (;;) {
     Block* block = nullptr;
     {
-      const std::lock_guard lock(mutex_);
+      const std::lock_guard lock(*mutex_);
       if (waiting_.load(std::memory_order_relaxed) == 0) return nullptr;
       block = pop();
-      // Only a message with a lifespan costs a look at the clock.
-      if (block->expires == kNeverExpires || clock_.now() <= block->expires) {
-        ++counters_.delivered;
-        return block;
-      }
+      if (block->expires == kNeverExpires || clock_.now() <= block->expires) return block;
+      ++unread_;
       ++counters_.expired;
-      if (spec_.tells_lost && status_listener_ != nullptr) status_listener_->on_status();
     }
+    if (spec_.tells_lost) tell();
     drop_reference(*block);
   }
 }
@@ -128,14 +175,14 @@ void ReaderQueue::wait_for_room(MonotonicTime deadline) {
   for (;;) {
     const std::uint32_t word = room_word_.load(std::memory_order_acquire);
     {
-      const std::lock_guard lock(mutex_);
+      const std::lock_guard lock(*mutex_);
       if (!enabled_ || closed_ || waiting_.load(std::memory_order_relaxed) < limit_) return;
       ++room_waiters_;
     }
     const bool late = clock_.now() >= deadline;
     if (!late) futex_wait_until(room_word_, word, deadline);
     {
-      const std::lock_guard lock(mutex_);
+      const std::lock_guard lock(*mutex_);
       --room_waiters_;
     }
     if (late) return;
@@ -146,9 +193,9 @@ void ReaderQueue::drop_all(std::uint64_t ReaderCounters::*cause) {
   for (;;) {
     Block* block = nullptr;
     {
-      const std::lock_guard lock(mutex_);
+      const std::lock_guard lock(*mutex_);
       if (waiting_.load(std::memory_order_relaxed) == 0) return;
-      block = pop();
+      block = pop_unread();
       ++(counters_.*cause);
     }
     drop_reference(*block);
@@ -157,8 +204,9 @@ void ReaderQueue::drop_all(std::uint64_t ReaderCounters::*cause) {
 
 void ReaderQueue::set_enabled(bool enabled) {
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(*mutex_);
     enabled_ = enabled;
+    note_room();
     deadline_.stop();  // the next message starts it anew
   }
   if (!enabled) drop_all(&ReaderCounters::inactive);
@@ -166,8 +214,13 @@ void ReaderQueue::set_enabled(bool enabled) {
 
 void ReaderQueue::close() {
   {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(*mutex_);
     closed_ = true;
+    executable_ = nullptr;
+    note_room();
+  }
+  {
+    const std::lock_guard lock(listener_mutex_);
     listener_ = nullptr;
     status_listener_ = nullptr;
   }
@@ -175,48 +228,55 @@ void ReaderQueue::close() {
 }
 
 void ReaderQueue::note_rehomed() {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(*mutex_);
   ++counters_.rehomed;
 }
 
 void ReaderQueue::note_matched() {
-  const std::lock_guard lock(mutex_);
-  ++totals_.matched_total;
-  if (status_listener_ != nullptr) status_listener_->on_status();
+  {
+    const std::lock_guard lock(*mutex_);
+    ++totals_.matched_total;
+  }
+  tell();
 }
 
 void ReaderQueue::note_clash(const std::string& policy, std::string text) {
-  const std::lock_guard lock(mutex_);
-  ++(policy == kTypePolicy ? totals_.incompatible_type : totals_.incompatible_qos);
-  totals_.last_policy = policy;
-  totals_.last_clash = std::move(text);
-  if (status_listener_ != nullptr) status_listener_->on_status();
+  {
+    const std::lock_guard lock(*mutex_);
+    ++(policy == kTypePolicy ? totals_.incompatible_type : totals_.incompatible_qos);
+    totals_.last_policy = policy;
+    totals_.last_clash = std::move(text);
+  }
+  tell();
 }
 
 void ReaderQueue::tell() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(listener_mutex_);
   if (status_listener_ != nullptr) status_listener_->on_status();
 }
 
 EndpointStatus ReaderQueue::status() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(*mutex_);
   EndpointStatus status = totals_;
   status.lost = counters_.overwritten + counters_.full + counters_.expired;
   return status;
 }
 
 ReaderCounters ReaderQueue::counters() const {
-  const std::lock_guard lock(mutex_);
-  return counters_;
+  const std::lock_guard lock(*mutex_);
+  ReaderCounters all = counters_;
+  all.received = head_ + waiting_.load(std::memory_order_relaxed);
+  all.delivered = head_ - unread_;
+  return all;
 }
 
 bool ReaderQueue::is_enabled() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(*mutex_);
   return enabled_;
 }
 
 std::uint64_t ReaderQueue::seen(std::uint64_t writer) const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(*mutex_);
   for (const auto& [id, sequence] : seen_) {
     if (id == writer) return sequence;
   }
@@ -224,7 +284,7 @@ std::uint64_t ReaderQueue::seen(std::uint64_t writer) const {
 }
 
 void ReaderQueue::forget_writer(std::uint64_t writer) {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(*mutex_);
   std::erase_if(seen_, [&](const auto& entry) { return entry.first == writer; });
 }
 

@@ -9,6 +9,7 @@
 #include "contract.hpp"
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/node/transport.hpp"
+#include "nacelle/runtime/executor.hpp"
 #include "nacelle/runtime/futex.hpp"
 #include "watchdog.hpp"
 
@@ -18,17 +19,29 @@ namespace nacelle::runtime {
 inline constexpr const char* kTypePolicy = "type";
 
 /// One reader's queue. Shared by the handle that the node owns and the writers that still list it.
+///
+/// The queue of an executable is guarded by its executor's lock: what is pushed is queued with it, and what is taken is taken
+/// with the turn to run, under one lock for all. The queue of any other listener has a lock of its own.
 /// Threads: any; the ring is reached under its lock.
 class ReaderQueue {
  public:
   ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener, const Clock& clock, Watchdog* watchdog,
               std::uint64_t id);
+  /// The executable's messages; it takes from here from now on.
+  ReaderQueue(EndpointSpec spec, Taking taking, Executable& executable, const Clock& clock, Watchdog* watchdog,
+              std::uint64_t id);
   ~ReaderQueue();
 
   enum class Push : std::uint8_t { Queued, Full, Inactive };
+  [[nodiscard]] FutexMutex& mutex() const { return *mutex_; }
+  /// Takes over one reference. Under the lock. `called`: a thread to wake when it is released; left alone if there is none.
+  /// False if there is more to it than that: nothing has been done then, and push() must be called without the lock.
+  [[nodiscard]] bool push_quickly(Block& block, const std::atomic<std::uint32_t>*& called);
   /// Takes over one reference.
   Push push(Block& block);
   [[nodiscard]] Block* take();
+  /// Under the lock: the oldest message if nothing else is to be done with it; null says ask take().
+  [[nodiscard]] Block* take_quickly();
   /// Waits until a full KEEP_ALL queue has room, at most until the deadline. Threads: none that runs callbacks.
   void wait_for_room(MonotonicTime deadline);
   /// Counts missed deadlines; returns when the next one is due.
@@ -62,21 +75,40 @@ class ReaderQueue {
 
  private:
   void note_seen(const MessageInfo& info);
+  ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* listener, Executable* executable, const Clock& clock,
+              Watchdog* watchdog, std::uint64_t id);
+  // What must be done when the lock is released again.
+  struct Loose {
+    Block* evicted = nullptr;
+    bool tell = false, poke = false;
+  };
+  Push push_locked(Block& block, Loose& loose, const std::atomic<std::uint32_t>*& called);
+  void append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called);
+  void note_room();
+  void grow();
+  [[nodiscard]] std::size_t size() const { return mask_ + 1; }
   void drop_all(std::uint64_t ReaderCounters::*cause);
   Block* pop();
-  void note_arrival(MonotonicTime now);
+  Block* pop_unread();
+  void note_arrival(MonotonicTime now, Loose& loose);
 
   const EndpointSpec spec_;
   const Taking taking_;
   const bool keep_all_;
   const bool wants_history_;
-  mutable FutexMutex mutex_;
-  std::vector<Block*> ring_;
-  std::size_t limit_;
-  std::size_t head_ = 0;
+  // Shared: a writer that has not noticed yet that we are closed may come when our executor is gone.
+  const std::shared_ptr<FutexMutex> mutex_;
+  Executor* const executor_;  // null, as the next, for every listener but an executable
+  Executable* executable_;
+  std::size_t mask_;  // the ring's size, a power of two, less one
+  std::unique_ptr<Block*[]> ring_;
+  const std::size_t limit_;
+  std::size_t room_ = 0;  // up to where push_quickly() may go; none if more is to be done than to fill the ring
+  std::size_t head_ = 0;  // all that were ever taken out; the place of the oldest is what is left of it in the ring
   std::atomic<std::size_t> waiting_{0};
   bool enabled_;
   bool closed_ = false;
+  mutable FutexMutex listener_mutex_;  // held while one of these is called, so that close() can promise the end of that
   ReadyListener* listener_;
   StatusListener* status_listener_;
   const Clock& clock_;
@@ -86,9 +118,38 @@ class ReaderQueue {
   EndpointStatus totals_;
   std::atomic<std::uint32_t> room_word_{0};  // moves when a message leaves while somebody waits for room
   std::uint32_t room_waiters_ = 0;
-  ReaderCounters counters_;
+  ReaderCounters counters_;  // but for what follows from head_ and waiting_
+  std::uint64_t unread_ = 0;  // of those taken out, those that went to nobody
   DurationHistogram latency_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
 };
+
+inline void ReaderQueue::append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) {
+  ring_[(head_ + waiting) & mask_] = &block;
+  waiting_.store(waiting + 1, std::memory_order_release);
+  if (executable_ == nullptr) return;
+  if (const auto* const word = executor_->post_locked(*executable_); word != nullptr) [[unlikely]]
+    called = word;
+}
+
+inline bool ReaderQueue::push_quickly(Block& block, const std::atomic<std::uint32_t>*& called) {
+  const std::size_t waiting = waiting_.load(std::memory_order_relaxed);
+  if (waiting >= room_) [[unlikely]]
+    return false;
+  append(block, waiting, called);
+  return true;
+}
+
+inline Block* ReaderQueue::take_quickly() {
+  const std::size_t waiting = waiting_.load(std::memory_order_relaxed);
+  if (waiting == 0) return nullptr;
+  Block* const block = ring_[head_ & mask_];
+  // Only a message with a lifespan costs a look at the clock.
+  if (block->expires != kNeverExpires || room_waiters_ != 0) [[unlikely]]
+    return nullptr;
+  ++head_;
+  waiting_.store(waiting - 1, std::memory_order_release);
+  return block;
+}
 
 }  // namespace nacelle::runtime

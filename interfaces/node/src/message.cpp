@@ -63,7 +63,6 @@ void detail::last_reference_dropped(Block& block) noexcept {
   // From here on only shared_ptrs hold the message; the last of them sends the envelope home.
   std::shared_ptr<const void> last = std::move(block.shared);
   block.shared_state.store(kNone, std::memory_order_relaxed);
-  block.references.store(1, std::memory_order_relaxed);
 }
 
 }  // namespace nacelle

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "executor_fixture.hpp"
+#include "support/manual_clock.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -256,6 +257,43 @@ TEST_F(ExecutorTest, streams_that_are_always_full_take_turns) {
   all_posted.open();
   ASSERT_TRUE(done.wait());
   EXPECT_LE(worst, 1);
+}
+
+struct TimerBeats : ::testing::Test {
+  test::ManualClock clock;
+  Executor executor{"executor", clock, {}};
+  NodeGroups node{executor, "/a", [](const std::string&, const std::string&) {}};
+  CallbackGroup group{node};
+};
+
+TEST_F(TimerBeats, timers_made_in_a_constructor_share_the_beats_of_their_period_and_are_never_early) {
+  const MonotonicTime made = clock.now();
+  clock.advance(3ms);
+  Tick first(group, 10ms, [] {}), second(group, 10ms, [] {}), third(group, 100ms, [] {}), slow(group, 2s, [] {});
+
+  executor.add_timer(first);
+  clock.advance(4ms);
+  for (Tick* timer : {&second, &third, &slow}) executor.add_timer(*timer);
+
+  EXPECT_EQ(first.due(), made + 20ms);
+  EXPECT_EQ(second.due(), made + 20ms);
+  EXPECT_EQ(third.due(), made + 200ms);
+  EXPECT_EQ(slow.due(), made + 2007ms) << "slow timers keep their own time";
+}
+
+TEST_F(TimerBeats, a_reset_and_a_timer_made_while_the_node_runs_get_a_full_period_from_now) {
+  const MonotonicTime made = clock.now();
+  Tick watchdog(group, 100ms, [] {}), late(group, 100ms, [] {});
+  clock.advance(3ms);
+  executor.add_timer(watchdog);
+
+  executor.add_timer(watchdog);  // before the node is open: a reset all the same
+  EXPECT_EQ(watchdog.due(), made + 103ms);
+
+  executor.open(node);
+  clock.advance(4ms);
+  executor.add_timer(late);
+  EXPECT_EQ(late.due(), made + 107ms);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 namespace nacelle::runtime {
 
 class BrokerWriter;
+class Executable;
 class ReaderQueue;
 class Topic;
 class Watchdog;
@@ -37,6 +38,8 @@ class Broker final : public Transport {
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override;
   [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking,
                                                       ReadyListener* listener) override;
+  /// A reader whose messages come to the executable with its turn to run (Executable::execute_with). Never null.
+  [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking, Executable& executable);
   MonotonicTime watch(MonotonicTime now) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;

@@ -16,6 +16,7 @@ namespace nacelle::runtime {
 class Executable;
 class Executor;
 class CallbackGroup;
+class ReaderQueue;
 
 /// What one callback has cost so far. Threads: written by its executor only, read from any thread.
 struct CallbackStats {
@@ -26,6 +27,9 @@ struct CallbackStats {
 /// Executables in the order in which they wait, linked through themselves. Threads: under the executor's lock.
 class ReadyList {
  public:
+  ReadyList() = default;
+  ReadyList(const ReadyList&) = delete;
+  ReadyList& operator=(const ReadyList&) = delete;
   [[nodiscard]] bool empty() const { return first_ == nullptr; }
   void push_back(Executable& executable);
   [[nodiscard]] Executable* pop_front();  // null when empty
@@ -36,7 +40,7 @@ class ReadyList {
 
  private:
   Executable* first_ = nullptr;
-  Executable* last_ = nullptr;
+  Executable** end_ = &first_;  // where the next one is linked
 };
 
 /// All callback groups of one node: what a transition waits for, and what unloading closes.
@@ -106,15 +110,21 @@ class Executable : public ReadyListener {
 
   /// Runs once. `now` is the time of the start. Exceptions become a fault of the component.
   virtual void execute(MonotonicTime now) = 0;
-  /// True if there is more to do at once.
+  /// The same with the message that came with the turn; takes over its reference. Only for what takes from a queue; one without
+  /// messages, or whose next one needs a closer look, is asked to execute() and takes by itself.
+  virtual void execute_with(Block& message, MonotonicTime now);
+  /// True if there is more to do at once. Not asked of what takes from a queue.
   [[nodiscard]] virtual bool wants_again() const { return false; }
   /// It will not run: its node's groups were closed while it waited. Called under the executor's lock.
   virtual void discard() noexcept {}
-  /// Whoever calls this holds the lock that guards what has become ready (docs/wake_up.md, rule 2).
+  /// Whoever calls this holds the lock that guards what has become ready, or held it after that (docs/wake_up.md, rule 2).
   void on_ready() noexcept final;
   [[nodiscard]] CallbackGroup& group() const { return group_; }
+  /// From now on its messages are there. To be called before the first of them comes.
+  void take_from(ReaderQueue& queue) { inbox_ = &queue; }
 
  protected:
+  [[nodiscard]] ReaderQueue& inbox() const { return *inbox_; }
   /// Where the executor notes each run; null: nowhere. To be set before the first run.
   void keep_stats_in(CallbackStats& stats) { stats_ = &stats; }
 
@@ -127,19 +137,20 @@ class Executable : public ReadyListener {
   Executable* next_ = nullptr;  // in the ready queue or a backlog; under the executor's lock
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
+  ReaderQueue* inbox_ = nullptr;
 };
 
 inline void ReadyList::push_back(Executable& executable) {
   executable.next_ = nullptr;
-  (last_ == nullptr ? first_ : last_->next_) = &executable;
-  last_ = &executable;
+  *end_ = &executable;
+  end_ = &executable.next_;
 }
 
 inline Executable* ReadyList::pop_front() {
   Executable* const first = first_;
   if (first == nullptr) return nullptr;
   first_ = first->next_;
-  if (first_ == nullptr) last_ = nullptr;
+  if (first_ == nullptr) end_ = &first_;
   return first;
 }
 
@@ -160,6 +171,7 @@ class TimerBase : public Executable {
   MonotonicTime was_due_;            // the tick that is in the ready queue
   std::uint64_t order_ = 0;          // of timers that are due at one moment, the one that was added first comes first
   std::size_t place_ = kNotWaiting;  // in the TimerQueue
+  bool started_ = false;             // was added once: from then on it is a reset()
   bool armed_ = false;               // what cancel() and reset() say
   bool open_ = true;                 // what the lifecycle gate says; the timer waits when both hold
   std::uint64_t skipped_ = 0;

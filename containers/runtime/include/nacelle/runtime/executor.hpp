@@ -37,6 +37,16 @@ class Executor {
 
   /// Puts a ready thing at the end of the queue, once. False if its node's groups are closed: it will not run.
   bool post(Executable& executable) noexcept;
+  /// The same under mutex(). Returns the word of a thread that must be woken when it is released, or null.
+  [[nodiscard]] const std::atomic<std::uint32_t>* post_locked(Executable& executable) noexcept {
+    if (executable.queued_.load(std::memory_order_relaxed) || executable.home_.closed_) return nullptr;
+    enqueue(executable);
+    return sleeping_ == 0 || called_ != 0 ? nullptr : call_sleeper();
+  }
+  /// What guards everything here, and the queues of the executables' messages; it may outlive the executor.
+  [[nodiscard]] const std::shared_ptr<FutexMutex>& mutex() const { return shared_mutex_; }
+  /// Starts a timer, or starts it anew (Timer::reset): then, and for a timer that can run at once, the first tick is a full
+  /// period away. Other timers of up to a second join the beat of their period: their first tick is one to two periods away.
   void add_timer(TimerBase& timer);
   void cancel_timer(TimerBase& timer);
   /// The lifecycle gate: a timer behind a closed one does not even wake the thread. It keeps its rhythm.
@@ -84,20 +94,26 @@ class Executor {
   void rest(Worker& self);
   void start_worker();
   void hand_over(Worker& late);
-  void enqueue(Executable& executable);
+  void enqueue(Executable& executable) {
+    executable.queued_.store(true, std::memory_order_relaxed);
+    ready_.push_back(executable);
+  }
   [[nodiscard]] static bool admits(const Executable& executable);
   static void hold_back(Executable& executable);
   Executable* pop();
   void fire_due_timers(MonotonicTime now);
-  void begin(Worker& self, Executable& executable, MonotonicTime now);
-  void run(Worker& self, Executable& executable, MonotonicTime now);
+  [[nodiscard]] MonotonicTime first_due(const TimerBase& timer, MonotonicTime now) const;
+  [[nodiscard]] Block* begin(Worker& self, Executable& executable, MonotonicTime now);
+  void run(Worker& self, Executable& executable, Block* message, MonotonicTime now);
   void finish(Worker& self, MonotonicTime now);
+  [[nodiscard]] bool prepare_unusual(Worker& self);
   static void start_sample(Worker& self, NodeGroups& node);
   void begin_transition(Worker& self, Executable& executable);
   void finish_unusual(Worker& self, NodeGroups& node);
   void call(Worker& worker);
   [[nodiscard]] Worker* next_to_call() { return sleeping_ == 0 || called_ != 0 ? nullptr : choose_sleeper(); }
   [[nodiscard]] Worker* choose_sleeper();
+  [[nodiscard]] const std::atomic<std::uint32_t>* call_sleeper();
   void note_return();
   void wait_for_return();
   [[nodiscard]] std::string why_not_wait(const NodeGroups& node, const CallbackGroup* group) const;
@@ -105,10 +121,12 @@ class Executor {
   const std::string name_;
   const Clock& clock_;
   const ThreadPolicy policy_;
+  const MonotonicTime epoch_ = clock_.now();  // of the beats that timers share
   std::function<void()> activity_hook_;
 
-  mutable FutexMutex
-      mutex_;  // everything below, and what NodeGroups, CallbackGroup, Executable and TimerBase keep for us
+  const std::shared_ptr<FutexMutex> shared_mutex_ = std::make_shared<FutexMutex>();
+  // Guards everything below, what NodeGroups, CallbackGroup, Executable and TimerBase keep for us, and the queues of messages.
+  FutexMutex& mutex_ = *shared_mutex_;
   ReadyList ready_;
   TimerQueue timers_;
   bool stopping_ = false;

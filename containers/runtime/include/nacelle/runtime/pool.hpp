@@ -41,7 +41,8 @@ class MessagePool final : public BlockHome {
   void reserve(std::size_t envelopes, const void* like);
 
   /// Gives the free messages the values, and so the capacity, of `like`: the first published message tells what the rest need.
-  void warm(const void* like);
+  /// Keeps at most `most` of them.
+  void warm(const void* like, std::size_t most);
 
   [[nodiscard]] std::size_t limit() const { return limit_; }
   /// Envelopes that somebody still holds. Threads: the owner's only.
@@ -54,6 +55,8 @@ class MessagePool final : public BlockHome {
   struct Envelope;
   Envelope* take_free(bool with_message);
   Envelope* make_pooled();
+  void dispose(Envelope* envelope);
+  void let_go(Envelope& envelope) noexcept;
   void collect();
 
   const msgs::MessageType& type_;
@@ -65,6 +68,7 @@ class MessagePool final : public BlockHome {
   std::size_t limit_ = ~std::size_t{0};
   Block* spare_ = nullptr;  // not counted in pooled_
   bool spare_is_out_ = false;
+  std::size_t disposed_ = 0;
   std::atomic<std::uint64_t> made_{0};
 };
 

@@ -49,10 +49,10 @@ class DurationHistogram {
   static constexpr std::size_t kBuckets = 64U << kMantissaBits;
 
   static std::size_t index_of(std::uint64_t ns) {
-    if (ns < (1U << kMantissaBits)) return static_cast<std::size_t>(ns);
-    const auto exponent = static_cast<unsigned>(std::bit_width(ns)) - 1;
-    const auto mantissa = (ns >> (exponent - kMantissaBits)) & ((1U << kMantissaBits) - 1);
-    return static_cast<std::size_t>(((exponent - kMantissaBits + 1) << kMantissaBits) + mantissa);
+    // The leading one is not taken off the mantissa: it is the step from one exponent's buckets to the next's. What is smaller
+    // than all mantissas is its own bucket.
+    const auto shift = static_cast<unsigned>(std::bit_width(ns | (1U << kMantissaBits))) - 1 - kMantissaBits;
+    return static_cast<std::size_t>((std::uint64_t{shift} << kMantissaBits) + (ns >> shift));
   }
   static std::uint64_t upper_edge(std::size_t index);
   // One writer: a load and a store cost less than a locked add.

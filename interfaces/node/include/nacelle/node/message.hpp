@@ -26,7 +26,7 @@ struct Block;
 class BlockHome {
  public:
   virtual ~BlockHome() = default;
-  /// Threads: any. Must not throw.
+  /// The count of references is one again: the next user's. Threads: any. Must not throw.
   virtual void reclaim(Block& block) noexcept = 0;
 };
 
@@ -49,17 +49,20 @@ struct Block {
 };
 
 namespace detail {
-/// The last counted reference is gone: the envelope goes home, or waits for the last shared_ptr to let go.
+/// The last counted reference of a message that was shared is gone: the envelope waits for the last shared_ptr to let go.
 void last_reference_dropped(Block& block) noexcept;
 }  // namespace detail
 
 inline void add_reference(Block& block) { block.references.fetch_add(1, std::memory_order_relaxed); }
 inline void drop_reference(Block& block) noexcept {
   // A sole holder needs no locked instruction: nobody else can raise the count.
-  if (block.references.load(std::memory_order_acquire) == 1 ||
-      block.references.fetch_sub(1, std::memory_order_acq_rel) == 1) {
-    detail::last_reference_dropped(block);
+  if (block.references.load(std::memory_order_acquire) != 1) {
+    if (block.references.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+    block.references.store(1, std::memory_order_relaxed);  // for its next use
   }
+  if (block.shared_state.load(std::memory_order_relaxed) != 0) [[unlikely]]
+    return detail::last_reference_dropped(block);
+  block.home->reclaim(block);
 }
 
 /// Gives a message back to the store it came from.
