@@ -20,7 +20,7 @@ ReaderQueue::ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listen
       clock_(clock),
       watchdog_(watchdog),
       id_(id),
-      deadline_(spec_.qos.resolved().deadline()) {
+      deadline_(spec_.via == 0 ? spec_.qos.resolved().deadline() : Duration::zero()) {
   // KEEP_LAST has its room from the start. KEEP_ALL grows as it is needed, in powers of two.
   ring_.resize(keep_all_ ? std::min<std::size_t>(limit_, 16) : limit_);
 }
@@ -97,6 +97,12 @@ Block* ReaderQueue::pop() {
   Block* const block = ring_[head_];
   head_ = head_ + 1 == ring_.size() ? 0 : head_ + 1;
   waiting_.store(waiting_.load(std::memory_order_relaxed) - 1, std::memory_order_release);
+  if (looked_at_ != 0) [[unlikely]] {
+    --looked_at_;
+    ++released_early_;
+  }
+  if (links_ != nullptr && block->via != 0) [[unlikely]]
+    links_->left(id_, block->via);
   if (room_waiters_ != 0) [[unlikely]] {
     room_word_.fetch_add(1, std::memory_order_release);
     futex_wake(room_word_, std::numeric_limits<int>::max());

@@ -10,6 +10,7 @@
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/node/transport.hpp"
 #include "nacelle/runtime/futex.hpp"
+#include "nacelle/runtime/graph_watch.hpp"
 #include "watchdog.hpp"
 
 namespace nacelle::runtime {
@@ -39,6 +40,14 @@ class ReaderQueue {
   void close();
   void note_latency(Duration latency) { latency_.record(latency); }
   void note_rehomed();
+  /// Before the queue is shared.
+  void tell_links(const GraphWatch* links) { links_ = keep_all_ ? links : nullptr; }
+
+  // Of a stand-in for a reader of another process; see ProxyReader (reader_proxy.cpp).
+  [[nodiscard]] Block* look();
+  void release(std::uint64_t messages);
+  void forget_seen();
+  void note_lost(const ReaderCounters& losses);
 
   /// A writer that matched, or one that cannot: changes the totals and tells the listener.
   void note_matched();
@@ -53,6 +62,7 @@ class ReaderQueue {
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] Taking taking() const { return taking_; }
+  [[nodiscard]] bool keeps_all() const { return keep_all_; }
   [[nodiscard]] bool wants_history() const { return wants_history_; }
   [[nodiscard]] bool is_enabled() const;
   /// The last sequence that this reader got from a writer, if it asks for history; else 0.
@@ -89,6 +99,9 @@ class ReaderQueue {
   ReaderCounters counters_;
   DurationHistogram latency_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
+  const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
+  std::size_t looked_at_ = 0;          // of those that wait, the oldest
+  std::uint64_t released_early_ = 0;   // looked at, and gone before release()
 };
 
 }  // namespace nacelle::runtime

@@ -11,6 +11,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/node/graph.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 
 namespace nacelle::runtime {
@@ -126,8 +127,10 @@ struct WiringReport {
   std::string topic;
   std::vector<std::string> writer_nodes;
   std::vector<std::string> owner_nodes;  ///< That take the message as their own (Loan, unique_ptr).
-  std::uint64_t copies = 0;              ///< Per message, in publish(): of the writer that makes most.
-  std::uint64_t late = 0;                ///< Messages so far that were older than asked for when a callback began.
+  std::vector<std::string>
+      other_processes;       ///< Nodes of other processes that send it here or get it from here: a copy each.
+  std::uint64_t copies = 0;  ///< Per message, in publish() and on links: of the writer that makes most.
+  std::uint64_t late = 0;    ///< Messages so far that were older than asked for when a callback began.
 };
 
 /// Loads components, runs them, takes them out again; one per process.
@@ -148,6 +151,8 @@ class Container final {
   [[nodiscard]] const Clock& clock() const;
   /// The in-process transport, for readers and writers that are not components (the control socket's).
   [[nodiscard]] Transport& transport();
+  /// The same, for links to other processes.
+  [[nodiscard]] Graph& graph();
 
   /// Errors: what is wrong with plugin, library or parameters; a name that is taken; a constructor that threw, or has not
   /// returned in time (then the image is kept, and what the constructor makes later is destroyed at once).

@@ -42,6 +42,9 @@ struct EndpointSpec {
   const std::atomic<bool>* gate = nullptr;
   StatusListener* status_listener = nullptr;  ///< Must outlive the endpoint. Null: nobody listens.
   bool tells_lost = false;                    ///< Whether each lost message is told too, or only counted.
+  /// The link that made it as the stand-in for an endpoint of another process (graph.hpp); 0: an endpoint of this process.
+  /// Stand-ins of one link do not match each other.
+  std::uint32_t via = 0;
 };
 
 /// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the
