@@ -28,6 +28,7 @@ Link::Impl::~Impl() {
   wake();
   if (thread.joinable()) thread.join();
   graph.leave(number);
+  departures.clear();
   remotes.clear();
   ::close(socket);
   ::close(event);
@@ -145,7 +146,10 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
   switch (frame.kind) {
     case LinkFrameKind::Hello: {
       const auto hello = wire::read_hello(frame.payload);
-      if (hello) return true;
+      if (hello) {
+        carries = options.carrier != nullptr && hello.value().carrier == options.carrier->name();
+        return true;
+      }
       end({options.peer, to_text(hello.error()), "are both processes of the same version?"});
       return false;
     }
@@ -175,7 +179,7 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
       if (lost) handle_lost(*lost);
       return lost.has_value();
     }
-    case LinkFrameKind::Carry: return wire::read_id_and_byte(frame.payload).has_value();
+    case LinkFrameKind::Carry: return handle_carry(frame.payload);
     case LinkFrameKind::Note:
       if (options.on_note) options.on_note(std::string(as_text(frame.payload)));
       return true;
@@ -186,6 +190,7 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
 void Link::Impl::end(Problem problem) {
   if (ended.exchange(true)) return;
   graph.leave(number);
+  departures.clear();
   remotes.clear();
   topics.clear();
   ::shutdown(socket, SHUT_RDWR);

@@ -88,6 +88,7 @@ void Link::Impl::take_gone(std::uint64_t id) {
   TopicUse& use = topics[topic];
   --(found->second.is_writer ? use.local_writers : use.local_readers);
   local.erase(found);
+  departures.erase(id);
   {
     const std::lock_guard lock(noting);
     left.erase(id);
@@ -126,6 +127,7 @@ void Link::Impl::handle_gone(std::uint64_t id) {
   if (found == remotes.end()) return;
   const auto use = topics.find(found->second.info.spec.topic);
   std::erase(use->second.remotes, id);
+  if (found->second.arrival) found->second.arrival->reader->drain();  // what was sent before the end
   remotes.erase(found);
 }
 
@@ -203,6 +205,11 @@ void Link::Impl::make_stand_in(Remote& remote) {
 }
 
 void Link::Impl::drop_stand_in(Remote& remote) {
+  if (remote.arrival) {
+    // The next stand-in begins on the socket.
+    remote.arrival.reset();
+    wire::append_id_and_byte(out, wire::LinkFrameKind::Carry, remote.info.id, static_cast<std::uint8_t>(wire::CarryStep::Close));
+  }
   remote.writer.reset();
   remote.outbox.reset();
 }

@@ -39,6 +39,20 @@ struct Link::Impl final : GraphListener {
     Block* head = nullptr;  // taken out, and not sent yet
     ReaderCounters told;    // of its losses
   };
+  /// Of a writer of the peer: hands on what the carrier brings. Threads: the carrier's and the link's.
+  struct Arrival final : CarrierSink {
+    Arrival(Impl& owner, ProxyWriter& to, EndpointSpec of) : link(owner), writer(to), spec(std::move(of)) {}
+    Block* borrow() noexcept override;
+    void deliver(Block& block, const MessageInfo& info) noexcept override;
+    void note_broken(const char* why) noexcept override;
+
+    Impl& link;
+    ProxyWriter& writer;
+    const EndpointSpec spec;
+    std::mutex relaying;  // the stand-in belongs to one thread at a time
+    bool told_broken = false;
+    std::unique_ptr<CarrierReader> reader;  // the last member: its calls end first
+  };
   /// An endpoint of the peer; at most one of the stand-ins.
   struct Remote {
     EndpointInfo info;
@@ -48,6 +62,18 @@ struct Link::Impl final : GraphListener {
     std::unique_ptr<Outbox> outbox;
     // Of a KEEP_ALL reader: over all its stand-ins, since the acknowledgements are.
     std::uint64_t sent = 0, taken = 0, not_ours = 0;
+    // Of a writer: the other end of its carrier; gone before the stand-in that it hands to.
+    std::unique_ptr<Arrival> arrival;
+  };
+  /// Of a writer of this side: how far its stream is on its way to the carrier.
+  struct Departure {
+    enum class Step : std::uint8_t {
+      Opening,  ///< The socket; the peer has been asked to make its end.
+      Offered,  ///< Nothing, until the peer has handed on what went over the socket.
+      Carried,  ///< The carrier.
+      Closed,   ///< The socket for good.
+    } step = Step::Opening;
+    std::unique_ptr<CarrierWriter> writer;
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
@@ -108,6 +134,15 @@ struct Link::Impl final : GraphListener {
   [[nodiscard]] bool handle_taken(ByteView payload);
   void handle_lost(const wire::LostFrame& lost);
 
+  // link_carrier.cpp
+  [[nodiscard]] bool may_send(const Block& block, const TopicUse& topic);
+  [[nodiscard]] bool send_by_carrier(Block& block);
+  void socket_used(std::uint64_t writer);
+  void close_departure(std::uint64_t writer, const std::string& why);
+  [[nodiscard]] bool handle_carry(ByteView payload);
+  void open_arrival(Remote& remote);
+  [[nodiscard]] static CarriedStream carried_stream(std::uint64_t writer, const EndpointSpec& spec);
+
   static constexpr std::size_t kHighWater = std::size_t{256} << 10U;
 
   Graph& graph;
@@ -127,6 +162,8 @@ struct Link::Impl final : GraphListener {
   std::map<std::uint64_t, EndpointInfo> local;
   std::map<std::uint64_t, Remote> remotes;
   std::map<std::string, TopicUse> topics;
+  std::map<std::uint64_t, Departure> departures;  // of local writers
+  bool carries = false;                           // both sides have the same carrier
   std::map<std::string, const msgs::MessageType*> types;  // of local endpoints
   std::vector<std::uint64_t> ready_now, targets;
   std::vector<Outbox*> outboxes, same;

@@ -49,8 +49,11 @@ bool Link::Impl::send_ready() {
     found->second.outbox->queued = false;
     send_topic(topics.at(found->second.info.spec.topic));
     // Of a stand-in that did not get its turn, since the socket is full.
-    if (found->second.outbox->head != nullptr || found->second.outbox->reader->has_waiting()) {
+    if (found->second.outbox->head != nullptr) {
+      // Also one that waits for the carrier: the peer's answer comes, and this is looked at again then.
       if (is_full()) note_ready(*found->second.outbox);
+    } else if (is_full() && found->second.outbox->reader->has_waiting()) {
+      note_ready(*found->second.outbox);
     }
   }
   ready_now.clear();
@@ -75,11 +78,17 @@ void Link::Impl::send_topic(const TopicUse& topic) {
     }
     if (first == nullptr) break;
     Block& block = *first->head;
+    if (!may_send(block, topic)) break;
     same.clear();
     for (Outbox* const outbox : outboxes) {
       if (outbox->head == &block) same.push_back(outbox);
     }
-    send_message(block, *remotes.at(first->id).info.spec.type, same);
+    // The carrier's message is for all; one that is for some only goes over the socket.
+    const bool for_all = same.size() == outboxes.size() && std::ranges::none_of(same, &Outbox::keeps_all);
+    if (!for_all || !send_by_carrier(block)) {
+      send_message(block, *remotes.at(first->id).info.spec.type, same);
+      socket_used(block.info.writer_id);
+    }
     for (Outbox* const outbox : same) {
       outbox->head = nullptr;
       drop_reference(block);
@@ -159,15 +168,23 @@ bool Link::Impl::handle_data(ByteView payload) {
   Block* block = nullptr;
   if (found == remotes.end() || !found->second.writer) {
     ++dropped;
-  } else if (block = found->second.writer->borrow(); block == nullptr) {
-    ++dropped;
-  } else if (const auto decoded = found->second.info.spec.type->decode(data->cdr, block->message); !decoded) {
-    ++broken;
-    if (!std::exchange(found->second.told_broken, true)) {
-      log.error("{}: what {} sent is no {}: {}; dropped and counted", found->second.info.spec.topic, options.peer,
-                found->second.type, msgs::explain(decoded.error()));
+  } else if (Remote& remote = found->second; remote.arrival) {
+    // First what the carrier brought before it.
+    remote.arrival->reader->drain();
+    block = remote.arrival->borrow();
+  } else {
+    block = remote.writer->borrow();
+    if (block == nullptr) ++dropped;
+  }
+  if (block != nullptr) {
+    if (const auto decoded = found->second.info.spec.type->decode(data->cdr, block->message); !decoded) {
+      ++broken;
+      if (!std::exchange(found->second.told_broken, true)) {
+        log.error("{}: what {} sent is no {}: {}; dropped and counted", found->second.info.spec.topic, options.peer,
+                  found->second.type, msgs::explain(decoded.error()));
+      }
+      drop_reference(*std::exchange(block, nullptr));
     }
-    drop_reference(*std::exchange(block, nullptr));
   }
   if (block == nullptr) {
     // The writer's side waits for word of each message that a KEEP_ALL reader should have got.
@@ -178,6 +195,8 @@ bool Link::Impl::handle_data(ByteView payload) {
     return true;
   }
   const MessageInfo info{data->writer, data->sequence, {Duration{data->source_ns}}, {}};
+  std::unique_lock<std::mutex> alone;
+  if (found->second.arrival) alone = std::unique_lock{found->second.arrival->relaying};
   found->second.writer->relay(*block, info, {Duration{data->expires_ns}}, targets, data->cdr.size());
   return true;
 }

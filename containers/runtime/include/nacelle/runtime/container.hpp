@@ -133,6 +133,8 @@ struct WiringReport {
   std::uint64_t late = 0;    ///< Messages so far that were older than asked for when a callback began.
 };
 
+class ForeignComponent;
+
 /// Loads components, runs them, takes them out again; one per process.
 ///
 /// Code of a component runs on its executor or on a thread of its own, never on the caller's and never under a lock: one that takes
@@ -159,6 +161,12 @@ class Container final {
   [[nodiscard]] Result<ComponentInfo, Problem> load(const LoadRequest& request);
   /// The instance ends at once, the image as soon as nobody holds it (UnloadOutcome, kept_images()).
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);
+  /// Takes in a component of another process: listed, found, triggered and unloaded as the others. Errors: its name is taken.
+  [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
+  /// A component of another process has become faulted.
+  void tell_fault(const ComponentInfo& info);
+  /// What components here have in common beside streams and services, and could not have with another process, in words.
+  [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;
   /// Libraries that are still mapped for nobody's use. Closes those that have become free.
   [[nodiscard]] std::vector<KeptImage> kept_images();
