@@ -11,7 +11,6 @@
 namespace nacelle {
 
 using wire::CarryStep;
-using Step = Link::Impl::Departure::Step;
 
 namespace {
 
@@ -40,21 +39,21 @@ bool Link::Impl::may_send(const Block& block, const TopicUse& topic) {
     departure.writer = options.carrier->create_writer(carried_stream(writer, known->second.spec));
     if (!departure.writer) close_departure(writer, "the carrier cannot take it");
   }
-  if (departure.step == Step::Carried || departure.step == Step::Closed) return true;
+  if (departure.step == Departure::Step::Carried || departure.step == Departure::Step::Closed) return true;
   for (const auto id : topic.remotes) {
     const auto& remote = remotes.at(id);
     if (remote.outbox && remote.outbox->keeps_all) return true;  // acknowledged one by one, on the socket
   }
-  if (departure.step == Step::Opening && departure.writer->is_connected()) {
+  if (departure.step == Departure::Step::Opening && departure.writer->is_connected()) {
     append_step(out, writer, CarryStep::Offer);
-    departure.step = Step::Offered;
+    departure.step = Departure::Step::Offered;
   }
-  return departure.step != Step::Offered;
+  return departure.step != Departure::Step::Offered;
 }
 
 bool Link::Impl::send_by_carrier(Block& block) {
   const auto found = departures.find(block.info.writer_id);
-  if (found == departures.end() || found->second.step != Step::Carried) return false;
+  if (found == departures.end() || found->second.step != Departure::Step::Carried) return false;
   switch (found->second.writer->send(block)) {
     case CarrierWriter::Sent::Yes: ++carried; return true;
     case CarrierWriter::Sent::Refused: close_departure(found->first, "the carrier refused a message of it"); return false;
@@ -68,13 +67,13 @@ bool Link::Impl::send_by_carrier(Block& block) {
 // What follows on the carrier must not overtake it.
 void Link::Impl::socket_used(std::uint64_t writer) {
   const auto found = departures.find(writer);
-  if (found != departures.end() && found->second.step == Step::Carried) found->second.step = Step::Opening;
+  if (found != departures.end() && found->second.step == Departure::Step::Carried) found->second.step = Departure::Step::Opening;
 }
 
 void Link::Impl::close_departure(std::uint64_t writer, const std::string& why) {
   Departure& departure = departures.at(writer);
-  if (departure.step == Step::Closed) return;
-  departure.step = Step::Closed;
+  if (departure.step == Departure::Step::Closed) return;
+  departure.step = Departure::Step::Closed;
   append_step(out, writer, CarryStep::Close);
   const auto known = local.find(writer);
   log.warn("{} to {} goes over the socket from now on: {}", known == local.end() ? "a stream" : known->second.spec.topic,
@@ -89,7 +88,7 @@ bool Link::Impl::handle_carry(ByteView payload) {
   if (const auto mine = departures.find(writer); mine != departures.end()) {
     Departure& departure = mine->second;
     if (step == CarryStep::Close) close_departure(writer, "the other side cannot take it by the carrier");
-    if (step == CarryStep::Accept && departure.step == Step::Offered) departure.step = Step::Carried;
+    if (step == CarryStep::Accept && departure.step == Departure::Step::Offered) departure.step = Departure::Step::Carried;
     // Those that waited for this.
     for (const auto id : topics[local.at(writer).spec.topic].remotes) {
       if (const auto& outbox = remotes.at(id).outbox) note_ready(*outbox);

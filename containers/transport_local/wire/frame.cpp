@@ -187,7 +187,11 @@ std::optional<EndpointFrame> read_endpoint(const LinkFrame& frame) {
   qos.durability(fields.choice({Durability::Volatile, Durability::TransientLocal, Durability::BestAvailable}));
   qos.liveliness(fields.choice({Liveliness::Automatic, Liveliness::ManualByTopic, Liveliness::BestAvailable}));
   const auto depth = fields.depth();
-  if (qos.history() == History::KeepLast) qos.keep_last(std::max<std::uint64_t>(1, depth));
+  if (qos.history() == History::KeepAll) {
+    qos.keep_all();
+  } else {
+    qos.keep_last(std::max<std::uint64_t>(1, depth));
+  }
   qos.max_samples(std::max<std::uint64_t>(1, fields.depth()));
   qos.deadline(fields.duration());
   qos.lifespan(fields.duration());
