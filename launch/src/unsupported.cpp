@@ -65,11 +65,6 @@ const char* refused_substitution(std::string_view name) {
 std::vector<Problem> refuse_unavailable(const Plan& plan) {
   std::vector<Problem> problems;
   for (const auto& component : plan.components) {
-    if (component.isolate == Isolation::Process) {
-      problems.push_back({component.where.text(),
-                          "isolate: process is not available yet: every component runs in the container's process",
-                          "leave it out, or write isolate: none"});
-    }
     for (const auto& condition : component.after) {
       if (condition.when == When::Active) continue;
       problems.push_back({condition.where.text(),

@@ -54,6 +54,7 @@ Texts expected(const Side& offered, const Side& requested, bool late) {
 
 std::unique_ptr<Transport> make(const std::string& name, const Clock& clock) {
   if (name == "Broker") return std::make_unique<runtime::Broker>(clock);
+  if (name == "Linked") return std::make_unique<test::LinkedBrokers>(clock);
   return std::make_unique<test::FakeTransport>(clock);
 }
 
@@ -83,7 +84,7 @@ std::string case_name(const ::testing::TestParamInfo<Case>& info) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, QosMatrix,
-                         ::testing::Combine(::testing::Values("Broker", "Fake"), ::testing::ValuesIn(kSides),
+                         ::testing::Combine(::testing::Values("Broker", "Fake", "Linked"), ::testing::ValuesIn(kSides),
                                             ::testing::ValuesIn(kSides), ::testing::Bool()),
                          case_name);
 

@@ -10,6 +10,7 @@
 
 #include "nacelle/runtime/broker.hpp"
 #include "support/fake_transport.hpp"
+#include "support/linked_brokers.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle {
@@ -43,5 +44,9 @@ class TransportLaws : public ::testing::Test {
 };
 
 /// A new transport is one line here.
-using EveryTransport = ::testing::Types<runtime::Broker, test::FakeTransport>;
+using EveryTransport = ::testing::Types<runtime::Broker, test::FakeTransport, test::LinkedBrokers>;
+
+/// Writer and reader are in two processes: what arrives is a copy, made in a message of the reader's side.
+template <typename T>
+inline constexpr bool kCopies = std::is_same_v<T, test::LinkedBrokers>;
 }  // namespace nacelle

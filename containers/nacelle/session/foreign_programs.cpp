@@ -104,6 +104,8 @@ Result<std::unique_ptr<ForeignProgram>, Problem> ForeignProgram::start(const Pro
     ::posix_spawn_file_actions_adddup2(&actions, spec.output_descriptor, STDOUT_FILENO);
     ::posix_spawn_file_actions_adddup2(&actions, spec.output_descriptor, STDERR_FILENO);
   }
+  if (spec.inherited_descriptor >= 0)
+    ::posix_spawn_file_actions_adddup2(&actions, spec.inherited_descriptor, kInheritedDescriptor);
   if (!spec.working_directory.empty()) ::posix_spawn_file_actions_addchdir_np(&actions, spec.working_directory.c_str());
 
   std::vector<char*> arguments = pointers_to(words), environment = pointers_to(variables);

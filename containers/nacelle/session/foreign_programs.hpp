@@ -15,6 +15,9 @@
 
 namespace nacelle::session {
 
+/// Where a started program finds ProgramSpec::inherited_descriptor.
+inline constexpr int kInheritedDescriptor = 3;
+
 /// A program to start beside the container.
 struct ProgramSpec {
   std::string label;  ///< For messages.
@@ -25,6 +28,7 @@ struct ProgramSpec {
   /// Written by the program when it can be used, with its process id as text; empty: it counts as ready at once.
   std::string ready_file;
   bool required = false;       ///< Its end is the robot's end.
+  int inherited_descriptor = -1;  ///< Is the program's kInheritedDescriptor; -1: none.
   int output_descriptor = -1;  ///< Where its stdout and stderr go; -1: where ours go.
   Duration sigterm_after = 3s, sigkill_after = 2s;
 };
@@ -46,12 +50,13 @@ class ForeignProgram {
   [[nodiscard]] std::string ended();
   /// Waits until it is ready. Errors: it ended, the limit passed, or `stop_descriptor` became readable.
   [[nodiscard]] Result<void, Problem> wait_until_ready(Duration limit, int stop_descriptor, const Clock& clock);
+  /// False: it still runs after the limit.
+  [[nodiscard]] bool wait_for_end(Duration limit, const Clock& clock);
   /// SIGINT as from a terminal, then SIGTERM, then SIGKILL to the group; waits for the end. Returns how it ended.
   std::string stop(const Clock& clock);
 
  private:
   ForeignProgram(ProgramSpec spec, pid_t pid, int pidfd);
-  [[nodiscard]] bool wait_for_end(Duration limit, const Clock& clock);
 
   ProgramSpec spec_;
   pid_t pid_;

@@ -15,6 +15,7 @@
 
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/session/isolated_component.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
@@ -153,13 +154,26 @@ Result<void, Problem> Session::start_programs() {
   return {};
 }
 
+Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPlan& component) {
+  if (component.isolate == launch::Isolation::None) return container_->load(load_request_of(component));
+  auto started = IsolatedComponent::start(component, options_.places, *container_, clock_);
+  if (!started) return err(started.error());
+  auto adopted = container_->adopt(started.value());
+  if (adopted) {
+    adopted.value().warnings = started.value()->info().warnings;
+  } else {
+    started.value()->unload();
+  }
+  return adopted;
+}
+
 Result<void, Problem> Session::load_components() {
   std::size_t number = 0;
   for (const auto& component : plan_.components) {
     if (stop_.is_raised()) return err(interrupted(stop_));
     progress(fmt::format("[{}/{}] loading {}", ++number, plan_.components.size(), component.full_name()));
     const GraphBefore before{*container_};
-    auto loaded = container_->load(load_request_of(component));
+    auto loaded = load(component);
     if (!loaded) {
       const Problem problem{component.where.text() + ": " + loaded.error().where, loaded.error().what,
                             loaded.error().way_out};
@@ -167,6 +181,9 @@ Result<void, Problem> Session::load_components() {
       left_out_.insert(component.full_name());
       say("nacelle: left out, since it is not required: " + problem.text());
     } else {
+      // Those of a component in this process have been logged.
+      if (component.isolate == launch::Isolation::Process)
+        for (const auto& line : loaded.value().warnings) say("nacelle: " + line);
       for (const auto& line : unused_qos(component, before.added())) say(line);
     }
     composition_changed();

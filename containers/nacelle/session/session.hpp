@@ -18,18 +18,11 @@
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "nacelle/session/stop_signal.hpp"
 
 namespace nacelle::session {
-
-/// Where an installed or freshly built program finds what belongs to it.
-struct ProgramPlaces {
-  std::string program;                         ///< The running `nacelle`.
-  std::vector<std::string> component_folders;  ///< NACELLE_COMPONENT_PATH first, then ../lib/nacelle.
-  std::vector<std::filesystem::path> message_folders;
-  std::vector<std::string> prefixes;  ///< For a foreign node's <prefix>/lib/<package>/<program>.
-};
 
 struct SessionOptions {
   std::string container_name;  ///< Of the control socket.
@@ -59,6 +52,8 @@ class Session {
   [[nodiscard]] const launch::Plan& plan() const { return plan_; }
   [[nodiscard]] const SessionOptions& options() const { return options_; }
   [[nodiscard]] Phase phase() const { return service_->phase(); }
+  /// Loads what the plan says, in this process or in one of its own.
+  [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component);
   /// Takes a loaded component to a state, one transition after the other. Errors: the first that failed, with its reason.
   [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component, launch::TargetState target);
   /// States changed by somebody else than the bring-up: shows them to those who watch, and begins the steady state anew.

@@ -42,7 +42,7 @@ json list_components(Session& session) {
 json load(Session& session, const runtime::LoadRequest& request, launch::TargetState target,
           const launch::ComponentPlan* plan) {
   const GraphBefore before{session.container()};
-  auto loaded = session.container().load(request);
+  auto loaded = plan != nullptr ? session.load(*plan) : session.container().load(request);
   if (!loaded) return reply_of(loaded.error());
   const std::string node = loaded.value().node;
   std::vector<std::string> warnings = loaded.value().warnings;

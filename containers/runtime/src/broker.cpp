@@ -2,6 +2,7 @@
 #include "nacelle/runtime/broker.hpp"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -13,6 +14,12 @@
 namespace nacelle::runtime {
 namespace {
 
+// A message tells its writer's id wherever it goes (graph.hpp).
+std::uint64_t first_id() {
+  static std::atomic<std::uint64_t> brokers{0};
+  return (static_cast<std::uint64_t>(::getpid()) << 40U) | ((brokers.fetch_add(1) & 0xFFU) << 32U) | 1U;
+}
+
 // Message libraries stay for the life of the process: types, pools and queued messages refer to them (design D4).
 void pin_library_of(const msgs::MessageType& type) {
   Dl_info info{};
@@ -21,10 +28,12 @@ void pin_library_of(const msgs::MessageType& type) {
   }
 }
 
-class BrokerReader final : public Reader {
+}  // namespace
+
+class BrokerReader final : public ProxyReader {
  public:
-  BrokerReader(std::shared_ptr<Topic> topic, std::shared_ptr<ReaderQueue> queue)
-      : topic_(std::move(topic)), queue_(std::move(queue)) {
+  BrokerReader(Broker& broker, std::shared_ptr<Topic> topic, std::shared_ptr<ReaderQueue> queue)
+      : broker_(broker), topic_(std::move(topic)), queue_(std::move(queue)) {
     const std::lock_guard lock(topic_->mutex_);
     topic_->readers_.push_back(queue_);
     topic_->version_.fetch_add(1, std::memory_order_release);
@@ -39,6 +48,7 @@ class BrokerReader final : public Reader {
     for (BrokerWriter* writer : topic_->writers_) {
       if (matches(writer->spec(), queue_->spec())) writer->tell();
     }
+    broker_.links_.gone(queue_->id());
     if (is_tool(queue_->spec())) return;
     add(topic_->gone_.read, queue_->counters());
     if (queue_->latency().count() != 0) {
@@ -67,6 +77,7 @@ class BrokerReader final : public Reader {
   }
   void set_enabled(bool enabled) override {
     queue_->set_enabled(enabled);
+    broker_.links_.gate(queue_->id(), enabled);
     if (!enabled || !queue_->wants_history()) return;
     // What was published while the gate was closed counts as history to a reader that asked for it.
     const std::lock_guard lock(topic_->mutex_);
@@ -76,18 +87,26 @@ class BrokerReader final : public Reader {
   const DurationHistogram* latency() const override { return &queue_->latency(); }
   void note_rehomed() override { queue_->note_rehomed(); }
 
+  Block* look() override { return queue_->look(); }
+  void release(std::uint64_t messages) override { queue_->release(messages); }
+  void forget_seen() override { queue_->forget_seen(); }
+  void note_copied(std::uint64_t bytes) override {
+    const std::lock_guard lock(topic_->mutex_);
+    ++topic_->gone_.written.copies;
+    topic_->gone_.written.bytes_copied += bytes;
+  }
+
  private:
   void replay() {
     if (!queue_->wants_history() || !queue_->is_enabled()) return;
     for (BrokerWriter* writer : topic_->writers_) writer->replay(*queue_);
   }
+  Broker& broker_;
   const std::shared_ptr<Topic> topic_;
   const std::shared_ptr<ReaderQueue> queue_;
 };
 
-}  // namespace
-
-Broker::Broker(const Clock& clock, Watching watching) : clock_(clock) {
+Broker::Broker(const Clock& clock, Watching watching) : clock_(clock), next_id_(first_id()) {
   if (watching == Watching::ByThread)
     watchdog_ = std::make_unique<Watchdog>([this](MonotonicTime now) { return watch(now); });
 }
@@ -120,22 +139,42 @@ std::shared_ptr<Topic> Broker::topic(const EndpointSpec& spec) {
 
 std::unique_ptr<Writer> Broker::create_writer(const EndpointSpec& spec) {
   const std::lock_guard lock(mutex_);
+  return make_writer(spec, next_id_++);
+}
+
+// Under the lock.
+std::unique_ptr<ProxyWriter> Broker::make_writer(const EndpointSpec& spec, std::uint64_t id) {
   types_to_compare_ = true;
-  return std::make_unique<BrokerWriter>(*this, topic(spec), spec, next_id_++);
+  auto writer = std::make_unique<BrokerWriter>(*this, topic(spec), spec, id);
+  links_.made(info_of(spec, id, true, true));
+  return writer;
 }
 
 std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking taking, ReadyListener* listener) {
   const std::lock_guard lock(mutex_);
-  types_to_compare_ = true;
-  return std::make_unique<BrokerReader>(
-      topic(spec), std::make_shared<ReaderQueue>(spec, taking, listener, clock_, watchdog_.get(), next_id_++));
+  const std::uint64_t id = next_id_++;
+  return make_reader(std::make_shared<ReaderQueue>(spec, taking, listener, clock_, watchdog_.get(), id));
 }
 
 std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking taking, Executable& executable) {
   const std::lock_guard lock(mutex_);
+  const std::uint64_t id = next_id_++;
+  return make_reader(std::make_shared<ReaderQueue>(spec, taking, executable, clock_, watchdog_.get(), id));
+}
+
+std::unique_ptr<ProxyReader> Broker::create_proxy_reader(const EndpointSpec& spec, ReadyListener* listener) {
+  const std::lock_guard lock(mutex_);
+  const std::uint64_t id = next_id_++;
+  return make_reader(std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), id));
+}
+
+// Under the lock.
+std::unique_ptr<ProxyReader> Broker::make_reader(std::shared_ptr<ReaderQueue> queue) {
   types_to_compare_ = true;
-  return std::make_unique<BrokerReader>(
-      topic(spec), std::make_shared<ReaderQueue>(spec, taking, executable, clock_, watchdog_.get(), next_id_++));
+  queue->tell_links(&links_);
+  auto reader = std::make_unique<BrokerReader>(*this, topic(queue->spec()), queue);
+  links_.made(info_of(queue->spec(), queue->id(), false, queue->is_enabled()));
+  return reader;
 }
 
 void Broker::retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool) {

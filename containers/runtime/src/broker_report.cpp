@@ -94,13 +94,21 @@ WiringReport Broker::wiring(const std::string& name, Duration age) const {
     for (const BrokerWriter* writer : topic->writers_) {
       if (is_tool(writer->spec())) continue;
       report.writer_nodes.push_back(writer->spec().node);
-      std::size_t owners = 0, sharers = 0;
+      std::size_t owners = 0, sharers = 0, links = 0;  // a message is copied on its way to or from another process
+      if (writer->spec().via != 0) ++links;
       for (const auto& reader : topic->readers_) {
-        if (matches(writer->spec(), reader->spec())) ++(reader->taking() == Taking::Own ? owners : sharers);
+        if (!matches(writer->spec(), reader->spec())) continue;
+        ++(reader->taking() == Taking::Own ? owners : sharers);
+        if (reader->spec().via != 0) {
+          ++links;
+          report.other_processes.push_back(reader->spec().node);
+        }
       }
       // As BrokerWriter::distribute(): the last owner gets the original where nobody shares it.
       const bool shared = sharers != 0 || writer->spec().qos.resolved().durability() == Durability::TransientLocal;
-      report.copies = std::max<std::uint64_t>(report.copies, shared || owners == 0 ? owners : owners - 1);
+      const std::size_t copied = shared || owners == 0 ? owners : owners - 1;
+      report.copies = std::max<std::uint64_t>(report.copies, copied + links);
+      if (writer->spec().via != 0) report.other_processes.push_back(writer->spec().node);
     }
     if (topic->gone_.latency) report.late += topic->gone_.latency->count_above(age);
     for (const auto& reader : topic->readers_) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "nacelle/base/histogram.hpp"
+#include "nacelle/node/graph.hpp"
 #include "nacelle/qos/compatibility.hpp"
 #include "reader_queue.hpp"
 
@@ -40,10 +41,16 @@ class Topic {
 /// A look from outside the robot (topic echo): it must not change what the report says of the robot's own streams.
 inline bool is_tool(const EndpointSpec& spec) { return spec.node.empty(); }
 
+/// Both stand for endpoints of the same other process: they meet there.
+inline bool same_link(const EndpointSpec& writer, const EndpointSpec& reader) {
+  return writer.via != 0 && writer.via == reader.via;
+}
+
 inline bool matches(const EndpointSpec& writer, const EndpointSpec& reader) {
-  return verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error;
+  return !same_link(writer, reader) && verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error;
 }
 
 void add(ReaderCounters& to, const ReaderCounters& more);
+[[nodiscard]] EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer, bool open);
 
 }  // namespace nacelle::runtime

@@ -29,14 +29,14 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
       topic_version_(topic_->version_),
       spec_(std::move(spec)),
       id_(id),
-      keeps_history_(spec_.qos.resolved().durability() == Durability::TransientLocal),
+      keeps_history_(spec_.via == 0 && spec_.qos.resolved().durability() == Durability::TransientLocal),
       history_limit_(std::max<std::size_t>(1, spec_.qos.resolved().queue_capacity())),
       lifespan_(spec_.qos.resolved().lifespan()),
       longest_wait_(spec_.qos.reliability() == Reliability::BestEffort ? Duration::zero()
                                                                        : spec_.qos.max_blocking_time()),
       bounded_(spec_.qos.when_dry() != PoolPolicy::Grow),
       pool_(std::make_unique<MessagePool>(*spec_.type)),
-      deadline_(spec_.qos.resolved().deadline()),
+      deadline_(spec_.via == 0 ? spec_.qos.resolved().deadline() : Duration::zero()),
       lease_(lease_of(spec_.qos.resolved()), broker_.clock_.now()),
       has_contract_(deadline_.is_set() || lease_.is_set()),
       is_plain_(!has_contract_ && !keeps_history_ && lifespan_ == Duration::zero() && longest_wait_ == Duration::zero()) {
@@ -60,6 +60,7 @@ BrokerWriter::~BrokerWriter() {
     for (const auto& reader : topic_->readers_) reader->forget_writer(id_);
     tell_readers();
     fold_into(topic_->gone_);
+    broker_.links_.gone(id_);
   }
   for (Block* block : history_) drop_reference(*block);
   broker_.retire(spec_, std::move(pool_));
@@ -165,6 +166,7 @@ void BrokerWriter::note_message(MonotonicTime now) {
     revived = lease_.is_set() && lease_.show_life(now);
   }
   if (missed) tell();
+  if (lease_.is_set()) broker_.links_.life(id_);
   if (revived) {
     const std::lock_guard lock(topic_->mutex_);
     tell_readers();
@@ -173,6 +175,7 @@ void BrokerWriter::note_message(MonotonicTime now) {
 }
 
 void BrokerWriter::assert_liveliness() {
+  if (lease_.is_set()) broker_.links_.life(id_);
   {
     const std::lock_guard lock(contract_mutex_);
     if (!lease_.is_set() || !lease_.show_life(broker_.clock_.now())) return;

@@ -23,7 +23,7 @@ class Tally {
 };
 
 /// The sending end of a topic in process. Threads: as Writer; watch(), replay(), fold_into() and note_*() from any.
-class BrokerWriter final : public Writer {
+class BrokerWriter final : public ProxyWriter {
  public:
   BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, EndpointSpec spec, std::uint64_t id);
   ~BrokerWriter() override;
@@ -31,6 +31,8 @@ class BrokerWriter final : public Writer {
   Block* borrow() override;
   Block* adopt(void* message) override { return pool_->adopt(message); }
   PublishResult publish(Block& block) override;
+  void relay(Block& block, const MessageInfo& info, MonotonicTime expires, std::span<const std::uint64_t> readers,
+             std::uint64_t bytes_copied) override;
   void assert_liveliness() override;
   std::size_t reader_count() const override;
   WriterCounters counters() const override;
@@ -66,6 +68,7 @@ class BrokerWriter final : public Writer {
   bool hand_over(Block& block);
   void sort_routes();
   PublishResult answer(bool refused);
+  void pass_on(ReaderQueue& reader, Block& block);
 
   struct Route {
     ReaderQueue* queue;
@@ -99,6 +102,8 @@ class BrokerWriter final : public Writer {
   DeadlineWatch deadline_;
   LeaseWatch lease_;
   EndpointStatus totals_;
+  std::vector<ReaderQueue*> chosen_;  // of relay(), to keep the memory
+  std::uint64_t last_relayed_ = 0;
   const bool has_contract_;  // a deadline or a lease: without one publish() does not take the lock
   const bool is_plain_;      // nothing at all but readers
 };

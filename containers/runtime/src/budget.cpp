@@ -10,6 +10,17 @@
 
 namespace nacelle::runtime {
 
+namespace {
+
+std::string why_copied(const WiringReport& wiring) {
+  std::string why;
+  if (!wiring.owner_nodes.empty()) why = join(wiring.owner_nodes) + " take(s) it as its own";
+  if (wiring.other_processes.empty()) return why;
+  return why + (why.empty() ? "" : " and ") + join(wiring.other_processes) + " live(s) in another process";
+}
+
+}  // namespace
+
 std::string BudgetEvent::text() const {
   return fmt::format("{}: budget of {}: {} {}: {}", where, topic, limit, broken ? "is broken" : "is kept again", cause);
 }
@@ -23,10 +34,12 @@ std::vector<Problem> BudgetWatch::check_wiring(const Container& container) const
     if (wiring.copies <= *budget.max_copies) continue;
     problems.push_back(
         {budget.where,
-         fmt::format("max_copies {} of {} cannot be kept: each message is copied {} time(s), since {} take(s) it "
-                     "as its own",
-                     *budget.max_copies, budget.topic, wiring.copies, join(wiring.owner_nodes)),
-         "let the callback take const T& or std::shared_ptr<const T>, or allow the copies"});
+         fmt::format("max_copies {} of {} cannot be kept: each message is copied {} time(s), since {}",
+                     *budget.max_copies, budget.topic, wiring.copies, why_copied(wiring)),
+         wiring.other_processes.empty()
+             ? "let the callback take const T& or std::shared_ptr<const T>, or allow the copies"
+             : "leave `isolate: process` out, let the callback take const T& or std::shared_ptr<const T>, or allow the "
+               "copies"});
   }
   return problems;
 }

@@ -19,6 +19,7 @@ std::string ClashReport::text() const {
 
 std::vector<ClashReport> clashes_between(const EndpointSpec& writer, const EndpointSpec& reader) {
   std::vector<ClashReport> found;
+  if (same_link(writer, reader)) return found;
   if (writer.type != reader.type) {
     found.push_back({writer.topic, writer.node, reader.node, kTypePolicy, writer.type->name, reader.type->name,
                      "rename one of the topics with a remap, or make both sides use one type"});
@@ -33,7 +34,7 @@ std::vector<ClashReport> clashes_between(const EndpointSpec& writer, const Endpo
 }
 
 void introduce(BrokerWriter& writer, ReaderQueue& reader) {
-  if (is_tool(writer.spec()) || is_tool(reader.spec())) return;
+  if (is_tool(writer.spec()) || is_tool(reader.spec()) || same_link(writer.spec(), reader.spec())) return;
   const auto clashes = clashes_between(writer.spec(), reader.spec());
   if (clashes.empty()) {
     writer.note_matched();

@@ -90,6 +90,7 @@ Container::~Container() {
     {
       const std::lock_guard lock(impl_->mutex);
       if (!impl_->records.empty()) last = impl_->records.rbegin()->first;
+      if (!impl_->foreign.empty()) last = std::max(last, impl_->foreign.rbegin()->first);
     }
     if (last == 0) break;
     static_cast<void>(unload(last));
@@ -107,11 +108,17 @@ Container::~Container() {
 const ContainerOptions& Container::options() const { return impl_->options; }
 const Clock& Container::clock() const { return impl_->commons.clock; }
 Transport& Container::transport() { return impl_->commons.broker; }
+Graph& Container::graph() { return impl_->commons.broker; }
 
 std::vector<ComponentInfo> Container::list() const {
   const std::lock_guard lock(impl_->mutex);
   std::vector<ComponentInfo> all;
   for (const auto& [id, record] : impl_->records) all.push_back(Impl::info_of(*record));
+  for (const auto& [id, component] : impl_->foreign) {
+    all.push_back(component->info());
+    all.back().id = id;
+  }
+  std::ranges::sort(all, {}, &ComponentInfo::id);
   return all;
 }
 
@@ -135,6 +142,7 @@ Result<ComponentInfo, Problem> Container::find(const std::string& name_or_id) co
 }
 
 TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
+  if (const auto other = impl_->foreign_component(id)) return other->trigger(transition);
   const auto record = impl_->record(id);
   if (!record) return {false, StateId::Unknown, "component " + std::to_string(id) + " is not loaded"};
   if (std::string why = impl_->why_not_wait_for(*record); !why.empty())

@@ -14,6 +14,7 @@
 #include "errand.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/foreign_component.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "node_runtime.hpp"
 #include "supervisor.hpp"
@@ -58,6 +59,7 @@ struct Container::Impl final : Context {
   std::unique_ptr<Executor> shared_executor;  // made with the first component that shares it
   mutable std::mutex mutex;  // what follows, and the shared executor; no code of a component runs under it
   std::map<std::uint64_t, std::shared_ptr<Record>> records;
+  std::map<std::uint64_t, std::shared_ptr<ForeignComponent>> foreign;  // of other processes
   std::map<std::string, const Record*> names;      // of nodes that are loaded, being loaded or being unloaded
   std::vector<std::shared_ptr<Record>> abandoned;  // their code has not returned
   struct HeldImage {
@@ -74,6 +76,7 @@ struct Container::Impl final : Context {
   [[nodiscard]] Executor& executor_for(Record& record, const LoadRequest& request);
   [[nodiscard]] static ComponentInfo info_of(const Record& record);
   [[nodiscard]] std::shared_ptr<Record> record(std::uint64_t id) const;
+  [[nodiscard]] std::shared_ptr<ForeignComponent> foreign_component(std::uint64_t id) const;
   /// Why this thread must not wait for the component: it would wait for itself. Empty if it may.
   [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
   void note_fault(Record& record, const std::string& code, const std::string& text);

@@ -56,6 +56,13 @@ std::unique_ptr<FrameClaim> FrameRegistry::claim(const std::string& node, const 
   return std::make_unique<Claim>(claims_, node, parent, child, kind);
 }
 
+std::vector<std::string> FrameRegistry::claims() const {
+  std::vector<std::string> texts;
+  auto list = claims_->list.lock();
+  for (const auto& entry : *list) texts.push_back("claims the frame " + entry.parent + " -> " + entry.child);
+  return texts;
+}
+
 void FrameRegistry::withdraw(const std::string& node) {
   auto list = claims_->list.lock();
   std::vector<std::string> children;

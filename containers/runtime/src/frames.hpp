@@ -23,6 +23,8 @@ class FrameRegistry {
   void withdraw(const std::string& node);
   /// Frames with two primary owners, or with two parents.
   [[nodiscard]] std::vector<Problem> conflicts() const;
+  /// "claims the frame odom -> base_link", each.
+  [[nodiscard]] std::vector<std::string> claims() const;
 
  private:
   class Claim;

@@ -29,6 +29,11 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
   auto runtime = std::make_shared<NodeRuntime>(commons, identity, *making.executor, std::move(on_fault));
   const std::lock_guard lock(mutex);
   if (record.given_up) throw std::runtime_error("its load was given up");
+  for (const auto& [id, other] : foreign) {
+    if (other->info().node != name) continue;
+    throw exceptions::InvalidNameError(
+        fmt::format("a node {} runs in another process already (component {}); give this one another name", name, id));
+  }
   if (const auto [taken, is_new] = names.emplace(name, &record); !is_new) {
     const std::uint64_t id = taken->second->id;
     throw exceptions::InvalidNameError(
@@ -249,6 +254,12 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
 
 Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
   impl_->sweep();
+  if (const auto other = impl_->foreign_component(id)) {
+    const UnloadOutcome outcome = other->unload();
+    const std::lock_guard lock(impl_->mutex);
+    impl_->foreign.erase(id);
+    return outcome;
+  }
   const auto record = impl_->record(id);
   if (!record) return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
   if (std::string why = impl_->why_not_wait_for(*record); !why.empty())

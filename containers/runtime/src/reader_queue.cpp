@@ -45,7 +45,7 @@ ReaderQueue::ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* list
       clock_(clock),
       watchdog_(watchdog),
       id_(id),
-      deadline_(spec_.qos.resolved().deadline()) {
+      deadline_(spec_.via == 0 ? spec_.qos.resolved().deadline() : Duration::zero()) {
   note_room();
 }
 
@@ -106,6 +106,12 @@ void ReaderQueue::note_arrival(MonotonicTime now, Loose& loose) {
 Block* ReaderQueue::pop() {
   Block* const block = ring_[head_++ & mask_];
   waiting_.store(waiting_.load(std::memory_order_relaxed) - 1, std::memory_order_release);
+  if (looked_at_ != 0) [[unlikely]] {
+    --looked_at_;
+    ++released_early_;
+  }
+  if (links_ != nullptr && block->via != 0) [[unlikely]]
+    links_->left(id_, block->via);
   if (room_waiters_ != 0) [[unlikely]] {
     room_word_.fetch_add(1, std::memory_order_release);
     futex_wake(room_word_, std::numeric_limits<int>::max());
@@ -265,7 +271,7 @@ EndpointStatus ReaderQueue::status() const {
 ReaderCounters ReaderQueue::counters() const {
   const std::lock_guard lock(*mutex_);
   ReaderCounters all = counters_;
-  all.received = head_ + waiting_.load(std::memory_order_relaxed);
+  all.received += head_ + waiting_.load(std::memory_order_relaxed);
   all.delivered = head_ - unread_;
   return all;
 }

@@ -11,6 +11,7 @@
 #include "nacelle/node/transport.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "nacelle/runtime/futex.hpp"
+#include "nacelle/runtime/graph_watch.hpp"
 #include "watchdog.hpp"
 
 namespace nacelle::runtime {
@@ -52,6 +53,14 @@ class ReaderQueue {
   void close();
   void note_latency(Duration latency) { latency_.record(latency); }
   void note_rehomed();
+  /// Before the queue is shared.
+  void tell_links(const GraphWatch* links) { links_ = keep_all_ ? links : nullptr; }
+
+  // Of a stand-in for a reader of another process; see ProxyReader (reader_proxy.cpp).
+  [[nodiscard]] Block* look();
+  void release(std::uint64_t messages);
+  void forget_seen();
+  void note_lost(const ReaderCounters& losses);
 
   /// A writer that matched, or one that cannot: changes the totals and tells the listener.
   void note_matched();
@@ -66,6 +75,7 @@ class ReaderQueue {
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] Taking taking() const { return taking_; }
+  [[nodiscard]] bool keeps_all() const { return keep_all_; }
   [[nodiscard]] bool wants_history() const { return wants_history_; }
   [[nodiscard]] bool is_enabled() const;
   /// The last sequence that this reader got from a writer, if it asks for history; else 0.
@@ -122,6 +132,9 @@ class ReaderQueue {
   std::uint64_t unread_ = 0;  // of those taken out, those that went to nobody
   DurationHistogram latency_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
+  const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
+  std::size_t looked_at_ = 0;          // of those that wait, the oldest
+  std::uint64_t released_early_ = 0;   // looked at, and gone before release()
 };
 
 inline void ReaderQueue::append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) {
@@ -145,7 +158,7 @@ inline Block* ReaderQueue::take_quickly() {
   if (waiting == 0) return nullptr;
   Block* const block = ring_[head_ & mask_];
   // Only a message with a lifespan costs a look at the clock.
-  if (block->expires != kNeverExpires || room_waiters_ != 0) [[unlikely]]
+  if (block->expires != kNeverExpires || room_waiters_ != 0 || links_ != nullptr) [[unlikely]]
     return nullptr;
   ++head_;
   waiting_.store(waiting - 1, std::memory_order_release);

@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/node/transport.hpp"
+#include "nacelle/node/graph.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/graph_watch.hpp"
 #include "nacelle/runtime/pool.hpp"
 
 namespace nacelle::runtime {
@@ -30,7 +31,7 @@ enum class Watching : std::uint8_t { ByCaller, ByThread };
 /// A writer keeps its own list of matched readers and looks for a newer one by comparing a version, so publish() takes one short
 /// lock per reader and none of the broker's.
 /// Threads: as Transport.
-class Broker final : public Transport {
+class Broker final : public Graph {
  public:
   explicit Broker(const Clock& clock, Watching watching = Watching::ByCaller);
   ~Broker() override;
@@ -41,6 +42,13 @@ class Broker final : public Transport {
   /// A reader whose messages come to the executable with its turn to run (Executable::execute_with). Never null.
   [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking, Executable& executable);
   MonotonicTime watch(MonotonicTime now) override;
+
+  [[nodiscard]] std::uint32_t join(GraphListener& listener) override;
+  void leave(std::uint32_t link) override;
+  [[nodiscard]] std::unique_ptr<ProxyWriter> create_proxy_writer(const EndpointSpec& spec, std::uint64_t id) override;
+  [[nodiscard]] std::unique_ptr<ProxyReader> create_proxy_reader(const EndpointSpec& spec,
+                                                                 ReadyListener* listener) override;
+  void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   void report(std::vector<StreamReport>& out) const;
@@ -54,11 +62,14 @@ class Broker final : public Transport {
 
  private:
   friend class BrokerWriter;
+  friend class BrokerReader;
   struct Retired {
     std::string node, topic;
     std::unique_ptr<MessagePool> pool;
   };
   std::shared_ptr<Topic> topic(const EndpointSpec& spec);
+  std::unique_ptr<ProxyWriter> make_writer(const EndpointSpec& spec, std::uint64_t id);
+  std::unique_ptr<ProxyReader> make_reader(std::shared_ptr<ReaderQueue> queue);
   void retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool);
   void look_earlier();
   void tell_type_clashes();
@@ -69,7 +80,9 @@ class Broker final : public Transport {
   mutable std::mutex mutex_;
   std::map<std::pair<std::string, const msgs::MessageType*>, std::shared_ptr<Topic>> topics_;
   std::vector<Retired> retired_;
-  std::uint64_t next_id_ = 1;
+  std::uint64_t next_id_;  // of endpoints: no other process of the host, and no other broker of this one, has the same
+  std::uint32_t next_link_ = 1;
+  GraphWatch links_;
   bool types_to_compare_ = false;                                 // an endpoint came to a name with several types
   std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_;  // writer, reader: each pair is told once
   std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread ends before what it looks at

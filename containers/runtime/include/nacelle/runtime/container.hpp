@@ -11,6 +11,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/node/graph.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 
 namespace nacelle::runtime {
@@ -128,9 +129,13 @@ struct WiringReport {
   std::string topic;
   std::vector<std::string> writer_nodes;
   std::vector<std::string> owner_nodes;  ///< That take the message as their own (Loan, unique_ptr).
-  std::uint64_t copies = 0;              ///< Per message, in publish(): of the writer that makes most.
-  std::uint64_t late = 0;                ///< Messages so far that were older than asked for when a callback began.
+  std::vector<std::string>
+      other_processes;       ///< Nodes of other processes that send it here or get it from here: a copy each.
+  std::uint64_t copies = 0;  ///< Per message, in publish() and on links: of the writer that makes most.
+  std::uint64_t late = 0;    ///< Messages so far that were older than asked for when a callback began.
 };
+
+class ForeignComponent;
 
 /// Loads components, runs them, takes them out again; one per process.
 ///
@@ -150,12 +155,20 @@ class Container final {
   [[nodiscard]] const Clock& clock() const;
   /// The in-process transport, for readers and writers that are not components (the control socket's).
   [[nodiscard]] Transport& transport();
+  /// The same, for links to other processes.
+  [[nodiscard]] Graph& graph();
 
   /// Errors: what is wrong with plugin, library or parameters; a name that is taken; a constructor that threw, or has not
   /// returned in time (then the image is kept, and what the constructor makes later is destroyed at once).
   [[nodiscard]] Result<ComponentInfo, Problem> load(const LoadRequest& request);
   /// The instance ends at once, the image as soon as nobody holds it (UnloadOutcome, kept_images()).
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);
+  /// Takes in a component of another process: listed, found, triggered and unloaded as the others. Errors: its name is taken.
+  [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
+  /// A component of another process has become faulted.
+  void tell_fault(const ComponentInfo& info);
+  /// What components here have in common beside streams and services, and could not have with another process, in words.
+  [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;
   /// Libraries that are still mapped for nobody's use. Closes those that have become free.
   [[nodiscard]] std::vector<KeptImage> kept_images();

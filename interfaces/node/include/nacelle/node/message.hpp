@@ -44,6 +44,7 @@ struct Block {
   // The one shared_ptr of this message, made when the first callback asks for it; its control block lies in the envelope,
   // so that shared_ptr<const T> costs no heap. See share_block().
   std::atomic<std::uint8_t> shared_state{0};
+  std::uint32_t via = 0;  ///< The link that brought it from another process (EndpointSpec::via); 0: none.
   std::shared_ptr<const void> shared;
   alignas(std::max_align_t) std::byte shared_control[64];
 };

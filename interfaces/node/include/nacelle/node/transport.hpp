@@ -46,6 +46,9 @@ struct EndpointSpec {
   bool tells_lost = false;                    ///< Whether each lost message is told too, or only counted.
   /// A writer with PoolPolicy::Fail ran dry: what a fault of its component says. Called on the publisher's thread.
   std::function<void(std::string code, std::string text)> on_fault;
+  /// The link that made it as the stand-in for an endpoint of another process (graph.hpp); 0: an endpoint of this process.
+  /// Stand-ins of one link do not match each other.
+  std::uint32_t via = 0;
 };
 
 /// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the

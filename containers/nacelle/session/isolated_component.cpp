@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/isolated_component.hpp"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "nacelle/session/isolated_words.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using nlohmann::json;
+
+// Beyond what the process itself grants a transition.
+constexpr Duration kPatience = 5s;
+constexpr Duration kLeaveLimit = 3s;
+
+}  // namespace
+
+Result<std::shared_ptr<IsolatedComponent>, Problem> IsolatedComponent::start(const launch::ComponentPlan& plan,
+                                                                             const ProgramPlaces& places,
+                                                                             runtime::Container& container,
+                                                                             const Clock& clock) {
+  auto made = std::make_shared<IsolatedComponent>(plan, places, container, clock);
+  if (auto spawned = made->spawn(); !spawned) return err(spawned.error());
+  auto loaded = made->call({{"do", "load"}, {"plan", plan_to_json(plan)}});
+  if (!loaded) return err(loaded.error());
+  return made;
+}
+
+IsolatedComponent::IsolatedComponent(const launch::ComponentPlan& plan, const ProgramPlaces& places,
+                                     runtime::Container& container, const Clock& clock)
+    : plan_(plan), places_(places), container_(container), clock_(clock), types_(places.message_folders) {
+  info_.node = plan.full_name();
+  info_.plugin = plan.plugin;
+}
+
+IsolatedComponent::~IsolatedComponent() { end_process(); }
+
+Result<void, Problem> IsolatedComponent::spawn() {
+  const std::string where = "component " + plan_.full_name();
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    return err(Problem{where, std::string("no socket for its process: ") + std::strerror(errno), ""});
+  ProgramSpec spec;
+  spec.label = plan_.full_name();
+  spec.path = places_.program;
+  spec.arguments = {"isolated", "--name", plan_.full_name(), "--parent", std::to_string(::getpid())};
+  spec.inherited_descriptor = ends[1];
+  auto program = ForeignProgram::start(spec);
+  ::close(ends[1]);
+  if (!program) {
+    ::close(ends[0]);
+    return err(program.error());
+  }
+  program_ = std::move(program).value();
+  LinkOptions options;
+  options.peer = fmt::format("the process of {} ({})", plan_.full_name(), program_->pid());
+  options.mirror_all = true;  // so that reports, checks and tools see its streams
+  options.find_type = [this](const std::string& name) -> const msgs::MessageType* {
+    auto type = types_.message(name);
+    return type ? type.value() : nullptr;
+  };
+  options.on_note = [this](const std::string& note) { on_note(note); };
+  options.on_end = [this](const Problem& problem) { on_end(problem); };
+  link_ = std::make_unique<Link>(container_.graph(), clock_, ends[0], std::move(options));
+  link_->start();
+  return {};
+}
+
+// --- questions and answers ----------------------------------------------------------------------------------------------
+
+Result<json, Problem> IsolatedComponent::call(json request) {
+  const std::lock_guard one(calling_);
+  std::unique_lock lock(mutex_);
+  const Problem over{"component " + plan_.full_name(), "its process is gone: " + how_, "unload it, and load it anew"};
+  if (gone_ || closing_) return err(over);
+  request["call"] = next_call_;
+  answer_.reset();
+  link_->send_note(request.dump());
+  const Duration limit = container_.options().transition_timeout + kPatience;
+  const bool came = answered_.wait_for(lock, limit, [&] { return gone_ || answer_ != nullptr; });
+  ++next_call_;
+  if (answer_ == nullptr) {
+    return err(Problem{over.where,
+                       came ? "its process ended: " + how_
+                            : fmt::format("its process has not answered within {:g} s", to_seconds(limit)),
+                       came ? "see its output above" : "unload it: its process is ended then"});
+  }
+  const json answer = *answer_;
+  if (!answer.value("success", false)) {
+    return err(Problem{answer.value("where", over.where), answer.value("reason", "it failed"), answer.value("way_out", "")});
+  }
+  return answer;
+}
+
+// On the link's thread. The process is this very program, but nothing it says may bring the container down.
+void IsolatedComponent::on_note(const std::string& note) {
+  try {
+    const json said = json::parse(note);
+    std::unique_lock lock(mutex_);
+    if (said.contains("fault")) {
+      info_ = info_from_json(said["fault"]);
+      const runtime::ComponentInfo faulted = info_;
+      lock.unlock();
+      container_.tell_fault(faulted);
+      return;
+    }
+    if (said.contains("info")) info_ = info_from_json(said["info"]);
+    // An answer that comes after its question was given up tells the state, and nothing else.
+    if (said.at("answer").get<std::uint64_t>() != next_call_) return;
+    answer_ = std::make_unique<json>(said);
+    answered_.notify_all();
+  } catch (const std::exception& e) {
+    Logger{"session"}.error("the process of {} said something unknown: {}", plan_.full_name(), e.what());
+  }
+}
+
+void IsolatedComponent::on_end(const Problem& problem) {
+  std::string how;
+  {
+    const std::lock_guard lock(process_mutex_);
+    if (closing_ || !program_) return;
+    // A process closes its sockets a moment before its end can be waited for. One that closed ours and goes on is of no use.
+    if (program_->wait_for_end(1s, clock_)) {
+      how = program_->ended();
+    } else {
+      how = problem.what + "; it was " + program_->stop(clock_);
+    }
+  }
+  runtime::ComponentInfo faulted;
+  {
+    const std::lock_guard lock(mutex_);
+    gone_ = true;
+    how_ = how;
+    info_.state = info_.managed ? StateId::Finalized : StateId::Unknown;
+    info_.fault = {"PROCESS_ENDED", fmt::format("its process {}", how)};
+    faulted = info_;
+    answered_.notify_all();
+  }
+  container_.tell_fault(faulted);
+}
+
+// --- as any other component ---------------------------------------------------------------------------------------------
+
+runtime::ComponentInfo IsolatedComponent::info() const {
+  const std::lock_guard lock(mutex_);
+  return info_;
+}
+
+TransitionOutcome IsolatedComponent::trigger(Transition transition) {
+  auto answer = call({{"do", "trigger"}, {"transition", static_cast<unsigned>(transition)}});
+  const StateId state = info().state;
+  if (!answer) return {false, state, answer.error().what};
+  return {true, state, {}};
+}
+
+runtime::UnloadOutcome IsolatedComponent::unload() {
+  // The component puts its hardware to rest itself; whatever it answers, its process goes.
+  static_cast<void>(call({{"do", "unload"}}));
+  end_process();
+  return {true, {}};
+}
+
+void IsolatedComponent::end_process() {
+  {
+    const std::lock_guard lock(process_mutex_);
+    const std::lock_guard state(mutex_);
+    closing_ = true;
+  }
+  link_.reset();
+  const std::lock_guard lock(process_mutex_);
+  if (!program_) return;
+  // It leaves by itself when the socket is closed.
+  if (!program_->wait_for_end(kLeaveLimit, clock_)) program_->stop(clock_);
+  program_.reset();
+}
+
+}  // namespace nacelle::session

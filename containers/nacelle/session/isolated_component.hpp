@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/runtime/foreign_component.hpp"
+#include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/session/program_places.hpp"
+#include "nacelle/transport_local/link.hpp"
+
+namespace nacelle::session {
+
+/// A launch file's component with `isolate: process`: a process of this program that holds it alone, its streams linked to the
+/// container's graph, its lifecycle asked for over the same socket.
+///
+/// When the process ends by itself the component is faulted with how it ended, and its streams are gone.
+/// Threads: start(), unload() and the destructor from one thread at a time; info() and trigger() from any.
+class IsolatedComponent final : public runtime::ForeignComponent {
+ public:
+  /// Starts the process and loads the component. Errors: as Container::load(); a process that does not come up; a component that
+  /// is tied to its own process (transforms it claims, objects it shares).
+  [[nodiscard]] static Result<std::shared_ptr<IsolatedComponent>, Problem> start(const launch::ComponentPlan& plan,
+                                                                                 const ProgramPlaces& places,
+                                                                                 runtime::Container& container,
+                                                                                 const Clock& clock);
+  IsolatedComponent(const launch::ComponentPlan& plan, const ProgramPlaces& places, runtime::Container& container,
+                    const Clock& clock);
+  ~IsolatedComponent() override;
+
+  runtime::ComponentInfo info() const override;
+  TransitionOutcome trigger(Transition transition) override;
+  runtime::UnloadOutcome unload() override;
+
+ private:
+  [[nodiscard]] Result<void, Problem> spawn();
+  [[nodiscard]] Result<nlohmann::json, Problem> call(nlohmann::json request);
+  void on_note(const std::string& note);
+  void on_end(const Problem& problem);
+  void end_process();
+
+  const launch::ComponentPlan plan_;
+  const ProgramPlaces& places_;
+  runtime::Container& container_;
+  const Clock& clock_;
+  msgs::TypeLibrary types_;  // the link's thread's
+
+  std::mutex calling_;  // one question at a time
+  mutable std::mutex mutex_;
+  std::condition_variable answered_;
+  runtime::ComponentInfo info_;
+  std::uint64_t next_call_ = 1;
+  std::unique_ptr<nlohmann::json> answer_;
+  bool gone_ = false, closing_ = false;
+  std::string how_;  // it ended
+
+  std::mutex process_mutex_;
+  std::unique_ptr<ForeignProgram> program_;
+  std::unique_ptr<Link> link_;
+};
+
+}  // namespace nacelle::session

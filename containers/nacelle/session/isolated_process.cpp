@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/isolated_process.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/base/log.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/session/isolated_words.hpp"
+#include "nacelle/session/load_request.hpp"
+#include "nacelle/transport_local/link.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using nlohmann::json;
+
+class IsolatedProcess {
+ public:
+  IsolatedProcess(int socket, const std::string& name, const ProgramPlaces& places, const Clock& clock)
+      : log_("isolated"), types_(places.message_folders), event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    runtime::ContainerOptions options;
+    options.name = name;
+    options.component_path = places.component_folders;
+    container_ = std::make_unique<runtime::Container>(std::move(options), clock);
+    LinkOptions link;
+    link.peer = "the container";
+    link.find_type = [this](const std::string& type_name) -> const msgs::MessageType* {
+      auto type = types_.message(type_name);
+      return type ? type.value() : nullptr;
+    };
+    link.on_note = [this](std::string note) {
+      notes_.lock()->push_back(std::move(note));
+      wake();
+    };
+    link.on_end = [this](const Problem&) {
+      over_ = true;
+      wake();
+    };
+    link_ = std::make_unique<Link>(container_->graph(), clock, socket, std::move(link));
+    container_->on_fault([this](const runtime::ComponentInfo& info) {
+      link_->send_note(json{{"fault", info_to_json(info)}}.dump());
+    });
+    link_->start();
+  }
+  ~IsolatedProcess() {
+    // The component first: its last messages may still be on their way when it says goodbye.
+    container_->on_fault({});
+    for (const auto& info : container_->list()) static_cast<void>(container_->unload(info.id));
+    link_.reset();
+    container_.reset();
+    ::close(event_);
+  }
+
+  void run(const StopSignal& stop) {
+    while (!over_ && !stop.is_raised()) {
+      std::array<pollfd, 2> waits{pollfd{stop.descriptor(), POLLIN, 0}, pollfd{event_, POLLIN, 0}};
+      ::poll(waits.data(), waits.size(), -1);
+      std::uint64_t count = 0;
+      static_cast<void>(!::read(event_, &count, sizeof count));
+      std::vector<std::string> notes;
+      std::swap(*notes_.lock(), notes);
+      for (const auto& note : notes) {
+        if (over_) return;
+        serve(note);
+      }
+    }
+  }
+
+ private:
+  void wake() const {
+    const std::uint64_t one = 1;
+    static_cast<void>(!::write(event_, &one, sizeof one));
+  }
+
+  void serve(const std::string& note) {
+    json answer;
+    try {
+      const json request = json::parse(note);
+      answer["answer"] = request.at("call");
+      const std::string what = request.at("do");
+      if (what == "load") {
+        load(plan_from_json(request.at("plan")), answer);
+      } else if (what == "trigger") {
+        trigger(static_cast<Transition>(request.at("transition").get<std::uint8_t>()), answer);
+      } else if (what == "unload") {
+        static_cast<void>(container_->unload(id_));
+        answer["success"] = true;
+      } else {
+        answer["reason"] = "it does not know the request '" + what + "'";
+      }
+    } catch (const std::exception& e) { answer["reason"] = std::string("a request that it cannot read: ") + e.what(); }
+    link_->send_note(answer.dump());
+  }
+
+  void load(const launch::ComponentPlan& plan, json& answer) {
+    auto loaded = container_->load(load_request_of(plan));
+    if (!loaded) return fail(loaded.error(), answer);
+    id_ = loaded.value().id;
+    if (const auto problem = tied()) {
+      static_cast<void>(container_->unload(id_));
+      return fail(*problem, answer);
+    }
+    runtime::ComponentInfo info = loaded.value();
+    std::vector<runtime::CallbackReport> callbacks;
+    container_->report_callbacks(callbacks);
+    for (const auto& callback : callbacks) {
+      if (callback.node != info.node || (callback.kind != "service" && callback.kind != "client")) continue;
+      info.warnings.push_back(info.node + ": isolate: process: its " + callback.kind + " '" + callback.name +
+                              "' reaches no other process; leave isolate out if it is needed");
+    }
+    answer["info"] = info_to_json(info);
+    answer["success"] = true;
+  }
+
+  void trigger(Transition transition, json& answer) {
+    const TransitionOutcome outcome = container_->trigger(id_, transition);
+    if (!outcome.success) {
+      answer["reason"] = outcome.reason;
+    } else if (const auto problem = tied(); problem && transition == Transition::Configure) {
+      static_cast<void>(container_->trigger(id_, Transition::Cleanup));
+      fail(*problem, answer);
+    } else {
+      answer["success"] = true;
+    }
+    for (const auto& info : container_->list()) {
+      if (info.id == id_) answer["info"] = info_to_json(info);
+    }
+  }
+
+  /// What the component needs and only finds among components of its own process.
+  [[nodiscard]] std::optional<Problem> tied() const {
+    const auto ties = container_->ties();
+    if (ties.empty()) return std::nullopt;
+    std::string node;
+    for (const auto& info : container_->list()) node = info.node;
+    return Problem{"component " + node, "cannot be isolated: it " + join(ties, ", it ") + ", which ends at its process",
+                   "leave isolate: process out"};
+  }
+
+  static void fail(const Problem& problem, json& answer) {
+    answer["success"] = false;
+    answer["where"] = problem.where;
+    answer["reason"] = problem.what;
+    answer["way_out"] = problem.way_out;
+  }
+
+  const Logger log_;
+  msgs::TypeLibrary types_;  // the link's thread's
+  const int event_;
+  std::atomic<bool> over_{false};
+  Guarded<std::vector<std::string>> notes_;
+  std::unique_ptr<runtime::Container> container_;
+  std::unique_ptr<Link> link_;
+  std::uint64_t id_ = 0;
+};
+
+}  // namespace
+
+int run_isolated(int socket, const std::string& name, const ProgramPlaces& places, const Clock& clock,
+                 const StopSignal& stop) {
+  IsolatedProcess process{socket, name, places, clock};
+  process.run(stop);
+  return 0;
+}
+
+}  // namespace nacelle::session

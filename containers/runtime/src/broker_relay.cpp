@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the broker does for links to other processes: telling them of endpoints, and handing on what they bring.
+#include <algorithm>
+
+#include "broker_writer.hpp"
+#include "nacelle/msgs/message_type.hpp"
+
+namespace nacelle::runtime {
+
+void GraphWatch::add(std::uint32_t link, GraphListener& listener) {
+  const std::lock_guard lock(mutex_);
+  listeners_.emplace_back(link, &listener);
+}
+
+void GraphWatch::remove(std::uint32_t link) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(listeners_, [&](const auto& entry) { return entry.first == link; });
+}
+
+void GraphWatch::made(const EndpointInfo& endpoint) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [link, listener] : listeners_) listener->on_made(endpoint);
+}
+
+void GraphWatch::gone(std::uint64_t id) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [link, listener] : listeners_) listener->on_gone(id);
+}
+
+void GraphWatch::gate(std::uint64_t reader, bool open) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [link, listener] : listeners_) listener->on_gate(reader, open);
+}
+
+void GraphWatch::life(std::uint64_t writer) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [link, listener] : listeners_) listener->on_life(writer);
+}
+
+void GraphWatch::left(std::uint64_t reader, std::uint32_t via) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [link, listener] : listeners_) {
+    if (link == via) listener->on_left(reader);
+  }
+}
+
+EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer, bool open) {
+  EndpointInfo info{id, is_writer, open, spec};
+  info.spec.gate = nullptr;
+  info.spec.status_listener = nullptr;
+  return info;
+}
+
+std::uint32_t Broker::join(GraphListener& listener) {
+  const std::lock_guard lock(mutex_);
+  const std::uint32_t link = next_link_++;
+  // Before the look: nothing is made under the broker's lock, and an end that goes meanwhile is told after it, or is not seen.
+  links_.add(link, listener);
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    for (const BrokerWriter* writer : topic->writers_)
+      listener.on_made(info_of(writer->spec(), writer->id(), true, true));
+    for (const auto& reader : topic->readers_)
+      listener.on_made(info_of(reader->spec(), reader->id(), false, reader->is_enabled()));
+  }
+  return link;
+}
+
+void Broker::leave(std::uint32_t link) { links_.remove(link); }
+
+std::unique_ptr<ProxyWriter> Broker::create_proxy_writer(const EndpointSpec& spec, std::uint64_t id) {
+  const std::lock_guard lock(mutex_);
+  return make_writer(spec, id);
+}
+
+void Broker::note_lost(const EndpointInfo& reader, const ReaderCounters& losses) {
+  const std::lock_guard lock(mutex_);
+  const auto found = topics_.find({reader.spec.topic, reader.spec.type});
+  if (found == topics_.end()) return;
+  const std::lock_guard topic_lock(found->second->mutex_);
+  for (const auto& queue : found->second->readers_) {
+    if (queue->id() == reader.id) queue->note_lost(losses);
+  }
+}
+
+// --- handing on ---------------------------------------------------------------------------------------------------------
+
+void BrokerWriter::pass_on(ReaderQueue& reader, Block& block) {
+  if (reader.push(block) != ReaderQueue::Push::Queued && reader.keeps_all())
+    broker_.links_.left(reader.id(), spec_.via);
+}
+
+void BrokerWriter::relay(Block& block, const MessageInfo& info, MonotonicTime expires,
+                         std::span<const std::uint64_t> readers, std::uint64_t bytes_copied) {
+  block.info = info;
+  block.info.received_time = broker_.clock_.now();
+  block.expires = expires;
+  block.via = spec_.via;
+  // History that is sent for a late joiner has been counted when it was new.
+  if (info.sequence > last_relayed_) {
+    last_relayed_ = info.sequence;
+    const auto sent_ns = static_cast<std::uint64_t>(info.source_time.nanoseconds());
+    if (published_.get() == 0) first_ns_.set(sent_ns);
+    last_ns_.set(sent_ns);
+    published_.add();
+  }
+  if (bytes_copied != 0) {
+    copies_.add();
+    bytes_copied_.add(bytes_copied);
+  }
+  update_routes(block);
+  chosen_.clear();
+  std::size_t owners = 0;
+  for (const auto& reader : routes_) {
+    const bool wanted =
+        readers.empty() ? !reader->keeps_all() : std::ranges::find(readers, reader->id()) != readers.end();
+    if (!wanted) continue;
+    if (reader->wants_history() && reader->seen(id_) >= info.sequence) {
+      if (reader->keeps_all()) broker_.links_.left(reader->id(), spec_.via);
+      continue;
+    }
+    chosen_.push_back(reader.get());
+    if (reader->taking() == Taking::Own) ++owners;
+  }
+  // As distribute(): beside readers every owner gets a copy; with owners only, the last one gets the original.
+  const std::size_t sharers = chosen_.size() - owners;
+  if (sharers != 0) block.references.fetch_add(static_cast<std::uint32_t>(sharers), std::memory_order_relaxed);
+  bool given = false;
+  for (ReaderQueue* const reader : chosen_) {
+    if (reader->taking() == Taking::Share) continue;
+    given = --owners == 0 && sharers == 0;
+    if (given) {
+      pass_on(*reader, block);
+      break;
+    }
+    Block& copy = *copy_of(block, *pool_);  // a stand-in's pool has no limit
+    copy.via = spec_.via;
+    pass_on(*reader, copy);
+  }
+  for (ReaderQueue* const reader : chosen_) {
+    if (reader->taking() == Taking::Share) pass_on(*reader, block);
+  }
+  if (!given) drop_reference(block);
+}
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Components of this container that live in other processes, and what ties one to its own.
+#include "container_impl.hpp"
+
+namespace nacelle::runtime {
+
+Result<ComponentInfo, Problem> Container::adopt(std::shared_ptr<ForeignComponent> component) {
+  ComponentInfo info = component->info();
+  const std::lock_guard lock(impl_->mutex);
+  bool taken = impl_->names.contains(info.node);
+  for (const auto& [id, other] : impl_->foreign) taken = taken || other->info().node == info.node;
+  if (taken) {
+    return err(
+        Problem{"component " + info.node, "a node of that name is loaded already", "give this one another name"});
+  }
+  info.id = impl_->next_id++;
+  impl_->foreign.emplace(info.id, std::move(component));
+  return info;
+}
+
+void Container::tell_fault(const ComponentInfo& info) {
+  impl_->log.error("{} is faulted: {}: {}", info.node, info.fault.code, info.fault.text);
+  const std::function<void(const ComponentInfo&)> listener = *impl_->fault_listener.lock();
+  if (listener) listener(info);
+}
+
+std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64_t id) const {
+  const std::lock_guard lock(mutex);
+  const auto found = foreign.find(id);
+  return found == foreign.end() ? nullptr : found->second;
+}
+
+std::vector<std::string> Container::ties() const {
+  std::vector<std::string> ties = impl_->commons.frames.claims();
+  auto objects = impl_->commons.shared_objects.lock();
+  for (const auto& [name, object] : *objects) ties.push_back("shares the object '" + name + "'");
+  return ties;
+}
+
+}  // namespace nacelle::runtime

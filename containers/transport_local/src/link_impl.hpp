@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "nacelle/base/log.hpp"
+#include "nacelle/transport_local/link.hpp"
+#include "transport_local/wire/frame.hpp"
+
+namespace nacelle {
+
+namespace wire = transport_local;
+
+/// A counter with one writing thread, read by others.
+using Figure = std::atomic<std::uint64_t>;
+
+/// What a link keeps. Threads: on_*() any; the rest under `pumping`, by whoever pumps.
+struct Link::Impl final : GraphListener {
+  /// What waits for a reader of the peer. Threads: on_*() any.
+  struct Outbox final : ReadyListener, StatusListener {
+    Outbox(Impl& owner, std::uint64_t reader_id) : link(owner), id(reader_id) {}
+    ~Outbox() override {
+      if (head != nullptr) drop_reference(*head);
+    }
+    void on_ready() noexcept override { link.note_ready(*this); }
+    void on_status() noexcept override { link.note_ready(*this); }
+
+    Impl& link;
+    const std::uint64_t id;
+    std::unique_ptr<ProxyReader> reader;
+    bool keeps_all = false;
+    std::atomic<bool> queued{false};
+    Block* head = nullptr;  // taken out, and not sent yet
+    ReaderCounters told;    // of its losses
+  };
+  /// Of a writer of the peer: hands on what the carrier brings. Threads: the carrier's and the link's.
+  struct Arrival final : CarrierSink {
+    Arrival(Impl& owner, ProxyWriter& to, EndpointSpec of) : link(owner), writer(to), spec(std::move(of)) {}
+    Block* borrow() noexcept override;
+    void deliver(Block& block, const MessageInfo& info) noexcept override;
+    void note_broken(const char* why) noexcept override;
+
+    Impl& link;
+    ProxyWriter& writer;
+    const EndpointSpec spec;
+    std::mutex relaying;  // the stand-in belongs to one thread at a time
+    bool told_broken = false;
+    std::unique_ptr<CarrierReader> reader;  // the last member: its calls end first
+  };
+  /// An endpoint of the peer; at most one of the stand-ins.
+  struct Remote {
+    EndpointInfo info;
+    std::string type, hash;
+    bool refused = false, told_broken = false;
+    std::unique_ptr<ProxyWriter> writer;
+    std::unique_ptr<Outbox> outbox;
+    // Of a KEEP_ALL reader: over all its stand-ins, since the acknowledgements are.
+    std::uint64_t sent = 0, taken = 0, not_ours = 0;
+    // Of a writer: the other end of its carrier; gone before the stand-in that it hands to.
+    std::unique_ptr<Arrival> arrival;
+  };
+  /// Of a writer of this side: how far its stream is on its way to the carrier.
+  struct Departure {
+    enum class Step : std::uint8_t {
+      Opening,  ///< The socket; the peer has been asked to make its end.
+      Offered,  ///< Nothing, until the peer has handed on what went over the socket.
+      Carried,  ///< The carrier.
+      Closed,   ///< The socket for good.
+    } step = Step::Opening;
+    std::unique_ptr<CarrierWriter> writer;
+  };
+  struct Event {
+    enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
+    EndpointInfo info;  // of Made; else only the id and `open`
+  };
+  struct Left {
+    std::uint64_t count = 0;
+    bool dirty = false;
+  };
+  struct TopicUse {
+    std::size_t local_writers = 0, local_readers = 0;
+    std::vector<std::uint64_t> remotes;
+  };
+
+  Impl(Graph& graph, const Clock& clock, int socket, LinkOptions options);
+  ~Impl() override;
+
+  // GraphListener
+  void on_made(const EndpointInfo& endpoint) noexcept override;
+  void on_gone(std::uint64_t id) noexcept override;
+  void on_gate(std::uint64_t reader, bool open) noexcept override;
+  void on_life(std::uint64_t writer) noexcept override;
+  void on_left(std::uint64_t reader) noexcept override;
+  void note(Event event) noexcept;
+  void note_ready(Outbox& outbox) noexcept;
+  void wake() noexcept;
+
+  // link.cpp: the socket and the thread
+  void run();
+  bool pump(bool readable);
+  bool read_socket();
+  bool flush();
+  void end(Problem problem);
+  [[nodiscard]] bool handle(const wire::LinkFrame& frame);
+  [[nodiscard]] bool is_full() const { return out.size() - out_sent > kHighWater; }
+
+  // link_graph.cpp: what there is on both sides
+  bool take_events();
+  void take_made(const EndpointInfo& endpoint);
+  void take_gone(std::uint64_t id);
+  [[nodiscard]] bool handle_endpoint(const wire::LinkFrame& frame);
+  void handle_gone(std::uint64_t id);
+  void handle_gate(std::uint64_t id, bool open);
+  void reconcile(const std::string& topic);
+  void make_stand_in(Remote& remote);
+  void drop_stand_in(Remote& remote);
+  [[nodiscard]] const msgs::MessageType* type_for(Remote& remote);
+  void refuse(Remote& remote, const std::string& why, const std::string& way_out);
+
+  // link_messages.cpp: messages and what became of them
+  bool send_ready();
+  void send_topic(const TopicUse& topic);
+  void fetch_head(Outbox& outbox);
+  void send_message(Block& block, const msgs::MessageType& type, const std::vector<Outbox*>& to);
+  bool tell_losses(Outbox& outbox);
+  bool tell_taken();
+  [[nodiscard]] bool handle_data(ByteView payload);
+  [[nodiscard]] bool handle_taken(ByteView payload);
+  void handle_lost(const wire::LostFrame& lost);
+
+  // link_carrier.cpp
+  [[nodiscard]] bool may_send(const Block& block, const TopicUse& topic);
+  [[nodiscard]] bool send_by_carrier(Block& block);
+  void socket_used(std::uint64_t writer);
+  void close_departure(std::uint64_t writer, const std::string& why);
+  [[nodiscard]] bool handle_carry(ByteView payload);
+  void open_arrival(Remote& remote);
+  [[nodiscard]] static CarriedStream carried_stream(std::uint64_t writer, const EndpointSpec& spec);
+
+  static constexpr std::size_t kHighWater = std::size_t{256} << 10U;
+
+  Graph& graph;
+  const Clock& clock;
+  const int socket;
+  const LinkOptions options;
+  const Logger log{"link"};
+  const int event;  // eventfd
+  std::uint32_t number = 0;
+  std::thread thread;
+  std::atomic<bool> stopping{false}, ended{false}, signalled{false};
+
+  mutable std::mutex pumping;  // what follows; never taken with a lock of the graph held
+  wire::LinkFrameReader in;
+  Bytes out;
+  std::size_t out_sent = 0;
+  std::map<std::uint64_t, EndpointInfo> local;
+  std::map<std::uint64_t, Remote> remotes;
+  std::map<std::string, TopicUse> topics;
+  std::map<std::uint64_t, Departure> departures;  // of local writers
+  bool carries = false;                           // both sides have the same carrier
+  std::map<std::string, const msgs::MessageType*> types;  // of local endpoints
+  std::vector<std::uint64_t> ready_now, targets;
+  std::vector<Outbox*> outboxes, same;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> taken_now;
+  std::vector<Event> events_now;
+  std::vector<std::string> notes_now;
+
+  std::mutex noting;  // what follows; the last lock of all
+  std::vector<Event> events;
+  std::vector<std::string> notes;
+  std::vector<std::uint64_t> ready;
+  std::map<std::uint64_t, Left> left;
+
+  Figure sent{0}, received{0}, bytes_sent{0}, bytes_received{0}, carried{0}, dropped{0}, broken{0};
+};
+
+}  // namespace nacelle

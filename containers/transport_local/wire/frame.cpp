@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport_local/wire/frame.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace nacelle::transport_local {
+namespace {
+
+constexpr std::size_t kFirstBuffer = 16384;
+constexpr std::string_view kMagic = "NACELINK";
+constexpr std::uint32_t kByteOrder = 0x01020304;
+
+template <typename T>
+T load(const std::uint8_t* at) {
+  T value{};
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
+template <typename T>
+void put(Bytes& out, T value) {
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(&value);
+  out.insert(out.end(), bytes, bytes + sizeof value);
+}
+
+void put_text(Bytes& out, std::string_view text) {
+  put(out, static_cast<std::uint16_t>(text.size()));
+  out.insert(out.end(), text.begin(), text.end());
+}
+
+std::size_t begin_frame(Bytes& out, LinkFrameKind kind) {
+  const std::size_t begin = out.size();
+  put(out, std::uint32_t{0});
+  put(out, kind);
+  return begin;
+}
+
+void end_frame(Bytes& out, std::size_t begin) {
+  const auto length = static_cast<std::uint32_t>(out.size() - begin - kLinkHeaderBytes);
+  std::memcpy(out.data() + begin, &length, sizeof length);
+}
+
+/// Reads one field after the other; once one is not there, nothing is.
+class Fields {
+ public:
+  explicit Fields(ByteView bytes) : bytes_(bytes) {}
+  template <typename T>
+  T number() {
+    if (!take(sizeof(T))) return T{};
+    return load<T>(bytes_.data() + at_ - sizeof(T));
+  }
+  std::string text() {
+    const auto size = number<std::uint16_t>();
+    if (size > kMostTextBytes || !take(size)) {
+      good_ = false;
+      return {};
+    }
+    return std::string(as_text(bytes_.subspan(at_ - size, size)));
+  }
+  Duration duration() {
+    const auto ns = number<std::int64_t>();
+    if (ns == kBestAvailableDuration.count()) return kBestAvailableDuration;
+    if (ns < 0 || ns > kLatestNs) good_ = false;
+    return Duration{good_ ? ns : 0};
+  }
+  std::uint64_t depth() {
+    const auto n = number<std::uint64_t>();
+    if (n > kDeepestQueue) good_ = false;
+    return good_ ? n : 0;
+  }
+  /// One of the values of a resolved QoS's enumeration.
+  template <typename T>
+  T choice(std::initializer_list<T> known) {
+    const auto value = static_cast<T>(number<std::uint8_t>());
+    if (std::find(known.begin(), known.end(), value) == known.end()) good_ = false;
+    return good_ ? value : *known.begin();
+  }
+  bool flag() {
+    const auto value = number<std::uint8_t>();
+    if (value > 1) good_ = false;
+    return value == 1;
+  }
+  ByteView rest() {
+    const ByteView all = bytes_.subspan(at_);
+    at_ = bytes_.size();
+    return all;
+  }
+  [[nodiscard]] bool good() const { return good_; }
+  [[nodiscard]] bool all_read() const { return good_ && at_ == bytes_.size(); }
+
+ private:
+  bool take(std::size_t n) {
+    if (!good_ || bytes_.size() - at_ < n) {
+      good_ = false;
+      return false;
+    }
+    at_ += n;
+    return true;
+  }
+  ByteView bytes_;
+  std::size_t at_ = 0;
+  bool good_ = true;
+};
+
+bool is_known(LinkFrameKind kind) {
+  switch (kind) {
+    case LinkFrameKind::Hello:
+    case LinkFrameKind::Writer:
+    case LinkFrameKind::Reader:
+    case LinkFrameKind::Gone:
+    case LinkFrameKind::Gate:
+    case LinkFrameKind::Life:
+    case LinkFrameKind::Data:
+    case LinkFrameKind::Taken:
+    case LinkFrameKind::Lost:
+    case LinkFrameKind::Carry:
+    case LinkFrameKind::Note: return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+const char* to_text(LinkFault fault) {
+  switch (fault) {
+    case LinkFault::TooLong: return "it announces a frame that is longer than a link carries";
+    case LinkFault::UnknownKind: return "it sent a frame of an unknown kind";
+    case LinkFault::NoHello: return "its first frame, and only that, must be a greeting";
+    case LinkFault::OtherVersion: return "it speaks another version of the link";
+    case LinkFault::BadHello: return "its greeting is not that of a link";
+    case LinkFault::BadFrame: return "it sent a frame whose fields do not fit";
+  }
+  return "?";
+}
+
+ByteSpan LinkFrameReader::room() {
+  if (begin_ == end_) {
+    begin_ = end_ = 0;
+  } else if (begin_ > 0 && end_ == buffer_.size()) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  // next() has refused longer frames, so that the buffer is bounded by the longest one.
+  if (end_ == buffer_.size())
+    buffer_.resize(std::clamp(buffer_.size() * 2, kFirstBuffer, kLinkHeaderBytes + kLongestLinkPayload + kFirstBuffer));
+  return ByteSpan{buffer_}.subspan(end_);
+}
+
+Result<std::optional<LinkFrame>, LinkFault> LinkFrameReader::next() {
+  if (end_ - begin_ < kLinkHeaderBytes) return std::optional<LinkFrame>{};
+  const std::uint8_t* const at = buffer_.data() + begin_;
+  const std::size_t length = load<std::uint32_t>(at);
+  const auto kind = static_cast<LinkFrameKind>(at[4]);
+  if (!is_known(kind)) return err(LinkFault::UnknownKind);
+  if (greeted_ == (kind == LinkFrameKind::Hello)) return err(LinkFault::NoHello);
+  if (length > kLongestLinkPayload) return err(LinkFault::TooLong);
+  if (end_ - begin_ < kLinkHeaderBytes + length) return std::optional<LinkFrame>{};
+  greeted_ = true;
+  begin_ += kLinkHeaderBytes + length;
+  return std::optional<LinkFrame>{LinkFrame{kind, ByteView{at + kLinkHeaderBytes, length}}};
+}
+
+// --- reading ------------------------------------------------------------------------------------------------------------
+
+Result<HelloFrame, LinkFault> read_hello(ByteView payload) {
+  if (payload.size() < kMagic.size() || as_text(payload.first(kMagic.size())) != kMagic)
+    return err(LinkFault::BadHello);
+  Fields fields{payload.subspan(kMagic.size())};
+  const bool same = fields.number<std::uint16_t>() == kLinkVersion && fields.number<std::uint32_t>() == kByteOrder;
+  if (fields.good() && !same) return err(LinkFault::OtherVersion);
+  HelloFrame hello{fields.text()};
+  if (!fields.all_read()) return err(LinkFault::BadHello);
+  return hello;
+}
+
+std::optional<EndpointFrame> read_endpoint(const LinkFrame& frame) {
+  Fields fields{frame.payload};
+  EndpointFrame endpoint;
+  endpoint.is_writer = frame.kind == LinkFrameKind::Writer;
+  endpoint.id = fields.number<std::uint64_t>();
+  endpoint.open = fields.flag();
+  QoS& qos = endpoint.qos;
+  qos.history(fields.choice({History::KeepLast, History::KeepAll}));
+  qos.reliability(fields.choice({Reliability::Reliable, Reliability::BestEffort, Reliability::BestAvailable}));
+  qos.durability(fields.choice({Durability::Volatile, Durability::TransientLocal, Durability::BestAvailable}));
+  qos.liveliness(fields.choice({Liveliness::Automatic, Liveliness::ManualByTopic, Liveliness::BestAvailable}));
+  const auto depth = fields.depth();
+  if (qos.history() == History::KeepAll) {
+    qos.keep_all();
+  } else {
+    qos.keep_last(std::max<std::uint64_t>(1, depth));
+  }
+  qos.max_samples(std::max<std::uint64_t>(1, fields.depth()));
+  qos.deadline(fields.duration());
+  qos.lifespan(fields.duration());
+  qos.liveliness_lease_duration(fields.duration());
+  endpoint.topic = fields.text();
+  endpoint.type = fields.text();
+  endpoint.hash = fields.text();
+  endpoint.node = fields.text();
+  if (!fields.all_read() || endpoint.id == 0 || endpoint.topic.empty() || endpoint.type.empty()) return std::nullopt;
+  return endpoint;
+}
+
+std::optional<std::uint64_t> read_id(ByteView payload) {
+  if (payload.size() != 8) return std::nullopt;
+  return load<std::uint64_t>(payload.data());
+}
+
+std::optional<std::pair<std::uint64_t, std::uint8_t>> read_id_and_byte(ByteView payload) {
+  if (payload.size() != 9) return std::nullopt;
+  return std::pair{load<std::uint64_t>(payload.data()), payload[8]};
+}
+
+std::optional<std::pair<std::uint64_t, std::uint64_t>> read_id_and_count(ByteView payload) {
+  if (payload.size() != 16) return std::nullopt;
+  return std::pair{load<std::uint64_t>(payload.data()), load<std::uint64_t>(payload.data() + 8)};
+}
+
+std::optional<LostFrame> read_lost(ByteView payload) {
+  Fields fields{payload};
+  LostFrame lost;
+  for (auto* value : {&lost.reader, &lost.overwritten, &lost.full, &lost.expired, &lost.inactive})
+    *value = fields.number<std::uint64_t>();
+  if (!fields.all_read()) return std::nullopt;
+  return lost;
+}
+
+std::optional<DataFrame> read_data(ByteView payload, std::vector<std::uint64_t>& readers) {
+  Fields fields{payload};
+  DataFrame data;
+  data.writer = fields.number<std::uint64_t>();
+  data.sequence = fields.number<std::uint64_t>();
+  data.source_ns = fields.number<std::int64_t>();
+  data.expires_ns = fields.number<std::int64_t>();
+  const std::size_t count = fields.number<std::uint16_t>();
+  readers.clear();
+  if (count == 0 || count > kMostReaders) return std::nullopt;
+  for (std::size_t i = 0; i < count && fields.good(); ++i) readers.push_back(fields.number<std::uint64_t>());
+  if (!fields.good() || data.source_ns < 0 || data.source_ns > kLatestNs) return std::nullopt;
+  data.cdr = fields.rest();
+  return data;
+}
+
+// --- writing ------------------------------------------------------------------------------------------------------------
+
+void append_hello(Bytes& out, std::string_view carrier) {
+  const std::size_t begin = begin_frame(out, LinkFrameKind::Hello);
+  out.insert(out.end(), kMagic.begin(), kMagic.end());
+  put(out, kLinkVersion);
+  put(out, kByteOrder);
+  put_text(out, carrier.substr(0, kMostTextBytes));
+  end_frame(out, begin);
+}
+
+void append_endpoint(Bytes& out, const EndpointFrame& endpoint) {
+  const std::size_t begin = begin_frame(out, endpoint.is_writer ? LinkFrameKind::Writer : LinkFrameKind::Reader);
+  const QoS qos = endpoint.qos.resolved();
+  put(out, endpoint.id);
+  put(out, static_cast<std::uint8_t>(endpoint.open));
+  put(out, qos.history());
+  put(out, qos.reliability());
+  put(out, qos.durability());
+  put(out, qos.liveliness());
+  put(out, std::min<std::uint64_t>(kDeepestQueue, qos.depth()));
+  put(out, std::min<std::uint64_t>(kDeepestQueue, qos.max_samples()));
+  for (const Duration time : {qos.deadline(), qos.lifespan(), qos.liveliness_lease_duration()}) put(out, time.count());
+  put_text(out, endpoint.topic);
+  put_text(out, endpoint.type);
+  put_text(out, endpoint.hash);
+  put_text(out, endpoint.node);
+  end_frame(out, begin);
+}
+
+void append_id(Bytes& out, LinkFrameKind kind, std::uint64_t id) {
+  const std::size_t begin = begin_frame(out, kind);
+  put(out, id);
+  end_frame(out, begin);
+}
+
+void append_id_and_byte(Bytes& out, LinkFrameKind kind, std::uint64_t id, std::uint8_t byte) {
+  const std::size_t begin = begin_frame(out, kind);
+  put(out, id);
+  put(out, byte);
+  end_frame(out, begin);
+}
+
+void append_id_and_count(Bytes& out, LinkFrameKind kind, std::uint64_t id, std::uint64_t count) {
+  const std::size_t begin = begin_frame(out, kind);
+  put(out, id);
+  put(out, count);
+  end_frame(out, begin);
+}
+
+void append_lost(Bytes& out, const LostFrame& lost) {
+  const std::size_t begin = begin_frame(out, LinkFrameKind::Lost);
+  for (const auto value : {lost.reader, lost.overwritten, lost.full, lost.expired, lost.inactive}) put(out, value);
+  end_frame(out, begin);
+}
+
+void append_note(Bytes& out, ByteView note) {
+  const std::size_t begin = begin_frame(out, LinkFrameKind::Note);
+  out.insert(out.end(), note.begin(), note.end());
+  end_frame(out, begin);
+}
+
+std::uint8_t* append_data(Bytes& out, const DataFrame& head, const std::vector<std::uint64_t>& readers,
+                          std::size_t cdr_bytes) {
+  const std::size_t begin = begin_frame(out, LinkFrameKind::Data);
+  put(out, head.writer);
+  put(out, head.sequence);
+  put(out, head.source_ns);
+  put(out, head.expires_ns);
+  put(out, static_cast<std::uint16_t>(readers.size()));
+  for (const auto reader : readers) put(out, reader);
+  out.resize(out.size() + cdr_bytes);
+  end_frame(out, begin);
+  return out.data() + out.size() - cdr_bytes;
+}
+
+}  // namespace nacelle::transport_local

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nacelle/base/bytes.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/qos/qos.hpp"
+
+namespace nacelle::transport_local {
+
+// What two linked processes say to each other over one stream socket. Both run on one host, so that numbers are the host's own
+// little-endian ones and times are CLOCK_MONOTONIC's; the other side is hostile all the same.
+//
+//   offset  bytes  a frame
+//        0      4  n, the length of the payload
+//        4      1  kind
+//        5      n  payload
+//
+//   kind          payload; "text" is u16 length and bytes, "id" is u64
+//   Hello      H  "NACELINK", u16 version, u32 0x01020304, text carrier ("" = none). The first frame, and only it
+//   Writer     W  an endpoint (below)
+//   Reader     R  an endpoint
+//   Gone       G  id of an announced endpoint
+//   Gate       g  id of an announced reader, u8 open
+//   Life       L  id of an announced writer with liveliness manual_by_topic
+//   Data       D  id of the writer, u64 sequence, i64 source time ns, i64 end of the lifespan ns, u16 number of readers,
+//                 their ids, CDR with encapsulation
+//   Taken      A  id of an announced KEEP_ALL reader, u64 messages that have left its queue since it was announced
+//   Lost       O  id of the peer's reader, u64 overwritten, full, expired, inactive: more than before, on this side of the link
+//   Carry      C  id of the writer, u8 step (CarryStep)
+//   Note       N  for whoever owns the link: any bytes
+//
+//   endpoint      id, u8 open, u8 history, reliability, durability, liveliness, u64 depth, u64 max_samples,
+//                 i64 deadline, lifespan, lease in ns (0: infinite), text topic, type, type hash, node ("" for a tool)
+inline constexpr std::uint16_t kLinkVersion = 1;
+inline constexpr std::size_t kLinkHeaderBytes = 5;
+/// Longest payload: a message of 256 MiB. Memory is taken as bytes arrive, not as they are announced.
+inline constexpr std::size_t kLongestLinkPayload = std::size_t{256} << 20U;
+inline constexpr std::size_t kMostTextBytes = 512;
+inline constexpr std::size_t kMostReaders = 4096;
+inline constexpr std::uint64_t kDeepestQueue = 1'000'000;
+/// No time on a link is further away: sums of two do not overflow.
+inline constexpr std::int64_t kLatestNs = std::int64_t{1} << 61U;
+
+enum class LinkFrameKind : std::uint8_t {
+  Hello = 'H',
+  Writer = 'W',
+  Reader = 'R',
+  Gone = 'G',
+  Gate = 'g',
+  Life = 'L',
+  Data = 'D',
+  Taken = 'A',
+  Lost = 'O',
+  Carry = 'C',
+  Note = 'N',
+};
+
+/// How a stream changes from the socket to a carrier. The writer's side speaks first and waits; there is no way back for this.
+enum class CarryStep : std::uint8_t {
+  Offer = 0,   ///< Writer's side: everything so far went over the socket, and the carrier is connected.
+  Accept = 1,  ///< Reader's side: it has been handed on; from now on the carrier's messages are.
+  Open = 2,    ///< Writer's side: make your end of the carrier.
+  Close = 3,   ///< Either side: the socket for good; the other drains what the carrier still has.
+};
+
+/// Why the peer cannot be understood any more; the link ends.
+enum class LinkFault : std::uint8_t {
+  TooLong,       ///< A frame is announced as longer than kLongestLinkPayload.
+  UnknownKind,   ///< Not one of LinkFrameKind.
+  NoHello,       ///< The first frame is no greeting, or it came twice.
+  OtherVersion,  ///< Another version of the link, or another byte order.
+  BadHello,      ///< A greeting with other bytes than a greeting has.
+  BadFrame,      ///< A frame whose fields do not fit its length, or are out of range.
+};
+[[nodiscard]] const char* to_text(LinkFault fault);
+
+struct LinkFrame {
+  LinkFrameKind kind{};
+  ByteView payload;  ///< In the reader's buffer, until it is fed again.
+};
+
+/// Cuts a stream of bytes into frames. Threads: one at a time. Allocates: until its buffer has the size of the longest frame.
+class LinkFrameReader {
+ public:
+  /// Where the next bytes go; never empty. Call filled() with how many came.
+  [[nodiscard]] ByteSpan room();
+  void filled(std::size_t bytes) { end_ += bytes; }
+  /// The next whole frame, or nothing if more bytes are needed. After a fault nothing is readable any more.
+  [[nodiscard]] Result<std::optional<LinkFrame>, LinkFault> next();
+
+ private:
+  Bytes buffer_;
+  std::size_t begin_ = 0, end_ = 0;
+  bool greeted_ = false;
+};
+
+struct HelloFrame {
+  std::string carrier;
+};
+struct EndpointFrame {
+  std::uint64_t id = 0;
+  bool is_writer = false;  ///< By the frame's kind.
+  bool open = true;
+  QoS qos{1};
+  std::string topic, type, hash, node;
+};
+struct DataFrame {
+  std::uint64_t writer = 0, sequence = 0;
+  std::int64_t source_ns = 0, expires_ns = 0;
+  ByteView cdr;
+};
+struct LostFrame {
+  std::uint64_t reader = 0, overwritten = 0, full = 0, expired = 0, inactive = 0;
+};
+
+// Reading. Errors: nothing if the payload is not exactly such a frame.
+[[nodiscard]] Result<HelloFrame, LinkFault> read_hello(ByteView payload);
+[[nodiscard]] std::optional<EndpointFrame> read_endpoint(const LinkFrame& frame);
+[[nodiscard]] std::optional<std::uint64_t> read_id(ByteView payload);                                    // Gone, Life
+[[nodiscard]] std::optional<std::pair<std::uint64_t, std::uint8_t>> read_id_and_byte(ByteView payload);  // Gate, Carry
+[[nodiscard]] std::optional<std::pair<std::uint64_t, std::uint64_t>> read_id_and_count(ByteView payload);  // Taken
+[[nodiscard]] std::optional<LostFrame> read_lost(ByteView payload);
+/// `readers` is filled anew, keeping its memory.
+[[nodiscard]] std::optional<DataFrame> read_data(ByteView payload, std::vector<std::uint64_t>& readers);
+
+// Writing: each appends a whole frame.
+void append_hello(Bytes& out, std::string_view carrier);
+void append_endpoint(Bytes& out, const EndpointFrame& endpoint);
+void append_id(Bytes& out, LinkFrameKind kind, std::uint64_t id);
+void append_id_and_byte(Bytes& out, LinkFrameKind kind, std::uint64_t id, std::uint8_t byte);
+void append_id_and_count(Bytes& out, LinkFrameKind kind, std::uint64_t id, std::uint64_t count);
+void append_lost(Bytes& out, const LostFrame& lost);
+void append_note(Bytes& out, ByteView note);
+/// Everything but the CDR, for which it makes room: write `cdr_bytes` bytes to what it returns.
+[[nodiscard]] std::uint8_t* append_data(Bytes& out, const DataFrame& head, const std::vector<std::uint64_t>& readers,
+                                        std::size_t cdr_bytes);
+
+}  // namespace nacelle::transport_local

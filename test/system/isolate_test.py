@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`isolate: process`: the default robot with its LiDAR driver and its detector in processes of their own."""
+import json
+import os
+import pathlib
+import re
+import signal
+import unittest
+
+from robot import LAUNCH_FILE, SLOW, RunningRobotTest, wait_for
+
+ISOLATED = ("lidar", "detector")
+
+
+class Isolated(RunningRobotTest):
+    @classmethod
+    def start_program(cls, *arguments, **options):
+        if arguments and arguments[0] == "launch":
+            source = pathlib.Path(LAUNCH_FILE)
+            text = source.read_text()
+            for name in ISOLATED:
+                text, count = re.subn(rf"^( +)name: {name}$", rf"\1name: {name}\n\1isolate: process", text, flags=re.MULTILINE)
+                assert count == 1, name
+            copy = cls.folder / "isolated.launch.yaml"
+            copy.write_text(text)
+            own = (f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf")
+            arguments = ("launch", copy, *own, *arguments[2:])
+        return super().start_program(*arguments, **options)
+
+    def components(self):
+        rows = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)["components"]
+        return {row["node"]: row for row in rows}
+
+    def child_of(self, node):
+        """The process id of an isolated component; None: it has none."""
+        for entry in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                words = (entry / "cmdline").read_bytes().split(b"\0")
+                parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
+            except (OSError, IndexError):
+                continue
+            if parent == self.robot.pid and b"isolated" in words and node.encode() in words:
+                return int(entry.name)
+        return None
+
+    def rate(self, topic):
+        text = self.expect_exit(self.run_program("topic", "hz", topic, "--once"), 0).stdout
+        return float(re.search(r"average rate: ([\d.]+)", text)[1])
+
+    def test_1_streams_flow_at_their_rate_across_the_border(self):
+        for name in ISOLATED:
+            self.assertIsNotNone(self.child_of(f"/{name}"))
+        self.assertAlmostEqual(self.rate("/scan"), 10, delta=1 * SLOW)
+        self.assertGreater(wait_for("a scan is counted as copied", lambda: self.topics()["/scan"]["copies"]), 0)
+        # Both ends of a stream: the images go there, the detections come back.
+        wait_for("a detection", lambda: self.topics()["/detections"]["published"] > 0)
+
+    def test_2_its_lifecycle_is_that_of_any_component(self):
+        self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "deactivate"), 0)
+        self.assertEqual(self.run_program("lifecycle", "get", "/lidar").stdout, "inactive [2]\n")
+        refused = self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "configure"), 1)
+        self.assertIn("could not configure", refused.stderr)
+        self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "activate"), 0)
+        self.assertAlmostEqual(self.rate("/scan"), 10, delta=1 * SLOW)
+
+    def test_3_a_killed_process_faults_its_component_only(self):
+        pid = self.child_of("/lidar")
+        os.kill(pid, signal.SIGKILL)
+        fault = wait_for("the component is faulted", lambda: self.components()["/lidar"].get("fault"))
+        self.assertIn("killed by signal 9", fault["text"])
+        others = {node: row for node, row in self.components().items() if node != "/lidar"}
+        self.assertFalse([node for node, row in others.items() if "fault" in row], others)
+        self.assertAlmostEqual(self.rate("/imu/data_raw"), 100, delta=5 * SLOW)
+        self.assertFalse(pathlib.Path(f"/proc/{pid}").exists(), "it is reaped")
+        self.expect_exit(self.run_program("component", "unload", "lidar"), 0)
+        self.assertNotIn("/lidar", self.components())
+
+    def test_4_it_can_be_loaded_again_and_unload_ends_its_process(self):
+        self.expect_exit(self.run_program("component", "load", "lidar"), 0)
+        pid = self.child_of("/lidar")
+        self.assertAlmostEqual(self.rate("/scan"), 10, delta=1 * SLOW)
+        self.expect_exit(self.run_program("component", "unload", "lidar"), 0)
+        self.assertIsNone(self.child_of("/lidar"))
+        self.assertFalse(pathlib.Path(f"/proc/{pid}").exists())
+        self.expect_exit(self.run_program("component", "load", "lidar"), 0)
+
+    def test_5_nothing_is_left_when_the_robot_ends(self):
+        children = [self.child_of(f"/{name}") for name in ISOLATED]
+        self.assertNotIn(None, children)
+        self.robot.send_signal(signal.SIGINT)
+        self.assertEqual(self.robot.wait(30 * SLOW), 0, (self.folder / "log").read_text())
+        for pid in children:
+            self.assertFalse(pathlib.Path(f"/proc/{pid}").exists())
+        self.assertFalse(list(self.folder.glob("**/*.sock")))
+        streams = {row["name"]: row for row in json.loads(self.report_file.read_text())["streams"]}
+        self.assertGreater(streams["/scan"]["copies"], 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
