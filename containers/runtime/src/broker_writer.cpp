@@ -36,7 +36,8 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
       deadline_(spec_.qos.resolved().deadline()),
       lease_(lease_of(spec_.qos.resolved()), broker_.clock_.now()),
       has_contract_(deadline_.is_set() || lease_.is_set()),
-      is_plain_(!has_contract_ && !keeps_history_ && lifespan_ == Duration::zero() && longest_wait_ == Duration::zero()) {
+      is_plain_(!has_contract_ && !keeps_history_ && lifespan_ == Duration::zero() &&
+                longest_wait_ == Duration::zero()) {
   const std::lock_guard lock(topic_->mutex_);
   topic_->writers_.push_back(this);
   if (!is_tool(spec_)) {
@@ -374,8 +375,7 @@ bool BrokerWriter::hand_over(Block& block) {
 // With a reader (or a history) present every owner gets a copy; with owners only, the last one gets the original.
 PublishResult BrokerWriter::distribute(Block& block) {
   bool refused = false;
-  for (ReaderQueue* const owner : copied_)
-    refused |= owner->push(copy_of(block, *pool_)) == ReaderQueue::Push::Full;
+  for (ReaderQueue* const owner : copied_) refused |= owner->push(copy_of(block, *pool_)) == ReaderQueue::Push::Full;
   if (originals_.empty()) {
     drop_reference(block);
   } else {

@@ -263,7 +263,7 @@ bool Executor::prepare_special(Worker& self) {
 }
 
 [[gnu::always_inline]] inline void Executor::run(Worker& self, Executable& executable, Block* message,
-                                                   MonotonicTime now) {
+                                                 MonotonicTime now) {
   const bool sampled = self.special != 0 && prepare_special(self);
   try {
     if (message != nullptr) {

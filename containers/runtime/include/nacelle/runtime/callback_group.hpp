@@ -142,7 +142,7 @@ class Executable : public ReadyListener {
   NodeGroups& home_;
   const Kind kind_;
   const std::uint32_t* const busy_;  // while this is not zero it may not start; under the executor's lock
-  Executable* next_ = nullptr;  // in the ready queue or a backlog; under the executor's lock
+  Executable* next_ = nullptr;       // in the ready queue or a backlog; under the executor's lock
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
   ReaderQueue* inbox_ = nullptr;
