@@ -77,7 +77,11 @@ struct Note final : Block, private BlockHome {
 class Stream final : public Executable {
  public:
   Stream(World& world, NodeModel& node, CallbackGroup& group, int& in_group)
-      : Executable(group), world_(world), node_(node), in_group_(in_group), tells_late_(world.scheduler.choose(2) == 0) {
+      : Executable(group),
+        world_(world),
+        node_(node),
+        in_group_(in_group),
+        tells_late_(world.scheduler.choose(2) == 0) {
     if (world.scheduler.choose(2) == 0) return;
     EndpointSpec spec;
     spec.qos = QoS(KeepAll());

@@ -39,7 +39,8 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
       deadline_(spec_.via == 0 ? spec_.qos.resolved().deadline() : Duration::zero()),
       lease_(lease_of(spec_.qos.resolved()), broker_.clock_.now()),
       has_contract_(deadline_.is_set() || lease_.is_set()),
-      is_plain_(!has_contract_ && !keeps_history_ && lifespan_ == Duration::zero() && longest_wait_ == Duration::zero()) {
+      is_plain_(!has_contract_ && !keeps_history_ && lifespan_ == Duration::zero() &&
+                longest_wait_ == Duration::zero()) {
   const std::lock_guard lock(topic_->mutex_);
   topic_->writers_.push_back(this);
   if (!is_tool(spec_)) {
@@ -99,18 +100,27 @@ PublishResult BrokerWriter::publish(Block& block) {
   block.expires = kNeverExpires;
   last_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
   published_.set(sequence);
-  if (is_plain_ && topic_version_.load(std::memory_order_acquire) == routes_version_ && copied_.empty() &&
-      !originals_.empty() && sequence != 1) [[likely]]
-    return answer(hand_over(block));
-  return publish_slowly(block, now);
+  if (sole_ == nullptr || topic_version_.load(std::memory_order_acquire) != routes_version_)
+    return publish_slowly(block, now);
+  // One reader, and nothing else to be done, as most streams are: our reference becomes its.
+  const std::atomic<std::uint32_t>* called = nullptr;
+  FutexMutex& mutex = sole_->mutex();
+  mutex.lock();
+  const bool done = sole_->push_quickly(block, called);
+  mutex.unlock();
+  if (called != nullptr) futex_wake(*called, 1);
+  return done ? PublishResult::Published : answer(sole_->push(block) == ReaderQueue::Push::Full);
 }
 
-// With a contract, a history, or copies to make; or something has changed.
+// Several readers, a contract, a history, or copies to make; or something has changed.
 PublishResult BrokerWriter::publish_slowly(Block& block, MonotonicTime now) {
+  if (is_plain_ && block.info.sequence != 1 && topic_version_.load(std::memory_order_acquire) == routes_version_)
+    return distribute(block);
   if (lifespan_ != Duration::zero()) block.expires = now + lifespan_;
   if (block.info.sequence == 1) {
     first_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
     pool_->warm(block.message, most_in_reserve(block));
+    sort_routes();
   }
   if (has_contract_) note_message(now);
   if (longest_wait_ != Duration::zero()) wait_for_room(block, now);
@@ -317,6 +327,7 @@ void BrokerWriter::refresh_routes() {
 void BrokerWriter::sort_routes() {
   originals_.clear();
   copied_.clear();
+  sole_ = is_plain_ && published_.get() != 0 && routes_.size() == 1 ? routes_.front().get() : nullptr;
   for (const auto& reader : routes_) {
     if (reader->taking() == Taking::Share) {
       originals_.push_back({reader.get(), &reader->mutex()});

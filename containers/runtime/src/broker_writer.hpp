@@ -89,6 +89,7 @@ class BrokerWriter final : public ProxyWriter {
   bool was_dry_ = false;
   std::unique_ptr<MessagePool> pool_;
   std::vector<std::shared_ptr<ReaderQueue>> routes_;
+  ReaderQueue* sole_ = nullptr;  // the only route, if nothing but handing over is to be done; not for the first message
   std::vector<Route> originals_;      // of the routes, those that get the message itself
   std::vector<ReaderQueue*> copied_;  // and those that get a copy
   std::size_t owners_ = 0;

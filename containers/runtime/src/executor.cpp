@@ -66,10 +66,9 @@ inline Executable* Executor::pop() {
 }
 
 inline bool Executor::admits(const Executable& executable) {
-  const CallbackGroup& group = executable.group_;
   const NodeGroups& node = executable.home_;
   if (executable.kind_ != Executable::Kind::Transition) [[likely]]
-    return !node.barred_ && (node.one_at_a_time_ ? node.running_ == 0 : group.running_ == 0 || group.reentrant_);
+    return !node.barred_ && *executable.busy_ == 0;
   return node.opened_ && node.running_ == 0;
 }
 
@@ -146,7 +145,7 @@ void Executor::work(Worker& self) {
     --called_;
     self.state = Worker::State::Awake;
   }
-  self.rested = true;
+  self.special |= Worker::kHasRested;
   for (;;) {
     Executable* next = nullptr;
     if (self.state != Worker::State::Spare) {
@@ -158,7 +157,7 @@ void Executor::work(Worker& self) {
       rest(self);
       now = clock_.now();
       mutex_.lock();
-      self.rested = true;
+      self.special |= Worker::kHasRested;
       if (self.state == Worker::State::Called) --called_;
       if (self.state == Worker::State::Sleeping) --sleeping_;
       if (self.state != Worker::State::Spare) self.state = Worker::State::Awake;
@@ -236,7 +235,7 @@ void Executor::rest(Worker& self) {
 
 void Executor::start_sample(Worker& self, NodeGroups& node) {
   self.unusual |= Worker::kSampled;
-  self.sample = true;
+  self.special |= Worker::kMeasured;
   // Every 64th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
   node.random_ ^= node.random_ << 13;
   node.random_ ^= node.random_ >> 17;
@@ -255,24 +254,25 @@ void Executor::begin_transition(Worker& self, Executable& executable) {
 }
 
 // Without the lock. Returns whether the run's CPU time is measured.
-bool Executor::prepare_unusual(Worker& self) {
-  if (std::exchange(self.rested, false) && activity_hook_) activity_hook_();
-  if (self.sample) self.cpu_before = cpu_time_of(self.cpu_clock);
-  return self.sample;
+bool Executor::prepare_special(Worker& self) {
+  if ((self.special & Worker::kHasRested) != 0 && activity_hook_) activity_hook_();
+  const bool sampled = (self.special & Worker::kMeasured) != 0;
+  if (sampled) self.cpu_before = cpu_time_of(self.cpu_clock);
+  self.special = 0;
+  return sampled;
 }
 
 [[gnu::always_inline]] inline void Executor::run(Worker& self, Executable& executable, Block* message,
-                                                   MonotonicTime now) {
-  const bool sampled = (self.rested || self.sample) && prepare_unusual(self);
-  const NodeGroups& node = executable.home_;  // the executable may be gone when it returns
+                                                 MonotonicTime now) {
+  const bool sampled = self.special != 0 && prepare_special(self);
   try {
     if (message != nullptr) {
       executable.execute_with(*message, now);
     } else {
       executable.execute(now);
     }
-  } catch (const std::exception& e) { node.on_fault_("EXCEPTION", e.what()); } catch (...) {
-    node.on_fault_("EXCEPTION", "a callback threw something that is no std::exception");
+  } catch (const std::exception& e) { self.group->node_.on_fault_("EXCEPTION", e.what()); } catch (...) {
+    self.group->node_.on_fault_("EXCEPTION", "a callback threw something that is no std::exception");
   }
   if (sampled) [[unlikely]]
     self.cpu_used = cpu_time_of(self.cpu_clock) - self.cpu_before;
@@ -291,8 +291,10 @@ bool Executor::prepare_unusual(Worker& self) {
     ready_.prepend(node.backlog_);
   if (executable != nullptr) [[likely]] {
     if (executable->stats_ != nullptr) executable->stats_->duration.record(now - self.started);
-    const bool again = executable->inbox_ != nullptr ? executable->inbox_->has_waiting() : executable->wants_again();
-    if (again && !node.closed_ && !executable->queued_.load(std::memory_order_relaxed)) enqueue(*executable);
+    const auto wants_again = [&] {
+      return executable->inbox_ != nullptr ? executable->inbox_->has_waiting() : executable->wants_again();
+    };
+    if (!executable->queued_.load(std::memory_order_relaxed) && wants_again() && !node.closed_) enqueue(*executable);
   }
   if (waiting_for_return_ != 0) [[unlikely]]
     note_return();
@@ -303,8 +305,7 @@ void Executor::finish_unusual(Worker& self, NodeGroups& node) {
     node.alone_ = false;
     node.barred_ = node.next_transition_ != nullptr;
   }
-  if (self.sample) {
-    self.sample = false;
+  if ((self.unusual & Worker::kSampled) != 0) {
     ++node.samples_;
     node.sampled_cpu_ += self.cpu_used;
   }

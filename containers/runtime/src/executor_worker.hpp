@@ -28,12 +28,13 @@ struct Executor::Worker {
   MonotonicTime started;
   // What is out of the ordinary with the run that goes on; nothing, as a rule.
   static constexpr std::uint8_t kAlone = 1,  // a transition
-      kSampled = 2,                          // its CPU time is measured, as `sample` says
+      kSampled = 2,                          // its CPU time is measured
       kLate = 4,                             // it has lost its place; when it returns the thread is a spare
       kReportedHung = 8;
   std::uint8_t unusual = 0;
-  // The thread's own, for use outside the lock: what is out of the ordinary before the run.
-  bool sample = false, rested = false;
+  // The thread's own, for use outside the lock: what is to be done before the run.
+  static constexpr std::uint8_t kHasRested = 1, kMeasured = 2;
+  std::uint8_t special = 0;
   Duration cpu_before{}, cpu_used{};
   std::int32_t thread_id = 0;
   clockid_t cpu_clock = 0;  // readable from every thread; 0 until the thread has started

@@ -150,7 +150,7 @@ Block* MessagePool::adopt(void* message) {
 }
 
 // What must not wait for the message's next use.
-void MessagePool::let_go(Envelope& envelope) noexcept {
+[[gnu::noinline]] void MessagePool::let_go(Envelope& envelope) noexcept {
   if (envelope.pooled) return type_.recycle(envelope.message);
   type_.destroy(envelope.message);
   if (type_.alignment > __STDCPP_DEFAULT_NEW_ALIGNMENT__) {
@@ -163,7 +163,8 @@ void MessagePool::let_go(Envelope& envelope) noexcept {
 
 void MessagePool::reclaim(Block& block) noexcept {
   auto& envelope = static_cast<Envelope&>(block);
-  if (!envelope.pooled || type_.holds_buffers) let_go(envelope);
+  if (!envelope.pooled || type_.holds_buffers) [[unlikely]]
+    let_go(envelope);
   Envelope* head = returned_.load(std::memory_order_relaxed);
   do {
     envelope.next = head;

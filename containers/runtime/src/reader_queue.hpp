@@ -128,7 +128,7 @@ class ReaderQueue {
   EndpointStatus totals_;
   std::atomic<std::uint32_t> room_word_{0};  // moves when a message leaves while somebody waits for room
   std::uint32_t room_waiters_ = 0;
-  ReaderCounters counters_;  // but for what follows from head_ and waiting_
+  ReaderCounters counters_;   // but for what follows from head_ and waiting_
   std::uint64_t unread_ = 0;  // of those taken out, those that went to nobody
   DurationHistogram latency_;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;

@@ -103,6 +103,29 @@ TEST_F(BrokerTest, full_queues_and_busy_callbacks_need_no_more_messages_than_wer
   drop_reference(*in_callback_b);
 }
 
+TEST_F(BrokerTest, a_listener_may_take_what_it_is_told_of_and_hears_nothing_after_its_reader_is_gone) {
+  struct Taker final : ReadyListener {
+    void on_ready() noexcept override {
+      Block* const block = reader->take();
+      taken += block != nullptr ? 1 : 0;
+      if (block != nullptr) drop_reference(*block);
+      ++told;
+    }
+    Reader* reader = nullptr;
+    int taken = 0, told = 0;
+  } taker;
+  auto writer = broker.create_writer(image_spec(10, "/camera"));
+  auto reader = broker.create_reader(image_spec(10, "/a"), Taking::Share, &taker);
+  taker.reader = reader.get();
+
+  for (int i = 0; i < 3; ++i) writer->publish(*writer->borrow());
+  reader.reset();
+  writer->publish(*writer->borrow());
+
+  EXPECT_EQ(taker.taken, 3);
+  EXPECT_EQ(taker.told, 3);
+}
+
 // Design D4: owners only: the last in subscription order gets the original; with a reader present every owner gets a copy.
 TEST_F(BrokerTest, copies_for_all_but_the_last_owner_and_for_every_owner_beside_a_reader) {
   for (const bool with_reader : {false, true}) {

@@ -29,7 +29,9 @@ enum class Watching : std::uint8_t { ByCaller, ByThread };
 /// owners that share a message (design D4).
 ///
 /// A writer keeps its own list of matched readers and looks for a newer one by comparing a version, so publish() takes one short
-/// lock per reader and none of the broker's.
+/// lock per executor whose readers it serves, and none of the broker's.
+/// A ReadyListener may take() from within on_ready(): no lock of the queue is held then. It must not publish to that topic, nor
+/// make or end an endpoint: a writer with a history calls it under its topic's lock.
 /// Threads: as Transport.
 class Broker final : public Graph {
  public:

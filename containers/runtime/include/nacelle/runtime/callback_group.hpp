@@ -60,6 +60,7 @@ class NodeGroups {
 
  private:
   friend class Executor;
+  friend class Executable;
   Executor& executor_;
   const std::string name_;
   const OnFault on_fault_;
@@ -89,6 +90,7 @@ class CallbackGroup final : public nacelle::CallbackGroup {
 
  private:
   friend class Executor;
+  friend class Executable;
   NodeGroups& node_;
   const bool reentrant_ = type() == CallbackGroupType::Reentrant;
   std::uint32_t running_ = 0;  // under the executor's lock
@@ -105,7 +107,7 @@ class Executable : public ReadyListener {
     Transition,  ///< Runs while no callback of its node does, and may take seconds: late is not hung.
   };
   explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback)
-      : group_(group), home_(group.node()), kind_(kind) {}
+      : group_(group), home_(group.node()), kind_(kind), busy_(what_bars(group)) {}
   ~Executable() override = default;
 
   /// Runs once. `now` is the time of the start. Exceptions become a fault of the component.
@@ -131,10 +133,16 @@ class Executable : public ReadyListener {
  private:
   friend class Executor;
   friend class ReadyList;
+  static const std::uint32_t* what_bars(const CallbackGroup& group) {
+    static constexpr std::uint32_t kNothing = 0;
+    if (group.node_.one_at_a_time_) return &group.node_.running_;
+    return group.reentrant_ ? &kNothing : &group.running_;
+  }
   CallbackGroup& group_;
   NodeGroups& home_;
   const Kind kind_;
-  Executable* next_ = nullptr;  // in the ready queue or a backlog; under the executor's lock
+  const std::uint32_t* const busy_;  // while this is not zero it may not start; under the executor's lock
+  Executable* next_ = nullptr;       // in the ready queue or a backlog; under the executor's lock
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
   ReaderQueue* inbox_ = nullptr;

@@ -106,7 +106,7 @@ class Executor {
   [[nodiscard]] Block* begin(Worker& self, Executable& executable, MonotonicTime now);
   void run(Worker& self, Executable& executable, Block* message, MonotonicTime now);
   void finish(Worker& self, MonotonicTime now);
-  [[nodiscard]] bool prepare_unusual(Worker& self);
+  [[nodiscard]] bool prepare_special(Worker& self);
   static void start_sample(Worker& self, NodeGroups& node);
   void begin_transition(Worker& self, Executable& executable);
   void finish_unusual(Worker& self, NodeGroups& node);

@@ -11,7 +11,8 @@ namespace nacelle {
 /// Calls back at a fixed period of the monotonic clock, on the component's executor.
 ///
 /// A late tick is not made up for: the next one is due at the next multiple of the period. Silent while a lifecycle node is
-/// not active.
+/// not active. The first tick comes a full period after the timer was made; where nobody can see that (in a constructor, behind
+/// a closed lifecycle gate) timers of up to a second join the common beat of their period, at most one more period later.
 class Timer {
  public:
   using SharedPtr = std::shared_ptr<Timer>;

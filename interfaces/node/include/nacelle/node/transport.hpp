@@ -114,7 +114,9 @@ class Writer {
   [[nodiscard]] virtual std::uint64_t id() const = 0;
 };
 
-/// Told that a reader has something to take. Threads: called from the publisher's thread, so only note it and return.
+/// Told that a reader has something to take. Threads: called on the publisher's thread, one call at a time for each reader, and
+/// not after the reader's destructor has returned; only note it and return. Whether it may call take() and has_waiting() of that
+/// reader is for the transport to say: the Broker allows it. Nothing else of the transport may be called from within.
 class ReadyListener {
  public:
   virtual ~ReadyListener() = default;
