@@ -253,8 +253,11 @@ TEST(HostileFiles, end_in_a_problem_and_in_bounded_time) {
   std::map<std::string, std::string> tree;
   for (int i = 0; i < 15; ++i) {
     const std::string next = "f" + std::to_string(i + 1) + ".launch.yaml";
-    tree["f" + std::to_string(i) + ".launch.yaml"] =
-        std::string("launch:\n- include: {file: ").append(next).append("}\n- include: {file: ").append(next).append("}\n");
+    tree["f" + std::to_string(i) + ".launch.yaml"] = std::string("launch:\n- include: {file: ")
+                                                         .append(next)
+                                                         .append("}\n- include: {file: ")
+                                                         .append(next)
+                                                         .append("}\n");
   }
   tree["f15.launch.yaml"] = "launch: []";
   EXPECT_NE(told("launch:\n- include: {file: f0.launch.yaml}", {}, tree).find("files are included"), std::string::npos);
