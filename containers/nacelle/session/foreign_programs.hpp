@@ -27,9 +27,9 @@ struct ProgramSpec {
   std::string working_directory;
   /// Written by the program when it can be used, with its process id as text; empty: it counts as ready at once.
   std::string ready_file;
-  bool required = false;       ///< Its end is the robot's end.
+  bool required = false;          ///< Its end is the robot's end.
   int inherited_descriptor = -1;  ///< Is the program's kInheritedDescriptor; -1: none.
-  int output_descriptor = -1;  ///< Where its stdout and stderr go; -1: where ours go.
+  int output_descriptor = -1;     ///< Where its stdout and stderr go; -1: where ours go.
   Duration sigterm_after = 3s, sigkill_after = 2s;
 };
 

@@ -95,7 +95,8 @@ Result<json, Problem> IsolatedComponent::call(json request) {
   }
   const json answer = *answer_;
   if (!answer.value("success", false)) {
-    return err(Problem{answer.value("where", over.where), answer.value("reason", "it failed"), answer.value("way_out", "")});
+    return err(
+        Problem{answer.value("where", over.where), answer.value("reason", "it failed"), answer.value("way_out", "")});
   }
   return answer;
 }

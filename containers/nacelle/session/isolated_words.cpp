@@ -154,7 +154,8 @@ launch::ComponentPlan plan_from_json(const json& row) {
   plan.name = row.at("name").get<std::string>();
   plan.namespace_ = row.at("namespace").get<std::string>();
   for (const auto& parameter : row.at("parameters")) {
-    plan.parameters.push_back({.name = parameter.at("name").get<std::string>(), .value = value_from_json(parameter.at("is"))});
+    plan.parameters.push_back(
+        {.name = parameter.at("name").get<std::string>(), .value = value_from_json(parameter.at("is"))});
   }
   for (const auto& text : row.at("remaps")) {
     auto rule = parse_remap_rule(text.get<std::string>());
@@ -178,12 +179,9 @@ launch::ComponentPlan plan_from_json(const json& row) {
 }
 
 json info_to_json(const runtime::ComponentInfo& info) {
-  return {{"node", info.node},
-          {"plugin", info.plugin},
-          {"library", info.library},
-          {"state", static_cast<unsigned>(info.state)},
-          {"managed", info.managed},
-          {"fault", {info.fault.code, info.fault.text}},
+  return {{"node", info.node},        {"plugin", info.plugin},
+          {"library", info.library},  {"state", static_cast<unsigned>(info.state)},
+          {"managed", info.managed},  {"fault", {info.fault.code, info.fault.text}},
           {"warnings", info.warnings}};
 }
 

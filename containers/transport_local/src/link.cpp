@@ -70,10 +70,13 @@ bool Link::Impl::pump(bool readable) {
   bool did = take_events();
   if (readable) did |= read_socket();
   if (ended) return true;
-  did |= flush();
-  did |= send_ready();
   did |= tell_taken();
-  did |= flush();
+  do {
+    did |= flush();
+    did |= send_ready();
+    did |= flush();
+    // What was left for want of room, which there is now: the socket would not wake us for it.
+  } while (held_back && !is_full());
   return did;
 }
 

@@ -56,7 +56,9 @@ bool Link::Impl::send_by_carrier(Block& block) {
   if (found == departures.end() || found->second.step != Departure::Step::Carried) return false;
   switch (found->second.writer->send(block)) {
     case CarrierWriter::Sent::Yes: ++carried; return true;
-    case CarrierWriter::Sent::Refused: close_departure(found->first, "the carrier refused a message of it"); return false;
+    case CarrierWriter::Sent::Refused:
+      close_departure(found->first, "the carrier refused a message of it");
+      return false;
     case CarrierWriter::Sent::Dead: break;
   }
   carries = false;
@@ -67,7 +69,8 @@ bool Link::Impl::send_by_carrier(Block& block) {
 // What follows on the carrier must not overtake it.
 void Link::Impl::socket_used(std::uint64_t writer) {
   const auto found = departures.find(writer);
-  if (found != departures.end() && found->second.step == Departure::Step::Carried) found->second.step = Departure::Step::Opening;
+  if (found != departures.end() && found->second.step == Departure::Step::Carried)
+    found->second.step = Departure::Step::Opening;
 }
 
 void Link::Impl::close_departure(std::uint64_t writer, const std::string& why) {
@@ -76,8 +79,8 @@ void Link::Impl::close_departure(std::uint64_t writer, const std::string& why) {
   departure.step = Departure::Step::Closed;
   append_step(out, writer, CarryStep::Close);
   const auto known = local.find(writer);
-  log.warn("{} to {} goes over the socket from now on: {}", known == local.end() ? "a stream" : known->second.spec.topic,
-           options.peer, why);
+  log.warn("{} to {} goes over the socket from now on: {}",
+           known == local.end() ? "a stream" : known->second.spec.topic, options.peer, why);
 }
 
 bool Link::Impl::handle_carry(ByteView payload) {
@@ -88,7 +91,8 @@ bool Link::Impl::handle_carry(ByteView payload) {
   if (const auto mine = departures.find(writer); mine != departures.end()) {
     Departure& departure = mine->second;
     if (step == CarryStep::Close) close_departure(writer, "the other side cannot take it by the carrier");
-    if (step == CarryStep::Accept && departure.step == Departure::Step::Offered) departure.step = Departure::Step::Carried;
+    if (step == CarryStep::Accept && departure.step == Departure::Step::Offered)
+      departure.step = Departure::Step::Carried;
     // Those that waited for this.
     for (const auto id : topics[local.at(writer).spec.topic].remotes) {
       if (const auto& outbox = remotes.at(id).outbox) note_ready(*outbox);

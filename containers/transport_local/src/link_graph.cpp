@@ -11,7 +11,7 @@ namespace nacelle {
 namespace {
 
 // A robot's process has a few hundred.
-constexpr std::size_t kMostEndpoints = 8192;
+constexpr std::size_t kMostEndpoints = wire::kMostReaders;
 const std::atomic<bool> kClosed{false};
 
 }  // namespace
@@ -58,7 +58,7 @@ bool Link::Impl::take_events() {
           wire::append_id_and_byte(out, wire::LinkFrameKind::Gate, id, happened.info.open ? 1 : 0);
         break;
       case Event::Kind::Life:
-        if (local.contains(id)) wire::append_id(out, wire::LinkFrameKind::Life, id);
+        if (local.contains(id) && !is_full()) wire::append_id(out, wire::LinkFrameKind::Life, id);
         break;
     }
   }
@@ -95,6 +95,7 @@ void Link::Impl::take_gone(std::uint64_t id) {
   }
   wire::append_id(out, wire::LinkFrameKind::Gone, id);
   reconcile(topic);
+  forget_if_unused(topic);
 }
 
 // --- what the peer tells ------------------------------------------------------------------------------------------------
@@ -125,10 +126,16 @@ bool Link::Impl::handle_endpoint(const wire::LinkFrame& frame) {
 void Link::Impl::handle_gone(std::uint64_t id) {
   const auto found = remotes.find(id);
   if (found == remotes.end()) return;
-  const auto use = topics.find(found->second.info.spec.topic);
-  std::erase(use->second.remotes, id);
+  const std::string topic = found->second.info.spec.topic;
+  std::erase(topics.at(topic).remotes, id);
   if (found->second.arrival) found->second.arrival->reader->drain();  // what was sent before the end
   remotes.erase(found);
+  forget_if_unused(topic);
+}
+
+void Link::Impl::forget_if_unused(const std::string& topic) {
+  const TopicUse& use = topics.at(topic);
+  if (use.remotes.empty() && use.local_writers + use.local_readers == 0) topics.erase(topic);
 }
 
 void Link::Impl::handle_gate(std::uint64_t id, bool open) {
@@ -208,7 +215,8 @@ void Link::Impl::drop_stand_in(Remote& remote) {
   if (remote.arrival) {
     // The next stand-in begins on the socket.
     remote.arrival.reset();
-    wire::append_id_and_byte(out, wire::LinkFrameKind::Carry, remote.info.id, static_cast<std::uint8_t>(wire::CarryStep::Close));
+    wire::append_id_and_byte(out, wire::LinkFrameKind::Carry, remote.info.id,
+                             static_cast<std::uint8_t>(wire::CarryStep::Close));
   }
   remote.writer.reset();
   remote.outbox.reset();

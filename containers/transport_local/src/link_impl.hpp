@@ -118,6 +118,7 @@ struct Link::Impl final : GraphListener {
   void handle_gone(std::uint64_t id);
   void handle_gate(std::uint64_t id, bool open);
   void reconcile(const std::string& topic);
+  void forget_if_unused(const std::string& topic);
   void make_stand_in(Remote& remote);
   void drop_stand_in(Remote& remote);
   [[nodiscard]] const msgs::MessageType* type_for(Remote& remote);
@@ -151,7 +152,7 @@ struct Link::Impl final : GraphListener {
   const LinkOptions options;
   const Logger log{"link"};
   const int event;  // eventfd
-  std::uint32_t number = 0;
+  std::atomic<std::uint32_t> number{0};
   std::thread thread;
   std::atomic<bool> stopping{false}, ended{false}, signalled{false};
 
@@ -162,10 +163,11 @@ struct Link::Impl final : GraphListener {
   std::map<std::uint64_t, EndpointInfo> local;
   std::map<std::uint64_t, Remote> remotes;
   std::map<std::string, TopicUse> topics;
-  std::map<std::uint64_t, Departure> departures;  // of local writers
-  bool carries = false;                           // both sides have the same carrier
+  std::map<std::uint64_t, Departure> departures;          // of local writers
+  bool held_back = false;                                 // something is ready, and the socket was full
+  bool carries = false;                                   // both sides have the same carrier
   std::map<std::string, const msgs::MessageType*> types;  // of local endpoints
-  std::vector<std::uint64_t> ready_now, targets;
+  std::vector<std::uint64_t> ready_now, again, targets;
   std::vector<Outbox*> outboxes, same;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> taken_now;
   std::vector<Event> events_now;

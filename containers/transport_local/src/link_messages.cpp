@@ -37,26 +37,31 @@ void Link::Impl::on_left(std::uint64_t reader) noexcept {
 }
 
 bool Link::Impl::send_ready() {
+  // While the peer does not read, what is ready stays so: nobody wakes this thread for it again, but the socket's room does.
+  held_back = is_full();
+  if (held_back) return false;
   {
     const std::lock_guard lock(noting);
     std::swap(ready, ready_now);
   }
   const bool did = !ready_now.empty();
+  again.clear();
   for (const auto id : ready_now) {
     const auto found = remotes.find(id);
     if (found == remotes.end() || !found->second.outbox) continue;
+    Outbox& outbox = *found->second.outbox;
     // Before the look into the queue: what comes during it is told again.
-    found->second.outbox->queued = false;
+    outbox.queued = false;
     send_topic(topics.at(found->second.info.spec.topic));
-    // Of a stand-in that did not get its turn, since the socket is full.
-    if (found->second.outbox->head != nullptr) {
-      // Also one that waits for the carrier: the peer's answer comes, and this is looked at again then.
-      if (is_full()) note_ready(*found->second.outbox);
-    } else if (is_full() && found->second.outbox->reader->has_waiting()) {
-      note_ready(*found->second.outbox);
-    }
+    const bool waits = outbox.head != nullptr || outbox.reader->has_waiting();
+    if (is_full() && waits && !outbox.queued.exchange(true)) again.push_back(id);
   }
   ready_now.clear();
+  held_back = !again.empty();
+  if (held_back) {
+    const std::lock_guard lock(noting);
+    ready.insert(ready.end(), again.begin(), again.end());
+  }
   for (auto& [id, remote] : remotes) {
     // A closed gate drops without a word.
     if (remote.outbox && !remote.info.open) tell_losses(*remote.outbox);
@@ -133,6 +138,7 @@ void Link::Impl::send_message(Block& block, const msgs::MessageType& type, const
 }
 
 bool Link::Impl::tell_losses(Outbox& outbox) {
+  if (is_full()) return false;  // later, all in one
   const ReaderCounters now = outbox.reader->counters();
   wire::LostFrame lost{outbox.id, now.overwritten - outbox.told.overwritten, now.full - outbox.told.full,
                        now.expired - outbox.told.expired, now.inactive - outbox.told.inactive};

@@ -26,6 +26,7 @@ struct Usage {
 /// Bytes of this process in memory, as /proc/self/status says: all of them, and those that no file backs.
 struct Memory {
   std::uint64_t resident = 0, anonymous = 0;
+  std::uint64_t proportional = 0;  ///< PSS, of those programs that ask for it.
   [[nodiscard]] static Memory now();
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// topology graph=FILE [seconds=10] [bare=0] [patience=0]
-// Runs a publish/subscribe graph in one container (or without any) and prints what it did and used.
+// topology graph=FILE [seconds=10] [bare=0] [apart=0] [patience=0]
+// Runs a publish/subscribe graph in one container (or without any, or with a process for each node) and prints what it did and
+// used.
 #include "support/arguments.hpp"
 #include "topology/run.hpp"
 
@@ -10,8 +11,9 @@ int main(int count, char** words) {
   const Arguments arguments(count, words);
   const Graph graph = read_graph(arguments.text("graph", ""));
   const Duration measured = std::chrono::seconds(arguments.number("seconds", 10));
-  const Run run = arguments.number("bare", 0) != 0
-                      ? run_bare(graph, measured)
+  const Run run = arguments.number("bare", 0) != 0 ? run_bare(graph, measured)
+                  : arguments.number("apart", 0) != 0
+                      ? run_apart(graph, measured)
                       : run_composed(graph, measured, std::chrono::seconds(arguments.number("patience", 0)));
   const auto figure = [](auto value) { return static_cast<double>(value); };
   const double seconds = to_seconds(run.used.at.since_origin);
@@ -30,6 +32,7 @@ int main(int count, char** words) {
                  {"switches", figure(run.used.switches)},
                  {"cpu_s", to_seconds(run.used.cpu)},
                  {"rss", figure(run.memory.resident)},
+                 {"pss", figure(run.memory.proportional)},
                  {"rss_anon", figure(run.memory.anonymous)}});
   return 0;
 }

@@ -18,6 +18,11 @@ struct Run {
 
 /// The graph as components of one container, all on the shared executor. `patience`: see Rig.
 [[nodiscard]] Run run_composed(const Graph& graph, Duration measured, Duration patience);
+/// Each node as a component of a process of its own, joined by links over the process that measures: the shape of
+/// `isolate: process` for every component. Usage and memory are sums over all processes.
+[[nodiscard]] Run run_apart(const Graph& graph, Duration measured);
+/// Bytes of this process in memory, shared pages in parts (PSS).
+[[nodiscard]] std::uint64_t own_proportional_memory();
 /// The same callbacks from one thread that sleeps with clock_nanosleep until the next timer is due; timers of one period are
 /// aligned, which is the least that the work can cost.
 [[nodiscard]] Run run_bare(const Graph& graph, Duration measured);

@@ -52,6 +52,7 @@ class TypedStream final : public StreamType {
       state.on_message(info.source_time, info.sequence);
     });
   }
+  const msgs::MessageType& type() const override { return T::message_type(); }
   std::unique_ptr<BareMessage> make_bare(const Source& source) const override {
     class Made final : public BareMessage {
      public:

@@ -64,6 +64,7 @@ class StreamType {
   /// `state` outlives the node.
   [[nodiscard]] virtual std::shared_ptr<void> make_sink(Node& node, const Sink& sink, ReaderState& state) const = 0;
   [[nodiscard]] virtual std::unique_ptr<BareMessage> make_bare(const Source& source) const = 0;
+  [[nodiscard]] virtual const msgs::MessageType& type() const = 0;
 };
 
 /// Errors: an unknown name ends the program with code 2.

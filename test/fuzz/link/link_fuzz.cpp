@@ -45,12 +45,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       static_cast<void>(writer->publish(*writer->borrow()));
       link.pump();
       Bytes answers(4096);
-      while (::recv(sockets.two, answers.data(), answers.size(), MSG_DONTWAIT) > 0) {
-      }
+      while (::recv(sockets.two, answers.data(), answers.size(), MSG_DONTWAIT) > 0) {}
     }
     ::close(sockets.two);
-    while (link.pump()) {
-    }
+    while (link.pump()) {}
     require(link.has_ended() && ends == 1);
     const LinkStats stats = link.stats();
     require(stats.dropped + stats.broken <= stats.received);

@@ -128,7 +128,7 @@ TEST(Mistakes, of_a_component_are_told_with_their_line) {
       {"qos: {x-y: {publisher: {depth: 1}}}",
        "a.launch.yaml:8: the topic or service name 'x-y' may hold only letters, digits, '_', '/', a leading '~' and "
        "{node}, {ns}, {namespace}\n"},
-      {"isolate: proces", "a.launch.yaml:8: 'isolate' cannot be 'proces'; one of none, process\n"},
+      {"isolate: proces", "a.launch.yaml:8: 'isolate' cannot be 'proces'; did you mean 'process'?\n"},
       {"budget: {min_hz: -1}", "a.launch.yaml:8: 'min_hz' must be a number above 0, not '-1'\n"},
       {"on_fault: {restart: {max: 3, backoff: 1s}}",
        "a.launch.yaml:8: on_fault is not available yet: a faulted component stays faulted; leave it out\n"},
@@ -253,8 +253,11 @@ TEST(HostileFiles, end_in_a_problem_and_in_bounded_time) {
   std::map<std::string, std::string> tree;
   for (int i = 0; i < 15; ++i) {
     const std::string next = "f" + std::to_string(i + 1) + ".launch.yaml";
-    tree["f" + std::to_string(i) + ".launch.yaml"] =
-        std::string("launch:\n- include: {file: ").append(next).append("}\n- include: {file: ").append(next).append("}\n");
+    tree["f" + std::to_string(i) + ".launch.yaml"] = std::string("launch:\n- include: {file: ")
+                                                         .append(next)
+                                                         .append("}\n- include: {file: ")
+                                                         .append(next)
+                                                         .append("}\n");
   }
   tree["f15.launch.yaml"] = "launch: []";
   EXPECT_NE(told("launch:\n- include: {file: f0.launch.yaml}", {}, tree).find("files are included"), std::string::npos);

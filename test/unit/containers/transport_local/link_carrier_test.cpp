@@ -27,8 +27,7 @@ class CarriedStreams : public ::testing::Test {
     return {"/chat", &String::message_type(), qos, node};
   }
   void settle() {
-    while (static_cast<int>(one_->pump()) + static_cast<int>(two_->pump()) != 0) {
-    }
+    while (static_cast<int>(one_->pump()) + static_cast<int>(two_->pump()) != 0) {}
   }
   void publish(const std::string& text) {
     Block* const block = writer_->borrow();

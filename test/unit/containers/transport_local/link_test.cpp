@@ -59,8 +59,7 @@ class LinkTest : public ::testing::Test {
     Bytes bytes;
     append(bytes);
     ASSERT_EQ(::send(sockets_.two, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
-    while (link_.pump()) {
-    }
+    while (link_.pump()) {}
   }
   void greet() {
     say([](Bytes& out) { transport_local::append_hello(out, ""); });
@@ -101,8 +100,7 @@ TEST_F(LinkTest, ends_when_the_peer_goes_and_takes_its_writers_along) {
   announce(writer_of_the_peer());
   EXPECT_EQ(reader_->writer_count(), 1U);
   ::shutdown(sockets_.two, SHUT_RDWR);
-  while (link_.pump()) {
-  }
+  while (link_.pump()) {}
   EXPECT_TRUE(link_.has_ended());
   EXPECT_EQ(ends_, std::vector<std::string>{"the test: closed the link"});
   EXPECT_EQ(reader_->writer_count(), 0U);
@@ -170,12 +168,10 @@ TEST_F(LinkTest, makes_stand_ins_only_for_what_this_side_uses) {
   broker_.report(streams);
   EXPECT_EQ(streams.size(), 1U);
   auto late = broker_.create_reader({"/unused", &String::message_type(), QoS(5), "/late"}, Taking::Share, nullptr);
-  while (link_.pump()) {
-  }
+  while (link_.pump()) {}
   EXPECT_EQ(late->writer_count(), 1U);
   late.reset();
-  while (link_.pump()) {
-  }
+  while (link_.pump()) {}
   EXPECT_EQ(link_.stats().dropped, 0U);
 }
 
@@ -197,17 +193,17 @@ TEST_F(LinkTest, does_not_believe_acknowledgements_of_what_was_never_sent) {
   far.qos = QoS(KeepAll{}).max_samples(2);
   announce(far);
   auto writer = broker_.create_writer(spec(QoS(5), "/writer"));
-  while (link_.pump()) {
-  }
+  while (link_.pump()) {}
   const auto result = [&] {
     Block* const block = writer->borrow();
     const PublishResult answer = writer->publish(*block);
-    while (link_.pump()) {
-    }
+    while (link_.pump()) {}
     return answer;
   };
   EXPECT_EQ(result(), PublishResult::Published);
-  say([](Bytes& out) { transport_local::append_id_and_count(out, transport_local::LinkFrameKind::Taken, 40, 1'000'000); });
+  say([](Bytes& out) {
+    transport_local::append_id_and_count(out, transport_local::LinkFrameKind::Taken, 40, 1'000'000);
+  });
   EXPECT_EQ(result(), PublishResult::Published);
   EXPECT_EQ(result(), PublishResult::Published);
   EXPECT_EQ(result(), PublishResult::WouldBlock);

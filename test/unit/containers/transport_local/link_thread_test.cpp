@@ -47,8 +47,7 @@ LinkOptions options_with(std::atomic<bool>* ended = nullptr) {
   link.start();
   while (writer->reader_count() == 0) std::this_thread::yield();
   for (int i = 0; i < kMessages; ++i) {
-    while (send(*writer, std::to_string(i)) == PublishResult::WouldBlock) {
-    }
+    while (send(*writer, std::to_string(i)) == PublishResult::WouldBlock) {}
   }
   for (;;) ::pause();
 }
@@ -83,8 +82,8 @@ TEST(LinkedProcesses, a_reliable_keep_all_stream_loses_nothing_and_a_kill_ends_i
   const SystemClock clock;
   runtime::Broker broker{clock, runtime::Watching::ByThread};
   std::atomic<bool> ended{false};
-  auto reader = broker.create_reader(spec("/numbers", QoS(KeepAll{}).reliable().max_samples(7), "/parent"), Taking::Share,
-                                     nullptr);
+  auto reader = broker.create_reader(spec("/numbers", QoS(KeepAll{}).reliable().max_samples(7), "/parent"),
+                                     Taking::Share, nullptr);
   Link link{broker, clock, other.socket, options_with(&ended)};
   link.start();
   for (int i = 0; i < kMessages; ++i) {
@@ -150,8 +149,7 @@ TEST(LinkThreads, a_peer_that_does_not_read_blocks_nobody) {
   runtime::Broker far{clock};
   auto reader = far.create_reader(spec("/a", QoS(3), "/far"), Taking::Share, nullptr);
   Link peer{far, clock, sockets.two, options_with()};
-  while (peer.pump()) {
-  }
+  while (peer.pump()) {}
   auto writer = broker.create_writer(spec("/a", QoS(3), "/w"));
   while (writer->reader_count() == 0) std::this_thread::yield();
   const std::string large(100'000, 'x');

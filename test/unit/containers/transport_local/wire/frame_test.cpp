@@ -51,7 +51,8 @@ LinkFrame frame_at(const Bytes& bytes, std::size_t skip) {
   for (;; --skip) {
     std::uint32_t length = 0;
     std::memcpy(&length, bytes.data() + at, 4);
-    if (skip == 0) return {static_cast<LinkFrameKind>(bytes[at + 4]), ByteView{bytes}.subspan(at + kLinkHeaderBytes, length)};
+    if (skip == 0)
+      return {static_cast<LinkFrameKind>(bytes[at + 4]), ByteView{bytes}.subspan(at + kLinkHeaderBytes, length)};
     at += kLinkHeaderBytes + length;
   }
 }
@@ -115,11 +116,12 @@ TEST(LinkFrames, from_something_else_end_the_reading_with_a_reason) {
   Bytes twice;
   append_hello(twice, "");
   append_hello(twice, "");
-  
+
   const std::uint32_t huge = 0xFFFFFFF0;
   Bytes longest;
   append_hello(longest, "");
-  longest.insert(longest.end(), reinterpret_cast<const std::uint8_t*>(&huge), reinterpret_cast<const std::uint8_t*>(&huge) + 4);
+  longest.insert(longest.end(), reinterpret_cast<const std::uint8_t*>(&huge),
+                 reinterpret_cast<const std::uint8_t*>(&huge) + 4);
   longest.push_back('D');
   EXPECT_EQ(frames_of(no_hello, 100).back(), std::string("!") + to_text(LinkFault::NoHello));
   EXPECT_EQ(frames_of(twice, 100).back(), std::string("!") + to_text(LinkFault::NoHello));
