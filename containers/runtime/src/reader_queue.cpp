@@ -228,6 +228,9 @@ void ReaderQueue::close() {
   {
     const std::lock_guard lock(listener_mutex_);
     listener_ = nullptr;
+  }
+  {
+    const std::lock_guard lock(status_mutex_);
     status_listener_ = nullptr;
   }
   drop_all(&ReaderCounters::discarded);
@@ -257,7 +260,7 @@ void ReaderQueue::note_clash(const std::string& policy, std::string text) {
 }
 
 void ReaderQueue::tell() const {
-  const std::lock_guard lock(listener_mutex_);
+  const std::lock_guard lock(status_mutex_);
   if (status_listener_ != nullptr) status_listener_->on_status();
 }
 

@@ -118,8 +118,11 @@ class ReaderQueue {
   std::atomic<std::size_t> waiting_{0};
   bool enabled_;
   bool closed_ = false;
-  mutable FutexMutex listener_mutex_;  // held while one of these is called, so that close() can promise the end of that
+  // Each is called under a lock of its own, so that close() can promise the end of that. Two, since a take() from within
+  // on_ready() may find that a message has expired, and tell.
+  FutexMutex listener_mutex_;
   ReadyListener* listener_;
+  mutable FutexMutex status_mutex_;
   StatusListener* status_listener_;
   const Clock& clock_;
   Watchdog* const watchdog_;  // null: somebody else calls watch() in time

@@ -126,6 +126,34 @@ TEST_F(BrokerTest, a_listener_may_take_what_it_is_told_of_and_hears_nothing_afte
   EXPECT_EQ(taker.told, 3);
 }
 
+TEST_F(BrokerTest, a_listener_that_takes_what_has_expired_is_told_of_the_loss_and_does_not_wait_for_itself) {
+  struct Taker final : ReadyListener, StatusListener {
+    void on_ready() noexcept override {
+      clock->advance(2s);  // past the lifespan, between arrival and look
+      EXPECT_EQ(reader->take(), nullptr);
+    }
+    void on_status() noexcept override { ++told; }
+    test::ManualClock* clock = nullptr;
+    Reader* reader = nullptr;
+    int told = 0;
+  } taker;
+  EndpointSpec spec = image_spec(10, "/a");
+  spec.status_listener = &taker;
+  spec.tells_lost = true;
+  auto reader = broker.create_reader(spec, Taking::Share, &taker);
+  taker.clock = &clock;
+  taker.reader = reader.get();
+  EndpointSpec written = image_spec(10, "/camera");
+  written.qos.lifespan(1s);
+  auto writer = broker.create_writer(written);
+  const int before = taker.told;
+
+  writer->publish(*writer->borrow());
+
+  EXPECT_EQ(taker.told, before + 1);
+  EXPECT_EQ(reader->counters().expired, 1U);
+}
+
 // Design D4: owners only: the last in subscription order gets the original; with a reader present every owner gets a copy.
 TEST_F(BrokerTest, copies_for_all_but_the_last_owner_and_for_every_owner_beside_a_reader) {
   for (const bool with_reader : {false, true}) {
