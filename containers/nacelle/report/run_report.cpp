@@ -66,7 +66,8 @@ ordered_json to_json(const runtime::StreamReport& stream) {
           {"latency_us",
            {{"p50", microseconds(stream.latency_p50)},
             {"p99", microseconds(stream.latency_p99)},
-            {"max", microseconds(stream.latency_max)}}}};
+            {"max", microseconds(stream.latency_max)},
+            {"handed_over", to_text(stream.handed_over)}}}};
 }
 
 ordered_json to_json(const DriveFigures& drive) {

@@ -38,18 +38,18 @@ std::string summary_of(const ordered_json& report) {
   std::size_t name_width = 6;
   const auto rows = rows_of(report["streams"]);
   for (const auto& row : rows) name_width = std::max(name_width, row.label.size());
-  line(fmt::format("{:<{}}  {:>7} {:>9} {:>9} {:>7} {:>6}  {:>19}  {}", "stream", name_width, "Hz", "published",
-                   "delivered", "readers", "copies", "p50/p99/max us", "dropped"));
+  line(fmt::format("{:<{}}  {:>7} {:>9} {:>9} {:>7} {:>6}  {:>19} {:<14}  {}", "stream", name_width, "Hz", "published",
+                   "delivered", "readers", "copies", "p50/p99/max us", "", "dropped"));
   for (const auto& row : rows) {
     const auto& stream = *row.stream;
     const auto& latency = stream["latency_us"];
-    line(fmt::format("{:<{}}  {:>7.2f} {:>9} {:>9} {:>7} {:>6}  {:>19}  {}", row.label, name_width,
+    line(fmt::format("{:<{}}  {:>7.2f} {:>9} {:>9} {:>7} {:>6}  {:>19} {:<14}  {}", row.label, name_width,
                      stream["hz"].get<double>(), stream["published"].get<std::uint64_t>(),
                      stream["delivered"].get<std::uint64_t>(), stream["readers"].get<std::uint64_t>(),
                      stream["copies"].get<std::uint64_t>(),
                      fmt::format("{:.0f}/{:.0f}/{:.0f}", latency["p50"].get<double>(), latency["p99"].get<double>(),
                                  latency["max"].get<double>()),
-                     drops_of(stream["dropped"])));
+                     latency["handed_over"].get<std::string>(), drops_of(stream["dropped"])));
   }
   line("");
   if (const auto& drive = report["drive"]; drive.is_object()) {

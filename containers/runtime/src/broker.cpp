@@ -43,6 +43,7 @@ class BrokerReader final : public ProxyReader {
   ~BrokerReader() override {
     queue_->close();
     const std::lock_guard lock(topic_->mutex_);
+    topic_->gone_.handed_over = handed_over(*topic_);
     std::erase(topic_->readers_, queue_);
     topic_->version_.fetch_add(1, std::memory_order_release);
     for (BrokerWriter* writer : topic_->writers_) {

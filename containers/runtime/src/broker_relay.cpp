@@ -96,6 +96,7 @@ void BrokerWriter::relay(Block& block, const MessageInfo& info, MonotonicTime ex
   block.info.received_time = broker_.clock_.now();
   block.expires = expires;
   block.via = spec_.via;
+  thread_.set(this_thread_mark());
   // History that is sent for a late joiner has been counted when it was new.
   if (info.sequence > last_relayed_) {
     last_relayed_ = info.sequence;

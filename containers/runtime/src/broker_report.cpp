@@ -17,6 +17,27 @@ bool reads_also(const Topic& topic, const EndpointSpec& reader) {
 
 }  // namespace
 
+const char* to_text(HandedOver way) {
+  switch (way) {
+    case HandedOver::Never: return "";
+    case HandedOver::Inline: return "inline";
+    case HandedOver::AcrossThreads: return "across threads";
+    case HandedOver::Both: return "both";
+  }
+  return "";
+}
+
+HandedOver handed_over(const Topic& topic) {
+  auto ways = static_cast<unsigned>(topic.gone_.handed_over);
+  for (const BrokerWriter* writer : topic.writers_) {
+    for (const auto& reader : topic.readers_) {
+      if (writer->thread() == 0 || reader->thread() == 0 || !matches(writer->spec(), reader->spec())) continue;
+      ways |= static_cast<unsigned>(writer->thread() == reader->thread() ? HandedOver::Inline : HandedOver::AcrossThreads);
+    }
+  }
+  return static_cast<HandedOver>(ways);
+}
+
 void add(ReaderCounters& to, const ReaderCounters& more) {
   to.received += more.received;
   to.delivered += more.delivered;
@@ -176,6 +197,7 @@ void Broker::report(std::vector<StreamReport>& out) const {
     row.latency_p50 = latency.quantile(0.5);
     row.latency_p99 = latency.quantile(0.99);
     row.latency_max = latency.max();
+    row.handed_over = handed_over(*topic);
   }
   out.resize(used);
 }

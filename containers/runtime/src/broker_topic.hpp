@@ -11,6 +11,7 @@
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/node/graph.hpp"
 #include "nacelle/qos/compatibility.hpp"
+#include "nacelle/runtime/container.hpp"
 #include "reader_queue.hpp"
 
 namespace nacelle::runtime {
@@ -27,6 +28,7 @@ class Topic {
     ReaderCounters read;
     std::unique_ptr<DurationHistogram> latency;
     std::uint64_t first_ns = 0, last_ns = 0;
+    HandedOver handed_over = HandedOver::Never;
   };
 
   const std::string name_;
@@ -51,6 +53,8 @@ inline bool matches(const EndpointSpec& writer, const EndpointSpec& reader) {
 }
 
 void add(ReaderCounters& to, const ReaderCounters& more);
+/// From which threads to which the messages of the endpoints that are there have gone. Under the topic's lock.
+[[nodiscard]] HandedOver handed_over(const Topic& topic);
 [[nodiscard]] EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer, bool open);
 
 }  // namespace nacelle::runtime

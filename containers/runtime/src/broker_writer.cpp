@@ -57,6 +57,7 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
 BrokerWriter::~BrokerWriter() {
   {
     const std::lock_guard lock(topic_->mutex_);
+    topic_->gone_.handed_over = handed_over(*topic_);
     std::erase(topic_->writers_, this);
     for (const auto& reader : topic_->readers_) reader->forget_writer(id_);
     tell_readers();
@@ -100,6 +101,7 @@ PublishResult BrokerWriter::publish(Block& block) {
   block.expires = kNeverExpires;
   last_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
   published_.set(sequence);
+  thread_.set(this_thread_mark());
   if (sole_ == nullptr || topic_version_.load(std::memory_order_acquire) != routes_version_)
     return publish_slowly(block, now);
   // One reader, and nothing else to be done, as most streams are: our reference becomes its.

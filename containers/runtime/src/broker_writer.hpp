@@ -51,6 +51,8 @@ class BrokerWriter final : public ProxyWriter {
   void tell() const;
   [[nodiscard]] bool is_alive() const;
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
+  /// The last one that published; 0: none yet.
+  [[nodiscard]] std::uintptr_t thread() const { return thread_.get(); }
 
  private:
   void note_message(MonotonicTime now);
@@ -97,7 +99,7 @@ class BrokerWriter final : public ProxyWriter {
   std::uint64_t routes_version_ = 0;
   std::deque<Block*> history_;                // under the topic's lock, as the next
   std::unique_ptr<MessagePool> replay_pool_;  // copies of the history for owners that join late
-  Tally published_, inactive_, would_block_, copies_, bytes_copied_, pool_dry_, first_ns_, last_ns_;
+  Tally published_, inactive_, would_block_, copies_, bytes_copied_, pool_dry_, first_ns_, last_ns_, thread_;
 
   mutable FutexMutex contract_mutex_;  // what follows
   DeadlineWatch deadline_;

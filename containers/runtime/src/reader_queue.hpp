@@ -12,6 +12,7 @@
 #include "nacelle/runtime/executor.hpp"
 #include "nacelle/runtime/futex.hpp"
 #include "nacelle/runtime/graph_watch.hpp"
+#include "this_thread.hpp"
 #include "watchdog.hpp"
 
 namespace nacelle::runtime {
@@ -51,7 +52,12 @@ class ReaderQueue {
   void set_enabled(bool enabled);
   /// No message and no listener any more; what waits is dropped and counted.
   void close();
-  void note_latency(Duration latency) { latency_.record(latency); }
+  void note_latency(Duration latency) {
+    latency_.record(latency);
+    thread_.store(this_thread_mark(), std::memory_order_relaxed);
+  }
+  /// The last one on which a callback got a message; 0: none yet.
+  [[nodiscard]] std::uintptr_t thread() const { return thread_.load(std::memory_order_relaxed); }
   void note_rehomed();
   /// Before the queue is shared.
   void tell_links(const GraphWatch* links) { links_ = keep_all_ ? links : nullptr; }
@@ -134,6 +140,7 @@ class ReaderQueue {
   ReaderCounters counters_;   // but for what follows from head_ and waiting_
   std::uint64_t unread_ = 0;  // of those taken out, those that went to nobody
   DurationHistogram latency_;
+  std::atomic<std::uintptr_t> thread_{0};
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
   const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
   std::size_t looked_at_ = 0;          // of those that wait, the oldest

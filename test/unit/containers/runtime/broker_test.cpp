@@ -6,6 +6,7 @@
 #include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/header.hpp>
 #include <std_msgs/msg/string.hpp>
+#include <thread>
 
 #include "support/allocation_guard.hpp"
 #include "support/manual_clock.hpp"
@@ -321,6 +322,24 @@ TEST_F(BrokerTest, remembers_the_figures_of_endpoints_that_are_gone) {
   EXPECT_EQ(stream("/image").published, 2U);
   EXPECT_EQ(stream("/image").delivered, 2U);
   EXPECT_EQ(stream("/image").writers, 0U);
+}
+
+TEST_F(BrokerTest, says_whether_messages_stay_on_their_thread) {
+  auto writer = broker.create_writer(image_spec(10, "/camera"));
+  auto reader = broker.create_reader(image_spec(10, "/a"), Taking::Share, nullptr);
+  EXPECT_EQ(stream("/image").handed_over, HandedOver::Never);
+  const auto take = [&] {
+    drop_reference(*reader->take());
+    reader->note_latency(1us);
+  };
+  writer->publish(*writer->borrow());
+  take();
+  EXPECT_EQ(stream("/image").handed_over, HandedOver::Inline);
+  std::thread([&] { writer->publish(*writer->borrow()); }).join();
+  take();
+  EXPECT_EQ(stream("/image").handed_over, HandedOver::AcrossThreads);
+  writer.reset();
+  EXPECT_EQ(stream("/image").handed_over, HandedOver::AcrossThreads) << "of endpoints that are gone too";
 }
 
 TEST_F(BrokerTest, says_who_still_holds_messages_of_a_node_that_is_gone) {

@@ -67,6 +67,11 @@ struct KeptImage {
       held_by;  ///< "2 messages of /camera/image_raw", "its constructor, which has not returned", "the process (...)"
 };
 
+/// How messages came from publish() to their callbacks; a latency means little without it. Two bits.
+enum class HandedOver : std::uint8_t { Never = 0, Inline = 1, AcrossThreads = 2, Both = 3 };
+/// "inline" (on one thread), "across threads", "both", or "" for never.
+[[nodiscard]] const char* to_text(HandedOver way);
+
 /// One stream of the report.
 struct StreamReport {
   std::string name, type;
@@ -78,7 +83,8 @@ struct StreamReport {
   std::uint64_t pool_dry = 0;              ///< Messages that a writer dropped since its pool was dry.
   std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools have made.
   std::uint64_t copies = 0, bytes_copied = 0;
-  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
+  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start ...
+  HandedOver handed_over = HandedOver::Never;            ///< ... this way.
   /// Messages per second between the first and the last publish(); 0 for fewer than two.
   [[nodiscard]] double hz() const;
 };

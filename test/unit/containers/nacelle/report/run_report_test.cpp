@@ -26,6 +26,7 @@ RunReport sample() {
   scan.latency_p50 = 5us;
   scan.latency_p99 = 70us;
   scan.latency_max = 900us;
+  scan.handed_over = runtime::HandedOver::AcrossThreads;
   report.streams = {scan};
   report.histograms = {{"/diff_drive", kCommandToWheel, 10, 4ms, 12ms, 13ms}};
   report.process = {12.5, 38.2, 9, {{"control", 0}, {"detector", 44.5}}};
@@ -48,7 +49,7 @@ TEST(RunReport, has_the_keys_and_units_that_others_read) {
   EXPECT_EQ(stream["dropped"], nlohmann::json({{"overwritten", 3}}));
   EXPECT_EQ(stream["copies"], 0);
   EXPECT_EQ(stream["bytes_copied"], 0);
-  EXPECT_EQ(stream["latency_us"], nlohmann::json({{"p50", 5.0}, {"p99", 70.0}, {"max", 900.0}}));
+  EXPECT_EQ(stream["latency_us"], nlohmann::json({{"p50", 5.0}, {"p99", 70.0}, {"max", 900.0}, {"handed_over", "across threads"}}));
   EXPECT_TRUE(json["drive"].is_null());
   EXPECT_EQ(json["command_to_wheel_ms"], nlohmann::json({{"p50", 4.0}, {"p99", 12.0}}));
   EXPECT_EQ(json["process"]["cpu_percent"], 12.5);
