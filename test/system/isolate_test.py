@@ -7,7 +7,7 @@ import re
 import signal
 import unittest
 
-from robot import LAUNCH_FILE, SLOW, RunningRobotTest, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, wait_for
 
 ISOLATED = ("lidar", "detector")
 
@@ -94,6 +94,22 @@ class Isolated(RunningRobotTest):
         self.assertFalse(list(self.folder.glob("**/*.sock")))
         streams = {row["name"]: row for row in json.loads(self.report_file.read_text())["streams"]}
         self.assertGreater(streams["/scan"]["copies"], 0)
+
+
+class Refused(RobotTest):
+    def test_a_component_that_is_tied_to_its_process_is_refused_with_the_reason(self):
+        source = pathlib.Path(LAUNCH_FILE)
+        for name, tie in (("ekf", "shares the object 'transform_buffer'"), ("odometry", "claims the frame odom -> base_footprint")):
+            copy = self.folder / f"{name}.launch.yaml"
+            copy.write_text(re.sub(rf"^( +)name: {name}$", rf"\1name: {name}\n\1isolate: process", source.read_text(), flags=re.MULTILINE))
+            own = (f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf", f"sim_dir:={self.folder}/sim")
+            outcome = self.expect_exit(self.run_program("launch", copy, *own), 1)
+            self.assertIn(f"component /{name}: cannot be isolated", outcome.stderr)
+            self.assertIn(tie, outcome.stderr)
+        self.assertEqual(self.our_processes(), [])
+
+    def test_its_verb_is_not_for_people(self):
+        self.assertIn("there is no container", self.expect_exit(self.run_program("isolated", "--name", "/x"), 2).stderr)
 
 
 if __name__ == "__main__":

@@ -190,7 +190,7 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
   return false;
 }
 
-void Link::Impl::end(Problem problem) {
+void Link::Impl::end(const Problem& problem) {
   if (ended.exchange(true)) return;
   graph.leave(number);
   departures.clear();

@@ -18,10 +18,10 @@ const std::atomic<bool> kClosed{false};
 
 // --- what this side's graph tells ---------------------------------------------------------------------------------------
 
-void Link::Impl::note(Event made) noexcept {
+void Link::Impl::note(Event happened) noexcept {
   {
     const std::lock_guard lock(noting);
-    events.push_back(std::move(made));
+    events.push_back(std::move(happened));
   }
   wake();
 }

@@ -97,7 +97,7 @@ struct Link::Impl final : GraphListener {
   void on_gate(std::uint64_t reader, bool open) noexcept override;
   void on_life(std::uint64_t writer) noexcept override;
   void on_left(std::uint64_t reader) noexcept override;
-  void note(Event event) noexcept;
+  void note(Event happened) noexcept;
   void note_ready(Outbox& outbox) noexcept;
   void wake() noexcept;
 
@@ -106,7 +106,7 @@ struct Link::Impl final : GraphListener {
   bool pump(bool readable);
   bool read_socket();
   bool flush();
-  void end(Problem problem);
+  void end(const Problem& problem);
   [[nodiscard]] bool handle(const wire::LinkFrame& frame);
   [[nodiscard]] bool is_full() const { return out.size() - out_sent > kHighWater; }
 
