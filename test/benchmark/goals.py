@@ -187,11 +187,34 @@ def soak(programs, say):
 
 
 def between(programs, say):
-    del programs, say
     note = "not measured: needs the transport between processes"
     yield row("M7", "one container beside ten processes: CPU", None, "x", at_most(0.35), "rclcpp 0.35", note)
     yield row("M7", "one container beside ten processes: PSS", None, "x", at_most(0.20), "rclcpp 0.33", note)
-    yield row("M13", "between processes, beside bare iceoryx", None, "x", at_most(1.10), "", note)
+    with programs.iceoryx() as why_not:
+        if why_not:
+            yield row("M13", "between processes, beside bare iceoryx", None, "x", at_most(1.10), "", f"not measured: {why_not}")
+        else:
+            yield from shared_memory(programs, say)
+
+
+def shared_memory(programs, say):
+    """The carrier of transport_iceoryx beside the same messages by iceoryx's own publisher and listener."""
+    say("instructions of a message by iceoryx's carrier, and by iceoryx alone")
+    carried, bare = (programs.instructions("between", what="count", peer=peer) for peer in ("carried", "bare"))
+    yield row("M13", "44 B, writer to sleeping reader, instructions", carried / bare, "x bare", at_most(1.10),
+              f"{carried:.0f} Ir; iceoryx with a Listener {bare:.0f}")  # fmt: skip
+    for size, name in ((44, "44 B"), (65_536, "64 KiB"), (1_048_576, "1 MiB"), (4_194_304, "4 MiB")):
+        say(f"{name} between two processes, in turn with bare iceoryx")
+        run = programs.run("between", bytes=size, blocks=60)
+        yield row("M13", f"{name} between two processes, written, sent, read, answered", run["ratio"], "x bare", at_most(1.10),
+                  f"bare {run['b_ns'] / 1000:.1f} us")  # fmt: skip
+        if size > 44:
+            copied = run["copied_per_message"] + run["copied_by_reader_per_message"]
+            yield row("M13", f"{name}: bytes copied beside the one write", copied, "B/message", exactly(0))
+    say("4 MiB in messages that were not prepared")
+    run = programs.run("between", bytes=4_194_304, blocks=20, prepared=0)
+    yield row("M13", "4 MiB, not prepared: copied once by the writer", run["ratio"], "x bare", None,
+              f"{run['copied_per_message']:.0f} B/message by the writer, {run['copied_by_reader_per_message']:.0f} by the reader")  # fmt: skip
 
 
 BENCHMARKS = {

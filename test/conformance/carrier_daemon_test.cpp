@@ -12,6 +12,7 @@
 
 #include "carrier_ends.hpp"
 #include "nacelle/transport_iceoryx/iceoryx_carrier.hpp"
+#include "support/child_process.hpp"
 #include "support/roudi.hpp"
 
 namespace nacelle::test {

@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <grp.h>
-#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/prctl.h>
@@ -184,22 +183,5 @@ void RouDi::order(char word) {
 void RouDi::kill() { order(kKill); }
 void RouDi::start_again() { order(kStart); }
 void RouDi::stop_answering() { order(kStop); }
-
-int run_in_child(const std::function<void()>& part) {
-  std::fflush(nullptr);
-  const pid_t parent = ::getpid();
-  const pid_t child = ::fork();
-  if (child < 0) die("fork");
-  if (child == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != parent) std::_Exit(0);
-    part();
-    std::exit(::testing::Test::HasFailure() ? 1 : 0);
-  }
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-}
 
 }  // namespace nacelle::test

@@ -4,7 +4,6 @@
 #include <sys/types.h>
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -48,9 +47,5 @@ class RouDi {
   int control_;
   pid_t keeper_;
 };
-
-/// Runs a part of a test in a process of its own, which dies with this one: iceoryx can be started once in a process only.
-/// Expectations that fail there are printed there. Returns its exit code, 0 when all held; -signal when it died of one.
-[[nodiscard]] int run_in_child(const std::function<void()>& part);
 
 }  // namespace nacelle::test

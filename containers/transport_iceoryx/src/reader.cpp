@@ -25,45 +25,39 @@ void StreamReader::close() {
 void StreamReader::deliver(ReaderPort::Chunk& chunk) {
   const ByteView bytes = payload_of(chunk);
   const auto view = read_chunk(bytes);
-  bool held = false;
-  if (view) {
-    held = read(*view, chunk, bytes.data());
-  } else {
-    note_broken(explain(view.error()));
-  }
-  if (!held) port_.give_back(chunk);
+  if (view) return read(*view, chunk, bytes.data());
+  port_.give_back(chunk);
+  note_broken(explain(view.error()));
 }
 
-bool StreamReader::read(const ChunkView& view, ReaderPort::Chunk& chunk, const std::uint8_t* bytes) {
+void StreamReader::read(const ChunkView& view, ReaderPort::Chunk& chunk, const std::uint8_t* bytes) {
   Block* const block = sink_.borrow();
-  if (block == nullptr) return false;
+  if (block == nullptr) return port_.give_back(chunk);
   std::array<msgs::LentPart, msgs::kMostParts> parts;
   // One use more than parts: this call's own, so that the chunk stays while it is read.
   ReaderPort::Hold* const hold = view.parts != 0 && sink_.may_lend() ? port_.hold(chunk, view.parts + 1) : nullptr;
-  std::uint64_t long_bytes = 0;
   for (std::size_t i = 0; i < view.parts; ++i) {
     // Nobody writes there: what a message was lent is const to its readers, and the sink says if one may take it for itself.
     auto* const memory = const_cast<std::uint8_t*>(bytes) + view.places[i].offset;
     parts[i] = {memory, view.places[i].bytes, hold == nullptr ? ReleaseHook{} : hold->hook()};
-    long_bytes += view.places[i].bytes;
   }
   const auto read = msgs::decode_apart(type_, view.small, {parts.data(), view.parts}, block->message);
-  if (hold != nullptr) {
-    const auto unused = std::count_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(view.parts),
-                                      [](const msgs::LentPart& part) { return part.hook.release != nullptr; });
-    totals_.lent.fetch_add(view.parts - static_cast<std::size_t>(unused), std::memory_order_relaxed);
-    // The chunk goes back with the last use: now, or when the message goes.
-    hold->drop(static_cast<std::size_t>(unused) + 1);
-  } else if (long_bytes != 0) {
-    totals_.bytes_copied.fetch_add(long_bytes, std::memory_order_relaxed);
+  // The chunk goes back with its last use: at once, so that the writer may use it for the next message, or when the message goes.
+  if (hold == nullptr) {
+    port_.give_back(chunk);
+    for (std::size_t i = 0; i < view.parts; ++i) totals_.bytes_copied.fetch_add(parts[i].bytes, std::memory_order_relaxed);
+  } else {
+    const auto unused = static_cast<std::size_t>(
+        std::count_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(view.parts),
+                      [](const msgs::LentPart& part) { return part.hook.release != nullptr; }));
+    totals_.lent.fetch_add(view.parts - unused, std::memory_order_relaxed);
+    hold->drop(unused + 1);
   }
   if (!read) {
     drop_reference(*block);
-    note_broken(msgs::explain(read.error()));
-    return hold != nullptr;
+    return note_broken(msgs::explain(read.error()));
   }
   sink_.deliver(*block, {view.stamp.writer_id, view.stamp.sequence, MonotonicTime{Duration{view.stamp.source_ns}}, {}});
-  return hold != nullptr;
 }
 
 void StreamReader::note_broken(const char* why) {

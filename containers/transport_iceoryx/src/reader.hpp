@@ -31,8 +31,8 @@ class StreamReader {
 
  private:
   void deliver(ReaderPort::Chunk& chunk);
-  /// True if the chunk is held by the message now.
-  bool read(const ChunkView& view, ReaderPort::Chunk& chunk, const std::uint8_t* bytes);
+  /// Gives the chunk back, or lets the message keep it.
+  void read(const ChunkView& view, ReaderPort::Chunk& chunk, const std::uint8_t* bytes);
   void note_broken(const char* why);
 
   std::mutex mutex_;  // keeps the order: one thread delivers

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <csignal>
 
+#include "nacelle/base/log.hpp"
+
 namespace nacelle::transport_iceoryx {
 
-ReadingThread::ReadingThread(iox::popo::ConditionVariableData& condition) : condition_(condition), listener_(condition) {
+ReadingThread::ReadingThread(iox::popo::ConditionVariableData& condition) : condition_(condition) {
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -17,7 +19,8 @@ ReadingThread::ReadingThread(iox::popo::ConditionVariableData& condition) : cond
 }
 
 ReadingThread::~ReadingThread() {
-  listener_.destroy();
+  ends_.store(true, std::memory_order_release);
+  static_cast<void>(condition_.m_semaphore.post());
   thread_.join();
   condition_.m_toBeDestroyed.store(true, std::memory_order_relaxed);
 }
@@ -27,7 +30,9 @@ std::optional<std::size_t> ReadingThread::add(const std::shared_ptr<StreamReader
   const auto free = std::find(readers_.begin(), readers_.end(), nullptr);
   if (free == readers_.end()) return std::nullopt;
   *free = reader;
-  return static_cast<std::size_t>(free - readers_.begin());
+  const auto place = static_cast<std::size_t>(free - readers_.begin());
+  places_.store(std::max(place + 1, places_.load(std::memory_order_relaxed)), std::memory_order_release);
+  return place;
 }
 
 void ReadingThread::remove(std::size_t place) {
@@ -37,18 +42,27 @@ void ReadingThread::remove(std::size_t place) {
 
 void ReadingThread::run() {
   pthread_setname_np(pthread_self(), "iceoryx_reader");
-  while (true) {
-    const auto notified = listener_.wait();
-    if (notified.empty()) return;  // destroy()
-    for (const auto place : notified) {
-      std::shared_ptr<StreamReader> reader;
-      {
-        const std::lock_guard lock(mutex_);
-        reader = readers_[place];
-      }
-      if (reader) reader->deliver();
+  while (!ends_.load(std::memory_order_acquire)) {
+    if (condition_.m_semaphore.wait().has_error()) {
+      Logger("transport_iceoryx").error("waiting for messages failed: this process gets no more through shared memory");
+      return;
     }
+    const std::size_t places = places_.load(std::memory_order_acquire);
+    for (std::size_t place = 0; place < places; ++place) look_at(place);
   }
+}
+
+void ReadingThread::look_at(std::size_t place) {
+  std::atomic_bool& flag = condition_.m_activeNotifications[place];
+  // Cleared before the look: what comes during it sets the flag again. By exchange, which sees the last sender that has set it, and
+  // so that sender's chunk.
+  if (!flag.load(std::memory_order_relaxed) || !flag.exchange(false, std::memory_order_acq_rel)) return;
+  std::shared_ptr<StreamReader> reader;
+  {
+    const std::lock_guard lock(mutex_);
+    reader = readers_[place];
+  }
+  if (reader) reader->deliver();
 }
 
 }  // namespace nacelle::transport_iceoryx

@@ -2,19 +2,24 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 
-#include "iceoryx_posh/internal/popo/building_blocks/condition_listener.hpp"
+#include "iceoryx_posh/internal/popo/building_blocks/condition_variable_data.hpp"
 #include "reader.hpp"
 
 namespace nacelle::transport_iceoryx {
 
-/// Sleeps until a chunk arrives for one of its readers, and has it delivered. What iceoryx's Listener does, but that it is made
-/// of ports that are checked (Listener uses a null pointer when the daemon has no more to give), and without a lock per event
-/// that is held while a callback runs.
+/// Sleeps until a chunk arrives for one of its readers, and has it delivered.
+///
+/// What iceoryx's Listener does, but that it is made of parts that have been checked (Listener uses a null pointer when the daemon has
+/// no more to give), holds no lock while a reader is called, and looks at the flags of its own readers only, not at all 256
+/// (3,900 of the 11,400 instructions that a message costs with a Listener, as callgrind counts them).
+/// The protocol is iceoryx's: a sender sets the reader's flag, then posts the semaphore. So a flag that is set behind the look has a
+/// post to come.
 /// Threads: any; its own calls the readers.
 class ReadingThread {
  public:
@@ -32,9 +37,11 @@ class ReadingThread {
 
  private:
   void run();
+  void look_at(std::size_t place);
 
   iox::popo::ConditionVariableData& condition_;
-  iox::popo::ConditionListener listener_;
+  std::atomic<bool> ends_{false};
+  std::atomic<std::size_t> places_{0};  // the highest that was ever taken, and one
   std::mutex mutex_;
   std::array<std::shared_ptr<StreamReader>, kMostReaders> readers_;
   std::thread thread_;

@@ -82,19 +82,20 @@ CarrierWriter::Sent StreamWriter::send_copy(const Block& block, const Stamp& sta
 }
 
 void StreamWriter::remember(std::size_t small_bytes, const msgs::PartList& parts) {
-  last_small_ = small_bytes;
-  last_.clear();
+  const auto last = last_.lock();
+  last->small_bytes = small_bytes;
+  last->parts.count = 0;
   for (std::size_t i = 0; i < parts.count; ++i) {
     // Only what lies in the message itself can be found again in the next one; elements of its sequences are copied.
-    if (is_own_field(type_, parts.parts[i].step)) last_.push_back({parts.parts[i].step, parts.parts[i].bytes});
+    if (is_own_field(type_, parts.parts[i].step)) last->parts.parts[last->parts.count++] = parts.parts[i];
   }
 }
 
 void StreamWriter::prepare(Block& block) {
-  if (last_.empty() || !is_connected()) return;
-  msgs::PartList parts;
-  for (const LongSequence& one : last_) parts.parts[parts.count++] = {nullptr, one.bytes, one.step};
-  const ChunkPlan plan = plan_chunk(last_small_, parts, kSpareBytes);
+  const Layout last = *last_.lock();
+  const msgs::PartList& parts = last.parts;
+  if (parts.count == 0 || !is_connected()) return;
+  const ChunkPlan plan = plan_chunk(last.small_bytes, parts, kSpareBytes);
   WriterPort::Prepared* const prepared = port_.prepare(plan.bytes, parts.count);
   if (prepared == nullptr) return;
   for (std::size_t i = 0; i < parts.count; ++i) {

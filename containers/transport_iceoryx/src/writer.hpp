@@ -4,16 +4,16 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "daemon.hpp"
+#include "nacelle/base/guarded.hpp"
 #include "nacelle/transport_local/carrier.hpp"
 #include "transport_iceoryx/wire/chunk.hpp"
 #include "writer_port.hpp"
 
 namespace nacelle::transport_iceoryx {
 
-/// Puts the messages of one stream into chunks. Threads: as CarrierWriter.
+/// Puts the messages of one stream into chunks. Threads: as CarrierWriter; prepare() from another one at a time.
 class StreamWriter final : public CarrierWriter {
  public:
   StreamWriter(WriterPort& port, const Daemon& daemon, const CarriedStream& stream)
@@ -33,18 +33,17 @@ class StreamWriter final : public CarrierWriter {
   void remember(std::size_t small_bytes, const msgs::PartList& parts);
   Sent refuse(const char* why, std::size_t bytes);
 
-  struct LongSequence {
-    const msgs::Step* step;
-    std::size_t bytes;
+  // Which sequences were long, and how long: the next message's, most likely.
+  struct Layout {
+    std::size_t small_bytes = 0;
+    msgs::PartList parts;
   };
   WriterPort& port_;
   const Daemon& daemon_;
   const msgs::MessageType& type_;
   const std::string name_;
   std::atomic<std::uint64_t> bytes_copied_{0};
-  // The last message's: the next one's, most likely.
-  std::vector<LongSequence> last_;
-  std::size_t last_small_ = 0;
+  Guarded<Layout> last_;  // send() and prepare() may be on two threads
   bool refused_ = false;
 };
 
