@@ -82,7 +82,7 @@ CarrierWriter::Sent StreamWriter::send_copy(const Block& block, const Stamp& sta
 }
 
 void StreamWriter::remember(std::size_t small_bytes, const msgs::PartList& parts) {
-  const auto last = last_.lock();
+  auto last = last_.lock();
   last->small_bytes = small_bytes;
   last->parts.count = 0;
   for (std::size_t i = 0; i < parts.count; ++i) {
@@ -92,7 +92,10 @@ void StreamWriter::remember(std::size_t small_bytes, const msgs::PartList& parts
 }
 
 void StreamWriter::prepare(Block& block) {
-  const Layout last = *last_.lock();
+  const Layout last = [this] {
+    auto locked = last_.lock();
+    return *locked;
+  }();
   const msgs::PartList& parts = last.parts;
   if (parts.count == 0 || !is_connected()) return;
   const ChunkPlan plan = plan_chunk(last.small_bytes, parts, kSpareBytes);
