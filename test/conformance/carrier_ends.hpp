@@ -96,6 +96,7 @@ class Sender {
   }
   CarrierWriter::Sent send(Block& block) {
     block.info = {id_, ++sequence_, MonotonicTime{Duration{1000 + static_cast<std::int64_t>(sequence_)}}, {}};
+    block.expires = MonotonicTime{Duration{9000 + static_cast<std::int64_t>(sequence_)}};
     const auto sent = writer_.send(block);
     drop_reference(block);
     return sent;

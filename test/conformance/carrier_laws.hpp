@@ -57,6 +57,7 @@ TYPED_TEST_P(CarrierLaws, every_message_arrives_once_in_order_as_it_was_stamped)
     EXPECT_EQ(arrived[i - 1].info.sequence, i);
     EXPECT_EQ(arrived[i - 1].info.writer_id, 7U);
     EXPECT_EQ(arrived[i - 1].info.source_time.nanoseconds(), 1000 + static_cast<std::int64_t>(i));
+    EXPECT_EQ(arrived[i - 1].block->expires.nanoseconds(), 9000 + static_cast<std::int64_t>(i));
   }
 }
 

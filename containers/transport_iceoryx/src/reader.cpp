@@ -57,6 +57,7 @@ void StreamReader::read(const ChunkView& view, ReaderPort::Chunk& chunk, const s
     drop_reference(*block);
     return note_broken(msgs::explain(read.error()));
   }
+  block->expires = MonotonicTime{Duration{view.stamp.expires_ns}};
   sink_.deliver(*block, {view.stamp.writer_id, view.stamp.sequence, MonotonicTime{Duration{view.stamp.source_ns}}, {}});
 }
 

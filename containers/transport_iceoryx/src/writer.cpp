@@ -29,7 +29,8 @@ CarrierWriter::Sent StreamWriter::send(const Block& block) {
   msgs::PartList parts;
   const std::size_t small_bytes = msgs::encoded_size_apart(type_, block.message, parts);
   if (small_bytes > std::numeric_limits<std::uint32_t>::max()) return refuse("it is larger than 4 GiB", small_bytes);
-  const Stamp stamp{block.info.writer_id, block.info.sequence, block.info.source_time.nanoseconds()};
+  const Stamp stamp{block.info.writer_id, block.info.sequence, block.info.source_time.nanoseconds(),
+                    block.expires.nanoseconds()};
   if (parts.count == 0) return send_copy(block, stamp, small_bytes, parts);
   remember(small_bytes, parts);
   if (send_in_place(block, stamp, small_bytes, parts)) return Sent::Yes;

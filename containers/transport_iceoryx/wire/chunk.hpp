@@ -21,12 +21,13 @@
 //       16      8  writer      MessageInfo::writer_id
 //       24      8  sequence    MessageInfo::sequence
 //       32      8  source      ns of CLOCK_MONOTONIC, MessageInfo::source_time
-//       40    8*n  places      of each part: u32 offset from the chunk's start, u32 bytes
-//   40+8*n  small  small body  CDR without its parts (nacelle/msgs/cdr_apart.hpp)
+//       40      8  expires     ns of CLOCK_MONOTONIC, Block::expires
+//       48    8*n  places      of each part: u32 offset from the chunk's start, u32 bytes
+//   48+8*n  small  small body  CDR without its parts (nacelle/msgs/cdr_apart.hpp)
 //        …      …  parts       each at a multiple of 64, as its sequence has them in memory
 namespace nacelle::transport_iceoryx {
 
-inline constexpr std::size_t kHeadBytes = 40, kPlaceBytes = 8;
+inline constexpr std::size_t kHeadBytes = 48, kPlaceBytes = 8;
 inline constexpr std::size_t kPartAlignment = 64;
 
 /// Why a chunk holds no message of ours.
@@ -44,6 +45,7 @@ struct Stamp {
   std::uint64_t writer_id = 0;
   std::uint64_t sequence = 0;
   std::int64_t source_ns = 0;
+  std::int64_t expires_ns = 0;
 };
 
 struct PartPlace {

@@ -25,7 +25,7 @@ class Chunk {
   std::size_t size_;
 };
 
-constexpr Stamp kStamp{3, 4, -5};
+constexpr Stamp kStamp{3, 4, -5, 6};
 
 Chunk chunk_with(std::initializer_list<PartPlace> places, std::size_t size = 20'000, std::uint32_t small_bytes = 10) {
   Chunk chunk(size);
@@ -42,7 +42,8 @@ TEST(IceoryxChunk, says_what_was_written) {
   EXPECT_EQ(view->stamp.writer_id, 3U);
   EXPECT_EQ(view->stamp.sequence, 4U);
   EXPECT_EQ(view->stamp.source_ns, -5);
-  EXPECT_EQ(view->small.data(), chunk.begin() + 56);
+  EXPECT_EQ(view->stamp.expires_ns, 6);
+  EXPECT_EQ(view->small.data(), chunk.begin() + 64);
   EXPECT_EQ(view->small.size(), 10U);
   ASSERT_EQ(view->parts, 2U);
   EXPECT_EQ(view->places[1].offset, 8192U);
@@ -50,9 +51,9 @@ TEST(IceoryxChunk, says_what_was_written) {
 }
 
 TEST(IceoryxChunk, that_is_cut_anywhere_before_its_end_is_refused) {
-  Chunk chunk = chunk_with({{64, 100}});
-  for (std::size_t size = 0; size < 164; ++size) EXPECT_EQ(read_chunk(chunk.view(size)).error(), ChunkFault::Truncated) << size;
-  EXPECT_TRUE(read_chunk(chunk.view(164)));
+  Chunk chunk = chunk_with({{128, 100}});
+  for (std::size_t size = 0; size < 228; ++size) EXPECT_EQ(read_chunk(chunk.view(size)).error(), ChunkFault::Truncated) << size;
+  EXPECT_TRUE(read_chunk(chunk.view(228)));
 }
 
 TEST(IceoryxChunk, whose_announcements_reach_beyond_it_is_refused) {
@@ -82,10 +83,10 @@ TEST(IceoryxChunk, is_planned_without_overlap_and_aligned) {
 
   const ChunkPlan plan = plan_chunk(33, parts, 100);
 
-  EXPECT_EQ(plan.small_offset, 56U);
-  EXPECT_EQ(plan.part_offsets[0], 192U) << "behind 56 + 33 + 100 bytes, a multiple of 64";
-  EXPECT_EQ(plan.part_offsets[1], 4352U);
-  EXPECT_EQ(plan.bytes, 9352U);
+  EXPECT_EQ(plan.small_offset, 64U);
+  EXPECT_EQ(plan.part_offsets[0], 256U) << "behind 64 + 33 + 100 bytes, a multiple of 64";
+  EXPECT_EQ(plan.part_offsets[1], 4416U);
+  EXPECT_EQ(plan.bytes, 9416U);
 }
 
 TEST(IceoryxStreamName, is_kept_while_iceoryx_does_not_cut_it) {
