@@ -109,8 +109,8 @@ TEST_F(IceoryxCarrierTest, a_prepared_message_that_somebody_else_holds_is_copied
   const auto copied_before = writer_->bytes_copied();
   Block& block = sender.borrow();
   auto& image = *static_cast<Image*>(block.message);
-  image = image_of(50'000, 2);          // a copy's memory is its own ...
-  add_reference(block);                 // a reader of this process
+  image = image_of(50'000, 2);  // a copy's memory is its own ...
+  add_reference(block);         // a reader of this process
   ASSERT_EQ(sender.send(block), Sent::Yes);
   Block& second = sender.borrow();
   std::memset(static_cast<Image*>(second.message)->data.data(), 5, 50'000);  // ... and this is written in place
@@ -204,7 +204,8 @@ TEST_F(IceoryxCarrierTest, more_depth_than_iceoryx_has_is_no_reader) {
 TEST_F(IceoryxCarrierTest, more_readers_than_iceoryx_can_notify_are_refused_and_those_that_go_make_room) {
   KeepingSink sink(String::message_type());
   std::vector<std::unique_ptr<CarrierReader>> readers;
-  for (int i = 0; i < 256; ++i) readers.push_back(carrier().create_reader(text_stream("/r" + std::to_string(i), 1), sink));
+  for (int i = 0; i < 256; ++i)
+    readers.push_back(carrier().create_reader(text_stream("/r" + std::to_string(i), 1), sink));
   ASSERT_NE(readers.back(), nullptr);
 
   EXPECT_EQ(carrier().create_reader(text_stream("/one_more", 1), sink), nullptr);
@@ -247,8 +248,8 @@ TEST_F(IceoryxCarrierTest, chunks_that_are_no_messages_are_told_and_given_back) 
   KeepingSink sink(Image::message_type());
   open(image_stream("/hostile"), sink);
   const iox::capro::ServiceDescription service{
-      "nacelle/1/sensor_msgs/msg/Image", iox::capro::IdString_t(iox::cxx::TruncateToCapacity, Image::message_type().hash),
-      "/hostile"};
+      "nacelle/1/sensor_msgs/msg/Image",
+      iox::capro::IdString_t(iox::cxx::TruncateToCapacity, Image::message_type().hash), "/hostile"};
   iox::popo::UntypedPublisher stranger(service);
   std::size_t told = 0;
   for (int i = 0; i < 300; ++i) {  // more than a reader may hold

@@ -177,15 +177,19 @@ TYPED_TEST_P(CarrierLaws, two_readers_of_one_writer_both_get_everything) {
 
   for (KeepingSink* sink : {&one, &two}) {
     const auto arrived = sink->wait_for(3);
-    for (std::uint8_t i = 0; i < 3; ++i) EXPECT_EQ(message_in<sensor_msgs::msg::Image>(arrived[i]), image_of(20'000, i));
+    for (std::uint8_t i = 0; i < 3; ++i)
+      EXPECT_EQ(message_in<sensor_msgs::msg::Image>(arrived[i]), image_of(20'000, i));
   }
 }
 
 REGISTER_TYPED_TEST_SUITE_P(CarrierLaws, a_stream_is_connected_once_both_ends_are_there_in_either_order,
-                            every_message_arrives_once_in_order_as_it_was_stamped, a_large_message_arrives_as_it_was_written,
-                            drain_has_delivered_what_was_sent_before_it, a_reader_that_is_gone_calls_its_sink_no_more,
+                            every_message_arrives_once_in_order_as_it_was_stamped,
+                            a_large_message_arrives_as_it_was_written, drain_has_delivered_what_was_sent_before_it,
+                            a_reader_that_is_gone_calls_its_sink_no_more,
                             messages_outlive_the_reader_the_writer_and_the_next_messages,
-                            streams_whose_long_names_begin_or_end_alike_stay_apart, a_stream_of_another_type_is_another_stream,
-                            a_sink_without_an_envelope_loses_that_message_only, two_readers_of_one_writer_both_get_everything);
+                            streams_whose_long_names_begin_or_end_alike_stay_apart,
+                            a_stream_of_another_type_is_another_stream,
+                            a_sink_without_an_envelope_loses_that_message_only,
+                            two_readers_of_one_writer_both_get_everything);
 
 }  // namespace nacelle::test

@@ -25,8 +25,7 @@ int run_in_child(const std::function<void()>& part) {
     std::exit(::testing::Test::HasFailure() ? 1 : 0);
   }
   int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
   return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 

@@ -46,9 +46,9 @@ bool somebody_listens() {
 void remove_files() {
   std::error_code ignored;
   const struct group* const group = ::getgrgid(::getegid());
-  for (const std::string& name : {std::string("/tmp/roudi"), std::string("/tmp/roudi.lock"),
-                                  std::string("/tmp/iox-unique-roudi.lock"), std::string("/dev/shm/iceoryx_mgmt"),
-                                  std::string("/dev/shm/") + (group != nullptr ? group->gr_name : "")}) {
+  for (const std::string& name :
+       {std::string("/tmp/roudi"), std::string("/tmp/roudi.lock"), std::string("/tmp/iox-unique-roudi.lock"),
+        std::string("/dev/shm/iceoryx_mgmt"), std::string("/dev/shm/") + (group != nullptr ? group->gr_name : "")}) {
     if (fs::is_regular_file(name, ignored) || fs::is_socket(name, ignored)) fs::remove(name, ignored);
   }
   // What processes that were killed have left behind.
@@ -87,7 +87,8 @@ class Keeper {
   char start() {
     char name[] = "/tmp/nacelle_roudi_XXXXXX";
     const int file = ::mkstemp(name);
-    if (file < 0 || ::write(file, pools_.data(), pools_.size()) != static_cast<ssize_t>(pools_.size())) die("daemon's configuration");
+    if (file < 0 || ::write(file, pools_.data(), pools_.size()) != static_cast<ssize_t>(pools_.size()))
+      die("daemon's configuration");
     ::close(file);
     int says[2];
     if (::pipe2(says, O_CLOEXEC) != 0) die("pipe");
@@ -141,7 +142,8 @@ class Keeper {
 std::string configuration(const std::vector<ChunkPool>& pools) {
   std::string text = "[general]\nversion = 1\n[[segment]]\n";
   for (const ChunkPool& pool : pools) {
-    text += "[[segment.mempool]]\nsize = " + std::to_string(pool.bytes) + "\ncount = " + std::to_string(pool.count) + "\n";
+    text +=
+        "[[segment.mempool]]\nsize = " + std::to_string(pool.bytes) + "\ncount = " + std::to_string(pool.count) + "\n";
   }
   return text;
 }
@@ -164,7 +166,7 @@ std::unique_ptr<RouDi> RouDi::start(const std::vector<ChunkPool>& pools, std::st
   if (word == kReady) return std::unique_ptr<RouDi>(new RouDi(ends[0], keeper));
   ::close(ends[0]);
   ::waitpid(keeper, nullptr, 0);
-  why_not = word == kForeign     ? "an iox-roudi that is not this test's runs on this machine, and there can be only one"
+  why_not = word == kForeign ? "an iox-roudi that is not this test's runs on this machine, and there can be only one"
             : word == kNoProgram ? "the program iox-roudi is not installed (Debian package iceoryx)"
                                  : "iox-roudi does not start here (is /dev/shm writable and larger than 100 MB?)";
   return nullptr;
@@ -177,7 +179,8 @@ RouDi::~RouDi() {
 
 void RouDi::order(char word) {
   char answer = kBroken;
-  if (::write(control_, &word, 1) != 1 || ::read(control_, &answer, 1) != 1 || answer != kReady) die("the daemon's keeper");
+  if (::write(control_, &word, 1) != 1 || ::read(control_, &answer, 1) != 1 || answer != kReady)
+    die("the daemon's keeper");
 }
 
 void RouDi::kill() { order(kKill); }

@@ -25,7 +25,9 @@ namespace {
 // Where the daemon's process cannot be watched.
 constexpr int kProbeEveryMs = 500;
 
-Problem problem(std::string what, std::string way_out) { return {"transport_iceoryx", std::move(what), std::move(way_out)}; }
+Problem problem(std::string what, std::string way_out) {
+  return {"transport_iceoryx", std::move(what), std::move(way_out)};
+}
 
 Problem unreachable(int error) {
   if (error == EACCES || error == EPERM) {

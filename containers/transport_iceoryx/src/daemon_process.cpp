@@ -21,7 +21,9 @@
 namespace nacelle::transport_iceoryx {
 namespace {
 
-std::string socket_path() { return std::string(iox::platform::IOX_UDS_SOCKET_PATH_PREFIX) + iox::roudi::IPC_CHANNEL_ROUDI_NAME; }
+std::string socket_path() {
+  return std::string(iox::platform::IOX_UDS_SOCKET_PATH_PREFIX) + iox::roudi::IPC_CHANNEL_ROUDI_NAME;
+}
 std::string lock_path() {
   return std::string(iox::platform::IOX_LOCK_FILE_PATH_PREFIX) + iox::roudi::IPC_CHANNEL_ROUDI_NAME + ".lock";
 }
@@ -50,7 +52,8 @@ int holder_of(const std::string& locks, unsigned long inode, unsigned device_maj
     int pid = 0;
     unsigned major_number = 0, minor_number = 0;
     unsigned long file = 0;
-    if (std::sscanf(line.c_str(), "%*d: FLOCK %*s WRITE %d %x:%x:%lu", &pid, &major_number, &minor_number, &file) != 4) continue;
+    if (std::sscanf(line.c_str(), "%*d: FLOCK %*s WRITE %d %x:%x:%lu", &pid, &major_number, &minor_number, &file) != 4)
+      continue;
     if (file != inode || pid <= 0) continue;
     if (major_number == device_major && minor_number == device_minor) return pid;
     by_inode = pid;

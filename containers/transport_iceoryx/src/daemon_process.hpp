@@ -15,6 +15,7 @@ namespace nacelle::transport_iceoryx {
 [[nodiscard]] int open_daemon_process();
 
 /// The process that /proc/locks says holds the lock on a file; 0: none.
-[[nodiscard]] int holder_of(const std::string& locks, unsigned long inode, unsigned device_major, unsigned device_minor);
+[[nodiscard]] int holder_of(const std::string& locks, unsigned long inode, unsigned device_major,
+                            unsigned device_minor);
 
 }  // namespace nacelle::transport_iceoryx

@@ -95,8 +95,8 @@ std::unique_ptr<CarrierReader> IceoryxCarrier::create_reader(const CarriedStream
     return nullptr;
   };
   if (stream.depth > kMostDepth) {
-    return refuse("iceoryx keeps " + std::to_string(kMostDepth) + " messages at most, and " + std::to_string(stream.depth) +
-                  " are asked for");
+    return refuse("iceoryx keeps " + std::to_string(kMostDepth) + " messages at most, and " +
+                  std::to_string(stream.depth) + " are asked for");
   }
   const std::lock_guard lock(impl_->mutex_);
   if (!impl_->thread_) {

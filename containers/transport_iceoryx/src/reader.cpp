@@ -45,7 +45,8 @@ void StreamReader::read(const ChunkView& view, ReaderPort::Chunk& chunk, const s
   // The chunk goes back with its last use: at once, so that the writer may use it for the next message, or when the message goes.
   if (hold == nullptr) {
     port_.give_back(chunk);
-    for (std::size_t i = 0; i < view.parts; ++i) totals_.bytes_copied.fetch_add(parts[i].bytes, std::memory_order_relaxed);
+    for (std::size_t i = 0; i < view.parts; ++i)
+      totals_.bytes_copied.fetch_add(parts[i].bytes, std::memory_order_relaxed);
   } else {
     const auto unused = static_cast<std::size_t>(
         std::count_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(view.parts),

@@ -8,7 +8,8 @@ void ReaderPort::Hold::drop(std::size_t uses) noexcept {
 }
 
 ReaderPort::ReaderPort(iox::popo::SubscriberPortData& data, std::size_t most_held)
-    : port_(iox::cxx::not_null<iox::popo::SubscriberPortData* const>(&data)), holds_(std::make_unique<Hold[]>(most_held)) {
+    : port_(iox::cxx::not_null<iox::popo::SubscriberPortData* const>(&data)),
+      holds_(std::make_unique<Hold[]>(most_held)) {
   free_.reserve(most_held);
   for (std::size_t i = 0; i < most_held; ++i) {
     holds_[i].port_ = this;

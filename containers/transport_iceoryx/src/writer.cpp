@@ -19,7 +19,8 @@ bool is_own_field(const msgs::MessageType& type, const msgs::Step* step) {
 
 // A reader of this process may go on reading what a sent chunk's next user overwrites.
 bool has_other_holders(const Block& block) {
-  return block.references.load(std::memory_order_acquire) != 1 || block.shared_state.load(std::memory_order_acquire) != 0;
+  return block.references.load(std::memory_order_acquire) != 1 ||
+         block.shared_state.load(std::memory_order_acquire) != 0;
 }
 
 }  // namespace
@@ -45,7 +46,8 @@ bool StreamWriter::send_in_place(const Block& block, const Stamp& stamp, std::si
   std::array<PartPlace, msgs::kMostParts> places;
   for (std::size_t i = 0; i < parts.count; ++i) {
     const auto* const numbers = static_cast<const std::uint8_t*>(parts.parts[i].numbers);
-    if (numbers < prepared->begin + small_offset + small_bytes || numbers > prepared->begin + prepared->bytes) return false;
+    if (numbers < prepared->begin + small_offset + small_bytes || numbers > prepared->begin + prepared->bytes)
+      return false;
     const auto offset = static_cast<std::size_t>(numbers - prepared->begin);
     if (parts.parts[i].bytes > prepared->bytes - offset) return false;
     places[i] = {static_cast<std::uint32_t>(offset), static_cast<std::uint32_t>(parts.parts[i].bytes)};
@@ -105,14 +107,15 @@ void StreamWriter::prepare(Block& block) {
   for (std::size_t i = 0; i < parts.count; ++i) {
     const msgs::Step& step = *parts.parts[i].step;
     const std::size_t elements = parts.parts[i].bytes / step.width;
-    step.sequence->adopt(static_cast<std::uint8_t*>(block.message) + step.offset, prepared->begin + plan.part_offsets[i],
-                         elements, elements, prepared->hook());
+    step.sequence->adopt(static_cast<std::uint8_t*>(block.message) + step.offset,
+                         prepared->begin + plan.part_offsets[i], elements, elements, prepared->hook());
   }
 }
 
 CarrierWriter::Sent StreamWriter::refuse(const char* why, std::size_t bytes) {
   if (!refused_) {
-    Logger("transport_iceoryx").warn("{}: a message of {} bytes cannot go through shared memory: {}", name_, bytes, why);
+    Logger("transport_iceoryx")
+        .warn("{}: a message of {} bytes cannot go through shared memory: {}", name_, bytes, why);
   }
   refused_ = true;
   return Sent::Refused;

@@ -29,7 +29,8 @@ class WriterPort {
     std::size_t uses = 0;
     bool sent = false;
     [[nodiscard]] ReleaseHook hook() {
-      return {[](void* self) noexcept { static_cast<Prepared*>(self)->port->back(*static_cast<Prepared*>(self)); }, this};
+      return {[](void* self) noexcept { static_cast<Prepared*>(self)->port->back(*static_cast<Prepared*>(self)); },
+              this};
     }
   };
 

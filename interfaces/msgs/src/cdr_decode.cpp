@@ -182,7 +182,7 @@ class Reader {
       case StepKind::BoolSequence: return bools(first, n);
       case StepKind::TextSequence: return texts(static_cast<std::string*>(first), n, step.text_bound);
       case StepKind::WideTextSequence: return wide_texts(static_cast<std::u16string*>(first), n, step.text_bound);
-      default: return messages(*type, static_cast<std::uint8_t*>(first), n);
+      default: return messages(step.message(), static_cast<std::uint8_t*>(first), n);
     }
   }
 
@@ -229,7 +229,8 @@ Result<void, DecodeFault> decode(const MessageType& type, ByteView bytes, void* 
   return guarded([&] { return read_all(type, bytes, message); });
 }
 
-Result<void, DecodeFault> decode_apart(const MessageType& type, ByteView bytes, std::span<LentPart> parts, void* message) {
+Result<void, DecodeFault> decode_apart(const MessageType& type, ByteView bytes, std::span<LentPart> parts,
+                                       void* message) {
   return guarded([&] { return read_all(type, bytes, message, parts); });
 }
 

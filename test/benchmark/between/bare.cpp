@@ -35,7 +35,8 @@ class BareSender final : public SendingEnd {
 
 class BareReceiver final : public ReceivingEnd {
  public:
-  BareReceiver(std::uint32_t bytes, Arrivals& arrivals) : bytes_(bytes), arrivals_(arrivals), subscriber_(service(bytes)) {
+  BareReceiver(std::uint32_t bytes, Arrivals& arrivals)
+      : bytes_(bytes), arrivals_(arrivals), subscriber_(service(bytes)) {
     listener_
         .attachEvent(subscriber_, iox::popo::SubscriberEvent::DATA_RECEIVED,
                      iox::popo::createNotificationCallback(BareReceiver::take, *this))

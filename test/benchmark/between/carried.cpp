@@ -71,7 +71,10 @@ class CarriedSender final : public SendingEnd {
 class CarriedReceiver final : public ReceivingEnd, private CarrierSink {
  public:
   CarriedReceiver(std::uint32_t bytes, Arrivals& arrivals)
-      : bytes_(bytes), arrivals_(arrivals), pool_(type_of(bytes)), reader_(carrier().create_reader(stream_of(bytes), *this)) {
+      : bytes_(bytes),
+        arrivals_(arrivals),
+        pool_(type_of(bytes)),
+        reader_(carrier().create_reader(stream_of(bytes), *this)) {
     if (!reader_) std::exit(1);
   }
   std::uint64_t bytes_copied() const override { return carrier().reading().bytes_copied; }

@@ -52,7 +52,8 @@ TEST(IceoryxChunk, says_what_was_written) {
 
 TEST(IceoryxChunk, that_is_cut_anywhere_before_its_end_is_refused) {
   Chunk chunk = chunk_with({{128, 100}});
-  for (std::size_t size = 0; size < 228; ++size) EXPECT_EQ(read_chunk(chunk.view(size)).error(), ChunkFault::Truncated) << size;
+  for (std::size_t size = 0; size < 228; ++size)
+    EXPECT_EQ(read_chunk(chunk.view(size)).error(), ChunkFault::Truncated) << size;
   EXPECT_TRUE(read_chunk(chunk.view(228)));
 }
 

@@ -13,10 +13,11 @@ namespace nacelle::transport_iceoryx {
 
 /// How often a process's readers kept a message where the writer had put it, and how often they could not.
 struct ReadingCounters {
-  std::uint64_t lent = 0;          ///< Long sequences read in shared memory.
-  std::uint64_t bytes_copied = 0;  ///< Of long sequences that were copied: too many held already, or the sink asked for it.
-  std::uint64_t broken = 0;        ///< Chunks that were no message of the stream's type.
-  std::uint64_t overruns = 0;      ///< Times that a reader's queue was found to have overwritten messages.
+  std::uint64_t lent = 0;  ///< Long sequences read in shared memory.
+  std::uint64_t bytes_copied =
+      0;                       ///< Of long sequences that were copied: too many held already, or the sink asked for it.
+  std::uint64_t broken = 0;    ///< Chunks that were no message of the stream's type.
+  std::uint64_t overruns = 0;  ///< Times that a reader's queue was found to have overwritten messages.
 };
 
 /// Moves streams through the shared memory of iceoryx (its own C++ API), where its daemon iox-roudi runs.
@@ -36,7 +37,8 @@ struct ReadingCounters {
 class IceoryxCarrier final : public Carrier {
  public:
   /// Errors: no daemon, no permission, or none that answers within `patience`; the way out says which.
-  [[nodiscard]] static Result<std::unique_ptr<IceoryxCarrier>, Problem> start(Duration patience = std::chrono::seconds(3));
+  [[nodiscard]] static Result<std::unique_ptr<IceoryxCarrier>, Problem> start(
+      Duration patience = std::chrono::seconds(3));
   ~IceoryxCarrier() override;
 
   [[nodiscard]] const char* name() const override { return "iceoryx"; }

@@ -29,7 +29,7 @@ class CarrierWriter {
   enum class Sent : std::uint8_t {
     Yes,
     Refused,  ///< This message cannot go this way (too large, no memory left): the stream goes over the socket from now on.
-    Dead,     ///< The carrier is gone (its daemon died): all streams go over the socket from now on.
+    Dead,  ///< The carrier is gone (its daemon died): all streams go over the socket from now on.
   };
   /// Looks at the message and its info; the caller keeps its reference.
   [[nodiscard]] virtual Sent send(const Block& block) = 0;
@@ -79,7 +79,8 @@ class Carrier {
   [[nodiscard]] virtual bool is_alive() const = 0;
   /// Null: it cannot carry this stream; the reason has been logged.
   [[nodiscard]] virtual std::unique_ptr<CarrierWriter> create_writer(const CarriedStream& stream) = 0;
-  [[nodiscard]] virtual std::unique_ptr<CarrierReader> create_reader(const CarriedStream& stream, CarrierSink& sink) = 0;
+  [[nodiscard]] virtual std::unique_ptr<CarrierReader> create_reader(const CarriedStream& stream,
+                                                                     CarrierSink& sink) = 0;
 };
 
 }  // namespace nacelle
