@@ -25,6 +25,9 @@ def inline(programs, say):
     zmq, deque = (programs.instructions("peers", peer=peer, path="inline") for peer in ("zmq", "deque"))
     gstreamer = programs.instructions("peers_gstreamer", path="inline")
     peers = f"ZeroMQ inproc {zmq:.0f}, GStreamer {gstreamer:.0f}, mutex+deque+unique_ptr {deque:.0f}"
+    with programs.iceoryx() as why_not:
+        if not why_not:
+            peers += f", iceoryx {programs.instructions('between', what='count', peer='bare', path='inline'):.0f}"
     costs = {}
     for take, name, goal in (("const_ref", "const T&", 250), ("loan", "Loan<T>", 250), ("shared", "shared_ptr<const T>", 300)):
         say(f"instructions, {name}")

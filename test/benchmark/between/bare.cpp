@@ -69,4 +69,18 @@ std::unique_ptr<ReceivingEnd> bare_receiver(std::uint32_t bytes, Arrivals& arriv
   return std::make_unique<BareReceiver>(bytes, arrivals);
 }
 
+std::uint64_t bare_in_one_thread(std::uint32_t bytes, std::uint64_t messages) {
+  BareSender sender(bytes);
+  iox::popo::UntypedSubscriber subscriber(service(bytes));
+  std::uint64_t arrived = 0;
+  for (std::uint64_t i = 0; i < messages; ++i) {
+    sender.send(static_cast<std::uint8_t>(i));
+    const auto chunk = subscriber.take();
+    if (chunk.has_error()) continue;
+    ++arrived;
+    subscriber.release(chunk.value());
+  }
+  return arrived;
+}
+
 }  // namespace nacelle::bench

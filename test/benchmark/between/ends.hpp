@@ -38,6 +38,8 @@ class ReceivingEnd {
 // iceoryx as its own examples have it: loan, write, publish; a Listener that takes and releases.
 [[nodiscard]] std::unique_ptr<SendingEnd> bare_sender(std::uint32_t bytes);
 [[nodiscard]] std::unique_ptr<ReceivingEnd> bare_receiver(std::uint32_t bytes, Arrivals& arrivals);
+/// The same in one thread, which takes what it has published. Returns how many arrived.
+[[nodiscard]] std::uint64_t bare_in_one_thread(std::uint32_t bytes, std::uint64_t messages);
 // The carrier of transport_iceoryx, messages and pools: borrow, prepare, write, send; decode, deliver, give back.
 [[nodiscard]] std::unique_ptr<SendingEnd> carried_sender(std::uint32_t bytes, bool prepared);
 [[nodiscard]] std::unique_ptr<ReceivingEnd> carried_receiver(std::uint32_t bytes, Arrivals& arrivals);

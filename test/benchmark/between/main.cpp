@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // between what=count peer=bare|carried [bytes=44] [prepared=1] [messages=1000]   one process, a thread that receives: for callgrind
+//                                                                                 (peer=bare path=inline: one thread)
 // between what=ratio [bytes=44] [prepared=1] [blocks=40]                          two processes, bare and carried in turn
 // Messages from a writer to a sleeping reader through iceoryx's shared memory, one at a time. Needs its daemon (roudi_for_bench).
 #include <linux/futex.h>
@@ -60,6 +61,10 @@ int count_messages(const Arguments& arguments, std::uint32_t bytes, bool prepare
   Arrivals arrivals;
   const bool bare = arguments.text("peer", "carried") == "bare";
   if (bare) iox::runtime::PoshRuntime::initRuntime("nacelle-bench-bare");
+  if (bare && arguments.text("path", "asleep") == "inline") {
+    print_figures({{"delivered", static_cast<double>(bare_in_one_thread(bytes, arguments.number("messages", 1000)))}});
+    return 0;
+  }
   const auto receiver = bare ? bare_receiver(bytes, arrivals) : carried_receiver(bytes, arrivals);
   const auto sender = bare ? bare_sender(bytes) : carried_sender(bytes, prepared);
   while (!sender->is_connected()) std::this_thread::yield();
