@@ -89,6 +89,8 @@ TEST_F(IceoryxCarrierTest, a_prepared_message_is_written_once_and_read_in_the_sa
     image.encoding = like.encoding;
     image.height = like.height;
     image.width = like.width;
+    image.is_bigendian = like.is_bigendian;
+    image.step = like.step;
     image.data.resize(like.data.size());
     std::memcpy(image.data.data(), like.data.data(), like.data.size());
     const auto* const written = image.data.data();

@@ -9,6 +9,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <random>
 #include <thread>
@@ -58,6 +59,9 @@ Result<Daemon*, Problem> Daemon::connect(Duration patience) {
   if (const int error = probe_daemon(); error != 0) return err(unreachable(error));
   daemon = new Daemon(patience);
   if (auto begun = daemon->begin(); !begun) return err(begun.error());
+  Logger("transport_iceoryx").info("iceoryx's daemon answers: streams between processes may go through shared memory");
+  // Before iceoryx's runtime and the log are destroyed, which were made before this.
+  std::atexit([] { daemon->end(); });
   return daemon;
 }
 
@@ -86,7 +90,24 @@ Result<void, Problem> Daemon::begin() {
 
 void Daemon::run() {
   pthread_setname_np(pthread_self(), "iceoryx");
-  if (register_process()) serve();
+  if (!register_process()) return;
+  serve();
+  const std::lock_guard lock(mutex_);
+  state_ = State::Ended;
+  changed_.notify_all();
+}
+
+void Daemon::end() {
+  ends_.store(true, std::memory_order_release);
+  wake();
+  // A thread that waits for a daemon that does not answer is left behind.
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, patience_, [this] { return state_ == State::Ended; });
+}
+
+void Daemon::wake() const {
+  const std::uint64_t one = 1;
+  static_cast<void>(!::write(wake_, &one, sizeof one));
 }
 
 bool Daemon::register_process() {
@@ -110,7 +131,7 @@ bool Daemon::register_process() {
 }
 
 void Daemon::serve() {
-  while (is_alive()) {
+  while (is_alive() && !ends_.load(std::memory_order_acquire)) {
     pollfd watched[] = {{wake_, POLLIN, 0}, {process_, POLLIN, 0}};
     ::poll(watched, process_ < 0 ? 1 : 2, process_ < 0 ? kProbeEveryMs : -1);
     if (process_ >= 0 ? watched[1].revents != 0 : probe_daemon() != 0) {
@@ -135,7 +156,7 @@ void Daemon::serve() {
       changed_.notify_all();
     }
   }
-  stop_greeting(*runtime_);
+  if (!is_alive()) stop_greeting(*runtime_);
 }
 
 Daemon::Made Daemon::ask(std::function<void*(iox::runtime::PoshRuntime&)> work) {
@@ -143,8 +164,7 @@ Daemon::Made Daemon::ask(std::function<void*(iox::runtime::PoshRuntime&)> work) 
   const auto request = std::make_shared<Request>(Request{std::move(work), {}, false});
   std::unique_lock lock(mutex_);
   requests_.push_back(request);
-  const std::uint64_t one = 1;
-  static_cast<void>(::write(wake_, &one, sizeof one));
+  wake();
   changed_.wait_for(lock, patience_, [&] { return request->done || !is_alive(); });
   if (request->done) return request->answer;
   lock.unlock();
@@ -158,8 +178,7 @@ void Daemon::lose(const std::string& how) {
       .error("iceoryx's daemon is lost: {}. Its streams go over the socket until this process is restarted", how);
   const std::lock_guard lock(mutex_);
   changed_.notify_all();
-  const std::uint64_t one = 1;
-  static_cast<void>(::write(wake_, &one, sizeof one));
+  wake();
 }
 
 Daemon::Made Daemon::make_writer(const iox::capro::ServiceDescription& service) {

@@ -52,15 +52,18 @@ class Daemon {
   void serve();
   Made ask(std::function<void*(iox::runtime::PoshRuntime&)> work);
   void lose(const std::string& how);
+  void end();
+  void wake() const;
 
   const Duration patience_;
   std::atomic<bool> alive_{false};
+  std::atomic<bool> ends_{false};  // the program does
   iox::runtime::PoshRuntime* runtime_ = nullptr;  // the thread's own
   int process_ = -1;                              // the daemon's pidfd; -1: it is not known, and asked now and then
   int wake_ = -1;                                 // an eventfd: there are requests
   std::mutex mutex_;                              // what follows
   std::condition_variable changed_;
-  enum class State : std::uint8_t { Connecting, Connected, Failed } state_ = State::Connecting;
+  enum class State : std::uint8_t { Connecting, Connected, Failed, Ended } state_ = State::Connecting;
   std::string failure_;
   std::deque<std::shared_ptr<Request>> requests_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "reader_port.hpp"
 
+#include "ordering.hpp"
+
 namespace nacelle::transport_iceoryx {
 
 void ReaderPort::Hold::drop(std::size_t uses) noexcept {
@@ -34,11 +36,14 @@ void ReaderPort::close() {
 ReaderPort::Chunk* ReaderPort::take() {
   const std::lock_guard lock(mutex_);
   const auto taken = port_.tryGetChunk();
-  return taken.has_error() ? nullptr : taken.value();
+  if (taken.has_error()) return nullptr;
+  take_over(taken.value());
+  return taken.value();
 }
 
 void ReaderPort::give_back(Chunk& chunk) {
   const std::lock_guard lock(mutex_);
+  hand_over(&chunk);
   port_.releaseChunk(&chunk);
 }
 
@@ -56,6 +61,7 @@ ReaderPort::Hold* ReaderPort::hold(Chunk& chunk, std::size_t uses) {
 void ReaderPort::back(Hold& hold) noexcept {
   {
     const std::lock_guard lock(mutex_);
+    hand_over(hold.chunk_);
     port_.releaseChunk(hold.chunk_);
     free_.push_back(&hold);  // the room is reserved
     if (--held_ != 0 || !closed_) return;

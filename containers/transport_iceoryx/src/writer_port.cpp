@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "ordering.hpp"
 #include "transport_iceoryx/wire/chunk.hpp"
 
 namespace nacelle::transport_iceoryx {
@@ -31,6 +32,7 @@ WriterPort::Loan WriterPort::allocate(std::size_t bytes, Chunk*& chunk) {
     return made.get_error() == iox::popo::AllocationError::NO_MEMPOOLS_AVAILABLE ? Loan::TooLarge : Loan::NoneLeft;
   }
   chunk = made.value();
+  take_over(chunk);
   return Loan::Ok;
 }
 
@@ -41,6 +43,7 @@ WriterPort::Loan WriterPort::loan(std::size_t bytes, Chunk*& chunk) {
 
 void WriterPort::send(Chunk& chunk) {
   const std::lock_guard lock(mutex_);
+  hand_over(&chunk);
   port_.sendChunk(&chunk);
 }
 
@@ -70,6 +73,7 @@ WriterPort::Prepared* WriterPort::find(const void* address) {
 void WriterPort::send(Prepared& prepared) {
   const std::lock_guard lock(mutex_);
   prepared.sent = true;
+  hand_over(prepared.chunk);
   port_.sendChunk(prepared.chunk);
 }
 
@@ -77,6 +81,7 @@ void WriterPort::back(Prepared& prepared) noexcept {
   {
     const std::lock_guard lock(mutex_);
     if (--prepared.uses != 0) return;
+    hand_over(prepared.chunk);
     if (!prepared.sent) port_.releaseChunk(prepared.chunk);
     prepared.chunk = nullptr;
     if (--in_use_ != 0 || !closed_) return;
