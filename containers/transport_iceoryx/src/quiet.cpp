@@ -3,8 +3,11 @@
 
 #include <unistd.h>
 
+#include <cstddef>
 #include <mutex>
+#include <new>
 #include <set>
+#include <utility>
 
 #include "iceoryx_hoofs/error_handling/error_handling.hpp"
 #include "iceoryx_hoofs/log/logmanager.hpp"
@@ -65,8 +68,8 @@ void take_over_errors() {
     iox::log::LogManager::GetLogManager().SetDefaultLogLevel(iox::log::LogLevel::kOff,
                                                              iox::log::LogLevelOutput::kHideLogLevel);
     // The handler stays for the life of the process; the guard that would restore the old one is never destroyed.
-    static auto* const for_good = new iox::cxx::GenericRAII(iox::ErrorHandler::setTemporaryErrorHandler(&handle));
-    static_cast<void>(for_good);
+    alignas(iox::cxx::GenericRAII) static std::byte guard[sizeof(iox::cxx::GenericRAII)];
+    ::new (static_cast<void*>(guard)) iox::cxx::GenericRAII(iox::ErrorHandler::setTemporaryErrorHandler(&handle));
   });
 }
 
