@@ -57,7 +57,7 @@ class Daemon {
 
   const Duration patience_;
   std::atomic<bool> alive_{false};
-  std::atomic<bool> ends_{false};  // the program does
+  std::atomic<bool> ends_{false};                 // the program does
   iox::runtime::PoshRuntime* runtime_ = nullptr;  // the thread's own
   int process_ = -1;                              // the daemon's pidfd; -1: it is not known, and asked now and then
   int wake_ = -1;                                 // an eventfd: there are requests
