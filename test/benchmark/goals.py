@@ -25,6 +25,9 @@ def inline(programs, say):
     zmq, deque = (programs.instructions("peers", peer=peer, path="inline") for peer in ("zmq", "deque"))
     gstreamer = programs.instructions("peers_gstreamer", path="inline")
     peers = f"ZeroMQ inproc {zmq:.0f}, GStreamer {gstreamer:.0f}, mutex+deque+unique_ptr {deque:.0f}"
+    with programs.iceoryx() as why_not:
+        if not why_not:
+            peers += f", iceoryx {programs.instructions('between', what='count', peer='bare', path='inline'):.0f}"
     costs = {}
     for take, name, goal in (("const_ref", "const T&", 250), ("loan", "Loan<T>", 250), ("shared", "shared_ptr<const T>", 300)):
         say(f"instructions, {name}")
@@ -197,8 +200,31 @@ def between(programs, say):
     yield row("M7", "one container beside ten processes: PSS", total(one, "pss") / max(total(ten, "pss"), 1), "x", at_most(0.20),
               f"rclcpp 0.33; ten: {ten[-1]['pss'] / (1 << 20):.1f} MiB")  # fmt: skip
     yield row("M7", "ten processes: lost", total(ten, "lost") + total(ten, "dropped"), "messages", exactly(0), f"of {total(ten, 'delivered'):.0f}")
-    note = "not measured: needs the transport between processes"
-    yield row("M13", "between processes, beside bare iceoryx", None, "x", at_most(1.10), "", note)
+    with programs.iceoryx() as why_not:
+        if why_not:
+            yield row("M13", "between processes, beside bare iceoryx", None, "x", at_most(1.10), "", f"not measured: {why_not}")
+        else:
+            yield from shared_memory(programs, say)
+
+
+def shared_memory(programs, say):
+    """The carrier of transport_iceoryx beside the same messages by iceoryx's own publisher and listener."""
+    say("instructions of a message by iceoryx's carrier, and by iceoryx alone")
+    carried, bare = (programs.instructions("between", what="count", peer=peer) for peer in ("carried", "bare"))
+    yield row("M13", "44 B, writer to sleeping reader, instructions", carried / bare, "x bare", at_most(1.10),
+              f"{carried:.0f} Ir; iceoryx with a Listener {bare:.0f}")  # fmt: skip
+    for size, name in ((44, "44 B"), (65_536, "64 KiB"), (1_048_576, "1 MiB"), (4_194_304, "4 MiB")):
+        say(f"{name} between two processes, in turn with bare iceoryx")
+        run = programs.run("between", bytes=size, blocks=60)
+        yield row("M13", f"{name} between two processes, written, sent, read, answered", run["ratio"], "x bare", at_most(1.10),
+                  f"bare {run['b_ns'] / 1000:.1f} us")  # fmt: skip
+        if size > 44:
+            copied = run["copied_per_message"] + run["copied_by_reader_per_message"]
+            yield row("M13", f"{name}: bytes copied beside the one write", copied, "B/message", exactly(0))
+    say("4 MiB in messages that were not prepared")
+    run = programs.run("between", bytes=4_194_304, blocks=20, prepared=0)
+    yield row("M13", "4 MiB, not prepared: copied once by the writer", run["ratio"], "x bare", None,
+              f"{run['copied_per_message']:.0f} B/message by the writer, {run['copied_by_reader_per_message']:.0f} by the reader")  # fmt: skip
 
 
 BENCHMARKS = {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the benchmark programs: plain, under callgrind, under strace. Figures per message are the difference of two run
 lengths divided by the extra messages, so that start and end cancel."""
+import contextlib
 import json
 import re
 import subprocess
@@ -44,6 +45,21 @@ class Programs:
     def run(self, name, **words):
         """The figures that the program prints."""
         return json.loads(self._start([], name, words).stdout.strip().splitlines()[-1])
+
+    @contextlib.contextmanager
+    def iceoryx(self):
+        """Runs iceoryx's daemon; yields why there is none, or an empty text."""
+        program = self.folder / "roudi_for_bench"
+        if not program.is_file():
+            yield "libiceoryx-posh-dev was not there when this was built"
+            return
+        with subprocess.Popen([str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as daemon:
+            said = daemon.stdout.readline().strip()
+            try:
+                yield "" if said == "ready" else said or "its keeper crashed"
+            finally:
+                daemon.stdin.close()
+                daemon.wait(timeout=60)
 
     def soak(self, cycles):
         """The rows of the program soak-load, which judges itself; None where it is not built."""

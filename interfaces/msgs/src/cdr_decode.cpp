@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/msgs/cdr.hpp"
+#include "nacelle/msgs/cdr_apart.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "step_shape.hpp"
 
@@ -9,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace nacelle::msgs {
 namespace {
@@ -25,7 +27,8 @@ void swap_bytes(void* numbers, std::size_t width, std::size_t count) {
 /// answers false.
 class Reader {
  public:
-  Reader(ByteView body, bool big_endian) : body_(body), big_endian_(big_endian) {}
+  Reader(ByteView body, bool big_endian, std::span<LentPart> parts = {})
+      : body_(body), parts_(parts), big_endian_(big_endian) {}
 
   bool message(const MessageType& type, std::uint8_t* message) {
     for (const Step& step : type.steps) {
@@ -34,6 +37,7 @@ class Reader {
     return true;
   }
   [[nodiscard]] std::size_t left() const { return body_.size() - at_; }
+  [[nodiscard]] bool has_parts_left() const { return !parts_.empty(); }
   [[nodiscard]] DecodeFault fault() const { return fault_; }
 
  private:
@@ -137,7 +141,34 @@ class Reader {
     }
   }
 
+  /// Numbers that may lie apart: what is long enough does while there are parts, as encode_apart() has it.
+  bool number_sequence(const Step& step, void* into) {
+    std::uint32_t announced = 0;
+    if (!numbers(&announced, 4, 1)) return false;
+    const std::size_t bytes = std::size_t{announced} * step.width;
+    const bool is_apart = bytes >= kLeastPartBytes;
+    if (bytes > (is_apart ? parts_.front().bytes : left())) return fail(DecodeFault::ImpossibleCount);
+    if (step.bound != 0 && announced > step.bound) return fail(DecodeFault::BoundExceeded);
+    // What an earlier message was lent is not written to: others may read it.
+    if (step.sequence->give_back != nullptr) step.sequence->give_back(into);
+    if (!is_apart) {
+      step.sequence->resize_for_decoding(into, announced);
+      return announced == 0 || numbers(step.sequence->mutable_data(into), step.width, announced);
+    }
+    LentPart& part = parts_.front();
+    parts_ = parts_.subspan(1);
+    if (part.bytes != bytes) return fail(DecodeFault::ImpossibleCount);
+    if (part.hook.release != nullptr && step.sequence->adopt != nullptr) {
+      step.sequence->adopt(into, part.memory, announced, announced, std::exchange(part.hook, {}));
+    } else {
+      step.sequence->resize_for_decoding(into, announced);
+      std::memcpy(step.sequence->mutable_data(into), part.memory, bytes);
+    }
+    return true;
+  }
+
   bool sequence(const Step& step, void* into) {
+    if (step.kind == StepKind::NumberSequence && !parts_.empty()) return number_sequence(step, into);
     const MessageType* const type = step.kind == StepKind::MessageSequence ? &step.message() : nullptr;
     const bool holds_texts = step.kind == StepKind::TextSequence || step.kind == StepKind::WideTextSequence;
     const std::size_t least = type != nullptr ? type->least_encoded_size : holds_texts ? kLeastText : step.width;
@@ -151,7 +182,7 @@ class Reader {
       case StepKind::BoolSequence: return bools(first, n);
       case StepKind::TextSequence: return texts(static_cast<std::string*>(first), n, step.text_bound);
       case StepKind::WideTextSequence: return wide_texts(static_cast<std::u16string*>(first), n, step.text_bound);
-      default: return messages(*type, static_cast<std::uint8_t*>(first), n);
+      default: return messages(step.message(), static_cast<std::uint8_t*>(first), n);
     }
   }
 
@@ -163,30 +194,44 @@ class Reader {
   }
 
   ByteView body_;
+  std::span<LentPart> parts_;
   std::size_t at_ = 0;
   bool big_endian_;
   DecodeFault fault_ = DecodeFault::Truncated;
 };
 
-std::optional<DecodeFault> read_all(const MessageType& type, ByteView bytes, void* message) {
+std::optional<DecodeFault> read_all(const MessageType& type, ByteView bytes, void* message,
+                                    std::span<LentPart> parts = {}) {
   if (bytes.size() < kEncapsulationSize) return DecodeFault::Truncated;
   if (bytes[0] != 0 || bytes[1] > 1) return DecodeFault::UnknownEncoding;
-  Reader reader{bytes.subspan(kEncapsulationSize), bytes[1] == 0};
+  const bool big_endian = bytes[1] == 0;
+  if (big_endian && !parts.empty()) return DecodeFault::UnknownEncoding;
+  Reader reader{bytes.subspan(kEncapsulationSize), big_endian, parts};
   if (!reader.message(type, static_cast<std::uint8_t*>(message))) return reader.fault();
-  if (reader.left() > kMostPadding) return DecodeFault::TrailingBytes;
+  if (reader.left() > kMostPadding || reader.has_parts_left()) return DecodeFault::TrailingBytes;
   return std::nullopt;
+}
+
+// Counts are checked against the bytes, so that only a process without memory throws here.
+template <typename Read>
+Result<void, DecodeFault> guarded(Read read) {
+  try {
+    if (const auto fault = read()) return err(*fault);
+    return {};
+  } catch (const std::bad_alloc&) { return err(DecodeFault::OutOfMemory); } catch (const std::length_error&) {
+    return err(DecodeFault::OutOfMemory);
+  }
 }
 
 }  // namespace
 
 Result<void, DecodeFault> decode(const MessageType& type, ByteView bytes, void* message) {
-  // Counts are checked against the bytes, so that only a process without memory gets here by exception.
-  try {
-    if (const auto fault = read_all(type, bytes, message)) return err(*fault);
-    return {};
-  } catch (const std::bad_alloc&) { return err(DecodeFault::OutOfMemory); } catch (const std::length_error&) {
-    return err(DecodeFault::OutOfMemory);
-  }
+  return guarded([&] { return read_all(type, bytes, message); });
+}
+
+Result<void, DecodeFault> decode_apart(const MessageType& type, ByteView bytes, std::span<LentPart> parts,
+                                       void* message) {
+  return guarded([&] { return read_all(type, bytes, message, parts); });
 }
 
 const char* explain(DecodeFault fault) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/base/expect.hpp"
 #include "nacelle/msgs/cdr.hpp"
+#include "nacelle/msgs/cdr_apart.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "step_shape.hpp"
 
@@ -12,6 +13,7 @@
 namespace nacelle::msgs {
 namespace {
 
+constexpr std::uint8_t kLittleEndianCdr[kEncapsulationSize] = {0, 1, 0, 0};
 static_assert(std::endian::native == std::endian::little, "what is written is the memory's own byte order");
 
 /// Counts what a Writer would write. Positions are offsets in the body.
@@ -24,10 +26,25 @@ class Counter {
     at_ += 4;
   }
   void byte(std::uint8_t) { ++at_; }
+  static bool takes_apart(const Step&, const void*, std::size_t) { return false; }
   [[nodiscard]] std::size_t position() const { return at_; }
 
  private:
   std::size_t at_ = 0;
+};
+
+/// Counts what stays, and lists what goes apart.
+class ApartCounter : public Counter {
+ public:
+  explicit ApartCounter(PartList& parts) : parts_(parts) { parts_.count = 0; }
+  bool takes_apart(const Step& step, const void* numbers, std::size_t bytes) {
+    if (bytes < kLeastPartBytes || parts_.count == kMostParts) return false;
+    parts_.parts[parts_.count++] = {numbers, bytes, &step};
+    return true;
+  }
+
+ private:
+  PartList& parts_;
 };
 
 class Writer {
@@ -46,10 +63,24 @@ class Writer {
     copy(&value, sizeof value);
   }
   void byte(std::uint8_t value) { body_[at_++] = value; }
+  static bool takes_apart(const Step&, const void*, std::size_t) { return false; }
 
  private:
   std::uint8_t* body_;
   std::size_t at_ = 0;
+};
+
+class ApartWriter : public Writer {
+ public:
+  explicit ApartWriter(std::uint8_t* body) : Writer(body) {}
+  bool takes_apart(const Step&, const void*, std::size_t bytes) {
+    if (bytes < kLeastPartBytes || parts_ == kMostParts) return false;
+    ++parts_;
+    return true;
+  }
+
+ private:
+  std::size_t parts_ = 0;
 };
 
 std::uint32_t as_count(std::size_t n) {
@@ -107,6 +138,10 @@ void put_message(Sink& sink, const MessageType& type, const std::uint8_t* messag
         const std::size_t count = step.sequence->size(from);
         sink.u32(as_count(count));
         if (count == 0) break;  // Nothing follows an empty sequence, not even its elements' alignment.
+        if (step.kind == StepKind::NumberSequence &&
+            sink.takes_apart(step, step.sequence->data(from), count * step.width)) {
+          break;
+        }
         sink.align(step.width);
         sink.copy(step.sequence->data(from), count * step.width);
         break;
@@ -144,9 +179,20 @@ std::size_t encoded_size(const MessageType& type, const void* message) {
 }
 
 void encode(const MessageType& type, const void* message, std::uint8_t* out) {
-  constexpr std::uint8_t kLittleEndianCdr[kEncapsulationSize] = {0, 1, 0, 0};
   std::memcpy(out, kLittleEndianCdr, kEncapsulationSize);
   Writer writer{out + kEncapsulationSize};
+  put_message(writer, type, static_cast<const std::uint8_t*>(message));
+}
+
+std::size_t encoded_size_apart(const MessageType& type, const void* message, PartList& parts) {
+  ApartCounter counter{parts};
+  put_message(counter, type, static_cast<const std::uint8_t*>(message));
+  return kEncapsulationSize + counter.position();
+}
+
+void encode_apart(const MessageType& type, const void* message, std::uint8_t* out) {
+  std::memcpy(out, kLittleEndianCdr, kEncapsulationSize);
+  ApartWriter writer{out + kEncapsulationSize};
   put_message(writer, type, static_cast<const std::uint8_t*>(message));
 }
 

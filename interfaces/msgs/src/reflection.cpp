@@ -35,6 +35,12 @@ struct Access {
   static void give_back(void* sequence) noexcept {
     if constexpr (IsBuffer<Sequence>::value) static_cast<Sequence*>(sequence)->give_back();
   }
+  static void adopt(void* sequence, void* memory, std::size_t size, std::size_t capacity, ReleaseHook hook) {
+    if constexpr (IsBuffer<Sequence>::value) {
+      using Value = typename Sequence::value_type;
+      static_cast<Sequence*>(sequence)->adopt(static_cast<Value*>(memory), size, capacity, hook);
+    }
+  }
 
   static constexpr SequenceAccess kTable{&size,
                                          &data,
@@ -42,7 +48,8 @@ struct Access {
                                          &resize,
                                          &resize_for_decoding,
                                          IsBuffer<Sequence>::value ? &give_back : nullptr,
-                                         sizeof(typename Sequence::value_type)};
+                                         sizeof(typename Sequence::value_type),
+                                         IsBuffer<Sequence>::value ? &adopt : nullptr};
 };
 
 struct KindFacts {

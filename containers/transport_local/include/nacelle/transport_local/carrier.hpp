@@ -29,7 +29,7 @@ class CarrierWriter {
   enum class Sent : std::uint8_t {
     Yes,
     Refused,  ///< This message cannot go this way (too large, no memory left): the stream goes over the socket from now on.
-    Dead,     ///< The carrier is gone (its daemon died): all streams go over the socket from now on.
+    Dead,  ///< The carrier is gone (its daemon died): all streams go over the socket from now on.
   };
   /// Looks at the message and its info; the caller keeps its reference.
   [[nodiscard]] virtual Sent send(const Block& block) = 0;
@@ -37,6 +37,9 @@ class CarrierWriter {
   [[nodiscard]] virtual bool is_connected() const = 0;
   /// Payload bytes that send() had to copy so far. Threads: any.
   [[nodiscard]] virtual std::uint64_t bytes_copied() const = 0;
+  /// Lends the message's long Buffers memory from which send() need not copy, if it can. Call it on what borrow() gave, before
+  /// the component fills it. Threads: as send().
+  virtual void prepare(Block& block) { static_cast<void>(block); }
 };
 
 /// Where arriving messages go. Implemented by the link, on top of a writer of the receiving process's broker.
@@ -50,6 +53,8 @@ class CarrierSink {
   virtual void deliver(Block& block, const MessageInfo& info) noexcept = 0;
   /// What came was no message of the stream's type.
   virtual void note_broken(const char* why) noexcept = 0;
+  /// False: a reader may write into what it gets (Taking::Own), so messages must have memory of their own. Asked per message.
+  [[nodiscard]] virtual bool may_lend() const noexcept { return true; }
 };
 
 /// The receiving end. Destroying it ends the calls of its sink.
@@ -74,7 +79,8 @@ class Carrier {
   [[nodiscard]] virtual bool is_alive() const = 0;
   /// Null: it cannot carry this stream; the reason has been logged.
   [[nodiscard]] virtual std::unique_ptr<CarrierWriter> create_writer(const CarriedStream& stream) = 0;
-  [[nodiscard]] virtual std::unique_ptr<CarrierReader> create_reader(const CarriedStream& stream, CarrierSink& sink) = 0;
+  [[nodiscard]] virtual std::unique_ptr<CarrierReader> create_reader(const CarriedStream& stream,
+                                                                     CarrierSink& sink) = 0;
 };
 
 }  // namespace nacelle

@@ -4,6 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 
+namespace nacelle {
+struct ReleaseHook;
+}
+
 namespace nacelle::msgs {
 
 struct MessageType;
@@ -47,6 +51,8 @@ struct SequenceAccess {
   /// Returns foreign memory to its owner; null when the sequence can hold none.
   void (*give_back)(void* sequence) noexcept;
   std::size_t stride;
+  /// Lends it memory (Buffer::adopt); null when the sequence can hold none but its own. Errors: none; the old memory goes.
+  void (*adopt)(void* sequence, void* memory, std::size_t size, std::size_t capacity, ReleaseHook hook) = nullptr;
 };
 
 /// One field of a message as its definition has it.
