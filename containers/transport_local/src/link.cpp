@@ -15,11 +15,25 @@
 #include "link_impl.hpp"
 
 namespace nacelle {
+namespace {
+
+// Who sends, in the name of a carried stream: a container hands on what it got by the same carrier from elsewhere.
+std::uint64_t new_token() {
+  static std::atomic<std::uint32_t> links{0};
+  return static_cast<std::uint64_t>(::getpid()) << 32U | ++links;
+}
+
+}  // namespace
 
 Link::Impl::Impl(Graph& g, const Clock& c, int s, LinkOptions o)
-    : graph(g), clock(c), socket(s), options(std::move(o)), event(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    : graph(g),
+      clock(c),
+      socket(s),
+      options(std::move(o)),
+      event(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      token(new_token()) {
   ::fcntl(socket, F_SETFL, ::fcntl(socket, F_GETFL) | O_NONBLOCK);
-  wire::append_hello(out, options.carrier != nullptr ? options.carrier->name() : "");
+  wire::append_hello(out, options.carrier != nullptr ? options.carrier->name() : "", token);
   number = graph.join(*this);
 }
 
@@ -151,6 +165,7 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
       const auto hello = wire::read_hello(frame.payload);
       if (hello) {
         carries = options.carrier != nullptr && hello.value().carrier == options.carrier->name();
+        peer_token = hello.value().token;
         return true;
       }
       end({options.peer, to_text(hello.error()), "are both processes of the same version?"});

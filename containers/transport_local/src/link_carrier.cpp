@@ -20,8 +20,8 @@ void append_step(Bytes& out, std::uint64_t writer, CarryStep step) {
 
 }  // namespace
 
-CarriedStream Link::Impl::carried_stream(std::uint64_t writer, const EndpointSpec& spec) {
-  return {fmt::format("{:x}{}", writer, spec.topic), spec.type, spec.qos.resolved().queue_capacity()};
+CarriedStream Link::Impl::carried_stream(std::uint64_t writer, const EndpointSpec& spec, std::uint64_t sender) {
+  return {fmt::format("{:x}.{:x}{}", sender, writer, spec.topic), spec.type, spec.qos.resolved().queue_capacity()};
 }
 
 // --- the writer's side --------------------------------------------------------------------------------------------------
@@ -36,7 +36,7 @@ bool Link::Impl::may_send(const Block& block, const TopicUse& topic) {
   if (is_new) {
     // The stand-in for the writer is there first: it was announced before this.
     append_step(out, writer, CarryStep::Open);
-    departure.writer = options.carrier->create_writer(carried_stream(writer, known->second.spec));
+    departure.writer = options.carrier->create_writer(carried_stream(writer, known->second.spec, token));
     if (!departure.writer) close_departure(writer, "the carrier cannot take it");
   }
   if (departure.step == Departure::Step::Carried || departure.step == Departure::Step::Closed) return true;
@@ -100,7 +100,11 @@ bool Link::Impl::handle_carry(ByteView payload) {
     return true;
   }
   const auto found = remotes.find(writer);
-  if (found == remotes.end() || !found->second.info.is_writer) return true;
+  if (found == remotes.end() || !found->second.info.is_writer) {
+    // Unknown, or refused by name: whoever waits for an answer gets one.
+    if (step == CarryStep::Open || step == CarryStep::Offer) append_step(out, writer, CarryStep::Close);
+    return true;
+  }
   Remote& remote = found->second;
   if (step == CarryStep::Open) open_arrival(remote);
   if (step == CarryStep::Offer) append_step(out, writer, remote.arrival ? CarryStep::Accept : CarryStep::Close);
@@ -117,7 +121,8 @@ void Link::Impl::open_arrival(Remote& remote) {
   if (remote.arrival) return;
   if (carries && remote.writer) {
     auto arrival = std::make_unique<Arrival>(*this, *remote.writer, remote.info.spec);
-    arrival->reader = options.carrier->create_reader(carried_stream(remote.info.id, remote.info.spec), *arrival);
+    arrival->reader =
+        options.carrier->create_reader(carried_stream(remote.info.id, remote.info.spec, peer_token), *arrival);
     if (arrival->reader) remote.arrival = std::move(arrival);
   }
   if (!remote.arrival) append_step(out, remote.info.id, CarryStep::Close);

@@ -142,7 +142,8 @@ struct Link::Impl final : GraphListener {
   void close_departure(std::uint64_t writer, const std::string& why);
   [[nodiscard]] bool handle_carry(ByteView payload);
   void open_arrival(Remote& remote);
-  [[nodiscard]] static CarriedStream carried_stream(std::uint64_t writer, const EndpointSpec& spec);
+  [[nodiscard]] static CarriedStream carried_stream(std::uint64_t writer, const EndpointSpec& spec,
+                                                    std::uint64_t sender);
 
   static constexpr std::size_t kHighWater = std::size_t{256} << 10U;
 
@@ -152,6 +153,7 @@ struct Link::Impl final : GraphListener {
   const LinkOptions options;
   const Logger log{"link"};
   const int event;  // eventfd
+  const std::uint64_t token;
   std::atomic<std::uint32_t> number{0};
   std::thread thread;
   std::atomic<bool> stopping{false}, ended{false}, signalled{false};
@@ -163,8 +165,9 @@ struct Link::Impl final : GraphListener {
   std::map<std::uint64_t, EndpointInfo> local;
   std::map<std::uint64_t, Remote> remotes;
   std::map<std::string, TopicUse> topics;
-  std::map<std::uint64_t, Departure> departures;          // of local writers
-  bool held_back = false;                                 // something is ready, and the socket was full
+  std::map<std::uint64_t, Departure> departures;  // of local writers
+  bool held_back = false;                         // something is ready, and the socket was full
+  std::uint64_t peer_token = 0;
   bool carries = false;                                   // both sides have the same carrier
   std::map<std::string, const msgs::MessageType*> types;  // of local endpoints
   std::vector<std::uint64_t> ready_now, again, targets;

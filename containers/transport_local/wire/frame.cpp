@@ -170,7 +170,9 @@ Result<HelloFrame, LinkFault> read_hello(ByteView payload) {
   Fields fields{payload.subspan(kMagic.size())};
   const bool same = fields.number<std::uint16_t>() == kLinkVersion && fields.number<std::uint32_t>() == kByteOrder;
   if (fields.good() && !same) return err(LinkFault::OtherVersion);
-  HelloFrame hello{fields.text()};
+  HelloFrame hello;
+  hello.token = fields.number<std::uint64_t>();
+  hello.carrier = fields.text();
   if (!fields.all_read()) return err(LinkFault::BadHello);
   return hello;
 }
@@ -246,11 +248,12 @@ std::optional<DataFrame> read_data(ByteView payload, std::vector<std::uint64_t>&
 
 // --- writing ------------------------------------------------------------------------------------------------------------
 
-void append_hello(Bytes& out, std::string_view carrier) {
+void append_hello(Bytes& out, std::string_view carrier, std::uint64_t token) {
   const std::size_t begin = begin_frame(out, LinkFrameKind::Hello);
   out.insert(out.end(), kMagic.begin(), kMagic.end());
   put(out, kLinkVersion);
   put(out, kByteOrder);
+  put(out, token);
   put_text(out, carrier.substr(0, kMostTextBytes));
   end_frame(out, begin);
 }

@@ -22,7 +22,7 @@ namespace nacelle::transport_local {
 //        5      n  payload
 //
 //   kind          payload; "text" is u16 length and bytes, "id" is u64
-//   Hello      H  "NACELINK", u16 version, u32 0x01020304, text carrier ("" = none). The first frame, and only it
+//   Hello      H  "NACELINK", u16 version, u32 0x01020304, u64 token, text carrier ("" = none). The first frame, and only it
 //   Writer     W  an endpoint (below)
 //   Reader     R  an endpoint
 //   Gone       G  id of an announced endpoint
@@ -101,6 +101,7 @@ class LinkFrameReader {
 };
 
 struct HelloFrame {
+  std::uint64_t token = 0;  ///< Of this end of the link; no other of the host has it.
   std::string carrier;
 };
 struct EndpointFrame {
@@ -130,7 +131,7 @@ struct LostFrame {
 [[nodiscard]] std::optional<DataFrame> read_data(ByteView payload, std::vector<std::uint64_t>& readers);
 
 // Writing: each appends a whole frame.
-void append_hello(Bytes& out, std::string_view carrier);
+void append_hello(Bytes& out, std::string_view carrier, std::uint64_t token = 0);
 void append_endpoint(Bytes& out, const EndpointFrame& endpoint);
 void append_id(Bytes& out, LinkFrameKind kind, std::uint64_t id);
 void append_id_and_byte(Bytes& out, LinkFrameKind kind, std::uint64_t id, std::uint8_t byte);

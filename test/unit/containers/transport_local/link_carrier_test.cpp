@@ -134,5 +134,35 @@ TEST_F(CarriedStreams, end_with_their_writer_and_bring_what_was_sent_before) {
   EXPECT_EQ(receive(*reader_), "abc");
 }
 
+TEST_F(CarriedStreams, cross_a_container_in_between_once) {
+  // here_ is a child's, there_ the container's; a second child reads.
+  runtime::Broker far{clock_};
+  const test::SocketPair sockets;
+  LinkOptions options;
+  options.find_type = test::find_test_type;
+  options.carrier = &carrier_;
+  options.mirror_all = true;
+  Link hub{there_, clock_, sockets.one, options};
+  Link child{far, clock_, sockets.two, options};
+  const auto settle_all = [&] {
+    while (static_cast<int>(one_->pump()) + static_cast<int>(two_->pump()) + static_cast<int>(hub.pump()) +
+               static_cast<int>(child.pump()) !=
+           0) {}
+  };
+  connect();
+  auto reader = far.create_reader(spec(QoS(10), "/far"), Taking::Share, nullptr);
+  settle_all();
+  for (const char* text : {"a", "b", "c", "d", "e"}) {
+    publish(text);
+    for (int hop = 0; hop < 3; ++hop) {
+      settle_all();
+      carrier_.bring();
+    }
+  }
+  EXPECT_EQ(receive(*reader), "abcde");
+  EXPECT_EQ(receive(*reader_), "abcde");
+  EXPECT_GT(hub.stats().carried, 0U);
+}
+
 }  // namespace
 }  // namespace nacelle
