@@ -52,8 +52,17 @@ Texts expected(const Side& offered, const Side& requested, bool late) {
   return last(reached, requested.depth);
 }
 
+#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
+constexpr const char* kTransports[] = {"Iceoryx"};
+#else
+constexpr const char* kTransports[] = {"Broker", "Fake", "Linked"};
+#endif
+
 std::unique_ptr<Transport> make(const std::string& name, const Clock& clock) {
   if (name == "Broker") return std::make_unique<runtime::Broker>(clock);
+#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
+  if (name == "Iceoryx") return std::make_unique<test::LinkedByIceoryx>(clock);
+#endif
   if (name == "Linked") return std::make_unique<test::LinkedBrokers>(clock);
   return std::make_unique<test::FakeTransport>(clock);
 }
@@ -84,7 +93,7 @@ std::string case_name(const ::testing::TestParamInfo<Case>& info) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, QosMatrix,
-                         ::testing::Combine(::testing::Values("Broker", "Fake", "Linked"), ::testing::ValuesIn(kSides),
+                         ::testing::Combine(::testing::ValuesIn(kTransports), ::testing::ValuesIn(kSides),
                                             ::testing::ValuesIn(kSides), ::testing::Bool()),
                          case_name);
 

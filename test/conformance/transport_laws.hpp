@@ -12,6 +12,9 @@
 #include "support/fake_transport.hpp"
 #include "support/linked_brokers.hpp"
 #include "support/manual_clock.hpp"
+#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
+#include "linked_by_iceoryx.hpp"
+#endif
 
 namespace nacelle {
 
@@ -43,10 +46,15 @@ class TransportLaws : public ::testing::Test {
   using Texts = std::vector<std::string>;
 };
 
+#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
+/// The same suites in a program of their own, which has the daemon: a link whose streams iceoryx moves.
+using EveryTransport = ::testing::Types<test::LinkedByIceoryx>;
+#else
 /// A new transport is one line here.
 using EveryTransport = ::testing::Types<runtime::Broker, test::FakeTransport, test::LinkedBrokers>;
+#endif
 
 /// Writer and reader are in two processes: what arrives is a copy, made in a message of the reader's side.
 template <typename T>
-inline constexpr bool kCopies = std::is_same_v<T, test::LinkedBrokers>;
+inline constexpr bool kCopies = std::is_base_of_v<test::LinkedBrokers, T>;
 }  // namespace nacelle

@@ -70,8 +70,9 @@ class SettlingReader final : public Reader, Settling<Reader> {
   void note_rehomed() override { inner_->note_rehomed(); }
 };
 
-LinkOptions options_of(const char* peer) {
+LinkOptions options_of(const char* peer, Carrier* carrier) {
   LinkOptions options;
+  options.carrier = carrier;
   options.peer = peer;
   options.find_type = find_test_type;
   return options;
@@ -93,10 +94,10 @@ const msgs::MessageType* find_test_type(const std::string& name) {
   return nullptr;
 }
 
-LinkedBrokers::LinkedBrokers(const Clock& clock) : writers_(clock), readers_(clock) {
+LinkedBrokers::LinkedBrokers(const Clock& clock, Carrier* carrier) : writers_(clock), readers_(clock) {
   const SocketPair sockets;
-  writers_link_ = std::make_unique<Link>(writers_, clock, sockets.one, options_of("the readers' side"));
-  readers_link_ = std::make_unique<Link>(readers_, clock, sockets.two, options_of("the writers' side"));
+  writers_link_ = std::make_unique<Link>(writers_, clock, sockets.one, options_of("the readers' side", carrier));
+  readers_link_ = std::make_unique<Link>(readers_, clock, sockets.two, options_of("the writers' side", carrier));
 }
 
 LinkedBrokers::~LinkedBrokers() = default;

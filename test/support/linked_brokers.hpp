@@ -12,9 +12,10 @@ namespace nacelle::test {
 ///
 /// Nobody waits: after each call both links are pumped until nothing moves, so that the suites of test/conformance see the
 /// same sequence of events each time. Threads: as Transport.
-class LinkedBrokers final : public Transport {
+class LinkedBrokers : public Transport {
  public:
-  explicit LinkedBrokers(const Clock& clock);
+  /// `carrier`: of both links; must outlive this.
+  explicit LinkedBrokers(const Clock& clock, Carrier* carrier = nullptr);
   ~LinkedBrokers() override;
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override;
   [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking,

@@ -14,7 +14,7 @@ namespace nacelle::cli {
 namespace {
 
 struct Wish {
-  std::string name;
+  std::string name, carrier;
   long parent_pid = 0;
 };
 
@@ -28,7 +28,7 @@ int run(const Wish& wish) {
     return kUsage;
   }
   const SystemClock clock;
-  return session::run_isolated(session::kInheritedDescriptor, wish.name, program_places(), clock, stop);
+  return session::run_isolated(session::kInheritedDescriptor, wish.name, wish.carrier, program_places(), clock, stop);
 }
 
 }  // namespace
@@ -38,6 +38,7 @@ void add_isolated_command(CLI::App& app, int& exit_code) {
   CLI::App* const command = app.add_subcommand("isolated", "the process of a component with `isolate: process`");
   command->group("");
   command->add_option("--name", wish->name, "the component")->required();
+  command->add_option("--carrier", wish->carrier, "for its streams");
   command->add_option("--parent", wish->parent_pid, "end when this process ends");
   command->callback([wish, &exit_code] { exit_code = run(*wish); });
 }

@@ -19,7 +19,7 @@ namespace {
 struct Wish {
   std::string file;
   std::vector<std::string> arguments;
-  std::string name, report_file;
+  std::string name, report_file, carrier;
   std::vector<std::string> last_messages;
   long parent_pid = 0;
   bool verbose = false, show_arguments = false;
@@ -85,6 +85,7 @@ int run(const Wish& wish) {
   options.report_file = wish.report_file;
   options.last_messages = wish.last_messages;
   options.verbose = wish.verbose;
+  options.carrier = wish.carrier;
   const SystemClock clock;
   session::Session session{std::move(plan).value(), std::move(options), clock, stop};
   return session.run();
@@ -100,6 +101,9 @@ void add_launch_command(CLI::App& app, int& exit_code) {
   command->add_option("arguments", wish->arguments, "name:=value for the file's arguments");
   command->add_option("--name", wish->name, "the container's name on its control socket (default: the file's)");
   command->add_option("--report", wish->report_file, "write the run's figures to this JSON file");
+  command
+      ->add_option("--carrier", wish->carrier, "what moves the streams of components with `isolate: process`: iceoryx")
+      ->check(CLI::IsMember({"iceoryx"}));
   command->add_flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
   command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
   command->add_option("--last-message", wish->last_messages, "put this topic's last message into the report")

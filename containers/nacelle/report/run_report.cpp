@@ -67,7 +67,7 @@ ordered_json to_json(const runtime::StreamReport& stream) {
            {{"p50", microseconds(stream.latency_p50)},
             {"p99", microseconds(stream.latency_p99)},
             {"max", microseconds(stream.latency_max)},
-            {"handed_over", to_text(stream.handed_over)}}}};
+            {"handed_over", words_of(stream.handed_over)}}}};
 }
 
 ordered_json to_json(const DriveFigures& drive) {

@@ -26,8 +26,8 @@ constexpr Duration kLeaveLimit = 3s;
 Result<std::shared_ptr<IsolatedComponent>, Problem> IsolatedComponent::start(const launch::ComponentPlan& plan,
                                                                              const ProgramPlaces& places,
                                                                              runtime::Container& container,
-                                                                             const Clock& clock) {
-  auto made = std::make_shared<IsolatedComponent>(plan, places, container, clock);
+                                                                             Carrier* carrier, const Clock& clock) {
+  auto made = std::make_shared<IsolatedComponent>(plan, places, container, carrier, clock);
   if (auto spawned = made->spawn(); !spawned) return err(spawned.error());
   auto loaded = made->call({{"do", "load"}, {"plan", plan_to_json(plan)}});
   if (!loaded) return err(loaded.error());
@@ -35,8 +35,13 @@ Result<std::shared_ptr<IsolatedComponent>, Problem> IsolatedComponent::start(con
 }
 
 IsolatedComponent::IsolatedComponent(const launch::ComponentPlan& plan, const ProgramPlaces& places,
-                                     runtime::Container& container, const Clock& clock)
-    : plan_(plan), places_(places), container_(container), clock_(clock), types_(places.message_folders) {
+                                     runtime::Container& container, Carrier* carrier, const Clock& clock)
+    : plan_(plan),
+      places_(places),
+      container_(container),
+      carrier_(carrier),
+      clock_(clock),
+      types_(places.message_folders) {
   info_.node = plan.full_name();
   info_.plugin = plan.plugin;
 }
@@ -52,6 +57,7 @@ Result<void, Problem> IsolatedComponent::spawn() {
   spec.label = plan_.full_name();
   spec.path = places_.program;
   spec.arguments = {"isolated", "--name", plan_.full_name(), "--parent", std::to_string(::getpid())};
+  if (carrier_ != nullptr) spec.arguments.insert(spec.arguments.end(), {"--carrier", carrier_->name()});
   spec.inherited_descriptor = ends[1];
   auto program = ForeignProgram::start(spec);
   ::close(ends[1]);
@@ -62,6 +68,7 @@ Result<void, Problem> IsolatedComponent::spawn() {
   program_ = std::move(program).value();
   LinkOptions options;
   options.peer = fmt::format("the process of {} ({})", plan_.full_name(), program_->pid());
+  options.carrier = carrier_;
   options.mirror_all = true;  // so that reports, checks and tools see its streams
   options.find_type = [this](const std::string& name) -> const msgs::MessageType* {
     auto type = types_.message(name);

@@ -29,9 +29,9 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   [[nodiscard]] static Result<std::shared_ptr<IsolatedComponent>, Problem> start(const launch::ComponentPlan& plan,
                                                                                  const ProgramPlaces& places,
                                                                                  runtime::Container& container,
-                                                                                 const Clock& clock);
+                                                                                 Carrier* carrier, const Clock& clock);
   IsolatedComponent(const launch::ComponentPlan& plan, const ProgramPlaces& places, runtime::Container& container,
-                    const Clock& clock);
+                    Carrier* carrier, const Clock& clock);
   ~IsolatedComponent() override;
 
   runtime::ComponentInfo info() const override;
@@ -48,6 +48,7 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   const launch::ComponentPlan plan_;
   const ProgramPlaces& places_;
   runtime::Container& container_;
+  Carrier* const carrier_;  // outlives us; may be null
   const Clock& clock_;
   msgs::TypeLibrary types_;  // the link's thread's
 

@@ -11,6 +11,7 @@
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "nacelle/session/carriers.hpp"
 #include "nacelle/session/isolated_words.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/transport_local/link.hpp"
@@ -22,14 +23,21 @@ using nlohmann::json;
 
 class IsolatedProcess {
  public:
-  IsolatedProcess(int socket, const std::string& name, const ProgramPlaces& places, const Clock& clock)
+  IsolatedProcess(int socket, const std::string& name, const std::string& carrier, const ProgramPlaces& places,
+                  const Clock& clock)
       : log_("isolated"), types_(places.message_folders), event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     runtime::ContainerOptions options;
     options.name = name;
     options.component_path = places.component_folders;
     container_ = std::make_unique<runtime::Container>(std::move(options), clock);
+    if (!carrier.empty()) {
+      auto started = start_carrier(carrier);
+      if (started) carrier_ = std::move(started).value();
+      if (!started) log_.warn("streams go over a socket: {}", started.error().text());
+    }
     LinkOptions link;
     link.peer = "the container";
+    link.carrier = carrier_.get();
     link.find_type = [this](const std::string& type_name) -> const msgs::MessageType* {
       auto type = types_.message(type_name);
       return type ? type.value() : nullptr;
@@ -155,6 +163,7 @@ class IsolatedProcess {
   const int event_;
   std::atomic<bool> over_{false};
   Guarded<std::vector<std::string>> notes_;
+  std::unique_ptr<Carrier> carrier_;  // outlives the link
   std::unique_ptr<runtime::Container> container_;
   std::unique_ptr<Link> link_;
   std::uint64_t id_ = 0;
@@ -162,9 +171,9 @@ class IsolatedProcess {
 
 }  // namespace
 
-int run_isolated(int socket, const std::string& name, const ProgramPlaces& places, const Clock& clock,
-                 const StopSignal& stop) {
-  IsolatedProcess process{socket, name, places, clock};
+int run_isolated(int socket, const std::string& name, const std::string& carrier, const ProgramPlaces& places,
+                 const Clock& clock, const StopSignal& stop) {
+  IsolatedProcess process{socket, name, carrier, places, clock};
   process.run(stop);
   return 0;
 }

@@ -13,7 +13,7 @@ namespace nacelle::session {
 /// it (isolated_component.hpp). Returns the exit code when the socket is closed or a signal asks for the end; the component has
 /// been taken down in order then.
 /// Threads: the main thread.
-[[nodiscard]] int run_isolated(int socket, const std::string& name, const ProgramPlaces& places, const Clock& clock,
-                               const StopSignal& stop);
+[[nodiscard]] int run_isolated(int socket, const std::string& name, const std::string& carrier,
+                               const ProgramPlaces& places, const Clock& clock, const StopSignal& stop);
 
 }  // namespace nacelle::session

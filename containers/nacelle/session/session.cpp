@@ -15,6 +15,7 @@
 
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/session/carriers.hpp"
 #include "nacelle/session/isolated_component.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/topic_tap.hpp"
@@ -156,7 +157,7 @@ Result<void, Problem> Session::start_programs() {
 
 Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPlan& component) {
   if (component.isolate == launch::Isolation::None) return container_->load(load_request_of(component));
-  auto started = IsolatedComponent::start(component, options_.places, *container_, clock_);
+  auto started = IsolatedComponent::start(component, options_.places, *container_, carrier_.get(), clock_);
   if (!started) return err(started.error());
   auto adopted = container_->adopt(started.value());
   if (adopted) {
@@ -167,7 +168,19 @@ Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPla
   return adopted;
 }
 
+void Session::start_the_carrier() {
+  const auto is_apart = [](const auto& component) { return component.isolate == launch::Isolation::Process; };
+  if (options_.carrier.empty() || std::ranges::none_of(plan_.components, is_apart)) return;
+  auto started = start_carrier(options_.carrier);
+  if (started) {
+    carrier_ = std::move(started).value();
+  } else {
+    say("nacelle: streams between processes go over a socket: " + started.error().text());
+  }
+}
+
 Result<void, Problem> Session::load_components() {
+  start_the_carrier();
   std::size_t number = 0;
   for (const auto& component : plan_.components) {
     if (stop_.is_raised()) return err(interrupted(stop_));

@@ -21,6 +21,7 @@
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "nacelle/transport_local/carrier.hpp"
 
 namespace nacelle::session {
 
@@ -31,6 +32,8 @@ struct SessionOptions {
   std::string report_file;                 ///< Empty: none.
   std::vector<std::string> last_messages;  ///< Topics whose last message the report is to hold beside the figures.
   bool verbose = false;                    ///< Each step is a line.
+  /// Moves the streams of components with `isolate: process`, where it can (carriers.hpp). Empty: the links' sockets do.
+  std::string carrier;
 };
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
@@ -63,6 +66,7 @@ class Session {
  private:
   [[nodiscard]] Result<void, Problem> bring_up();
   [[nodiscard]] Result<void, Problem> start_programs();
+  void start_the_carrier();
   [[nodiscard]] Result<void, Problem> load_components();
   [[nodiscard]] Result<void, Problem> check_budgets();
   [[nodiscard]] Result<void, Problem> activate();
@@ -88,6 +92,7 @@ class Session {
 
   // Destroyed from below: the server first, so that nobody asks any more, the container before the programs it talks to.
   std::vector<std::unique_ptr<ForeignProgram>> programs_;
+  std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;

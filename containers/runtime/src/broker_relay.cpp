@@ -48,6 +48,7 @@ EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer,
   EndpointInfo info{id, is_writer, open, spec};
   info.spec.gate = nullptr;
   info.spec.status_listener = nullptr;
+  info.spec.on_fault = {};
   return info;
 }
 

@@ -17,7 +17,7 @@ bool reads_also(const Topic& topic, const EndpointSpec& reader) {
 
 }  // namespace
 
-const char* to_text(HandedOver way) {
+const char* words_of(HandedOver way) {
   switch (way) {
     case HandedOver::Never: return "";
     case HandedOver::Inline: return "inline";

@@ -226,7 +226,10 @@ void Link::start() {
   if (!impl_->thread.joinable()) impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
 }
 
-bool Link::pump() { return impl_->pump(true); }
+bool Link::pump() {
+  const bool did = impl_->pump(true);
+  return impl_->drain_carrier() || did;
+}
 
 void Link::send_note(std::string note) {
   {

@@ -117,6 +117,16 @@ bool Link::Impl::handle_carry(ByteView payload) {
 
 // --- the reader's side --------------------------------------------------------------------------------------------------
 
+// For those who pump: what the carrier's thread would bring in its time, now.
+bool Link::Impl::drain_carrier() {
+  const std::lock_guard lock(pumping);
+  const std::uint64_t before = arrived;
+  for (const auto& [id, remote] : remotes) {
+    if (remote.arrival) remote.arrival->reader->drain();
+  }
+  return arrived != before;
+}
+
 void Link::Impl::open_arrival(Remote& remote) {
   if (remote.arrival) return;
   if (carries && remote.writer) {
@@ -140,6 +150,7 @@ void Link::Impl::Arrival::deliver(Block& block, const MessageInfo& info) noexcep
   const MonotonicTime expires = lifespan == Duration::zero() ? kNeverExpires : info.source_time + lifespan;
   const std::lock_guard lock(relaying);
   writer.relay(block, info, expires, {}, 0);
+  ++link.arrived;
 }
 
 void Link::Impl::Arrival::note_broken(const char* why) noexcept {

@@ -142,6 +142,7 @@ struct Link::Impl final : GraphListener {
   void close_departure(std::uint64_t writer, const std::string& why);
   [[nodiscard]] bool handle_carry(ByteView payload);
   void open_arrival(Remote& remote);
+  bool drain_carrier();
   [[nodiscard]] static CarriedStream carried_stream(std::uint64_t writer, const EndpointSpec& spec,
                                                     std::uint64_t sender);
 
@@ -182,7 +183,7 @@ struct Link::Impl final : GraphListener {
   std::vector<std::uint64_t> ready;
   std::map<std::uint64_t, Left> left;
 
-  Figure sent{0}, received{0}, bytes_sent{0}, bytes_received{0}, carried{0}, dropped{0}, broken{0};
+  Figure sent{0}, received{0}, bytes_sent{0}, bytes_received{0}, carried{0}, arrived{0}, dropped{0}, broken{0};
 };
 
 }  // namespace nacelle

@@ -70,7 +70,7 @@ struct KeptImage {
 /// How messages came from publish() to their callbacks; a latency means little without it. Two bits.
 enum class HandedOver : std::uint8_t { Never = 0, Inline = 1, AcrossThreads = 2, Both = 3 };
 /// "inline" (on one thread), "across threads", "both", or "" for never.
-[[nodiscard]] const char* to_text(HandedOver way);
+[[nodiscard]] const char* words_of(HandedOver way);
 
 /// One stream of the report.
 struct StreamReport {
