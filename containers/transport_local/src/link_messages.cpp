@@ -53,8 +53,8 @@ bool Link::Impl::send_ready() {
     // Before the look into the queue: what comes during it is told again.
     outbox.queued = false;
     send_topic(topics.at(found->second.info.spec.topic));
-    const bool waits = outbox.head != nullptr || outbox.reader->has_waiting();
-    if (is_full() && waits && !outbox.queued.exchange(true)) again.push_back(id);
+    // Also one with nothing left: what it lost may not have been told.
+    if (is_full() && !outbox.queued.exchange(true)) again.push_back(id);
   }
   ready_now.clear();
   held_back = !again.empty();
