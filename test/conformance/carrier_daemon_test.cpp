@@ -8,11 +8,13 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <std_msgs/msg/string.hpp>
 #include <thread>
 
 #include "carrier_ends.hpp"
 #include "nacelle/transport_iceoryx/iceoryx_carrier.hpp"
 #include "support/child_process.hpp"
+#include "support/linked_brokers.hpp"
 #include "support/roudi.hpp"
 
 namespace nacelle::test {
@@ -90,6 +92,33 @@ TEST_F(IceoryxDaemon, whose_process_ends_is_lost_for_good_and_messages_stay_read
               EXPECT_EQ(sender.send(image_of(30'000, 2)), Sent::Dead);
               EXPECT_FALSE(IceoryxCarrier::start());
               EXPECT_EQ(0, ::access("/tmp/roudi", F_OK));
+            }));
+}
+
+TEST_F(IceoryxDaemon, that_is_lost_leaves_streams_to_the_socket_and_no_message_is_missing) {
+  EXPECT_EQ(0, run_in_child([this] {
+              const auto carrier = started();
+              const SystemClock clock;
+              LinkedBrokers both{clock, carrier.get()};
+              const EndpointSpec spec{"/chat", &std_msgs::msg::String::message_type(), QoS(10), "/node"};
+              auto reader = both.create_reader(spec, Taking::Share, nullptr);
+              auto writer = both.create_writer(spec);
+              std::uint64_t sequence = 0;
+              const auto pass_one = [&] {
+                writer->publish(*writer->borrow());
+                Block* const arrived = reader->take();
+                ASSERT_NE(arrived, nullptr);
+                EXPECT_EQ(arrived->info.sequence, ++sequence);
+                drop_reference(*arrived);
+              };
+              for (int i = 0; i < 5; ++i) pass_one();
+              EXPECT_EQ(both.writers_link().stats().carried, 4U);
+              const std::uint64_t by_socket = both.writers_link().stats().sent;
+              roudi_->kill();
+              wait_for_loss(*carrier);
+              for (int i = 0; i < 5; ++i) pass_one();
+              EXPECT_EQ(both.writers_link().stats().carried, 4U);
+              EXPECT_EQ(both.writers_link().stats().sent, by_socket + 5);
             }));
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/string.hpp>
 
 #include "nacelle/transport_iceoryx/iceoryx_carrier.hpp"
@@ -12,6 +13,7 @@
 namespace nacelle::test {
 namespace {
 
+using sensor_msgs::msg::Image;
 using std_msgs::msg::String;
 using transport_iceoryx::IceoryxCarrier;
 
@@ -54,9 +56,40 @@ TEST(LinkedByIceoryx, moves_streams_by_the_carrier_and_those_of_keep_all_readers
       EXPECT_EQ(static_cast<const String*>(arrived->message)->data, text);
       drop_reference(*arrived);
     }
-    EXPECT_EQ(transport.writers_link().stats().carried, keeps_all ? 0U : 3U);
-    EXPECT_EQ(transport.writers_link().stats().sent, keeps_all ? 3U : 0U);
+    // The first message tells the link that there is a stream to carry.
+    EXPECT_EQ(transport.writers_link().stats().carried, keeps_all ? 0U : 2U);
+    EXPECT_EQ(transport.writers_link().stats().sent, keeps_all ? 3U : 1U);
   }
+}
+
+TEST(LinkedByIceoryx, writes_a_large_message_once_into_shared_memory_and_reads_it_there) {
+  ManualClock clock;
+  LinkedByIceoryx transport{clock};
+  const EndpointSpec images{"/image", &Image::message_type(), QoS(4), "/node"};
+  auto reader = transport.create_reader(images, Taking::Share, nullptr);
+  auto writer = transport.create_writer(images);
+  std::uint64_t copied = 0;
+  // The first goes over the socket, the second tells how large they are.
+  for (int i = 1; i <= 5; ++i) {
+    Block* const block = writer->borrow();
+    auto& image = *static_cast<Image*>(block->message);
+    EXPECT_EQ(image.data.is_foreign(), i > 2) << i;
+    image.data.resize(200'000);
+    image.data[150'000] = static_cast<std::uint8_t>(i);
+    writer->publish(*block);
+    Block* const arrived = reader->take();
+    ASSERT_NE(arrived, nullptr);
+    const auto& seen = *static_cast<const Image*>(arrived->message);
+    EXPECT_EQ(seen.data.is_foreign(), i > 1) << i;
+    EXPECT_EQ(seen.data[150'000], i);
+    drop_reference(*arrived);
+    std::vector<runtime::StreamReport> streams;
+    transport.writers().report(streams);
+    ASSERT_EQ(streams.size(), 1U);
+    if (i > 2) EXPECT_EQ(streams[0].bytes_copied, copied) << i;
+    copied = streams[0].bytes_copied;
+  }
+  EXPECT_GE(copied, 2 * 200'000U) << "of the first two, and it is counted";
 }
 
 }  // namespace

@@ -84,6 +84,11 @@ class BrokerReader final : public ProxyReader {
     const std::lock_guard lock(topic_->mutex_);
     replay();
   }
+  void set_lender(std::shared_ptr<BufferLender> lender) override {
+    const std::lock_guard lock(topic_->mutex_);
+    queue_->set_lender(std::move(lender));
+    topic_->version_.fetch_add(1, std::memory_order_release);
+  }
   void note_latency(Duration latency) override { queue_->note_latency(latency); }
   const DurationHistogram* latency() const override { return &queue_->latency(); }
   void note_rehomed() override { queue_->note_rehomed(); }

@@ -12,8 +12,9 @@ namespace nacelle::runtime {
 namespace {
 
 // What the queues may need is made at once while it is small. A queue of large messages that fills for the first time pays
-// then: most never do, and the pages of their messages would be the greater part of a robot's memory.
-constexpr std::size_t kReserveBytes = std::size_t{512} * 1024;
+// then: most never do, and the pages of their messages would be the greater part of a robot's memory. But what goes round
+// without a queue (one to fill, one that waits, one in a callback) is there from the first message on.
+constexpr std::size_t kReserveBytes = std::size_t{512} * 1024, kReserveMessages = 3;
 
 Duration lease_of(const QoS& qos) {
   // Automatic liveliness is the process's own: while it lives, its writers do.
@@ -69,8 +70,10 @@ BrokerWriter::~BrokerWriter() {
   if (replay_pool_) broker_.retire(spec_, std::move(replay_pool_));
 }
 
-Block* BrokerWriter::borrow() {
+// From a pool with a limit, or for a reader in another process.
+Block* BrokerWriter::borrow_slowly() {
   Block* const block = pool_->borrow();
+  if (lender_ && block != nullptr) lender_->prepare(id_, *block);
   if (!bounded_) return block;
   const bool dry = block == nullptr || pool_->is_spare(*block);
   // A fault is told when the pool runs dry, not for each message from then on.
@@ -338,6 +341,8 @@ void BrokerWriter::sort_routes() {
     }
   }
   owners_ = copied_.size();
+  // With a reader of our own, or a history, beside it, what was lent would be read here while it is used again there.
+  lender_ = spec_.type->holds_buffers && !keeps_history_ && routes_.size() == 1 ? routes_.front()->lender() : nullptr;
   // With owners only, the last of them in subscription order needs no copy.
   if (!originals_.empty() || keeps_history_ || copied_.empty()) return;
   originals_.push_back({copied_.back(), &copied_.back()->mutex()});
@@ -356,7 +361,7 @@ void BrokerWriter::reserve(const Block& block) {
 
 // How many messages like this one are made before they are needed.
 std::size_t BrokerWriter::most_in_reserve(const Block& block) const {
-  return std::max<std::size_t>(1, kReserveBytes / (spec_.type->size + spec_.type->encoded_size(block.message)));
+  return std::max(kReserveMessages, kReserveBytes / (spec_.type->size + spec_.type->encoded_size(block.message)));
 }
 
 // Null when the pool is dry.

@@ -28,7 +28,11 @@ class BrokerWriter final : public ProxyWriter {
   BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, EndpointSpec spec, std::uint64_t id);
   ~BrokerWriter() override;
 
-  Block* borrow() override;
+  Block* borrow() override {
+    if (!bounded_ && !lender_) [[likely]]
+      return pool_->borrow_regular();
+    return borrow_slowly();
+  }
   Block* adopt(void* message) override { return pool_->adopt(message); }
   PublishResult publish(Block& block) override;
   void relay(Block& block, const MessageInfo& info, MonotonicTime expires, std::span<const std::uint64_t> readers,
@@ -65,6 +69,7 @@ class BrokerWriter final : public ProxyWriter {
   void wait_for_room(const Block& block, MonotonicTime now);
   void keep(Block& block);
   Block* copy_of(const Block& block, MessagePool& pool);
+  Block* borrow_slowly();
   PublishResult publish_slowly(Block& block, MonotonicTime now);
   PublishResult distribute(Block& block);
   bool hand_over(Block& block);
@@ -89,6 +94,7 @@ class BrokerWriter final : public ProxyWriter {
   const Duration longest_wait_;  // for room in KEEP_ALL readers; zero: never
   const bool bounded_;           // the pool's limit holds: QoS::when_dry()
   bool was_dry_ = false;
+  std::shared_ptr<BufferLender> lender_;  // the only reader's
   std::unique_ptr<MessagePool> pool_;
   std::vector<std::shared_ptr<ReaderQueue>> routes_;
   ReaderQueue* sole_ = nullptr;  // the only route, if nothing but handing over is to be done; not for the first message

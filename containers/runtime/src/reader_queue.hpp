@@ -66,6 +66,9 @@ class ReaderQueue {
   [[nodiscard]] Block* look();
   void release(std::uint64_t messages);
   void forget_seen();
+  // Under the topic's lock.
+  void set_lender(std::shared_ptr<BufferLender> lender) { lender_ = std::move(lender); }
+  [[nodiscard]] const std::shared_ptr<BufferLender>& lender() const { return lender_; }
   void note_lost(const ReaderCounters& losses);
 
   /// A writer that matched, or one that cannot: changes the totals and tells the listener.
@@ -143,6 +146,7 @@ class ReaderQueue {
   std::atomic<std::uintptr_t> thread_{0};
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
   const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
+  std::shared_ptr<BufferLender> lender_;
   std::size_t looked_at_ = 0;          // of those that wait, the oldest
   std::uint64_t released_early_ = 0;   // looked at, and gone before release()
 };

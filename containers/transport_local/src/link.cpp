@@ -42,6 +42,7 @@ Link::Impl::~Impl() {
   wake();
   if (thread.joinable()) thread.join();
   graph.leave(number);
+  for (const auto& [writer, departure] : departures) lender->set(writer, nullptr);
   departures.clear();
   remotes.clear();
   ::close(socket);
@@ -208,6 +209,7 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
 void Link::Impl::end(const Problem& problem) {
   if (ended.exchange(true)) return;
   graph.leave(number);
+  for (const auto& [writer, departure] : departures) lender->set(writer, nullptr);
   departures.clear();
   remotes.clear();
   topics.clear();

@@ -51,11 +51,17 @@ bool Link::Impl::may_send(const Block& block, const TopicUse& topic) {
   return departure.step != Departure::Step::Offered;
 }
 
-bool Link::Impl::send_by_carrier(Block& block) {
+bool Link::Impl::send_by_carrier(Block& block, const Outbox& outbox) {
   const auto found = departures.find(block.info.writer_id);
   if (found == departures.end() || found->second.step != Departure::Step::Carried) return false;
   switch (found->second.writer->send(block)) {
-    case CarrierWriter::Sent::Yes: ++carried; return true;
+    case CarrierWriter::Sent::Yes: {
+      ++carried;
+      const std::uint64_t copied = found->second.writer->bytes_copied();
+      if (const auto bytes = copied - std::exchange(found->second.told_copied, copied); bytes != 0)
+        outbox.reader->note_copied(bytes);
+      return true;
+    }
     case CarrierWriter::Sent::Refused:
       close_departure(found->first, "the carrier refused a message of it");
       return false;
@@ -77,6 +83,7 @@ void Link::Impl::close_departure(std::uint64_t writer, const std::string& why) {
   Departure& departure = departures.at(writer);
   if (departure.step == Departure::Step::Closed) return;
   departure.step = Departure::Step::Closed;
+  lender->set(writer, nullptr);
   append_step(out, writer, CarryStep::Close);
   const auto known = local.find(writer);
   log.warn("{} to {} goes over the socket from now on: {}",
@@ -93,6 +100,7 @@ bool Link::Impl::handle_carry(ByteView payload) {
     if (step == CarryStep::Close) close_departure(writer, "the other side cannot take it by the carrier");
     if (step == CarryStep::Accept && departure.step == Departure::Step::Offered)
       departure.step = Departure::Step::Carried;
+    if (departure.step == Departure::Step::Carried) lender->set(writer, departure.writer.get());
     // Those that waited for this.
     for (const auto id : topics[local.at(writer).spec.topic].remotes) {
       if (const auto& outbox = remotes.at(id).outbox) note_ready(*outbox);

@@ -88,6 +88,7 @@ void Link::Impl::take_gone(std::uint64_t id) {
   TopicUse& use = topics[topic];
   --(found->second.is_writer ? use.local_writers : use.local_readers);
   local.erase(found);
+  lender->set(id, nullptr);
   departures.erase(id);
   {
     const std::lock_guard lock(noting);
@@ -206,6 +207,7 @@ void Link::Impl::make_stand_in(Remote& remote) {
   with.tells_lost = true;
   outbox->keeps_all = spec.qos.resolved().keeps_all();
   outbox->reader = graph.create_proxy_reader(with, outbox.get());
+  if (carries && !outbox->keeps_all) outbox->reader->set_lender(lender);
   // What an earlier stand-in sent may still be acknowledged.
   remote.not_ours = remote.sent - remote.taken;
   remote.outbox = std::move(outbox);

@@ -74,6 +74,24 @@ struct Link::Impl final : GraphListener {
       Closed,   ///< The socket for good.
     } step = Step::Opening;
     std::unique_ptr<CarrierWriter> writer;
+    std::uint64_t told_copied = 0;  ///< Bytes that the stream has been told of.
+  };
+  /// The carrier's memory for what is borrowed here. Its lock is held while a carrier's end is asked, so that none goes meanwhile.
+  struct Lender final : BufferLender {
+    void prepare(std::uint64_t writer, Block& block) noexcept override {
+      const std::lock_guard lock(mutex);
+      if (const auto found = carried.find(writer); found != carried.end()) found->second->prepare(block);
+    }
+    void set(std::uint64_t writer, CarrierWriter* end) {
+      const std::lock_guard lock(mutex);
+      if (end != nullptr) {
+        carried[writer] = end;
+      } else {
+        carried.erase(writer);
+      }
+    }
+    std::mutex mutex;
+    std::map<std::uint64_t, CarrierWriter*> carried;
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
@@ -137,7 +155,7 @@ struct Link::Impl final : GraphListener {
 
   // link_carrier.cpp
   [[nodiscard]] bool may_send(const Block& block, const TopicUse& topic);
-  [[nodiscard]] bool send_by_carrier(Block& block);
+  [[nodiscard]] bool send_by_carrier(Block& block, const Outbox& outbox);
   void socket_used(std::uint64_t writer);
   void close_departure(std::uint64_t writer, const std::string& why);
   [[nodiscard]] bool handle_carry(ByteView payload);
@@ -167,6 +185,7 @@ struct Link::Impl final : GraphListener {
   std::map<std::uint64_t, Remote> remotes;
   std::map<std::string, TopicUse> topics;
   std::map<std::uint64_t, Departure> departures;  // of local writers
+  const std::shared_ptr<Lender> lender = std::make_shared<Lender>();
   bool held_back = false;                         // something is ready, and the socket was full
   std::uint64_t peer_token = 0;
   bool carries = false;                                   // both sides have the same carrier

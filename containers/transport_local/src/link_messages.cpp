@@ -90,7 +90,7 @@ void Link::Impl::send_topic(const TopicUse& topic) {
     }
     // The carrier's message is for all; one that is for some only goes over the socket.
     const bool for_all = same.size() == outboxes.size() && std::ranges::none_of(same, &Outbox::keeps_all);
-    if (!for_all || !send_by_carrier(block)) {
+    if (!for_all || !send_by_carrier(block, *first)) {
       send_message(block, *remotes.at(first->id).info.spec.type, same);
       socket_used(block.info.writer_id);
     }

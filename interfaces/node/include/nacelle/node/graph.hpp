@@ -40,6 +40,14 @@ class ProxyWriter : public Writer {
                      std::span<const std::uint64_t> readers, std::uint64_t bytes_copied) = 0;
 };
 
+/// Lends the long Buffers of a message memory from which sending it need not copy (Buffer::adopt), if it can.
+/// Threads: the publisher's of that writer.
+class BufferLender {
+ public:
+  virtual ~BufferLender() = default;
+  virtual void prepare(std::uint64_t writer, Block& block) noexcept = 0;
+};
+
 /// Stands for a reader of another process. Threads: as Reader; look() and release() as take().
 class ProxyReader : public Reader {
  public:
@@ -50,6 +58,8 @@ class ProxyReader : public Reader {
   virtual void release(std::uint64_t messages) = 0;
   /// Opening the gate brings the whole history again, since the other side may have dropped what was sent.
   virtual void forget_seen() = 0;
+  /// While this is its only reader, a writer asks for each message that is borrowed. To be set before messages come.
+  virtual void set_lender(std::shared_ptr<BufferLender> lender) = 0;
   /// A message was copied on its way out; counted on the stream.
   virtual void note_copied(std::uint64_t bytes) = 0;
 };
