@@ -324,6 +324,8 @@ void BrokerWriter::refresh_routes() {
     deepest = std::max(deepest, reader->spec().qos.resolved().queue_capacity());
   }
   deepest_ = deepest;
+  // With a reader of our own, or a history, beside it, what was lent would be read here while it is used again there.
+  lender_ = spec_.type->holds_buffers && !keeps_history_ && routes_.size() == 1 ? routes_.front()->lender() : nullptr;
   sort_routes();
   routes_version_ = topic_->version_.load(std::memory_order_relaxed);
 }
@@ -341,8 +343,6 @@ void BrokerWriter::sort_routes() {
     }
   }
   owners_ = copied_.size();
-  // With a reader of our own, or a history, beside it, what was lent would be read here while it is used again there.
-  lender_ = spec_.type->holds_buffers && !keeps_history_ && routes_.size() == 1 ? routes_.front()->lender() : nullptr;
   // With owners only, the last of them in subscription order needs no copy.
   if (!originals_.empty() || keeps_history_ || copied_.empty()) return;
   originals_.push_back({copied_.back(), &copied_.back()->mutex()});

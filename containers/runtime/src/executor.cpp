@@ -236,11 +236,11 @@ void Executor::rest(Worker& self) {
 void Executor::start_sample(Worker& self, NodeGroups& node) {
   self.unusual |= Worker::kSampled;
   self.special |= Worker::kMeasured;
-  // Every 64th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
+  // Every 128th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
   node.random_ ^= node.random_ << 13;
   node.random_ ^= node.random_ >> 17;
   node.random_ ^= node.random_ << 5;
-  node.until_sample_ = 33 + (node.random_ >> 8) % 63;
+  node.until_sample_ = 65 + (node.random_ >> 8) % 127;
   node.planned_ += node.until_sample_;
 }
 

@@ -231,8 +231,8 @@ TEST(CallbackStats, hold_count_duration_and_the_cost_of_a_sample) {
   LoadReport load;
   executor.report_load(node, load);
   EXPECT_GE(load.callbacks, 1002U);
-  EXPECT_GE(load.samples, load.callbacks / 96);
-  EXPECT_LE(load.samples, load.callbacks / 33 + 1);
+  EXPECT_GE(load.samples, load.callbacks / 192);
+  EXPECT_LE(load.samples, load.callbacks / 65 + 1);
   EXPECT_GT(load.cpu, 0ns);
   std::vector<ThreadReport> all;
   std::size_t used = 0;

@@ -118,7 +118,7 @@ TEST_F(CallbacksTest, every_callback_thread_and_component_is_accounted_for) {
     container.report_callbacks(callbacks);
     ticks = find(callbacks, "timer", "1 ms");
     ASSERT_NE(ticks, nullptr);
-  } while (ticks->count < 100 && clock.now() < deadline);
+  } while (ticks->count < 200 && clock.now() < deadline);
   const auto* ask = find(callbacks, "subscription", "/ask");
   const auto* answer = find(callbacks, "service", "/answer");
   const auto* client = find(callbacks, "client", "/answer");

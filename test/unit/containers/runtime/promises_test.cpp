@@ -67,7 +67,7 @@ class Player final : public bench::Recipe {
     before_ = to_publisher_->counters();
     thread_local bool is_guarded = false;  // two players may share a thread
     if (std::exchange(is_guarded, true)) return;
-    // Reading a thread's CPU clock is a system call: one callback in 64 or so is measured, and pays it.
+    // Reading a thread's CPU clock is a system call: one callback in 128 or so is measured, and pays it.
     const bool filtered = way_.across ? test::allow_only_syscalls({SYS_clock_gettime, SYS_futex})
                                       : test::allow_only_syscalls({SYS_clock_gettime});
     if (!filtered) test::end_child(98);

@@ -115,7 +115,7 @@ struct ThreadReport {
   Duration cpu{};              ///< Since it was started.
 };
 
-/// What a component costs. Reading a thread's CPU clock is a system call: about one callback in 64 is measured.
+/// What a component costs. Reading a thread's CPU clock is a system call: about one callback in 128 is measured.
 struct LoadReport {
   std::string node;
   std::uint64_t callbacks = 0;  ///< That ran.
