@@ -73,7 +73,7 @@ def check_tidy(files, build, minutes, every):
         name = os.path.relpath(entry["file"], ROOT)
         if is_ours(name):
             entry["command"] = FOREIGN_WORDS.sub("", entry["command"])
-            commands[name] = entry
+            commands.setdefault(name, entry)  # the product's own; a test may compile a source once more, for itself
     folder = build / "lint"
     folder.mkdir(exist_ok=True)
     (folder / "compile_commands.json").write_text(json.dumps(list(commands.values())), encoding="utf-8")

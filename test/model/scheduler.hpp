@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -77,7 +78,8 @@ class Thread {
  public:
   Thread() = default;
   template <typename F>
-  explicit Thread(F&& what) : id_(Scheduler::current().add()) {
+  requires(!std::is_same_v<std::remove_cvref_t<F>, Thread>) explicit Thread(F&& what)
+      : id_(Scheduler::current().add()) {
     thread_ = std::thread([id = id_, run = std::function<void()>(std::forward<F>(what))] {
       Scheduler::current().begin(id);
       run();

@@ -390,15 +390,15 @@ bool BrokerWriter::hand_over(Block& block) {
   FutexMutex* held = nullptr;
   const std::atomic<std::uint32_t>* called = nullptr;
   const auto release = [&] {
-    held->unlock();
-    held = nullptr;
+    if (held == nullptr) return;
+    std::exchange(held, nullptr)->unlock();
     // Whoever is woken here on our own CPU takes it over at once, and must not run into a lock of ours.
     if (called != nullptr) [[unlikely]]
       futex_wake(*std::exchange(called, nullptr), 1);
   };
   for (const Route& route : originals_) {
     if (route.mutex != held) {
-      if (held != nullptr) release();
+      release();
       route.mutex->lock();
       held = route.mutex;
     }
@@ -407,7 +407,7 @@ bool BrokerWriter::hand_over(Block& block) {
       refused |= route.queue->push(block) == ReaderQueue::Push::Full;
     }
   }
-  if (held != nullptr) release();
+  release();
   return refused;
 }
 

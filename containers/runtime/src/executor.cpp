@@ -106,6 +106,7 @@ Executor::Worker* Executor::choose_sleeper() {
     // The one that watches the timers stays where it is if another can come, and is the one whom an earlier timer concerns.
     if ((chosen == keeper_) == (timer && keeper_ != nullptr)) break;
   }
+  if (chosen == nullptr) return nullptr;  // nobody sleeps
   call(*chosen);
   return chosen;
 }

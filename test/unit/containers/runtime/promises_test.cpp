@@ -58,7 +58,7 @@ class Player final : public bench::Recipe {
     if (counts_ != nullptr && round >= kWarm + kRounds) end();
     Loan<Image> image = to_publisher_->borrow();
     image->height = round + 1;
-    image->data.resize(640 * 480);
+    image->data.resize(std::size_t{640} * 480);
     to_publisher_->publish(std::move(image));
   }
   void begin() {
