@@ -28,8 +28,8 @@ class WithRouDi final : public ::testing::Environment {
   void SetUp() override {
     std::string why_not;
     // Never destroyed: its keeper ends it when this process has ended, after iceoryx has said goodbye.
-    if (RouDi::start(small_pools(), why_not).release() == nullptr)
-      GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: " << why_not;
+    static const RouDi* const roudi = RouDi::start(small_pools(), why_not).release();
+    if (roudi == nullptr) GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: " << why_not;
     auto started = IceoryxCarrier::start();
     ASSERT_TRUE(started) << started.error().text();
     carrier() = std::move(started).value();
@@ -86,7 +86,7 @@ TEST(LinkedByIceoryx, writes_a_large_message_once_into_shared_memory_and_reads_i
     std::vector<runtime::StreamReport> streams;
     transport.writers().report(streams);
     ASSERT_EQ(streams.size(), 1U);
-    if (i > 2) EXPECT_EQ(streams[0].bytes_copied, copied) << i;
+    if (i > 2) { EXPECT_EQ(streams[0].bytes_copied, copied) << i; }
     copied = streams[0].bytes_copied;
   }
   EXPECT_GE(copied, 2 * 200'000U) << "of the first two, and it is counted";
