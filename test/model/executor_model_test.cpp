@@ -287,6 +287,7 @@ std::set<std::string> run(unsigned seed) {
     }
   });
   std::vector<std::unique_ptr<TransitionTask>> transitions;
+  transitions.reserve(nodes.size());
   for (const auto& node : nodes) transitions.push_back(std::make_unique<TransitionTask>(world, *node));
   threads.emplace_back([&] {
     for (const auto& transition : transitions) {

@@ -10,7 +10,6 @@
 #include <random>
 #include <string>
 #include <thread>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -78,7 +77,7 @@ class Thread {
  public:
   Thread() = default;
   template <typename F>
-  requires(!std::is_same_v<std::remove_cvref_t<F>, Thread>) explicit Thread(F&& what)
+  explicit Thread(F&& what)  // NOLINT(bugprone-forwarding-reference-overload): std::thread's own form
       : id_(Scheduler::current().add()) {
     thread_ = std::thread([id = id_, run = std::function<void()>(std::forward<F>(what))] {
       Scheduler::current().begin(id);

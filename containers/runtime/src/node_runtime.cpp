@@ -202,7 +202,7 @@ class ClientEnd final : public ClientHandle, private PortBase {
 // Runs once, alone in its node. Shared with the waiting thread: either may be the last to need it.
 class Task final : public Executable {
  public:
-  enum State : std::uint32_t { kWaiting, kEnded, kRefused, kGivenUp };
+  static constexpr std::uint32_t kWaiting = 0, kEnded = 1, kRefused = 2, kGivenUp = 3;
   Task(CallbackGroup& group, std::function<void()> what)
       : Executable(group, Kind::Transition), what_(std::move(what)) {}
   void execute(MonotonicTime) override {
