@@ -17,7 +17,7 @@ Bytes conversation() {
                         "std_msgs/msg/String", "RIHS01_ab", "/writer"});
   append_endpoint(out, {8, false, false, QoS(5).best_effort(), "/chat", "std_msgs/msg/String", "RIHS01_ab", ""});
   std::uint8_t* const cdr = append_data(out, {7, 42, 1'000, 2'000, {}}, {8, 9}, 3);
-  std::memcpy(cdr, "abc", 3);
+  std::copy_n("abc", 3, cdr);
   append_id_and_count(out, LinkFrameKind::Taken, 8, 1);
   append_lost(out, {8, 1, 2, 3, 4});
   append_id_and_byte(out, LinkFrameKind::Gate, 8, 1);
