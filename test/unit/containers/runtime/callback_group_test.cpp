@@ -251,6 +251,7 @@ TEST(TimerQueue, is_a_sorted_list_whatever_is_put_in_and_taken_out) {
     SCOPED_TRACE(seed);
     std::mt19937 random{seed};
     std::vector<std::unique_ptr<Tick>> timers;
+    timers.reserve(50);
     for (int i = 0; i < 50; ++i) timers.push_back(std::make_unique<Tick>(group, 1ns, [] {}));
     TimerQueue queue;
     std::vector<std::pair<MonotonicTime, TimerBase*>> model;  // in the order of adding
