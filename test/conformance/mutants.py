@@ -33,7 +33,7 @@ MUTANTS = [
     ("history holds depth messages", "broker_writer.cpp", r"history_\.size\(\) <= history_limit_\)", "history_.size() <= history_limit_ + 1)", "QosMatrix"),
     ("a volatile reader gets no history", "reader_queue.cpp", r"(?<=wants_history_\()[^\n]*(?=\),\n)", "true", "QosMatrix"),
     ("a refusal is told to a reliable writer", "broker_writer.cpp", r"return PublishResult::WouldBlock;", "return PublishResult::Published;", "keep_all_refuses"),
-    ("a closed gate lets nothing out", "broker_writer.cpp", r"if \(!is_open\(\)\) \{", "if (false) {", "closed_gate_lets_nothing_out"),
+    ("a closed gate lets nothing out", "broker_writer.cpp", r"if \(!is_open\(\)\) \[\[unlikely\]\] \{", "if (false) {", "closed_gate_lets_nothing_out"),
     ("a closed gate stops the deadline", "broker_writer.cpp", r"if \(!is_open\(\)\) deadline_\.stop\(\);", "", "closed_gate_stops_the_deadline"),
     ("an assertion shows life", "broker_writer.cpp", r"!lease_\.show_life\(broker_\.clock_\.now\(\)\)", "true", "manual_liveliness"),
     ("exactly one period is kept", "contract.hpp", r"- Duration\{1\}\) / period_", ") / period_", "missed_once_for_each_whole_period"),
@@ -41,13 +41,16 @@ MUTANTS = [
     ("automatic liveliness has no lease of its own", "broker_writer.cpp", r"qos\.liveliness\(\) == Liveliness::ManualByTopic \?", "true ?", "automatic_liveliness"),
     ("an error is no match", "broker_topic.hpp", r"!= Verdict::Error;", "!= Verdict::Error || true;", "incompatible_pair_exchanges_nothing"),
     ("a clash is told to the writer", "broker_writer.cpp", r"\+\+\(policy == kTypePolicy[^;]*;", "", "incompatible_pair_is_told"),
-    ("a gone message is not read", "broker_writer.cpp", r"block\.info = \{id_, sequence, now, now\};", "block.info = {id_, sequence, MonotonicTime{}, now};", "stamps_each_message"),
+    ("a message carries its source stamp", "broker_writer.cpp", r"block\.info = \{id_, sequence, now, now\};", "block.info = {id_, sequence, MonotonicTime{}, now};", "stamps_each_message"),
 ]  # fmt: skip
 
 
 def compile_commands(build):
     entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-    return {Path(entry["file"]).resolve(): entry for entry in entries}
+    found = {}
+    for entry in entries:  # the product's own comes first; a test may compile a source once more, for itself
+        found.setdefault(Path(entry["file"]).resolve(), entry)
+    return found
 
 
 def users_of(name, folder):
@@ -104,7 +107,8 @@ def link_command(build):
 
 def failing_cases(program):
     try:
-        done = subprocess.run([str(program), "--gtest_brief=1"], capture_output=True, text=True, timeout=60, check=False)
+        # The in-process transport's cases only: a broken one may leave links to other processes waiting for ever.
+        done = subprocess.run([str(program), "--gtest_brief=1", "--gtest_filter=*/0.*:*Broker*"], capture_output=True, text=True, timeout=60, check=False)
     except subprocess.TimeoutExpired:
         return ["(it hangs)"]
     cases = re.findall(r"\[  FAILED  \] (\S+?),? (?:where|\()", done.stdout)
