@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/control/frame.hpp"
 
-#include <algorithm>
-#include <cstring>
-
 namespace nacelle::control {
 namespace {
-
-constexpr std::size_t kFirstBuffer = 4096;
 
 std::uint32_t load_length(const std::uint8_t* at) {
   return static_cast<std::uint32_t>(at[0]) | static_cast<std::uint32_t>(at[1]) << 8 |
@@ -41,31 +36,15 @@ const char* to_text(FrameFault fault) {
   return "?";
 }
 
-FrameReader::FrameReader(std::size_t longest_payload)
-    : longest_payload_(longest_payload), buffer_(std::min(kFirstBuffer, kFrameHeaderBytes + longest_payload)) {}
-
-ByteSpan FrameReader::room() {
-  if (begin_ == end_) {
-    begin_ = end_ = 0;
-  } else if (begin_ > 0 && end_ == buffer_.size()) {
-    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
-    end_ -= begin_;
-    begin_ = 0;
-  }
-  // next() has refused longer frames, so that the buffer is bounded by the longest one.
-  if (end_ == buffer_.size()) { buffer_.resize(std::min(buffer_.size() * 2, kFrameHeaderBytes + longest_payload_)); }
-  return ByteSpan{buffer_}.subspan(end_);
-}
-
 Result<std::optional<Frame>, FrameFault> FrameReader::next() {
   if (pending() < kFrameHeaderBytes) return std::optional<Frame>{};
-  const std::uint8_t* const at = buffer_.data() + begin_;
+  const std::uint8_t* const at = buffer_.waiting().data();
   const std::size_t length = load_length(at);
   if (length > longest_payload_) return err(FrameFault::TooLong);
   const auto kind = static_cast<FrameKind>(at[4]);
   if (!is_known(kind)) return err(FrameFault::UnknownKind);
   if (pending() < kFrameHeaderBytes + length) return std::optional<Frame>{};
-  begin_ += kFrameHeaderBytes + length;
+  buffer_.use(kFrameHeaderBytes + length);
   return std::optional<Frame>{Frame{kind, ByteView{at + kFrameHeaderBytes, length}}};
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "nacelle/base/bytes.hpp"
+#include "nacelle/base/receive_buffer.hpp"
 #include "nacelle/base/result.hpp"
 
 namespace nacelle::control {
@@ -43,6 +44,8 @@ enum class FrameFault : std::uint8_t {
 };
 [[nodiscard]] const char* to_text(FrameFault fault);
 
+inline constexpr std::size_t kFrameHeaderBytes = 5;
+
 /// Cuts a stream of bytes into frames.
 ///
 ///   offset  bytes  field
@@ -53,25 +56,23 @@ enum class FrameFault : std::uint8_t {
 /// Threads: one at a time. Allocates: until its buffer has the size of the longest frame seen; never more than the limit.
 class FrameReader {
  public:
-  explicit FrameReader(std::size_t longest_payload);
+  explicit FrameReader(std::size_t longest_payload)
+      : longest_payload_(longest_payload), buffer_(kFrameHeaderBytes + longest_payload) {}
 
   /// Where the next bytes go; never empty. Call filled() with how many came.
-  [[nodiscard]] ByteSpan room();
-  void filled(std::size_t bytes) { end_ += bytes; }
+  [[nodiscard]] ByteSpan room() { return buffer_.room(); }
+  void filled(std::size_t bytes) { buffer_.filled(bytes); }
   /// The next whole frame, or nothing if more bytes are needed. After a fault nothing is readable any more.
   [[nodiscard]] Result<std::optional<Frame>, FrameFault> next();
   /// Drops what has come; the memory stays.
-  void forget() { begin_ = end_ = 0; }
+  void forget() { buffer_.clear(); }
   /// Bytes of a frame that has begun.
-  [[nodiscard]] std::size_t pending() const { return end_ - begin_; }
+  [[nodiscard]] std::size_t pending() const { return buffer_.waiting().size(); }
 
  private:
   std::size_t longest_payload_;
-  Bytes buffer_;
-  std::size_t begin_ = 0, end_ = 0;
+  ReceiveBuffer buffer_;
 };
-
-inline constexpr std::size_t kFrameHeaderBytes = 5;
 
 /// Appends a frame to bytes that are to be sent. Allocates: if `out` must grow.
 void append_frame(std::string& out, FrameKind kind, std::string_view payload);

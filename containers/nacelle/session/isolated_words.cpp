@@ -94,36 +94,35 @@ QosPatch patch_of(const QoS& qos) {
   patch.lease = qos.liveliness_lease_duration();
   patch.max_samples = qos.max_samples();
   patch.max_blocking_time = qos.max_blocking_time();
+  patch.when_dry = qos.when_dry();
   return patch;
+}
+
+/// Every policy of a patch, by its key in launch files (but `profile`, which has been looked up).
+template <typename Patch, typename F>
+void for_each_policy(Patch& patch, F&& visit) {
+  visit("reliability", patch.reliability);
+  visit("durability", patch.durability);
+  visit("history", patch.history);
+  visit("depth", patch.depth);
+  visit("deadline", patch.deadline);
+  visit("lifespan", patch.lifespan);
+  visit("liveliness", patch.liveliness);
+  visit("lease", patch.lease);
+  visit("max_samples", patch.max_samples);
+  visit("max_blocking_time", patch.max_blocking_time);
+  visit("when_dry", patch.when_dry);
 }
 
 json patch_to_json(const QosPatch& patch) {
   json row = json::object();
-  put(row, "reliability", patch.reliability);
-  put(row, "durability", patch.durability);
-  put(row, "history", patch.history);
-  put(row, "depth", patch.depth);
-  put(row, "deadline", patch.deadline);
-  put(row, "lifespan", patch.lifespan);
-  put(row, "liveliness", patch.liveliness);
-  put(row, "lease", patch.lease);
-  put(row, "max_samples", patch.max_samples);
-  put(row, "max_blocking_time", patch.max_blocking_time);
+  for_each_policy(patch, [&](const char* key, const auto& value) { put(row, key, value); });
   return row;
 }
 
 QosPatch patch_from_json(const json& row) {
   QosPatch patch;
-  get(row, "reliability", patch.reliability);
-  get(row, "durability", patch.durability);
-  get(row, "history", patch.history);
-  get(row, "depth", patch.depth);
-  get(row, "deadline", patch.deadline);
-  get(row, "lifespan", patch.lifespan);
-  get(row, "liveliness", patch.liveliness);
-  get(row, "lease", patch.lease);
-  get(row, "max_samples", patch.max_samples);
-  get(row, "max_blocking_time", patch.max_blocking_time);
+  for_each_policy(patch, [&](const char* key, auto& value) { get(row, key, value); });
   return patch;
 }
 

@@ -7,7 +7,6 @@
 namespace nacelle::transport_local {
 namespace {
 
-constexpr std::size_t kFirstBuffer = 16384;
 constexpr std::string_view kMagic = "NACELINK";
 constexpr std::uint32_t kByteOrder = 0x01020304;
 
@@ -134,31 +133,18 @@ const char* to_text(LinkFault fault) {
   return "?";
 }
 
-ByteSpan LinkFrameReader::room() {
-  if (begin_ == end_) {
-    begin_ = end_ = 0;
-  } else if (begin_ > 0 && end_ == buffer_.size()) {
-    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
-    end_ -= begin_;
-    begin_ = 0;
-  }
-  // next() has refused longer frames, so that the buffer is bounded by the longest one.
-  if (end_ == buffer_.size())
-    buffer_.resize(std::clamp(buffer_.size() * 2, kFirstBuffer, kLinkHeaderBytes + kLongestLinkPayload + kFirstBuffer));
-  return ByteSpan{buffer_}.subspan(end_);
-}
-
 Result<std::optional<LinkFrame>, LinkFault> LinkFrameReader::next() {
-  if (end_ - begin_ < kLinkHeaderBytes) return std::optional<LinkFrame>{};
-  const std::uint8_t* const at = buffer_.data() + begin_;
+  const ByteView waiting = buffer_.waiting();
+  if (waiting.size() < kLinkHeaderBytes) return std::optional<LinkFrame>{};
+  const std::uint8_t* const at = waiting.data();
   const std::size_t length = load<std::uint32_t>(at);
   const auto kind = static_cast<LinkFrameKind>(at[4]);
   if (!is_known(kind)) return err(LinkFault::UnknownKind);
   if (greeted_ == (kind == LinkFrameKind::Hello)) return err(LinkFault::NoHello);
   if (length > kLongestLinkPayload) return err(LinkFault::TooLong);
-  if (end_ - begin_ < kLinkHeaderBytes + length) return std::optional<LinkFrame>{};
+  if (waiting.size() < kLinkHeaderBytes + length) return std::optional<LinkFrame>{};
   greeted_ = true;
-  begin_ += kLinkHeaderBytes + length;
+  buffer_.use(kLinkHeaderBytes + length);
   return std::optional<LinkFrame>{LinkFrame{kind, ByteView{at + kLinkHeaderBytes, length}}};
 }
 

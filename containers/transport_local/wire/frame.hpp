@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "nacelle/base/bytes.hpp"
+#include "nacelle/base/receive_buffer.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/qos/qos.hpp"
 
@@ -89,14 +90,13 @@ struct LinkFrame {
 class LinkFrameReader {
  public:
   /// Where the next bytes go; never empty. Call filled() with how many came.
-  [[nodiscard]] ByteSpan room();
-  void filled(std::size_t bytes) { end_ += bytes; }
+  [[nodiscard]] ByteSpan room() { return buffer_.room(); }
+  void filled(std::size_t bytes) { buffer_.filled(bytes); }
   /// The next whole frame, or nothing if more bytes are needed. After a fault nothing is readable any more.
   [[nodiscard]] Result<std::optional<LinkFrame>, LinkFault> next();
 
  private:
-  Bytes buffer_;
-  std::size_t begin_ = 0, end_ = 0;
+  ReceiveBuffer buffer_{kLinkHeaderBytes + kLongestLinkPayload};
   bool greeted_ = false;
 };
 

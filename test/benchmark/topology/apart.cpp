@@ -90,13 +90,16 @@ LinkOptions options_for(const Graph& graph, bool hub) {
   Tally tally;
   NodeRecipe recipe(node, graph.periods(), tally);
   Rig rig;
-  Link link(rig.container().graph(), clock, socket, options_for(graph, false));
+  Event ended;
+  LinkOptions options = options_for(graph, false);
+  options.on_end = [&ended](const Problem&) { ended.set(); };
+  Link link(rig.container().graph(), clock, socket, std::move(options));
   link.start();
   rig.add(node.name, recipe);
   const Share share = measure(tally, from, measured);
   if (::write(results, &share, sizeof share) != sizeof share) std::_Exit(1);
   // The others measure still; the end of the socket is the end.
-  while (!link.has_ended()) std::this_thread::sleep_for(20ms);
+  ended.wait();
   std::_Exit(0);
 }
 

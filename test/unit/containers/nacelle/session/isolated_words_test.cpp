@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 namespace nacelle::session {
@@ -54,6 +55,31 @@ TEST(IsolatedWords, carry_a_plan_as_it_was) {
   for (const QoS& in_code : {QoS(3), QoS(KeepAll{}).transient_local()})
     EXPECT_EQ(came.qos[0].applied_to(in_code), plan.qos[0].applied_to(in_code));
   EXPECT_EQ(came.qos[0].side, launch::Side::Publisher);
+}
+
+TEST(IsolatedWords, carry_each_policy_that_a_launch_file_can_give) {
+  const std::map<std::string, std::string> given{{"reliability", "best_effort"},
+                                                 {"durability", "transient_local"},
+                                                 {"history", "keep_all"},
+                                                 {"depth", "3"},
+                                                 {"deadline", "20ms"},
+                                                 {"lifespan", "5ms"},
+                                                 {"liveliness", "manual_by_topic"},
+                                                 {"lease", "7ms"},
+                                                 {"max_samples", "9"},
+                                                 {"max_blocking_time", "1ms"},
+                                                 {"when_dry", "fail"}};
+  for (const auto& key : qos_keys()) {
+    if (key == "profile") continue;
+    ASSERT_TRUE(given.contains(key)) << key;
+    launch::ComponentPlan plan = plan_with_everything();
+    plan.qos[0].start.reset();
+    plan.qos[0].patch = {};
+    ASSERT_TRUE(set_policy(plan.qos[0].patch, key, given.at(key)));
+    ASSERT_NE(plan.qos[0].applied_to(QoS(1)), QoS(1)) << key;
+    const auto came = plan_from_json(nlohmann::json::parse(plan_to_json(plan).dump()));
+    EXPECT_EQ(came.qos[0].applied_to(QoS(1)), plan.qos[0].applied_to(QoS(1))) << key;
+  }
 }
 
 TEST(IsolatedWords, carry_what_a_component_is) {
