@@ -122,6 +122,7 @@ class Builder {
   void check_names();
   void check_targets();
   void resolve_after();
+  void resolve_detail(AfterCondition& condition);
   void find_cycles();
   void check_arguments();
 

@@ -66,8 +66,33 @@ void Builder::resolve_after() {
         report(condition.where, "the node '" + component.name + "' cannot wait for itself");
       }
       condition.node = std::move(full);
+      resolve_detail(condition);
     }
   }
+}
+
+void Builder::resolve_detail(AfterCondition& condition) {
+  const std::string word = to_text(condition.when);
+  if (condition.when == When::Active) {
+    if (!condition.detail.empty())
+      report(condition.where, "'active' takes nothing in parentheses, not '" + condition.detail.substr(0, 80) + "'");
+    return;
+  }
+  if (condition.when == When::Tf) {
+    const auto arrow = condition.detail.find("->");
+    if (arrow == std::string::npos || arrow == 0 || arrow + 2 == condition.detail.size())
+      report(condition.where, "'tf' needs two frames, not '" + condition.detail.substr(0, 80) + "'",
+             "write tf(odom->base_link)");
+    return;
+  }
+  if (condition.detail.empty())
+    return report(condition.where, "'" + word + "' needs a name", "write " + word + "(/name)");
+  // As in `qos`: the name after remapping, seen from the node that has it.
+  const ComponentPlan* const node = plan_.find(condition.node);
+  if (node == nullptr) return;  // that has been told
+  auto full = expand_topic_name(condition.detail, node->name, node->namespace_);
+  if (!full) return report(condition.where, full.error());
+  condition.detail = std::move(full).value();
 }
 
 void Builder::find_cycles() {

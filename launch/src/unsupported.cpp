@@ -65,13 +65,6 @@ const char* refused_substitution(std::string_view name) {
 std::vector<Problem> refuse_unavailable(const Plan& plan) {
   std::vector<Problem> problems;
   for (const auto& component : plan.components) {
-    for (const auto& condition : component.after) {
-      if (condition.when == When::Active) continue;
-      problems.push_back({condition.where.text(),
-                          std::string("after: when: ") + to_text(condition.when) +
-                              " is not available yet: only the state of a component can be waited for",
-                          "write when: active"});
-    }
     if (component.on_fault) {
       problems.push_back({component.on_fault->where.text(),
                           "on_fault is not available yet: a faulted component stays faulted", "leave it out"});

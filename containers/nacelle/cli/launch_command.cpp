@@ -19,7 +19,7 @@ namespace {
 struct Wish {
   std::string file;
   std::vector<std::string> arguments;
-  std::string name, report_file, carrier;
+  std::string name, report_file, carrier, transitions_file;
   std::vector<std::string> last_messages;
   long parent_pid = 0;
   bool verbose = false, show_arguments = false;
@@ -86,6 +86,7 @@ int run(const Wish& wish) {
   options.last_messages = wish.last_messages;
   options.verbose = wish.verbose;
   options.carrier = wish.carrier;
+  options.transitions_file = wish.transitions_file;
   const SystemClock clock;
   session::Session session{std::move(plan).value(), std::move(options), clock, stop};
   return session.run();
@@ -104,6 +105,8 @@ void add_launch_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--carrier", wish->carrier, "what moves the streams of components with `isolate: process`: iceoryx")
       ->check(CLI::IsMember({"iceoryx"}));
+  command->add_option("--transitions", wish->transitions_file,
+                      "write each step of each component to this file, in the plan's order, and its times to FILE.times");
   command->add_flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
   command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
   command->add_option("--last-message", wish->last_messages, "put this topic's last message into the report")

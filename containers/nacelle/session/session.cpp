@@ -11,13 +11,14 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <ranges>
 
+#include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/carriers.hpp"
 #include "nacelle/session/isolated_component.hpp"
 #include "nacelle/session/load_request.hpp"
+#include "nacelle/session/readiness.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
 #include "nacelle/session/wiring.hpp"
@@ -30,6 +31,7 @@ constexpr Duration kSettling = 2s;
 constexpr Duration kBudgetPeriod = 1s;
 constexpr Duration kProgramReadyLimit = 15s;
 constexpr Duration kLastMessageLimit = 500ms;
+constexpr Duration kShutdownStepLimit = 3s;  // a component that hangs holds the others' way down up for no longer
 
 Problem interrupted(const StopSignal& stop) {
   return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
@@ -52,7 +54,7 @@ Session::~Session() {
   server_.reset();
   service_.reset();
   container_.reset();
-  for (auto& program : std::views::reverse(programs_)) program->stop(clock_);
+  for (auto& program : reversed(programs_)) program->stop(clock_);
   ::close(fault_event_);
 }
 
@@ -90,6 +92,14 @@ int Session::run() {
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
       [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_);
+  if (!options_.transitions_file.empty()) {
+    auto log = TransitionLog::open(options_.transitions_file, clock_);
+    if (!log) {
+      say("nacelle: " + log.error().text());
+      return 1;
+    }
+    transitions_ = std::move(log).value();
+  }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_);
 
   auto up = bring_up();
@@ -191,7 +201,6 @@ Result<void, Problem> Session::load_components() {
       const Problem problem{component.where.text() + ": " + loaded.error().where, loaded.error().what,
                             loaded.error().way_out};
       if (component.required) return err(problem);
-      left_out_.insert(component.full_name());
       say("nacelle: left out, since it is not required: " + problem.text());
     } else {
       // Those of a component in this process have been logged.
@@ -214,20 +223,40 @@ Result<void, Problem> Session::activate() {
   };
   for (const auto& component : plan_.components) {
     if (!takes_part(component.full_name())) continue;
-    lifecycle_manager::ManagedNode node{component.full_name(), {}};
+    lifecycle_manager::ManagedNode node{
+        component.full_name(), {}, component.target == launch::TargetState::Active, component.required};
     for (const auto& after : component.after) {
       // One that was left out, or that has no state to wait for, cannot hold anybody up.
-      if (takes_part(after.node)) node.after.push_back({after.node, after.where.text()});
+      if (!takes_part(after.node)) continue;
+      node.after.push_back({after.node, after.where.text(), words_of(after), missing_of(after, *container_),
+                            after.timeout.value_or(lifecycle_manager::kReadinessLimit)});
     }
     nodes.push_back(std::move(node));
   }
-  auto order = lifecycle_manager::bring_up_order(nodes);
+  auto order = lifecycle_manager::bring_up_order(std::move(nodes));
   if (!order) return err(order.error());
-  manager_ = std::make_unique<lifecycle_manager::LifecycleManager>(
-      std::move(order).value(),
-      [this](const std::string& node, Transition transition) { return trigger(node, transition); }, clock_,
-      [this](const lifecycle_manager::Step& step) { on_step(step); });
-  const auto outcome = manager_->startup();
+  lifecycle_manager::Hooks hooks;
+  hooks.trigger = [this](const std::string& node, Transition transition) { return trigger(node, transition); };
+  hooks.state = [this](const std::string& node) {
+    const auto found = container_->find(node);
+    return found ? found.value().state : StateId::Unknown;
+  };
+  hooks.interrupted = [this] {
+    return stop_.is_raised() && service_->phase() == Phase::Starting ? fmt::format("interrupted by {}", stop_.name())
+                                                                     : std::string{};
+  };
+  hooks.on_begin = [this](const std::string& node, Transition transition) {
+    progress(fmt::format("{} {}", nacelle::to_text(transition), node));
+  };
+  hooks.on_step = [this](const lifecycle_manager::Step& step) { on_step(step); };
+  hooks.on_wait = [this](const std::string& node, const std::string& text) {
+    say(fmt::format("nacelle: {} {}", node, text));
+  };
+  manager_ = std::make_unique<lifecycle_manager::LifecycleManager>(std::move(order).value(), std::move(hooks), clock_);
+  const auto outcome = [this] {
+    lifecycle_manager::ThreadCrew crew;
+    return manager_->startup(crew);
+  }();
   if (outcome.success) {
     report_.bringup = time_since_process_start();
     service_->set_phase(Phase::Running);
@@ -247,45 +276,25 @@ Result<void, Problem> Session::activate() {
   return err(problem);
 }
 
+// On a thread of the crew, for several components at once.
 TransitionOutcome Session::trigger(const std::string& node, Transition transition) {
   const auto found = container_->find(node);
-  // Unloaded by hand, or left out: nothing to do, and nothing wrong.
-  if (!found || left_out_.count(node) != 0) return {true, StateId::Unconfigured, {}};
-  const auto* const component = plan_of(node);
-  const bool up = transition == Transition::Configure || transition == Transition::Activate;
-  const StateId state = found.value().state;
-  if (up && stop_.is_raised()) return {false, state, fmt::format("interrupted by {}", stop_.name())};
-  const bool wants_active = component == nullptr || component->target == launch::TargetState::Active;
-  if (transition == Transition::Activate && !wants_active) return {true, state, {}};
-  // Somebody else brought it there already (a fault, a person).
-  if (transition == Transition::Deactivate && state != StateId::Active) return {true, state, {}};
-  if (transition == Transition::Cleanup && state != StateId::Inactive) return {true, state, {}};
-
-  // The first clean-up takes the endpoints away: what is to be counted is counted before it.
-  if (transition == Transition::Cleanup) take_final_figures();
-  progress(fmt::format("{} {}", nacelle::to_text(transition), node));
-  TransitionOutcome outcome = container_->trigger(found.value().id, transition);
-  if (outcome.success) {
-    const std::string name = report::component_name(node);
-    if (transition == Transition::Activate) report_.bringup_order.push_back(name);
-    if (transition == Transition::Deactivate) report_.shutdown_order.push_back(name);
-  } else if (up && component != nullptr && !component->required) {
-    left_out_.insert(node);
-    say(fmt::format("nacelle: left out, since it is not required: {} could not {}: {}", node,
-                    nacelle::to_text(transition), outcome.reason));
-    if (outcome.state == StateId::Inactive)
-      static_cast<void>(container_->trigger(found.value().id, Transition::Cleanup));
-    outcome = {true, StateId::Unconfigured, {}};
-  }
-  service_->set_nodes(container_->list());
-  return outcome;
+  if (!found) return {false, StateId::Unknown, "it is not loaded any more"};
+  return container_->trigger(found.value().id, transition);
 }
 
 void Session::on_step(const lifecycle_manager::Step& step) {
-  if (options_.verbose) {
+  const std::string name = report::component_name(step.node);
+  if (step.success && step.transition == Transition::Activate) report_.bringup_order.push_back(name);
+  if (step.success && step.transition == Transition::Deactivate) report_.shutdown_order.push_back(name);
+  if (step.left_out)
+    say(fmt::format("nacelle: left out, since it is not required: {} could not {}: {}", step.node,
+                    nacelle::to_text(step.transition), step.reason));
+  service_->set_nodes(container_->list());
+  if (transitions_) transitions_->add(step);
+  if (options_.verbose)
     progress(fmt::format("{} {} {} in {:.1f} ms ({})", step.node, nacelle::to_text(step.transition),
                          step.success ? "done" : "FAILED", to_milliseconds(step.took), step.reason));
-  }
 }
 
 Result<void, Problem> Session::bring_to(const runtime::ComponentInfo& component, launch::TargetState target) {
@@ -361,23 +370,31 @@ void Session::take_down() {
   service_->set_phase(Phase::Stopping);
   if (was_running) report_.process = steady_.end(clock_.now());
   if (was_running) fetch_last_messages();
+  container_->give_up_transitions_after(kShutdownStepLimit);
   // Components that were loaded by hand go first: the plan's cannot depend on them.
-  for (const auto& info : std::views::reverse(container_->list())) {
+  auto components = container_->list();
+  for (const auto& info : reversed(components)) {
     if (plan_of(info.node) == nullptr && info.managed && info.state == StateId::Active) {
       if (container_->trigger(info.id, Transition::Deactivate).success)
         report_.shutdown_order.push_back(report::component_name(info.node));
     }
   }
   if (manager_ && was_running) {
-    const auto outcome = manager_->shutdown();
-    if (!outcome.success) say("nacelle: shutdown: " + outcome.problem.text());
+    const auto at_rest = manager_->deactivate();
+    // The first clean-up takes the endpoints away: what is to be counted is counted before it.
+    take_final_figures();
+    const auto clean = manager_->cleanup();
+    for (const auto& outcome : {at_rest, clean}) {
+      if (!outcome.success) say("nacelle: shutdown: " + outcome.problem.text());
+    }
   }
   take_final_figures();
-  for (const auto& info : std::views::reverse(container_->list())) {
+  components = container_->list();
+  for (const auto& info : reversed(components)) {
     auto unloaded = container_->unload(info.id);
     if (!unloaded) say("nacelle: shutdown: " + unloaded.error().text());
   }
-  for (auto& program : std::views::reverse(programs_)) {
+  for (auto& program : reversed(programs_)) {
     progress("stopping program " + program->spec().label);
     program->stop(clock_);
   }

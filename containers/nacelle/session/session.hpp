@@ -21,6 +21,7 @@
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "nacelle/session/transition_log.hpp"
 #include "nacelle/transport_local/carrier.hpp"
 
 namespace nacelle::session {
@@ -34,6 +35,7 @@ struct SessionOptions {
   bool verbose = false;                    ///< Each step is a line.
   /// Moves the streams of components with `isolate: process`, where it can (carriers.hpp). Empty: the links' sockets do.
   std::string carrier;
+  std::string transitions_file;  ///< Empty: none (transition_log.hpp).
 };
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
@@ -97,11 +99,11 @@ class Session {
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
+  std::unique_ptr<TransitionLog> transitions_;
   runtime::BudgetWatch budgets_{{}};
   std::optional<MonotonicTime> next_budget_look_;  // none: there is no budget, or the robot is not up yet
 
-  std::set<std::string> left_out_;  // not required, and failed
-  bool undoing_ = false;            // a failed bring-up: no figures to take
+  bool undoing_ = false;  // a failed bring-up: no figures to take
   report::RunReport report_;
   std::string last_messages_json_;
   SteadyState steady_;

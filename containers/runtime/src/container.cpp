@@ -155,7 +155,7 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   if (record->hung) return {false, StateId::Finalized, "it hangs: " + record->fault.lock()->text};
   // Shared with the task: if the component hangs, the task outlives this call.
   const auto outcome = std::make_shared<TransitionOutcome>();
-  const Duration limit = impl_->options.transition_timeout;
+  const Duration limit = impl_->transition_limit();
   const bool ended = record->runtime->run_and_wait(
       [record, transition, outcome] {
         *outcome = record->managed->trigger(transition);
@@ -169,6 +169,10 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   return {false, record->managed->get_current_state().state(),
           fmt::format("on_{} has not returned within {:.0f} s", to_text(transition), to_seconds(limit))};
 }
+
+void Container::give_up_transitions_after(Duration limit) { impl_->transition_limit_ns = limit.count(); }
+
+bool Container::service_is_ready(const std::string& name) const { return impl_->commons.services.is_ready(name); }
 
 std::vector<ClashReport> Container::clashes() const { return impl_->commons.broker.clashes(); }
 

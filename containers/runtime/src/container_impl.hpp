@@ -72,7 +72,10 @@ struct Container::Impl final : Context {
   Guarded<std::function<void(const ComponentInfo&)>> fault_listener;
   std::unique_ptr<ContainerServices> services;
 
-  [[nodiscard]] MonotonicTime deadline() const { return commons.clock.now() + options.transition_timeout; }
+  std::atomic<Duration::rep> transition_limit_ns{options.transition_timeout.count()};
+
+  [[nodiscard]] Duration transition_limit() const { return Duration{transition_limit_ns.load()}; }
+  [[nodiscard]] MonotonicTime deadline() const { return commons.clock.now() + transition_limit(); }
   [[nodiscard]] Executor& executor_for(Record& record, const LoadRequest& request);
   [[nodiscard]] static ComponentInfo info_of(const Record& record);
   [[nodiscard]] std::shared_ptr<Record> record(std::uint64_t id) const;

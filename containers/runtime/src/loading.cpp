@@ -180,8 +180,7 @@ void Container::Impl::sweep() {
     record->errand.reset();
     if (record->node != nullptr) {
       start_destroying(record);
-      if (!record->errand->wait(commons.clock,
-                                commons.clock.now() + std::min<Duration>(1s, options.transition_timeout))) {
+      if (!record->errand->wait(commons.clock, commons.clock.now() + std::min<Duration>(1s, transition_limit()))) {
         const std::lock_guard lock(mutex);
         abandoned.push_back(record);
         continue;
@@ -220,9 +219,9 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   if (!record->errand->wait(impl_->commons.clock, deadline)) {
     const std::string busy_with = record->busy_with.load();
     impl_->abandon(record);
-    return err(Problem{
-        where, fmt::format("not loaded: {} within {:g} s", busy_with, to_seconds(impl_->options.transition_timeout)),
-        "the others go on; its library stays until it returns"});
+    return err(Problem{where,
+                       fmt::format("not loaded: {} within {:g} s", busy_with, to_seconds(impl_->transition_limit())),
+                       "the others go on; its library stays until it returns"});
   }
   record->errand.reset();
   if (record->failure) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace nacelle::runtime {
@@ -46,6 +47,12 @@ bool ServiceDirectory::is_ready(const std::string& name, const msgs::MessageType
     if (&it->second->request_type() == &request && it->second->is_open()) return true;
   }
   return false;
+}
+
+bool ServiceDirectory::is_ready(const std::string& name) const {
+  auto servers = servers_.lock();
+  const auto [first, last] = servers->equal_range(name);
+  return std::any_of(first, last, [](const auto& entry) { return entry.second->is_open(); });
 }
 
 void ServerPort::push(Call call) {

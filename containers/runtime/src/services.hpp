@@ -62,6 +62,7 @@ class ServiceDirectory {
   /// Hands the call to the server, or returns false if there is none that is open.
   [[nodiscard]] bool send(const std::string& name, const msgs::MessageType& request, Call call);
   [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request) const;
+  [[nodiscard]] bool is_ready(const std::string& name) const;
 
  private:
   Guarded<std::multimap<std::string, ServerPort*>> servers_;

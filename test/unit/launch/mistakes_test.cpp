@@ -133,9 +133,15 @@ TEST(Mistakes, of_a_component_are_told_with_their_line) {
       {"on_fault: {restart: {max: 3, backoff: 1s}}",
        "a.launch.yaml:8: on_fault is not available yet: a faulted component stays faulted; leave it out\n"},
       {"on_fault: stop", "a.launch.yaml:8: 'on_fault' cannot be 'stop'; one of degrade, restart, stop_robot\n"},
-      {"after: [{node: two, when: first_message(/scan)}]",
-       "a.launch.yaml:8: after: when: first_message is not available yet: only the state of a component can be waited "
-       "for; write when: active\n"},
+      {"after: [{node: two, when: first_message}]",
+       "a.launch.yaml:8: 'first_message' needs a name; write first_message(/name)\n"},
+      {"after: [{node: two, when: service(x-y)}]",
+       "a.launch.yaml:8: the topic or service name 'x-y' may hold only letters, digits, '_', '/', a leading '~' and "
+       "{node}, {ns}, {namespace}\n"},
+      {"after: [{node: two, when: tf(odom)}]",
+       "a.launch.yaml:8: 'tf' needs two frames, not 'odom'; write tf(odom->base_link)\n"},
+      {"after: [{node: two, when: active(now)}]",
+       "a.launch.yaml:8: 'active' takes nothing in parentheses, not 'now'\n"},
   };
   for (const auto& mistake : cases) EXPECT_EQ(told_of(mistake.text), mistake.told) << mistake.text;
   EXPECT_EQ(told_of("isolate: none"), "ok");

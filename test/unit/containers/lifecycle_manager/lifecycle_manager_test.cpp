@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <map>
 #include <random>
 #include <set>
@@ -17,15 +19,20 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Names = std::vector<std::string>;
 
+Names names_of(const Result<std::vector<ManagedNode>, Problem>& order) {
+  Names names;
+  for (const auto& node : order.value()) names.push_back(node.name);
+  return names;
+}
+
 TEST(BringUpOrder, is_the_listed_order_without_dependencies) {
-  EXPECT_EQ(bring_up_order({{"/c", {}}, {"/a", {}}, {"/b", {}}}).value(), (Names{"/c", "/a", "/b"}));
+  EXPECT_EQ(names_of(bring_up_order({{"/c", {}}, {"/a", {}}, {"/b", {}}})), (Names{"/c", "/a", "/b"}));
 }
 
 TEST(BringUpOrder, puts_dependencies_first_and_keeps_the_rest_as_listed) {
-  EXPECT_EQ(
-      bring_up_order({{"/ekf", {{"/odometry", ""}, {"/imu", ""}}}, {"/camera", {}}, {"/imu", {}}, {"/odometry", {}}})
-          .value(),
-      (Names{"/odometry", "/imu", "/ekf", "/camera"}));
+  EXPECT_EQ(names_of(bring_up_order(
+                {{"/ekf", {{"/odometry", ""}, {"/imu", ""}}}, {"/camera", {}}, {"/imu", {}}, {"/odometry", {}}})),
+            (Names{"/odometry", "/imu", "/ekf", "/camera"}));
 }
 
 TEST(BringUpOrder, names_the_nodes_of_a_cycle_and_where_it_stands) {
@@ -53,9 +60,9 @@ TEST(BringUpOrder, keeps_every_dependency_for_random_acyclic_plans) {
       if (a > b) nodes[a].after.push_back({"/n" + std::to_string(b), ""});
     }
     std::shuffle(nodes.begin(), nodes.end(), random);
-    const auto order = bring_up_order(nodes).value();
+    const auto order = names_of(bring_up_order(nodes));
     EXPECT_EQ(std::set<std::string>(order.begin(), order.end()).size(), 12U);
-    EXPECT_EQ(order, bring_up_order(nodes).value());
+    EXPECT_EQ(order, names_of(bring_up_order(nodes)));
     const auto place = [&](const std::string& name) {
       return std::find(order.begin(), order.end(), name) - order.begin();
     };
@@ -89,36 +96,92 @@ struct Robot {
   }
 };
 
+/// Work that has been started ends when the manager waits: the last piece first, one at each wait. Time is told.
+class BackwardCrew final : public Crew {
+ public:
+  explicit BackwardCrew(test::ManualClock& clock) : clock_(clock) {}
+  void start(std::function<void()> work) override {
+    waiting_.push_back(std::move(work));
+    most_at_once = std::max(most_at_once, waiting_.size());
+  }
+  void wait(Duration at_most) override {
+    clock_.advance(std::min<Duration>(at_most, 100ms));
+    if (on_wait) on_wait();
+    if (waiting_.empty() || held) return;
+    const auto work = std::move(waiting_.back());
+    waiting_.pop_back();
+    work();
+  }
+  std::function<void()> on_wait;
+  bool held = false;
+  std::size_t most_at_once = 0;
+
+ private:
+  test::ManualClock& clock_;
+  std::vector<std::function<void()>> waiting_;
+};
+
 struct LifecycleManagerTest : ::testing::Test {
   test::ManualClock clock;
   Robot robot;
+  BackwardCrew crew{clock};
   std::vector<Step> steps;
-  LifecycleManager manager{{"/a", "/b", "/c"},
-                           [this](const std::string& node, Transition t) { return robot.trigger(node, t); },
-                           clock,
-                           [this](const Step& step) { steps.push_back(step); }};
+  Names told, waits;
+  std::string interrupted;
+
+  LifecycleManager manager_of(const std::vector<ManagedNode>& nodes) {
+    Hooks hooks;
+    hooks.trigger = [this](const std::string& node, Transition t) { return robot.trigger(node, t); };
+    hooks.state = [this](const std::string& node) {
+      return robot.states.count(node) != 0 ? robot.states[node] : StateId::Unknown;
+    };
+    hooks.interrupted = [this] { return interrupted; };
+    hooks.on_step = [this](const Step& step) {
+      steps.push_back(step);
+      told.push_back(std::string{to_text(step.transition)} + " " + step.node);
+    };
+    hooks.on_wait = [this](const std::string& node, const std::string& text) { waits.push_back(node + " " + text); };
+    return {bring_up_order(nodes).value(), hooks, clock};
+  }
+  LifecycleManager chain() { return manager_of({{"/a", {}}, {"/b", {{"/a", "x:1"}}}, {"/c", {{"/b", "x:2"}}}}); }
 };
 
-TEST_F(LifecycleManagerTest, goes_up_forwards_and_down_backwards) {
-  const auto up = manager.startup();
+TEST_F(LifecycleManagerTest, goes_up_in_the_order_of_after_and_down_backwards) {
+  auto manager = chain();
+  const auto up = manager.startup(crew);
   EXPECT_TRUE(up.success);
   EXPECT_THAT(up.activated, ElementsAre("/a", "/b", "/c"));
   EXPECT_THAT(robot.log,
-              ElementsAre("/a configure", "/b configure", "/c configure", "/a activate", "/b activate", "/c activate"));
+              ElementsAre("/c configure", "/b configure", "/a configure", "/a activate", "/b activate", "/c activate"));
+  EXPECT_THAT(told,
+              ElementsAre("configure /a", "configure /b", "configure /c", "activate /a", "activate /b", "activate /c"));
   robot.log.clear();
-  const auto down = manager.shutdown();
-  EXPECT_TRUE(down.success);
-  EXPECT_THAT(down.activated, ElementsAre("/c", "/b", "/a"));
+  const auto at_rest = manager.deactivate();
+  EXPECT_TRUE(at_rest.success);
+  EXPECT_THAT(at_rest.activated, ElementsAre("/c", "/b", "/a"));
+  EXPECT_TRUE(manager.cleanup().success);
   EXPECT_THAT(robot.log,
               ElementsAre("/c deactivate", "/b deactivate", "/a deactivate", "/c cleanup", "/b cleanup", "/a cleanup"));
 }
 
+TEST_F(LifecycleManagerTest, brings_up_beside_each_other_what_need_not_wait_and_tells_it_in_the_plans_order) {
+  auto manager = manager_of({{"/a", {}}, {"/b", {}}, {"/d", {{"/a", ""}, {"/b", ""}}}, {"/c", {}}});
+  EXPECT_THAT(manager.startup(crew).activated, ElementsAre("/a", "/b", "/d", "/c"));
+  EXPECT_EQ(crew.most_at_once, 4U);
+  // Ended in another order than told: /d waits for both.
+  EXPECT_THAT(robot.log, ElementsAre("/c configure", "/d configure", "/b configure", "/a configure", "/c activate",
+                                     "/b activate", "/a activate", "/d activate"));
+  EXPECT_THAT(told, ElementsAre("configure /a", "configure /b", "configure /d", "configure /c", "activate /a",
+                                "activate /b", "activate /d", "activate /c"));
+}
+
 TEST_F(LifecycleManagerTest, undoes_what_it_did_when_a_configuration_fails) {
   robot.broken_node = "/b";
-  const auto up = manager.startup();
+  auto manager = chain();
+  const auto up = manager.startup(crew);
   EXPECT_FALSE(up.success);
   EXPECT_THAT(up.problem.text(), HasSubstr("/b: could not configure: no such port: /dev/ttyUSB9"));
-  EXPECT_THAT(robot.log, ElementsAre("/a configure", "/b configure", "/a cleanup"));
+  EXPECT_THAT(robot.log, ElementsAre("/c configure", "/b configure", "/a configure", "/c cleanup", "/a cleanup"));
   EXPECT_TRUE(up.activated.empty());
 }
 
@@ -126,31 +189,139 @@ TEST_F(LifecycleManagerTest, undoes_what_it_did_when_an_activation_fails) {
   robot.broken_node = "/b";
   robot.broken_transition = Transition::Activate;
   robot.state_after_failure = StateId::Inactive;
-  EXPECT_FALSE(manager.startup().success);
-  EXPECT_THAT(robot.log, ElementsAre("/a configure", "/b configure", "/c configure", "/a activate", "/b activate",
-                                     "/a deactivate", "/c cleanup", "/b cleanup", "/a cleanup"));
+  auto manager = chain();
+  EXPECT_FALSE(manager.startup(crew).success);
+  robot.log.erase(robot.log.begin(), robot.log.begin() + 3);
+  EXPECT_THAT(robot.log,
+              ElementsAre("/a activate", "/b activate", "/a deactivate", "/c cleanup", "/b cleanup", "/a cleanup"));
   for (const auto& [node, state] : robot.states) EXPECT_EQ(state, StateId::Unconfigured) << node;
+}
+
+TEST_F(LifecycleManagerTest, names_the_first_of_several_failures_in_the_plans_order) {
+  Hooks hooks;
+  hooks.trigger = [](const std::string& node, Transition) {
+    return TransitionOutcome{false, StateId::Unconfigured, "broken " + node};
+  };
+  LifecycleManager manager{bring_up_order({{"/a", {}}, {"/b", {}}}).value(), hooks, clock};
+  EXPECT_EQ(manager.startup(crew).problem.where, "/a");
 }
 
 TEST_F(LifecycleManagerTest, tells_each_step_with_its_reason) {
   robot.broken_node = "/b";
-  static_cast<void>(manager.startup());
-  ASSERT_EQ(steps.size(), 3U);
+  auto manager = chain();
+  static_cast<void>(manager.startup(crew));
+  ASSERT_EQ(steps.size(), 5U);
   EXPECT_EQ(steps[0].reason, "bring-up");
   EXPECT_EQ(steps[1].reason, "no such port: /dev/ttyUSB9");
-  EXPECT_EQ(steps[2].reason, "undo: /b could not configure");
+  EXPECT_EQ(steps[3].reason, "undo: /b could not configure");
+}
+
+TEST_F(LifecycleManagerTest, goes_on_without_a_node_that_is_not_required_and_nobody_waits_for_it) {
+  robot.broken_node = "/b";
+  robot.broken_transition = Transition::Activate;
+  robot.state_after_failure = StateId::Inactive;
+  auto manager = manager_of({{"/a", {}}, {"/b", {}, true, false}, {"/c", {{"/b", ""}}}});
+  const auto up = manager.startup(crew);
+  EXPECT_TRUE(up.success) << up.problem.text();
+  EXPECT_THAT(up.activated, ElementsAre("/a", "/c"));
+  EXPECT_EQ(robot.states["/b"], StateId::Unconfigured);
+  const auto failed = std::find_if(steps.begin(), steps.end(), [](const Step& step) { return !step.success; });
+  ASSERT_NE(failed, steps.end());
+  EXPECT_TRUE(failed->left_out);
+}
+
+TEST_F(LifecycleManagerTest, configures_only_what_is_not_to_be_activated) {
+  auto manager = manager_of({{"/a", {}, false}, {"/b", {{"/a", ""}}}});
+  EXPECT_THAT(manager.startup(crew).activated, ElementsAre("/b"));
+  EXPECT_EQ(robot.states["/a"], StateId::Inactive);
+  EXPECT_TRUE(manager.deactivate().success);
+  EXPECT_TRUE(manager.cleanup().success);
+  EXPECT_EQ(robot.states["/a"], StateId::Unconfigured);
+}
+
+TEST_F(LifecycleManagerTest, waits_for_a_condition_and_says_what_it_waits_for_after_two_seconds) {
+  const MonotonicTime begin = clock.now();
+  auto manager = manager_of({{"/lidar", {}}, {"/ekf", {{"/lidar", "x:7", "first_message(/scan)", [&] {
+                                                          return clock.now() - begin < Duration{5s}
+                                                                     ? std::string{"no message yet"}
+                                                                     : std::string{};
+                                                        }}}}});
+  EXPECT_TRUE(manager.startup(crew).success);
+  EXPECT_GE(clock.now() - begin, Duration{5s});
+  EXPECT_THAT(waits, ElementsAre("/ekf waits for first_message(/scan) of /lidar: no message yet (at most 10 s)"));
+}
+
+TEST_F(LifecycleManagerTest, gives_up_waiting_after_the_timeout_and_undoes) {
+  auto manager = manager_of(
+      {{"/lidar", {}}, {"/ekf", {{"/lidar", "x:7", "first_message(/scan)", [] { return "no message yet"; }, 3s}}}});
+  const auto up = manager.startup(crew);
+  EXPECT_FALSE(up.success);
+  EXPECT_THAT(
+      up.problem.text(),
+      HasSubstr("/ekf: could not activate: x:7: waited 3 s for first_message(/scan) of /lidar: no message yet"));
+  for (const auto& [node, state] : robot.states) EXPECT_EQ(state, StateId::Unconfigured) << node;
+}
+
+TEST_F(LifecycleManagerTest, asks_for_a_condition_only_once_the_node_is_active) {
+  bool asked_too_early = false;
+  auto manager = manager_of({{"/lidar", {}}, {"/ekf", {{"/lidar", "", "first_message(/scan)", [&] {
+                                                          asked_too_early |= robot.states["/lidar"] != StateId::Active;
+                                                          return std::string{};
+                                                        }}}}});
+  EXPECT_TRUE(manager.startup(crew).success);
+  EXPECT_FALSE(asked_too_early);
+}
+
+TEST_F(LifecycleManagerTest, says_which_step_does_not_return) {
+  crew.held = true;
+  crew.on_wait = [this] { crew.held = waits.empty(); };
+  auto manager = manager_of({{"/imu", {}}});
+  EXPECT_TRUE(manager.startup(crew).success);
+  EXPECT_THAT(waits, ElementsAre("/imu its on_configure has not returned yet"));
+}
+
+TEST_F(LifecycleManagerTest, ends_at_once_when_interrupted_and_undoes) {
+  crew.on_wait = [this] { interrupted = clock.now() >= MonotonicTime{3s} ? "interrupted by SIGINT" : ""; };
+  auto manager = manager_of({{"/lidar", {}}, {"/ekf", {{"/lidar", "", "tf(a->b)", [] { return "no such frame"; }}}}});
+  const auto up = manager.startup(crew);
+  EXPECT_FALSE(up.success);
+  EXPECT_EQ(up.problem.what, "interrupted by SIGINT");
+  EXPECT_EQ(robot.states["/lidar"], StateId::Unconfigured);
 }
 
 TEST_F(LifecycleManagerTest, goes_on_shutting_down_after_a_failure_and_reports_the_first) {
-  static_cast<void>(manager.startup());
+  auto manager = chain();
+  static_cast<void>(manager.startup(crew));
   robot.broken_node = "/b";
   robot.broken_transition = Transition::Deactivate;
   robot.state_after_failure = StateId::Active;
   robot.log.clear();
-  const auto down = manager.shutdown();
+  const auto down = manager.deactivate();
   EXPECT_FALSE(down.success);
   EXPECT_THAT(down.problem.text(), HasSubstr("/b: could not deactivate"));
+  EXPECT_TRUE(manager.cleanup().success);
   EXPECT_THAT(robot.log, ElementsAre("/c deactivate", "/b deactivate", "/a deactivate", "/c cleanup", "/a cleanup"));
+}
+
+TEST_F(LifecycleManagerTest, leaves_alone_on_the_way_down_what_others_have_stopped_or_taken_out) {
+  auto manager = chain();
+  static_cast<void>(manager.startup(crew));
+  robot.states["/b"] = StateId::Unconfigured;
+  robot.states.erase("/c");
+  robot.log.clear();
+  EXPECT_THAT(manager.deactivate().activated, ElementsAre("/a"));
+  EXPECT_TRUE(manager.cleanup().success);
+  EXPECT_THAT(robot.log, ElementsAre("/a deactivate", "/a cleanup"));
+}
+
+TEST(ThreadCrew, works_beside_the_caller_and_wakes_it) {
+  std::atomic<int> done{0};
+  {
+    ThreadCrew crew;
+    for (int i = 0; i < 20; ++i) crew.start([&] { ++done; });
+    while (done != 20) crew.wait(10s);
+  }
+  EXPECT_EQ(done, 20);
 }
 
 }  // namespace

@@ -182,6 +182,10 @@ class Container final {
   [[nodiscard]] Result<ComponentInfo, Problem> find(const std::string& name_or_id) const;
 
   [[nodiscard]] TransitionOutcome trigger(std::uint64_t id, Transition transition);
+  /// From now on instead of ContainerOptions::transition_timeout: a shutdown waits for nobody that long.
+  void give_up_transitions_after(Duration limit);
+  /// Whether a node offers a service of that name, whatever its type, and can answer.
+  [[nodiscard]] bool service_is_ready(const std::string& name) const;
 
   /// Pairs that do not match, known since their second end was declared.
   [[nodiscard]] std::vector<ClashReport> clashes() const;

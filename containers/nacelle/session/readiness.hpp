@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::session {
+
+/// "first_message(/scan)", "tf(odom->base_link)"; empty for `active`.
+[[nodiscard]] std::string words_of(const launch::AfterCondition& condition);
+
+/// Says what the condition lacks beside an active node, or nothing once it holds; an empty function for `active`.
+///
+/// A first message counts from whoever published it: what is waited for is the stream. Keeps `container` by reference.
+[[nodiscard]] std::function<std::string()> missing_of(const launch::AfterCondition& condition,
+                                                      const runtime::Container& container);
+
+}  // namespace nacelle::session

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
+
+namespace nacelle::session {
+
+/// What was done to which component, in the plan's order: a line "activate /lidar" or "activate /lidar FAILED: why" for each
+/// step. The same plan gives the same bytes, always. FILE.times beside it says when each line's step ended, in milliseconds of
+/// the monotonic clock since the log was opened, and how long it took.
+///
+/// Threads: one. Each line is on disk (or in RAM) when add() returns.
+class TransitionLog {
+ public:
+  /// Errors: a file that cannot be written.
+  [[nodiscard]] static Result<std::unique_ptr<TransitionLog>, Problem> open(const std::string& file,
+                                                                            const Clock& clock);
+  void add(const lifecycle_manager::Step& step);
+
+ private:
+  TransitionLog(const std::string& file, const Clock& clock);
+
+  std::ofstream steps_, times_;
+  MonotonicTime begin_;
+};
+
+}  // namespace nacelle::session
