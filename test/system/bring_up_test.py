@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bring-up as a whole: order by readiness, one log for one plan, an end at any moment. NACELLE_COLD_BRING_UPS: how many."""
+import os
+import pathlib
+import signal
+import subprocess
+import time
+import unittest
+
+from robot import LAUNCH_FILE, RobotTest, SLOW, wait_for
+
+COUNT = int(os.environ.get("NACELLE_COLD_BRING_UPS", "3"))
+
+LATE = """\
+launch:
+- include: {{file: {robot}}}
+- load_composable_node:
+    target: robot
+    composable_node:
+    - pkg: nacelle_monitor
+      plugin: nacelle::monitor::MonitorComponent
+      name: late
+      after:
+{conditions}
+"""
+
+
+class BringUp(RobotTest):
+    def launch_file(self, name, *conditions):
+        path = self.folder / f"{name}.launch.yaml"
+        lines = "\n".join(f"      - {{{condition}}}" for condition in conditions)
+        path.write_text(LATE.format(robot=LAUNCH_FILE, conditions=lines))
+        return path
+
+    def devices(self):
+        return self.folder / "nacelle-sim"
+
+    def start(self, file, *arguments):
+        return self.start_program("launch", file, *arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+    def end(self, robot, number=signal.SIGINT):
+        robot.send_signal(number)
+        said = robot.communicate(timeout=30 * SLOW)[1]
+        return said
+
+    def test_waits_for_messages_transforms_and_services(self):
+        log = self.folder / "waited.log"
+        file = self.launch_file(
+            "waited",
+            "node: lidar, when: first_message(/scan)",
+            'node: transforms, when: "tf(odom->base_link)", timeout: 8s',
+            "node: odometry, when: service(reset_odom)",
+        )
+        robot = self.start(file, "--transitions", log)
+        wait_for("the late one is active", lambda: log.exists() and "activate /late\n" in log.read_text(), 30)
+        times = dict(reversed(line.split(" ms ", 1)) for line in pathlib.Path(f"{log}.times").read_text().splitlines())
+        ended = {key.split(" took ")[0]: float(value) for key, value in times.items()}
+        self.assertGreater(ended["activate /late"], ended["activate /lidar"] + 50, "a turn of the LiDAR takes 100 ms")
+        self.end(robot)
+        self.assertEqual(robot.returncode, 0)
+
+    def test_says_what_it_waits_for_and_undoes_everything_when_the_time_is_over(self):
+        file = self.launch_file("stuck", "node: ekf, when: first_message(/nothing), timeout: 3s")
+        robot = self.start(file)
+        said = robot.communicate(timeout=60 * SLOW)[1]
+        self.assertEqual(robot.returncode, 1, said)
+        self.assertIn("/late waits for first_message(/nothing) of /ekf: nobody publishes /nothing (at most 3 s)", said)
+        self.assertRegex(said, r"stuck\.launch\.yaml:6: component late .*: could not activate: .*stuck\.launch\.yaml:10: waited 3 s for")
+        self.assertEqual(list(self.devices().glob("*")), [], "the devices of the simulated world are gone")
+
+    def test_the_same_plan_gives_the_same_log(self):
+        logs = set()
+        for run in range(COUNT):
+            log = self.folder / f"transitions_{run}"
+            robot = self.start(LAUNCH_FILE, "--transitions", log)
+            wait_for("the last one is active", lambda: log.exists() and "activate /camera\n" in log.read_text(), 30)
+            said = self.end(robot, signal.SIGTERM if run % 2 else signal.SIGINT)
+            self.assertEqual(robot.returncode, 0, said)
+            logs.add(log.read_bytes())
+        self.assertEqual(len(logs), 1, logs)
+        lines = logs.pop().decode().splitlines()
+        self.assertEqual(len(lines), 40)
+        self.assertEqual(lines[10:20], [f"activate {line.split()[1]}" for line in lines[:10]])
+        self.assertEqual(lines[20:30], [f"deactivate {line.split()[1]}" for line in reversed(lines[:10])])
+
+    def test_a_signal_at_any_moment_leaves_nothing_behind(self):
+        for i in range(max(COUNT * 2, 8)):
+            robot = self.start(LAUNCH_FILE)
+            time.sleep(0.004 * (1 << i % 9))  # the moment is what is tried: 4 ms to 1 s
+            said = self.end(robot, signal.SIGTERM if i % 2 else signal.SIGINT)
+            self.assertIn(robot.returncode, (0, 1, -signal.SIGTERM, -signal.SIGINT), said)
+            self.assertNotIn("FAILED", said)
+            self.assertEqual(list(self.devices().glob("*")), [], f"after {i}: {said}")
+            self.assertEqual(list((self.folder / "nacelle").glob("*.sock")), [], said)
+
+
+if __name__ == "__main__":
+    unittest.main()
