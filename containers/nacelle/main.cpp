@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   add_teleop_command(app, exit_code);
   add_sim_commands(app, exit_code);
   add_interface_command(app, exit_code);
+  add_xacro_command(app, exit_code);
   add_completion_command(app, exit_code);
   try {
     app.parse(argc, argv);

@@ -7,7 +7,7 @@ namespace {
 thread_local std::uint64_t allocations = 0;
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef NACELLE_SANITIZED
 // glibc's own names of the functions below; operator new comes through malloc.
 extern "C" {
 void* __libc_malloc(std::size_t);

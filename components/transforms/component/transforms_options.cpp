@@ -9,6 +9,8 @@
 #include <map>
 #include <sstream>
 
+#include "nacelle/description/xacro.hpp"
+
 namespace nacelle::transforms {
 namespace {
 
@@ -55,7 +57,9 @@ Result<void, Problem> check_parents(const TransformsOptions& options) {
 void declare_transforms_parameters(Node& node) {
   const auto say = [](const char* text) { return ParameterDescriptor{.description = text, .read_only = true}; };
   node.declare_parameter("robot_description", "", say("The robot as URDF text; published on robot_description."));
-  node.declare_parameter("robot_description_file", "", say("A file that holds it, instead."));
+  node.declare_parameter("robot_description_file", "", say("A file that holds it, instead: URDF, or xacro (*.xacro)."));
+  node.declare_parameter("xacro_arguments", std::vector<std::string>{},
+                         say("What the xacro file's arguments are, each \"name:=value\"."));
   node.declare_parameter(
       "static_transforms", std::vector<std::string>{},
       say("More fixed transforms: \"x y z yaw pitch roll parent child\" or \"x y z qx qy qz qw parent child\"."));
@@ -80,6 +84,19 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
     auto text = text_of(file);
     if (!text) return err(text.error());
     options.description = std::move(text).value();
+    if (file.ends_with(".xacro")) {
+      std::map<std::string, std::string> arguments;
+      for (const auto& argument : node.get<std::vector<std::string>>("xacro_arguments")) {
+        const auto separator = argument.find(":=");
+        if (separator == std::string::npos || separator == 0)
+          return err(Problem{"parameter xacro_arguments", "'" + argument + "' is not name:=value", ""});
+        arguments[argument.substr(0, separator)] = argument.substr(separator + 2);
+      }
+      auto expanded = description::expand_xacro(file, arguments, description::machine());
+      if (!expanded) return err(expanded.error());
+      options.description = std::move(expanded.value().urdf);
+      where = "what " + file + " expands to";  // `nacelle xacro` prints it
+    }
   }
   for (const std::string& entry : node.get<std::vector<std::string>>("static_transforms")) {
     auto transform = read_static_transform(entry);

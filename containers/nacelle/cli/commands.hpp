@@ -20,6 +20,7 @@ void add_topic_commands(CLI::App& app, int& exit_code);
 void add_qos_commands(CLI::App& app, int& exit_code);
 void add_teleop_command(CLI::App& app, int& exit_code);
 void add_sim_commands(CLI::App& app, int& exit_code);
+void add_xacro_command(CLI::App& app, int& exit_code);
 void add_completion_command(CLI::App& app, int& exit_code);
 
 }  // namespace nacelle::cli

@@ -11,7 +11,7 @@
 #include <new>
 
 // A sanitizer brings an allocator of its own; taking its functions away would blind it.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef NACELLE_SANITIZED
 #define NACELLE_COUNTS_ALLOCATIONS 0
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)

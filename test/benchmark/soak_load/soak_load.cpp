@@ -28,7 +28,7 @@ namespace {
 using geometry_msgs::msg::Point;
 using std_msgs::msg::String;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef NACELLE_SANITIZED
 constexpr bool kSanitized = true;  // what is freed stays mapped, and everything takes its time
 #else
 constexpr bool kSanitized = false;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include <cstdio>
 #include <fstream>
 
@@ -172,6 +174,28 @@ TEST_F(TransformsNode, says_which_file_is_missing) {
   const auto reason = refusal();
   EXPECT_NE(reason.find("/nowhere/robot.urdf"), std::string::npos) << reason;
   EXPECT_NE(reason.find("No such file"), std::string::npos) << reason;
+}
+
+TEST_F(TransformsNode, expands_a_xacro_file) {
+  const std::string file = ::testing::TempDir() + "transforms_component_test.xacro";
+  std::ofstream(file) << R"xml(<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:arg name="height" default="0.1"/>
+<link name="base_link"/><link name="mast"/>
+<joint name="up" type="fixed"><parent link="base_link"/><child link="mast"/><origin xyz="0 0 ${$(arg height)*2}"/></joint>
+</robot>)xml";
+  options_.append_parameter_override("robot_description_file", file);
+  EXPECT_NE(refusal().find(file + ":4: ${$(arg height)*2}"), std::string::npos);
+  std::ofstream(file) << R"xml(<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:arg name="height" default="0.1"/><xacro:property name="height" value="$(arg height)"/>
+<link name="base_link"/><link name="mast"/>
+<joint name="up" type="fixed"><parent link="base_link"/><child link="mast"/><origin xyz="0 0 ${height*2}"/></joint>
+</robot>)xml";
+  options_.append_parameter_override("xacro_arguments", std::vector<std::string>{"height:=0.5"});
+  start();
+  const auto mast = node_->buffer()->lookup("base_link", "mast", WallTime{});
+  ASSERT_TRUE(mast) << mast.error().text();
+  EXPECT_EQ(mast->X_TS.translation_m.z(), 1.0);
+  EXPECT_EQ(context_.published<std_msgs::msg::String>("/robot_description")[0].data.find("xacro:"), std::string::npos);
 }
 
 TEST_F(TransformsNode, says_that_nothing_is_described) {

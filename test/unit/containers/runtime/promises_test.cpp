@@ -113,7 +113,7 @@ void play_in_a_container(const Way& way, Counts* counts) {
   for (;;) ::pause();
 }
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef NACELLE_SANITIZED
 constexpr bool kUnderSanitizer = true;
 #else
 constexpr bool kUnderSanitizer = false;

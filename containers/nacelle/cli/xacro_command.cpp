@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/description/xacro.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "nacelle/launch/load_plan.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+struct Wish {
+  std::string file, output;
+  std::vector<std::string> arguments;
+};
+
+int run(const Wish& wish) {
+  auto arguments = launch::parse_arguments(wish.arguments);
+  if (!arguments) {
+    for (const auto& problem : arguments.error()) complain(problem);
+    return kUsage;
+  }
+  auto prefixes = program_places().prefixes;
+  auto expanded = description::expand_xacro(wish.file, arguments.value(), description::machine(std::move(prefixes)));
+  if (!expanded) return complain(expanded.error());
+  for (const auto& warning : expanded.value().warnings) std::fprintf(stderr, "nacelle: %s\n", warning.c_str());
+  std::FILE* const out = wish.output.empty() ? stdout : std::fopen(wish.output.c_str(), "w");
+  if (out == nullptr) return complain({wish.output, "cannot be written", "is the folder there, and yours?"});
+  const std::string& urdf = expanded.value().urdf;
+  const bool whole = std::fwrite(urdf.data(), 1, urdf.size(), out) == urdf.size() && std::fflush(out) == 0;
+  if (out != stdout) std::fclose(out);
+  return whole ? kDone : complain({wish.output.empty() ? "standard output" : wish.output, "could not take it all", ""});
+}
+
+}  // namespace
+
+void add_xacro_command(CLI::App& app, int& exit_code) {
+  auto wish = std::make_shared<Wish>();
+  CLI::App* const command = app.add_subcommand("xacro", "print the URDF that a xacro file describes");
+  command->add_option("file", wish->file, "a .xacro file")->required();
+  command->add_option("arguments", wish->arguments, "name:=value for the file's arguments");
+  command->add_option("-o,--output", wish->output, "write to this file instead");
+  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+}
+
+}  // namespace nacelle::cli
