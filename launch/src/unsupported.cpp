@@ -72,10 +72,6 @@ std::vector<Problem> refuse_unavailable(const Plan& plan) {
                               " is not available yet: only the state of a component can be waited for",
                           "write when: active"});
     }
-    if (component.on_fault) {
-      problems.push_back({component.on_fault->where.text(),
-                          "on_fault is not available yet: a faulted component stays faulted", "leave it out"});
-    }
   }
   for (const auto& program : plan.programs) {
     if (!program.respawn) continue;

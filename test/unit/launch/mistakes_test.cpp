@@ -130,8 +130,11 @@ TEST(Mistakes, of_a_component_are_told_with_their_line) {
        "{node}, {ns}, {namespace}\n"},
       {"isolate: proces", "a.launch.yaml:8: 'isolate' cannot be 'proces'; did you mean 'process'?\n"},
       {"budget: {min_hz: -1}", "a.launch.yaml:8: 'min_hz' must be a number above 0, not '-1'\n"},
-      {"on_fault: {restart: {max: 3, backoff: 1s}}",
-       "a.launch.yaml:8: on_fault is not available yet: a faulted component stays faulted; leave it out\n"},
+      {"on_fault: {degrade: {max: 3}}",
+       "a.launch.yaml:8: unknown key 'degrade' in 'on_fault'; one of policy, max, backoff, restart\n"},
+      {"on_fault: {policy: degrade, max: 3}",
+       "a.launch.yaml:8: 'max' and 'backoff' belong to the policy restart\n"},
+      {"resume: activ", "a.launch.yaml:8: 'resume' cannot be 'activ'; did you mean 'active'?\n"},
       {"on_fault: stop", "a.launch.yaml:8: 'on_fault' cannot be 'stop'; one of degrade, restart, stop_robot\n"},
       {"after: [{node: two, when: first_message(/scan)}]",
        "a.launch.yaml:8: after: when: first_message is not available yet: only the state of a component can be waited "
