@@ -107,7 +107,7 @@ launch:
 """)
         self.start("launch", launch)
         self.ask("component", "unload", "extra")
-        self.ask("component", "load", CHAOS, "--name", "by_hand", "-p", "note:=7")
+        self.ask("component", "load", CHAOS, "--name", "by_hand", "-p", "note:=seven")
         self.container.send_signal(signal.SIGKILL)
         self.container.wait()
         self.start("launch", launch, "--resume")

@@ -43,7 +43,8 @@ void add_container_command(CLI::App& app, int& exit_code) {
   command->add_option("--name", wish->name, "its name on the control socket")->capture_default_str();
   command->add_flag("--resume", wish->resume,
                     "after a crash: the components, parameters and states that the last run had");
-  command->add_option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)");
+  command->add_option("--state", wish->state_file,
+                      "where the composition is kept (default: beside the control socket)");
   command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
   command->footer("What survives a crash, and how: docs/supervision.md in the source tree.");
   command->callback([wish, &exit_code] { exit_code = run(*wish); });

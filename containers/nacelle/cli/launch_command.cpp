@@ -109,7 +109,8 @@ void add_launch_command(CLI::App& app, int& exit_code) {
   command->add_flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
   command->add_flag("--resume", wish->resume,
                     "after a crash: the components, parameters and states that the last run had, not the file's");
-  command->add_option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)");
+  command->add_option("--state", wish->state_file,
+                      "where the composition is kept (default: beside the control socket)");
   command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
   command->add_option("--last-message", wish->last_messages, "put this topic's last message into the report")
       ->group("")

@@ -102,13 +102,15 @@ Result<runtime::ContainerOptions, Problem> container_options_of(const std::vecto
     if (const auto* const real = std::get_if<double>(&parameter.value)) seconds = *real;
     if (const auto* const whole = std::get_if<std::int64_t>(&parameter.value)) seconds = static_cast<double>(*whole);
     if (!(seconds >= 0.001 && seconds <= 3600)) {
-      return err(Problem{at, fmt::format("must be seconds from 0.001 to 3600, not {}", nacelle::to_text(parameter.value)),
+      return err(Problem{at,
+                         fmt::format("must be seconds from 0.001 to 3600, not {}", nacelle::to_text(parameter.value)),
                          "leave it out for the default"});
     }
     *limit = from_seconds(seconds);
   }
   if (options.hang_after <= options.handover_after) {
-    return err(Problem{where, "hang_after must be longer than handover_after, or no callback could be late without hanging",
+    return err(Problem{where,
+                       "hang_after must be longer than handover_after, or no callback could be late without hanging",
                        "the defaults are 1.5 and 0.02"});
   }
   return options;

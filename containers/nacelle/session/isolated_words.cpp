@@ -178,10 +178,10 @@ launch::ComponentPlan plan_from_json(const json& row) {
 }
 
 json info_to_json(const runtime::ComponentInfo& info) {
-  return {{"node", info.node},        {"plugin", info.plugin},
-          {"library", info.library},  {"state", static_cast<unsigned>(info.state)},
-          {"managed", info.managed},  {"fault", {info.fault.code, info.fault.text}},
-          {"warnings", info.warnings},  {"actuator", info.actuator}};
+  return {{"node", info.node},         {"plugin", info.plugin},
+          {"library", info.library},   {"state", static_cast<unsigned>(info.state)},
+          {"managed", info.managed},   {"fault", {info.fault.code, info.fault.text}},
+          {"warnings", info.warnings}, {"actuator", info.actuator}};
 }
 
 runtime::ComponentInfo info_from_json(const json& row) {

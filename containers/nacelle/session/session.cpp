@@ -454,8 +454,7 @@ void Session::take_final_figures() {
   container_->report_histograms(report_.histograms);
   // Only topics that had ends or messages; services are no streams.
   std::erase_if(report_.streams, [](const runtime::StreamReport& stream) {
-    return stream.type.find("/msg/") == std::string::npos ||
-           stream.name.ends_with("/transition_event") ||
+    return stream.type.find("/msg/") == std::string::npos || stream.name.ends_with("/transition_event") ||
            (stream.readers == 0 && stream.writers == 0 && stream.published == 0);
   });
 }

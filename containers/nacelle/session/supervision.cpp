@@ -39,8 +39,8 @@ TargetState target_from(StateId from) {
 }
 
 json to_json(const runtime::FaultEvent& event) {
-  return {{"number", event.number}, {"node", event.node}, {"code", event.code}, {"text", event.text},
-          {"callback", event.callback}, {"time_ns", event.when.nanoseconds()}};
+  return {{"number", event.number}, {"node", event.node},         {"code", event.code},
+          {"text", event.text},     {"callback", event.callback}, {"time_ns", event.when.nanoseconds()}};
 }
 
 }  // namespace
@@ -147,8 +147,9 @@ void Supervision::on_fault(const runtime::ComponentInfo& info) {
 
 void Supervision::plan_restart(const std::string& node, const Patient& patient) {
   if (restarts_.on_fault(node, patient.handling, clock_.now())) {
-    session_.say(fmt::format("nacelle: {} is restarted in {:g} s ({} of {})", node, to_seconds(patient.handling.backoff),
-                             restarts_.count_of(node), patient.handling.max_restarts));
+    session_.say(fmt::format("nacelle: {} is restarted in {:g} s ({} of {})", node,
+                             to_seconds(patient.handling.backoff), restarts_.count_of(node),
+                             patient.handling.max_restarts));
   } else {
     session_.say(fmt::format("nacelle: {} stays faulted: it was restarted {} times; `nacelle faults` says why", node,
                              restarts_.count_of(node)));
@@ -200,8 +201,8 @@ void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
   }
   container.write_safe_stops();
   stopped_by_ = cause.node;
-  session_.say(fmt::format("nacelle: the robot is stopped: {} is faulted ({}: {}), {} components deactivated{}", cause.node,
-                           cause.fault.code, cause.fault.text, order.size(), failed));
+  session_.say(fmt::format("nacelle: the robot is stopped: {} is faulted ({}: {}), {} components deactivated{}",
+                           cause.node, cause.fault.code, cause.fault.text, order.size(), failed));
 }
 
 json Supervision::report() const {

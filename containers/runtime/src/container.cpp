@@ -182,7 +182,8 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   TransitionOutcome late{
       false, record->managed->get_current_state().state(),
       fmt::format("{} has not returned within {:.0f} s", callback_of(transition), to_seconds(limit))};
-  if (run->began && impl_->keep_reason(*record, "HUNG", late.reason, std::string{"transition "} + callback_of(transition))) {
+  if (run->began &&
+      impl_->keep_reason(*record, "HUNG", late.reason, std::string{"transition "} + callback_of(transition))) {
     impl_->give_up_on(*record);
   }
   return late;
@@ -254,7 +255,8 @@ std::optional<LoadRequest> Container::request_of(std::uint64_t id) const {
 Result<void, Problem> Container::set_parameter(std::uint64_t id, const Parameter& parameter) {
   const auto record = impl_->record(id);
   if (!record)
-    return err(Problem{"component " + std::to_string(id), "is not loaded in this process", "see `nacelle component list`"});
+    return err(
+        Problem{"component " + std::to_string(id), "is not loaded in this process", "see `nacelle component list`"});
   const std::string node = record->runtime->identity().fully_qualified();
   if (std::string why = impl_->why_not_wait_for(*record); !why.empty())
     return err(Problem{node, "its parameters cannot be set from here", std::move(why)});

@@ -45,7 +45,6 @@ SignalStack::~SignalStack() {
   ::munmap(memory_, kSignalStack);
 }
 
-
 void prepare_this_thread(const std::string& name, const ThreadPolicy& policy, bool complain) {
   pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
   const Logger log{"executor." + name};

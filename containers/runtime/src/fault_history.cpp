@@ -12,8 +12,7 @@ void FaultHistory::add(FaultEvent event) {
   if (mine.size() > kPerNode) mine.pop_front();
   if (of_.size() <= kNodes) return;
   // Names that somebody makes up for every load must not fill the memory: who was faulted longest ago is forgotten.
-  of_.erase(
-      std::ranges::min_element(of_, {}, [](const auto& entry) { return entry.second.back().number; }));
+  of_.erase(std::ranges::min_element(of_, {}, [](const auto& entry) { return entry.second.back().number; }));
 }
 
 std::vector<FaultEvent> FaultHistory::all() const {

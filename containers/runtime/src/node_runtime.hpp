@@ -117,7 +117,7 @@ class NodeRuntime {
   std::vector<Port*> ports_;
   std::vector<std::pair<std::string, ServerPort*>> servers_;
   std::deque<NamedHistogram> histograms_;  // a deque: references stay
-  SafeStop safe_stop_;  // after groups_, whose name it shows
+  SafeStop safe_stop_;                     // after groups_, whose name it shows
 };
 
 }  // namespace nacelle::runtime

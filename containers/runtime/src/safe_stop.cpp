@@ -21,8 +21,7 @@ CrashEntry& take_entry() {
   }
   auto* const made = new CrashEntry;
   made->next = head.load(std::memory_order_relaxed);
-  while (!head.compare_exchange_weak(made->next, made, std::memory_order_release)) {
-  }
+  while (!head.compare_exchange_weak(made->next, made, std::memory_order_release)) {}
   return *made;
 }
 

@@ -116,7 +116,7 @@ class Chaos final : public LifecycleNode {
     if (order == "spin") {
       spin_ = create_wall_timer(1ms, [this] {
         const MonotonicTime until = get_clock().now() + 100ms;
-        while (get_clock().now() < until) ++turns_;
+        while (get_clock().now() < until) turns_ = turns_ + 1;
       });
     }
     if (order == "reset") {

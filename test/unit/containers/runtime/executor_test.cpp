@@ -191,7 +191,7 @@ TEST_F(ExecutorTest, a_transition_takes_no_time_from_the_other_nodes) {
 
 TEST_F(ExecutorTest, a_node_is_not_gone_while_its_hang_is_told) {
   Door entered, release, telling, told;
-  auto node = std::make_unique<NodeGroups>(executor, "/slow", [&](const std::string&, const std::string&) {
+  auto node = std::make_unique<NodeGroups>(executor, "/slow", [&](const auto&...) {
     telling.open();
     EXPECT_TRUE(told.wait());
   });

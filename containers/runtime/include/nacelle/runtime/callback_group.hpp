@@ -154,7 +154,7 @@ class Executable : public ReadyListener {
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
   ReaderQueue* inbox_ = nullptr;
-  const char* label_ = "";  // "subscription"
+  const char* label_ = "";       // "subscription"
   const char* label_name_ = "";  // "/scan"
 };
 

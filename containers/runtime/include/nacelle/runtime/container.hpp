@@ -35,15 +35,16 @@ struct ContainerOptions {
 
 /// What follows when a component is faulted.
 enum class FaultPolicy : std::uint8_t {
-  Degrade,    ///< It stays faulted, the others go on.
-  Restart,    ///< It is loaded anew and taken to where it was, after a pause, so many times; then it is left to degrade.
+  Degrade,  ///< It stays faulted, the others go on.
+  Restart,  ///< It is loaded anew and taken to where it was, after a pause, so many times; then it is left to degrade.
   StopRobot,  ///< Every registered stop frame is written at once, then all components are deactivated.
 };
 [[nodiscard]] const char* words_of(FaultPolicy policy);  ///< "degrade", "restart", "stop_robot"
 struct FaultHandling {
-  std::optional<FaultPolicy> policy{};  ///< None: StopRobot for a component that moves something, Degrade for the others.
-  std::uint32_t max_restarts = 3;       ///< In a row: one that was active for a minute begins anew.
-  Duration backoff = 1s;                ///< Before each restart.
+  std::optional<FaultPolicy>
+      policy{};                    ///< None: StopRobot for a component that moves something, Degrade for the others.
+  std::uint32_t max_restarts = 3;  ///< In a row: one that was active for a minute begins anew.
+  Duration backoff = 1s;           ///< Before each restart.
   [[nodiscard]] FaultPolicy policy_for(bool actuator) const {
     return policy.value_or(actuator ? FaultPolicy::StopRobot : FaultPolicy::Degrade);
   }

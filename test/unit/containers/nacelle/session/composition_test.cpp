@@ -12,8 +12,8 @@
 namespace nacelle::session {
 namespace {
 
-using ::testing::HasSubstr;
 using launch::TargetState;
+using ::testing::HasSubstr;
 
 ComposedComponent component(const std::string& name, TargetState state) {
   ComposedComponent made;
@@ -152,7 +152,8 @@ TEST(CompositionFile, a_place_that_cannot_be_written_is_told) {
 }
 
 TEST(ContainerParameters, are_seconds_in_a_range_and_known_names) {
-  const auto options = container_options_of({{.name = "hang_after", .value = 0.5}, {.name = "transition_timeout", .value = std::int64_t{5}}}, "f:1");
+  const auto options = container_options_of(
+      {{.name = "hang_after", .value = 0.5}, {.name = "transition_timeout", .value = std::int64_t{5}}}, "f:1");
   ASSERT_TRUE(options);
   EXPECT_EQ(options->hang_after, 500ms);
   EXPECT_EQ(options->transition_timeout, 5s);
