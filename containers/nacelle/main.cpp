@@ -18,10 +18,12 @@ int main(int argc, char** argv) {
       "             nacelle drive --stay   it waits; in another terminal: nacelle topic list, nacelle teleop");
   int exit_code = kDone;
   add_launch_command(app, exit_code);
+  add_container_command(app, exit_code);
   add_isolated_command(app, exit_code);
   add_drive_command(app, exit_code);
   add_component_commands(app, exit_code);
   add_lifecycle_commands(app, exit_code);
+  add_faults_command(app, exit_code);
   add_topic_commands(app, exit_code);
   add_qos_commands(app, exit_code);
   add_teleop_command(app, exit_code);

@@ -35,6 +35,7 @@ void Builder::component(const Element& element, Scope& scope) {
                   : *state == 3 ? TargetState::Unconfigured
                                 : static_cast<TargetState>(*state);
   }
+  if (const auto resume = word(element, "resume", {"inactive", "active"}, scope)) made.resume_active = *resume == 1;
   if (const auto mode = word(element, "thread", {"shared", "own"}, scope))
     made.thread.mode = static_cast<ThreadMode>(*mode);
   if (const auto policy = word(element, "on_fault", {"degrade", "restart", "stop_robot"}, scope)) {

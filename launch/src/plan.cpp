@@ -20,6 +20,14 @@ class Text {
 
 std::string text_or_none(const std::optional<Duration>& d) { return d ? nacelle::to_text(*d) : "none"; }
 
+std::string text_of(const std::optional<OnFault>& on_fault) {
+  if (!on_fault) return {};
+  static constexpr const char* kWords[] = {"degrade", "restart", "stop_robot"};
+  return std::string(", on_fault ") + kWords[static_cast<std::size_t>(on_fault->policy)] + " max " +
+         (on_fault->max_restarts ? std::to_string(*on_fault->max_restarts) : "default") + " backoff " +
+         text_or_none(on_fault->backoff);
+}
+
 void describe(Text& out, const ComponentPlan& c) {
   out.line(0, "component " + c.full_name() + " = " + c.package + " " + c.plugin);
   out.parameters(1, "param", c.parameters);
@@ -39,7 +47,8 @@ void describe(Text& out, const ComponentPlan& c) {
   if (c.thread.threads != 1) thread += " threads " + std::to_string(c.thread.threads);
   out.line(1, thread);
   out.line(1, std::string("required ") + (c.required ? "true" : "false") + ", autostart " + to_text(c.target) +
-                  ", isolate " + (c.isolate == Isolation::None ? "none" : "process"));
+                  ", isolate " + (c.isolate == Isolation::None ? "none" : "process") +
+                  (c.resume_active ? ", resume active" : "") + text_of(c.on_fault));
 }
 
 void describe(Text& out, const ProgramPlan& p) {

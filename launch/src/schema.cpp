@@ -46,7 +46,7 @@ const char* const kProcess =
     "sigterm_timeout sigkill_timeout required";
 
 // ROS 2's launch and launch_ros (jazzy), extended by qos, after, thread, required, isolate, budget,
-// on_fault and autostart.
+// on_fault, resume and autostart.
 // "include/arg" is the rule of an arg inside an include; without such an entry the rule of "arg" holds.
 const std::map<std::string, Rule>& rules() {
   static const std::map<std::string, Rule> all = [] {
@@ -70,7 +70,7 @@ const std::map<std::string, Rule>& rules() {
     r["node_container"].required = {"name"};
     r["load_composable_node"] = make_rule("target! if unless", "composable_node");
     r["composable_node"] =
-        make_rule("pkg! plugin! name! namespace if unless required isolate autostart after* thread on_fault",
+        make_rule("pkg! plugin! name! namespace if unless required isolate autostart resume after* thread on_fault",
                   "param remap extra_arg qos after thread budget on_fault");
     r["param"] = make_rule("name value* type from allow_substs", "param");
     r["remap"] = make_rule("from! to!", "");

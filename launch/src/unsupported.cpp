@@ -64,12 +64,6 @@ const char* refused_substitution(std::string_view name) {
 
 std::vector<Problem> refuse_unavailable(const Plan& plan) {
   std::vector<Problem> problems;
-  for (const auto& component : plan.components) {
-    if (component.on_fault) {
-      problems.push_back({component.on_fault->where.text(),
-                          "on_fault is not available yet: a faulted component stays faulted", "leave it out"});
-    }
-  }
   for (const auto& program : plan.programs) {
     if (!program.respawn) continue;
     problems.push_back(

@@ -20,8 +20,7 @@ using model::Scheduler;
 
 // What a node's callbacks do to each other.
 struct NodeModel {
-  NodeModel(Executor& executor, const std::string& name)
-      : groups(executor, name, [](const std::string&, const std::string&) {}) {}
+  NodeModel(Executor& executor, const std::string& name) : groups(executor, name, [](const auto&...) {}) {}
   NodeGroups groups;
   std::vector<std::unique_ptr<CallbackGroup>> parts;
   int inside = 0;

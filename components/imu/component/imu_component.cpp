@@ -64,8 +64,11 @@ CallbackReturn ImuComponent::on_configure(const State&) {
       [this](std::string code, std::string text) { fault(std::move(code), std::move(text)); });
   // A look at the line a few times per limit is enough to tell silence in time.
   const Duration look = std::min<Duration>(options_.silence_limit / 4 + Duration{1}, 100ms);
-  reader_ = std::make_unique<io::ReaderThread>(*line_, get_clock(), *stream_,
-                                               io::ReaderThread::Options{.name = "imu_rx", .silence = look});
+  reader_ = std::make_unique<io::ReaderThread>(
+      *line_, get_clock(), *stream_,
+      io::ReaderThread::Options{.name = "imu_rx", .silence = look, .on_exception = [this](const std::string& text) {
+                                  fault("READER_ENDED", text);
+                                }});
   // A slow device may need more than the limit for its first samples.
   if (!stream_->wait_for_sample(options_.silence_limit + 2 * from_seconds(1.0 / options_.rate_hz))) {
     const Problem problem = no_sample(options_, stream_->counters());

@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <exception>
 
 namespace nacelle::io {
 
@@ -46,6 +47,15 @@ bool ReaderThread::bring_back() {
 void ReaderThread::run() {
   // The name is cut, not refused: pthread_setname_np() takes 15 characters and fails on more.
   pthread_setname_np(pthread_self(), options_.name.substr(0, 15).c_str());
+  if (!options_.on_exception) return read();
+  try {
+    read();
+  } catch (const std::exception& e) { options_.on_exception(e.what()); } catch (...) {
+    options_.on_exception("an exception that is no std::exception");
+  }
+}
+
+void ReaderThread::read() {
   while (!stopping()) {
     const auto bytes = stream_.read_until(clock_.now() + options_.silence);
     const MonotonicTime now = clock_.now();

@@ -47,8 +47,11 @@ CallbackReturn LidarComponent::on_configure(const State&) {
       [this](std::string code, std::string text) { fault(std::move(code), std::move(text)); });
   // A look at the line a few times per limit is enough to tell silence in time.
   const Duration look = std::min<Duration>(options->silence_limit / 4 + Duration{1}, 100ms);
-  reader_ = std::make_unique<io::ReaderThread>(*line_, get_clock(), *stream_,
-                                               io::ReaderThread::Options{.name = "lidar_rx", .silence = look});
+  reader_ = std::make_unique<io::ReaderThread>(
+      *line_, get_clock(), *stream_,
+      io::ReaderThread::Options{.name = "lidar_rx", .silence = look, .on_exception = [this](const std::string& text) {
+                                  fault("READER_ENDED", text);
+                                }});
   if (!stream_->wait_for_frame(options->silence_limit)) {
     const Problem problem = no_frame(*options, stream_->counters());
     close();

@@ -11,6 +11,8 @@ namespace nacelle::cli {
 // (program.hpp) in `exit_code`; what went wrong has been said on stderr then.
 
 void add_launch_command(CLI::App& app, int& exit_code);
+void add_container_command(CLI::App& app, int& exit_code);
+void add_faults_command(CLI::App& app, int& exit_code);
 /// What a launch file's `isolate: process` starts; not for people.
 void add_isolated_command(CLI::App& app, int& exit_code);
 void add_drive_command(CLI::App& app, int& exit_code);

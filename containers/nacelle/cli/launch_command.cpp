@@ -19,10 +19,10 @@ namespace {
 struct Wish {
   std::string file;
   std::vector<std::string> arguments;
-  std::string name, report_file, carrier, transitions_file;
+  std::string name, report_file, carrier, state_file, transitions_file;
   std::vector<std::string> last_messages;
   long parent_pid = 0;
-  bool verbose = false, show_arguments = false;
+  bool verbose = false, show_arguments = false, resume = false;
 };
 
 /// The world's seed is an argument of the launch file; only the report asks.
@@ -87,6 +87,8 @@ int run(const Wish& wish) {
   options.verbose = wish.verbose;
   options.carrier = wish.carrier;
   options.transitions_file = wish.transitions_file;
+  options.state_file = wish.state_file;
+  options.resume = wish.resume;
   const SystemClock clock;
   session::Session session{std::move(plan).value(), std::move(options), clock, stop};
   return session.run();
@@ -108,6 +110,10 @@ void add_launch_command(CLI::App& app, int& exit_code) {
   command->add_option("--transitions", wish->transitions_file,
                       "write each step of each component to this file, in the plan's order, and its times to FILE.times");
   command->add_flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
+  command->add_flag("--resume", wish->resume,
+                    "after a crash: the components, parameters and states that the last run had, not the file's");
+  command->add_option("--state", wish->state_file,
+                      "where the composition is kept (default: beside the control socket)");
   command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
   command->add_option("--last-message", wish->last_messages, "put this topic's last message into the report")
       ->group("")

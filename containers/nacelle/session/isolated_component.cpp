@@ -117,7 +117,7 @@ void IsolatedComponent::on_note(const std::string& note) {
       info_ = info_from_json(said["fault"]);
       const runtime::ComponentInfo faulted = info_;
       lock.unlock();
-      container_.tell_fault(faulted);
+      container_.tell_fault(faulted, said.value("callback", ""));
       return;
     }
     if (said.contains("info")) info_ = info_from_json(said["info"]);

@@ -11,6 +11,7 @@
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/carriers.hpp"
 #include "nacelle/session/isolated_words.hpp"
 #include "nacelle/session/load_request.hpp"
@@ -52,7 +53,9 @@ class IsolatedProcess {
     };
     link_ = std::make_unique<Link>(container_->graph(), clock, socket, std::move(link));
     container_->on_fault([this](const runtime::ComponentInfo& info) {
-      link_->send_note(json{{"fault", info_to_json(info)}}.dump());
+      const auto faults = container_->faults();
+      link_->send_note(
+          json{{"fault", info_to_json(info)}, {"callback", faults.empty() ? "" : faults.back().callback}}.dump());
     });
     link_->start();
   }
@@ -173,6 +176,8 @@ class IsolatedProcess {
 
 int run_isolated(int socket, const std::string& name, const std::string& carrier, const ProgramPlaces& places,
                  const Clock& clock, const StopSignal& stop) {
+  // The record goes to the container's stderr, which is this process's too.
+  const runtime::CrashHandler crashes{"", name};
   IsolatedProcess process{socket, name, carrier, places, clock};
   process.run(stop);
   return 0;

@@ -178,10 +178,10 @@ launch::ComponentPlan plan_from_json(const json& row) {
 }
 
 json info_to_json(const runtime::ComponentInfo& info) {
-  return {{"node", info.node},        {"plugin", info.plugin},
-          {"library", info.library},  {"state", static_cast<unsigned>(info.state)},
-          {"managed", info.managed},  {"fault", {info.fault.code, info.fault.text}},
-          {"warnings", info.warnings}};
+  return {{"node", info.node},         {"plugin", info.plugin},
+          {"library", info.library},   {"state", static_cast<unsigned>(info.state)},
+          {"managed", info.managed},   {"fault", {info.fault.code, info.fault.text}},
+          {"warnings", info.warnings}, {"actuator", info.actuator}};
 }
 
 runtime::ComponentInfo info_from_json(const json& row) {
@@ -193,6 +193,7 @@ runtime::ComponentInfo info_from_json(const json& row) {
   info.managed = row.at("managed").get<bool>();
   info.fault = {row.at("fault").at(0).get<std::string>(), row.at("fault").at(1).get<std::string>()};
   info.warnings = row.at("warnings").get<std::vector<std::string>>();
+  info.actuator = row.at("actuator").get<bool>();
   return info;
 }
 

@@ -16,7 +16,7 @@ namespace nacelle::session {
 //                          {"call": n, "do": "trigger", "transition": id}
 //                          {"call": n, "do": "unload"}
 //   process -> container   {"answer": n, "success": bool, "reason": text, "way_out": text, "info": ...}
-//                          {"fault": info}                                  info: info_to_json()
+//                          {"fault": info, "callback": text}                info: info_to_json()
 //
 // Numbers are exact, but for floating-point ones, which travel as text in hexadecimal.
 

@@ -36,6 +36,15 @@ runtime::LoadRequest load_request_of(const launch::ComponentPlan& plan) {
   request.thread.priority = plan.thread.priority.value_or(0);
   request.thread.cpus = plan.thread.cpus;
   request.thread.threads = plan.thread.threads;
+  if (plan.on_fault) {
+    switch (plan.on_fault->policy) {
+      case launch::FaultPolicy::Degrade: request.on_fault.policy = runtime::FaultPolicy::Degrade; break;
+      case launch::FaultPolicy::Restart: request.on_fault.policy = runtime::FaultPolicy::Restart; break;
+      case launch::FaultPolicy::StopRobot: request.on_fault.policy = runtime::FaultPolicy::StopRobot; break;
+    }
+    request.on_fault.max_restarts = plan.on_fault->max_restarts.value_or(request.on_fault.max_restarts);
+    request.on_fault.backoff = plan.on_fault->backoff.value_or(request.on_fault.backoff);
+  }
   return request;
 }
 

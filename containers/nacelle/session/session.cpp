@@ -15,7 +15,9 @@
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/carriers.hpp"
+#include "nacelle/session/comeback.hpp"
 #include "nacelle/session/isolated_component.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/readiness.hpp"
@@ -52,6 +54,7 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 Session::~Session() {
   manager_.reset();
   server_.reset();
+  supervision_.reset();
   service_.reset();
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
@@ -81,14 +84,20 @@ int Session::run() {
     say("nacelle: " + claim.error().text());
     return 1;
   }
-  runtime::ContainerOptions container_options;
-  container_options.name = options_.container_name;
-  container_options.component_path = options_.places.component_folders;
-  container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
-  container_->on_fault([event = fault_event_](const runtime::ComponentInfo&) {
-    const std::uint64_t one = 1;
-    static_cast<void>(!::write(event, &one, sizeof one));
-  });
+  if (auto looked = look_at_state_file(); !looked) {
+    say("nacelle: " + looked.error().text());
+    return 1;
+  }
+  const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
+  auto container_options = container_options_of(plan_.container.parameters, plan_.container.where.text());
+  if (!container_options) {
+    say("nacelle: " + container_options.error().text());
+    return 1;
+  }
+  container_options.value().name = options_.container_name;
+  container_options.value().component_path = options_.places.component_folders;
+  container_ = std::make_unique<runtime::Container>(std::move(container_options).value(), clock_);
+  supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
       [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_);
@@ -115,7 +124,48 @@ int Session::run() {
   }
   take_down();
   if (!undoing_ && !write_report()) return 1;
-  return failure ? 1 : 0;
+  return failure || supervision_->has_stopped_the_robot() ? 1 : 0;
+}
+
+Result<void, Problem> Session::look_at_state_file() {
+  if (options_.state_file.empty()) {
+    auto folder = control::folder_for_socket(control::socket_places_from_environment());
+    if (!folder) return err(folder.error());
+    options_.state_file = folder.value() + "/" + options_.container_name + ".composition";
+  }
+  state_ = std::make_unique<CompositionFile>(options_.state_file);
+  if (!options_.resume) return {};
+  if (const std::string told = summary_of_crash(crash_file_of(state_->path())); !told.empty())
+    say("nacelle: the last run crashed: " + told);
+  auto held = read_composition(state_->path());
+  if (!held) return err(held.error());
+  if (!held.value()) {
+    say(fmt::format("nacelle: nothing to resume: there is no {}; starting anew", state_->path()));
+    return {};
+  }
+  if (held.value()->container != options_.container_name) {
+    return err(Problem{state_->path(), "holds the container '" + held.value()->container + "', not this one",
+                       "start that one with --name " + held.value()->container + ", or give another --state FILE"});
+  }
+  plan_ = resumed(std::move(plan_), *held.value(), state_->path());
+  say(fmt::format("nacelle: resuming {} components from {}", plan_.components.size(), state_->path()));
+  return {};
+}
+
+void Session::keep_composition() {
+  if (service_->phase() != Phase::Running) return;
+  auto kept = state_->write(composition_of(*this, *supervision_));
+  if (!kept && !told_of_state_) say("nacelle: " + kept.error().text());
+  told_of_state_ = !kept;
+}
+
+nlohmann::json Session::faults() const {
+  nlohmann::json answer = supervision_->report();
+  answer["last_crash"] = nullptr;
+  const std::string file = crash_file_of(state_->path());
+  if (const std::string told = summary_of_crash(file); !told.empty())
+    answer["last_crash"] = {{"file", file}, {"text", told}};
+  return answer;
 }
 
 Result<void, Problem> Session::bring_up() {
@@ -312,7 +362,9 @@ Result<void, Problem> Session::bring_to(const runtime::ComponentInfo& component,
 
 void Session::composition_changed() {
   service_->set_nodes(container_->list());
+  supervision_->publish();
   if (service_->phase() != Phase::Running) return;
+  keep_composition();
   steady_.reset();
   steady_from_ = clock_.now() + kSettling;
 }
@@ -340,6 +392,10 @@ std::optional<Problem> Session::serve() {
       const int left_ms = std::max(0, static_cast<int>((*steady_from_ - clock_.now()) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
+    if (const auto due = supervision_->next_due()) {
+      const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
+      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
+    }
     if (::poll(waits.data(), waits.size(), limit_ms) < 0 && errno != EINTR)
       return Problem{"container", "poll failed", ""};
     if (steady_from_ && !steady_.has_begun() && clock_.now() >= *steady_from_) steady_.begin(clock_.now());
@@ -348,6 +404,11 @@ std::optional<Problem> Session::serve() {
       std::uint64_t count = 0;
       static_cast<void>(!::read(fault_event_, &count, sizeof count));
       service_->set_nodes(container_->list());
+    }
+    const auto due = supervision_->next_due();
+    if (waits[2].revents != 0 || (due && *due <= clock_.now())) {
+      supervision_->work();
+      keep_composition();
     }
     for (const auto& program : programs_) {
       if (program->descriptor() < 0) continue;
@@ -398,6 +459,8 @@ void Session::take_down() {
     progress("stopping program " + program->spec().label);
     program->stop(clock_);
   }
+  supervision_->publish();
+  if (was_running) state_->remove();
   service_->set_phase(Phase::Down);
   if (on_terminal_ && !options_.verbose) std::fprintf(stderr, "\r\033[K");
 }
@@ -408,7 +471,7 @@ void Session::take_final_figures() {
   container_->report_histograms(report_.histograms);
   // Only topics that had ends or messages; services are no streams.
   std::erase_if(report_.streams, [](const runtime::StreamReport& stream) {
-    return stream.type.find("/msg/") == std::string::npos ||
+    return stream.type.find("/msg/") == std::string::npos || stream.name.ends_with("/transition_event") ||
            (stream.readers == 0 && stream.writers == 0 && stream.published == 0);
   });
 }

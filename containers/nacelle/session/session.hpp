@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,10 +18,12 @@
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/session/composition.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "nacelle/session/supervision.hpp"
 #include "nacelle/session/transition_log.hpp"
 #include "nacelle/transport_local/carrier.hpp"
 
@@ -35,6 +38,10 @@ struct SessionOptions {
   bool verbose = false;                    ///< Each step is a line.
   /// Moves the streams of components with `isolate: process`, where it can (carriers.hpp). Empty: the links' sockets do.
   std::string carrier;
+  /// Where the composition is kept; the crash record stands beside it with `.crash` behind its name. Empty: in the folder of the
+  /// control socket, as NAME.composition (in RAM, as a rule).
+  std::string state_file;
+  bool resume = false;  ///< Bring back what the state file holds, if there is one, instead of the plan's components.
   std::string transitions_file;  ///< Empty: none (transition_log.hpp).
 };
 
@@ -64,8 +71,15 @@ class Session {
   /// States changed by somebody else than the bring-up: shows them to those who watch, and begins the steady state anew.
   void composition_changed();
   void request_shutdown() { stop_.raise_by_request(); }
+  /// What went wrong and what was done about it, for `nacelle faults`.
+  [[nodiscard]] nlohmann::json faults() const;
+  /// A line on stderr.
+  void say(const std::string& line) const;
 
  private:
+  /// Where the state is kept, and what is there to come back to.
+  [[nodiscard]] Result<void, Problem> look_at_state_file();
+  void keep_composition();
   [[nodiscard]] Result<void, Problem> bring_up();
   [[nodiscard]] Result<void, Problem> start_programs();
   void start_the_carrier();
@@ -81,7 +95,6 @@ class Session {
   void fetch_last_messages();
   [[nodiscard]] bool write_report();
 
-  void say(const std::string& line) const;       // always
   void progress(const std::string& line) const;  // a line when verbose, one changing line on a terminal, else nothing
   [[nodiscard]] const launch::ComponentPlan* plan_of(const std::string& node) const { return plan_.find(node); }
 
@@ -96,6 +109,7 @@ class Session {
   std::vector<std::unique_ptr<ForeignProgram>> programs_;
   std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;
+  std::unique_ptr<Supervision> supervision_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
@@ -103,7 +117,9 @@ class Session {
   runtime::BudgetWatch budgets_{{}};
   std::optional<MonotonicTime> next_budget_look_;  // none: there is no budget, or the robot is not up yet
 
-  bool undoing_ = false;  // a failed bring-up: no figures to take
+  std::unique_ptr<CompositionFile> state_;
+  bool told_of_state_ = false;  // that the state file cannot be written
+  bool undoing_ = false;        // a failed bring-up: no figures to take
   report::RunReport report_;
   std::string last_messages_json_;
   SteadyState steady_;

@@ -162,6 +162,18 @@ json lifecycle_set(Session& session, const json& request) {
   return {{"ok", true}, {"node", component.value().node}, {"state", nacelle::to_text(outcome.state)}};
 }
 
+json set_parameter(Session& session, const json& request) {
+  auto component = session.container().find(request.value("name", ""));
+  if (!component) return reply_of(component.error());
+  auto parameter = launch::parse_parameter_assignment(request.value("assignment", ""));
+  if (!parameter) return reply_of({request.value("assignment", ""), parameter.error().what, parameter.error().way_out});
+  const auto [name, value] = parameter.value();
+  if (auto set = session.container().set_parameter(component.value().id, {name, value}); !set)
+    return reply_of(set.error());
+  session.composition_changed();
+  return {{"ok", true}, {"node", component.value().node}, {"name", name}};
+}
+
 json list_topics(Session& session) {
   std::vector<runtime::StreamReport> streams;
   session.container().report_streams(streams);
@@ -184,7 +196,7 @@ json list_topics(Session& session) {
 
 bool changes_something(const std::string& verb) {
   return verb == "component.load" || verb == "component.load_plugin" || verb == "component.unload" ||
-         verb == "lifecycle.set";
+         verb == "lifecycle.set" || verb == "param.set";
 }
 
 }  // namespace
@@ -200,6 +212,8 @@ json reply_to_verb(Session& session, const std::string& verb, const json& reques
   if (verb == "component.unload") return unload(session, request);
   if (verb == "lifecycle.get") return lifecycle_get(session, request);
   if (verb == "lifecycle.set") return lifecycle_set(session, request);
+  if (verb == "faults") return session.faults();
+  if (verb == "param.set") return set_parameter(session, request);
   if (verb == "topic.list") return list_topics(session);
   if (verb == "shutdown") {
     session.request_shutdown();

@@ -14,6 +14,33 @@ double StreamReport::hz() const {
   return published < 2 || span_s <= 0 ? 0.0 : static_cast<double>(published - 1) / span_s;
 }
 
+namespace {
+
+const char* callback_of(Transition transition) {
+  switch (transition) {
+    case Transition::Configure: return "on_configure";
+    case Transition::Cleanup: return "on_cleanup";
+    case Transition::Activate: return "on_activate";
+    case Transition::Deactivate: return "on_deactivate";
+    case Transition::Shutdown: return "on_shutdown";
+  }
+  return "?";
+}
+
+// What the state machine refuses runs no callback, so it is no fault of the component.
+bool is_allowed(Transition transition, StateId from) {
+  switch (transition) {
+    case Transition::Configure: return from == StateId::Unconfigured;
+    case Transition::Cleanup:
+    case Transition::Activate: return from == StateId::Inactive;
+    case Transition::Deactivate: return from == StateId::Active;
+    case Transition::Shutdown: return from != StateId::Finalized;
+  }
+  return false;
+}
+
+}  // namespace
+
 Executor& Container::Impl::executor_for(Record& record, const LoadRequest& request) {
   if (request.thread.own) {
     record.own_executor =
@@ -38,6 +65,7 @@ ComponentInfo Container::Impl::info_of(const Record& record) {
   info.managed = record.managed != nullptr;
   info.state = record.managed != nullptr ? record.managed->get_current_state().state() : StateId::Unknown;
   info.fault = *record.fault.lock();
+  info.actuator = record.runtime->is_actuator();
   return info;
 }
 
@@ -52,32 +80,6 @@ std::string Container::Impl::why_not_wait_for(const Record& record) const {
   const std::lock_guard lock(mutex);
   if (!record.runtime) return {};
   return record.runtime->executor().why_not_wait_for(record.runtime->groups());
-}
-
-void Container::Impl::note_fault(Record& record, const std::string& code, const std::string& text) {
-  {
-    auto fault = record.fault.lock();
-    if (!fault->code.empty()) return;  // the first one is the cause
-    *fault = {code, text};
-  }
-  record.runtime->write_safe_stop();
-  log.error("{} is faulted: {}: {}", record.runtime->identity().fully_qualified(), code, text);
-  if (code == "HUNG") {
-    // Its code cannot be run any more; what can be done from outside is done.
-    record.hung = true;
-    record.runtime->set_active(false);
-    tell_listener(record);
-  } else {
-    record.runtime->post([this, &record, reason = FaultReason{code, text}] {
-      if (record.managed != nullptr) static_cast<void>(record.managed->process_fault(reason));
-      tell_listener(record);
-    });
-  }
-}
-
-void Container::Impl::tell_listener(Record& record) {
-  std::function<void(const ComponentInfo&)> listener = *fault_listener.lock();
-  if (listener) listener(info_of(record));
 }
 
 Container::Container(ContainerOptions options, const Clock& clock)
@@ -154,20 +156,37 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
             record->runtime->identity().fully_qualified() + " is a plain node without a lifecycle"};
   if (record->hung) return {false, StateId::Finalized, "it hangs: " + record->fault.lock()->text};
   // Shared with the task: if the component hangs, the task outlives this call.
-  const auto outcome = std::make_shared<TransitionOutcome>();
+  struct Run {
+    TransitionOutcome outcome;
+    std::atomic<bool> began{false};
+  };
+  const auto run = std::make_shared<Run>();
   const Duration limit = impl_->transition_limit();
+  const bool was_allowed = is_allowed(transition, record->managed->get_current_state().state());
   const bool ended = record->runtime->run_and_wait(
-      [record, transition, outcome] {
-        *outcome = record->managed->trigger(transition);
-        if (outcome->success && transition == Transition::Configure) *record->fault.lock() = {};
+      callback_of(transition),
+      [impl = impl_.get(), record, transition, run] {
+        run->began = true;
+        const StateWatch watch = impl->watch_states(*record);
+        run->outcome = record->managed->trigger(transition);
       },
       impl_->commons.clock.now() + limit);
   if (ended) {
+    const bool up = transition == Transition::Configure || transition == Transition::Activate;
+    if (run->outcome.success && up) *record->fault.lock() = {};
+    if (!run->outcome.success && was_allowed) impl_->note_failed_transition(*record, transition, run->outcome);
     static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));  // on_configure may have made endpoints
-    return *outcome;
+    impl_->note_change();
+    return run->outcome;
   }
-  return {false, record->managed->get_current_state().state(),
-          fmt::format("on_{} has not returned within {:.0f} s", to_text(transition), to_seconds(limit))};
+  TransitionOutcome late{
+      false, record->managed->get_current_state().state(),
+      fmt::format("{} has not returned within {:.0f} s", callback_of(transition), to_seconds(limit))};
+  if (run->began &&
+      impl_->keep_reason(*record, "HUNG", late.reason, std::string{"transition "} + callback_of(transition))) {
+    impl_->give_up_on(*record);
+  }
+  return late;
 }
 
 void Container::give_up_transitions_after(Duration limit) { impl_->transition_limit_ns = limit.count(); }
@@ -229,13 +248,46 @@ std::shared_ptr<void> Container::shared_object(const std::string& name) const {
   return found == objects->end() ? nullptr : found->second;
 }
 
-void Container::write_safe_stops() const {
-  const std::lock_guard lock(impl_->mutex);
-  for (const auto& [id, record] : impl_->records) record->runtime->write_safe_stop();
+void Container::write_safe_stops() const { impl_->write_safe_stops(); }
+
+std::optional<LoadRequest> Container::request_of(std::uint64_t id) const {
+  const auto record = impl_->record(id);
+  if (!record) return std::nullopt;
+  return *record->request.lock();
 }
 
-void Container::on_fault(std::function<void(const ComponentInfo&)> callback) {
-  *impl_->fault_listener.lock() = std::move(callback);
+Result<void, Problem> Container::set_parameter(std::uint64_t id, const Parameter& parameter) {
+  const auto record = impl_->record(id);
+  if (!record)
+    return err(
+        Problem{"component " + std::to_string(id), "is not loaded in this process", "see `nacelle component list`"});
+  const std::string node = record->runtime->identity().fully_qualified();
+  if (std::string why = impl_->why_not_wait_for(*record); !why.empty())
+    return err(Problem{node, "its parameters cannot be set from here", std::move(why)});
+  const std::lock_guard alone(record->one_at_a_time);
+  if (record->node == nullptr || record->given_up || record->hung)
+    return err(Problem{node, "is not there any more, or hangs", "see `nacelle faults`"});
+  const auto result = std::make_shared<Result<void, Problem>>();
+  const bool ended = record->runtime->run_and_wait(
+      "set_parameters",
+      [record, parameter, node, result] {
+        auto& store = record->node->parameters();
+        const std::string where = node + ", parameter " + parameter.get_name();
+        if (!store.has(parameter.get_name())) {
+          *result = err(Problem{where, "there is no such parameter", suggestion(parameter.get_name(), store.list())});
+          return;
+        }
+        try {
+          const auto set = store.set_atomically({parameter});
+          if (!set.successful) *result = err(Problem{where, set.reason, ""});
+        } catch (const std::exception& e) { *result = err(Problem{where, e.what(), ""}); }
+      },
+      impl_->deadline());
+  if (!ended) return err(Problem{node, "its callbacks leave no time to set a parameter", "see `nacelle faults`"});
+  if (!*result) return err(result->error());
+  record->request.lock()->parameters[parameter.get_name()] = parameter.get_parameter_value();
+  impl_->note_change();
+  return {};
 }
 
 }  // namespace nacelle::runtime

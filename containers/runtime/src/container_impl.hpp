@@ -12,7 +12,9 @@
 
 #include "container_services.hpp"
 #include "errand.hpp"
+#include "fault_history.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/node/state_watch.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/foreign_component.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
@@ -33,6 +35,7 @@ struct Record {
   LifecycleNode* managed = nullptr;
   std::mutex one_at_a_time;  // transitions and unloading of this component
   Guarded<FaultReason> fault;
+  Guarded<LoadRequest> request;  // as it was loaded; its parameters follow what is set
   std::atomic<bool> hung{false};
 
   // Of loading and unloading. The container's lock covers given_up, and runtime while it comes and goes.
@@ -70,6 +73,9 @@ struct Container::Impl final : Context {
   std::vector<HeldImage> held_images;
   std::uint64_t next_id = 1;
   Guarded<std::function<void(const ComponentInfo&)>> fault_listener;
+  Guarded<std::function<void(const StateChange&)>> state_listener;
+  Guarded<std::function<void()>> change_listener;
+  Guarded<FaultHistory> history;
   std::unique_ptr<ContainerServices> services;
 
   std::atomic<Duration::rep> transition_limit_ns{options.transition_timeout.count()};
@@ -82,7 +88,15 @@ struct Container::Impl final : Context {
   [[nodiscard]] std::shared_ptr<ForeignComponent> foreign_component(std::uint64_t id) const;
   /// Why this thread must not wait for the component: it would wait for itself. Empty if it may.
   [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
-  void note_fault(Record& record, const std::string& code, const std::string& text);
+  void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
+  /// The first reason since it was well is the cause; false for a later one.
+  bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);
+  /// Its code cannot be run any more; what can be done from outside is done.
+  void give_up_on(Record& record);
+  void note_failed_transition(Record& record, Transition transition, const TransitionOutcome& outcome);
+  [[nodiscard]] StateWatch watch_states(const Record& record);
+  void note_change() const;
+  void write_safe_stops() const;
   void tell_listener(Record& record);
 
   // Loading and unloading (loading.cpp).

@@ -115,7 +115,9 @@ void ContainerServices::run(void* container, const void* request, void* response
 ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name)
     : executor_("container", commons.clock, {.own = true}),
       node_(commons, identity_of(name), executor_,
-            [](const std::string& code, const std::string& text) { Logger{"container"}.error("{}: {}", code, text); }) {
+            [](const std::string& code, const std::string& text, const std::string& callback) {
+              Logger{"container"}.error("{}: {} (in {})", code, text, callback);
+            }) {
   const std::string prefix = node_.identity().fully_qualified() + "/_container/";
   const auto offer = [&]<typename S>(const char* what, std::in_place_type_t<S>) {
     return node_.create_service(prefix + what, S::Request::message_type(), S::Response::message_type(),

@@ -136,6 +136,7 @@ bool Executor::post(Executable& executable) noexcept {
 
 void Executor::work(Worker& self) {
   prepare_this_thread(name_, policy_, self.first);
+  const SignalStack signal_stack;
   Worker::here = &self;
   this_thread_runs_callbacks = true;
   MonotonicTime now = clock_.now();
@@ -263,6 +264,11 @@ bool Executor::prepare_special(Worker& self) {
   return sampled;
 }
 
+[[gnu::cold, gnu::noinline]] void Executor::note_exception(const Worker& self, const char* text) {
+  // A thing that forgot itself may be gone; its name with it.
+  self.group->node_.on_fault_("EXCEPTION", text, self.running != nullptr ? self.running->description() : std::string{});
+}
+
 [[gnu::always_inline]] inline void Executor::run(Worker& self, Executable& executable, Block* message,
                                                  MonotonicTime now) {
   const bool sampled = self.special != 0 && prepare_special(self);
@@ -272,8 +278,8 @@ bool Executor::prepare_special(Worker& self) {
     } else {
       executable.execute(now);
     }
-  } catch (const std::exception& e) { self.group->node_.on_fault_("EXCEPTION", e.what()); } catch (...) {
-    self.group->node_.on_fault_("EXCEPTION", "a callback threw something that is no std::exception");
+  } catch (const std::exception& e) { note_exception(self, e.what()); } catch (...) {
+    note_exception(self, "a callback threw something that is no std::exception");
   }
   if (sampled) [[unlikely]]
     self.cpu_used = cpu_time_of(self.cpu_clock) - self.cpu_before;

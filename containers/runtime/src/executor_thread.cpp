@@ -5,13 +5,45 @@
 #include <fmt/ranges.h>
 #include <pthread.h>
 #include <sched.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstring>
 
 #include "nacelle/base/log.hpp"
 
 namespace nacelle::runtime {
+namespace {
+
+// Room for a crash record with its back trace.
+constexpr std::size_t kSignalStack = 64UL * 1024;
+
+}  // namespace
+
+SignalStack::SignalStack() {
+  stack_t now{};
+  // A sanitizer gives its threads one of its own.
+  if (::sigaltstack(nullptr, &now) != 0 || (now.ss_flags & SS_DISABLE) == 0) return;
+  void* const memory = ::mmap(nullptr, kSignalStack, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) return;
+  stack_t mine{};
+  mine.ss_sp = memory;
+  mine.ss_size = kSignalStack;
+  if (::sigaltstack(&mine, nullptr) != 0) {
+    ::munmap(memory, kSignalStack);
+    return;
+  }
+  memory_ = memory;
+}
+
+SignalStack::~SignalStack() {
+  if (memory_ == nullptr) return;
+  stack_t none{};
+  none.ss_flags = SS_DISABLE;
+  ::sigaltstack(&none, nullptr);
+  ::munmap(memory_, kSignalStack);
+}
 
 void prepare_this_thread(const std::string& name, const ThreadPolicy& policy, bool complain) {
   pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());

@@ -34,6 +34,21 @@ void Executable::execute_with(Block&, MonotonicTime) {
   NACELLE_EXPECT(inbox_ == nullptr, "what takes from a queue runs with its messages");
 }
 
+std::string Executable::description() const {
+  return *label_name_ == '\0' ? std::string{label_} : std::string{label_} + " " + label_name_;
+}
+
+Executor::RunsHere Executor::runs_here() noexcept {
+  const Worker* const here = Worker::here;
+  if (here == nullptr || here->group == nullptr) return {};
+  RunsHere now{.node = here->group->node_.name_.c_str()};
+  if (here->running != nullptr) {
+    now.what = here->running->label_;
+    now.name = here->running->label_name_;
+  }
+  return now;
+}
+
 NodeGroups::NodeGroups(Executor& executor, std::string name, OnFault on_fault)
     : executor_(executor),
       name_(std::move(name)),
@@ -191,6 +206,7 @@ bool Executor::close(NodeGroups& node, MonotonicTime deadline) {
 Duration Executor::supervise(const Limits& limits) {
   NodeGroups* hung = nullptr;
   Duration hung_for{};
+  std::string hung_in;
   Duration next = Duration::max();
   {
     const std::lock_guard lock(mutex_);
@@ -218,14 +234,17 @@ Duration Executor::supervise(const Limits& limits) {
         worker.unusual |= Worker::kReportedHung;
         hung = &worker.group->node_;
         hung_for = ran;
+        if (worker.running != nullptr) hung_in = worker.running->description();
         ++hung->pins_;  // the callback may return at this very moment, and its node must not go before we have told
       }
     }
   }
   if (hung == nullptr) return next;
   hung->on_fault_(
-      "HUNG", fmt::format("a callback of {} has been running for {:.1f} s; its thread is given up, the others go on",
-                          hung->name(), to_seconds(hung_for)));
+      "HUNG",
+      fmt::format("a callback of {} has been running for {:.1f} s; its thread is given up, the others go on",
+                  hung->name(), to_seconds(hung_for)),
+      std::move(hung_in));
   const std::lock_guard lock(mutex_);
   --hung->pins_;
   if (waiting_for_return_ != 0) note_return();

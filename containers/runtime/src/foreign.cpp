@@ -6,7 +6,7 @@ namespace nacelle::runtime {
 
 Result<ComponentInfo, Problem> Container::adopt(std::shared_ptr<ForeignComponent> component) {
   ComponentInfo info = component->info();
-  const std::lock_guard lock(impl_->mutex);
+  std::unique_lock lock(impl_->mutex);
   bool taken = impl_->names.contains(info.node);
   for (const auto& [id, other] : impl_->foreign) taken = taken || other->info().node == info.node;
   if (taken) {
@@ -15,13 +15,18 @@ Result<ComponentInfo, Problem> Container::adopt(std::shared_ptr<ForeignComponent
   }
   info.id = impl_->next_id++;
   impl_->foreign.emplace(info.id, std::move(component));
+  lock.unlock();
+  impl_->note_change();
   return info;
 }
 
-void Container::tell_fault(const ComponentInfo& info) {
+void Container::tell_fault(const ComponentInfo& info, const std::string& callback) {
+  impl_->history.lock()->add(
+      {0, info.node, info.fault.code, info.fault.text, callback, impl_->commons.clock.wall_now()});
   impl_->log.error("{} is faulted: {}: {}", info.node, info.fault.code, info.fault.text);
   const std::function<void(const ComponentInfo&)> listener = *impl_->fault_listener.lock();
   if (listener) listener(info);
+  impl_->note_change();
 }
 
 std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64_t id) const {

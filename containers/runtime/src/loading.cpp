@@ -25,7 +25,9 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
   }
   Record& record = *making.record;
   const std::string name = identity.fully_qualified();
-  auto on_fault = [this, &record](const std::string& code, const std::string& text) { note_fault(record, code, text); };
+  auto on_fault = [this, &record](const std::string& code, const std::string& text, const std::string& callback) {
+    note_fault(record, code, text, callback);
+  };
   auto runtime = std::make_shared<NodeRuntime>(commons, identity, *making.executor, std::move(on_fault));
   const std::lock_guard lock(mutex);
   if (record.given_up) throw std::runtime_error("its load was given up");
@@ -40,6 +42,7 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
         id != 0 ? fmt::format("a node {} is loaded already (component {}); give this one another name", name, id)
                 : fmt::format("a node {} is being loaded just now; give this one another name", name));
   }
+  runtime->set_image(record.library->image());
   record.runtime = std::move(runtime);
   return std::make_unique<Host>(record.runtime);
 }
@@ -213,6 +216,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   const auto record = std::make_shared<Record>();
   record->plugin = request.plugin;
   record->file = entry->file;
+  *record->request.lock() = request;
   const MonotonicTime deadline = impl_->deadline();
   record->errand =
       std::make_unique<Errand>("load", [impl = impl_.get(), record, request] { impl->make(*record, request); });
@@ -248,6 +252,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   // All its endpoints are there now: types that clash can be told.
   static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));
   info.warnings = std::move(warnings);
+  impl_->note_change();
   return info;
 }
 
@@ -257,6 +262,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     const UnloadOutcome outcome = other->unload();
     const std::lock_guard lock(impl_->mutex);
     impl_->foreign.erase(id);
+    impl_->note_change();
     return outcome;
   }
   const auto record = impl_->record(id);
@@ -270,7 +276,9 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
   if (record->managed != nullptr && !record->hung) {
     // The component puts its hardware to rest itself; what it answers does not change that it goes.
     static_cast<void>(record->runtime->run_and_wait(
-        [record] {
+        "on_deactivate and on_cleanup",
+        [impl = impl_.get(), record] {
+          const StateWatch watch = impl->watch_states(*record);
           LifecycleNode& node = *record->managed;
           if (node.get_current_state().state() == StateId::Active)
             static_cast<void>(node.trigger(Transition::Deactivate));
@@ -286,6 +294,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     const std::lock_guard lock(impl_->mutex);
     impl_->records.erase(id);
   }
+  impl_->note_change();
   if (!returned) {
     record->busy_with = "a callback that has not returned";
     impl_->abandon(record);

@@ -2,12 +2,12 @@
 #include "node_runtime.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
+#include <pthread.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
-#include "nacelle/base/expect.hpp"
 #include "reader_queue.hpp"
 
 namespace nacelle::runtime {
@@ -48,6 +48,7 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
         is_reentrant_(member_of_->type() == CallbackGroupType::Reentrant),
         callback_(callback) {
     keep_stats_in(stats_);
+    describe_as(PortBase::kind_, name_.c_str());
     spec.gate = &node.active();
     reader_ = node.commons().broker.create_reader(spec, taking, static_cast<Executable&>(*this));
     node_.enroll(*this);
@@ -96,7 +97,9 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
 class StatusPort final : public StatusEventHandle, private StatusListener, private Executable {
  public:
   StatusPort(NodeRuntime& node, PlainCallback callback, std::shared_ptr<CallbackGroup> group)
-      : Executable(*group), node_(node), member_of_(std::move(group)), callback_(callback) {}
+      : Executable(*group), node_(node), member_of_(std::move(group)), callback_(callback) {
+    describe_as("status event", "");
+  }
   ~StatusPort() override { node_.executor().forget(*this); }
   StatusListener& listener() override { return *this; }
 
@@ -116,6 +119,7 @@ class TimerPort final : public TimerHandle, private PortBase, private TimerBase 
         TimerBase(*member_of_, period),
         callback_(callback) {
     keep_stats_in(stats_);
+    describe_as(PortBase::kind_, name_.c_str());
     node_.enroll(*this);
     node_.executor().add_timer(*this);
   }
@@ -150,6 +154,7 @@ class ServicePort final : public ServiceHandle, private PortBase {
               ServiceCallback callback, const NodeRuntime::GroupPointer& group)
       : PortBase(node, group, "service", std::move(name)),
         port_(*member_of_, request, response, callback, node.active(), node.commons().clock) {
+    port_.describe_as(kind_, name_.c_str());
     node_.commons().services.add(name_, port_);
     node_.enroll(*this);
     node_.enroll(name_, port_);
@@ -175,6 +180,7 @@ class ClientEnd final : public ClientHandle, private PortBase {
       : PortBase(node, group, "client", std::move(name)),
         request_(request),
         port_(*member_of_, callback, node.commons().clock) {
+    port_.describe_as(kind_, name_.c_str());
     node_.enroll(*this);
   }
   ~ClientEnd() override {
@@ -203,8 +209,10 @@ class ClientEnd final : public ClientHandle, private PortBase {
 class Task final : public Executable {
  public:
   static constexpr std::uint32_t kWaiting = 0, kEnded = 1, kRefused = 2, kGivenUp = 3;
-  Task(CallbackGroup& group, std::function<void()> what)
-      : Executable(group, Kind::Transition), what_(std::move(what)) {}
+  Task(CallbackGroup& group, const char* name, std::function<void()> what)
+      : Executable(group, Kind::Transition), what_(std::move(what)) {
+    describe_as("transition", name);
+  }
   void execute(MonotonicTime) override {
     // Given up before it began: whoever wanted it has been told that it failed, so it must not happen later.
     if (state_.load(std::memory_order_acquire) == kWaiting) what_();
@@ -241,8 +249,10 @@ class Task final : public Executable {
 // As Task, but nobody waits for it: it ends itself.
 class DetachedTask final : public Executable {
  public:
-  DetachedTask(CallbackGroup& group, std::function<void()> what)
-      : Executable(group, Kind::Transition), what_(std::move(what)) {}
+  DetachedTask(CallbackGroup& group, const char* name, std::function<void()> what)
+      : Executable(group, Kind::Transition), what_(std::move(what)) {
+    describe_as("transition", name);
+  }
   void execute(MonotonicTime) override {
     what_();
     group().executor().forget(*this);
@@ -261,7 +271,8 @@ NodeRuntime::NodeRuntime(Commons& commons, NodeIdentity identity, Executor& exec
       identity_(std::move(identity)),
       on_fault_(on_fault),
       groups_(executor, identity_.fully_qualified(), std::move(on_fault)),
-      own_group_(std::make_shared<CallbackGroup>(groups_)) {}
+      own_group_(std::make_shared<CallbackGroup>(groups_)),
+      safe_stop_(groups_.name()) {}
 
 NodeRuntime::~NodeRuntime() = default;
 
@@ -339,21 +350,18 @@ void NodeRuntime::report_histograms(std::vector<HistogramReport>& out, std::size
   }
 }
 
-void NodeRuntime::register_safe_stop(int descriptor, ByteView frame) {
-  NACELLE_EXPECT(frame.size() <= safe_stop_.frame.size(), "a stop frame fits into 64 bytes");
-  safe_stop_.descriptor.store(-1, std::memory_order_release);
-  std::ranges::copy(frame, safe_stop_.frame.begin());
-  safe_stop_.length = frame.size();
-  safe_stop_.descriptor.store(descriptor, std::memory_order_release);
-}
-
-void NodeRuntime::clear_safe_stop() { safe_stop_.descriptor.store(-1, std::memory_order_release); }
-
-void NodeRuntime::write_safe_stop() const noexcept {
-  const int descriptor = safe_stop_.descriptor.load(std::memory_order_acquire);
-  if (descriptor < 0) return;
-  // One attempt: the line is non-blocking, and whoever calls this has nobody to tell.
-  static_cast<void>(!::write(descriptor, safe_stop_.frame.data(), safe_stop_.length));
+// Who runs on this thread says it best; else the thread's own name, which a component gives to the threads that it makes.
+void NodeRuntime::report_fault(std::string code, std::string text) {
+  const Executor::RunsHere runs = Executor::runs_here();
+  std::string callback;
+  if (runs.node == groups_.name()) {
+    callback = *runs.name == '\0' ? std::string{runs.what} : fmt::format("{} {}", runs.what, runs.name);
+  } else {
+    std::array<char, 17> thread{};
+    ::pthread_getname_np(::pthread_self(), thread.data(), thread.size());
+    callback = fmt::format("thread {}", thread.data());
+  }
+  on_fault_(std::move(code), std::move(text), std::move(callback));
 }
 
 void NodeRuntime::set_active(bool active) {
@@ -399,13 +407,13 @@ void NodeRuntime::withdraw() {
   }
 }
 
-void NodeRuntime::post(std::function<void()> what) {
-  auto* const task = new DetachedTask(*own_group_, std::move(what));
+void NodeRuntime::post(const char* name, std::function<void()> what) {
+  auto* const task = new DetachedTask(*own_group_, name, std::move(what));
   if (!executor().post(*task)) delete task;
 }
 
-bool NodeRuntime::run_and_wait(std::function<void()> what, MonotonicTime deadline) {
-  auto* const task = new Task(*own_group_, std::move(what));
+bool NodeRuntime::run_and_wait(const char* name, std::function<void()> what, MonotonicTime deadline) {
+  auto* const task = new Task(*own_group_, name, std::move(what));
   const std::uint32_t state = executor().post(*task) ? task->wait(commons_.clock, deadline) : Task::kRefused;
   if (state == Task::kGivenUp) return false;
   executor().forget(*task);

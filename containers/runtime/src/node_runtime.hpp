@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <deque>
 #include <functional>
@@ -14,6 +13,7 @@
 #include "nacelle/node/host.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/runtime/executor.hpp"
+#include "safe_stop.hpp"
 #include "services.hpp"
 
 namespace nacelle::runtime {
@@ -26,13 +26,6 @@ struct Commons {
   ServiceDirectory services;
   FrameRegistry frames;
   Guarded<std::map<std::string, std::shared_ptr<void>>> shared_objects;
-};
-
-/// The bytes that stop a component's hardware, readable by a signal handler: fixed memory, published by one atomic.
-struct SafeStop {
-  std::atomic<int> descriptor{-1};
-  std::size_t length = 0;
-  std::array<std::uint8_t, 64> frame{};
 };
 
 /// A node's host in the container. Ownership: the node's; what it lent to the container is withdrawn in the destructor.
@@ -59,9 +52,9 @@ class NodeRuntime {
                                                             ResponseCallback callback, const GroupPointer& group);
   [[nodiscard]] GroupPointer create_callback_group(CallbackGroupType type);
   [[nodiscard]] DurationHistogram& create_histogram(const std::string& name);
-  void register_safe_stop(int descriptor, ByteView frame);
-  void clear_safe_stop();
-  void report_fault(std::string code, std::string text) { on_fault_(std::move(code), std::move(text)); }
+  void register_safe_stop(int descriptor, ByteView frame) { safe_stop_.set(descriptor, frame); }
+  void clear_safe_stop() { safe_stop_.clear(); }
+  void report_fault(std::string code, std::string text);
   void set_active(bool active);
 
   /// The node is made: its callbacks may run from now on.
@@ -72,13 +65,18 @@ class NodeRuntime {
   /// Runs something on the component's executor while no callback of the node runs, and waits for it. Returns false if it has
   /// not ended by the deadline, or cannot run any more; it may still run then, so `what` must not refer to the caller's frame.
   /// From a callback that would wait for itself it waits in vain: see Executor::why_not_wait_for().
-  [[nodiscard]] bool run_and_wait(std::function<void()> what, MonotonicTime deadline);
+  /// `name` is a literal, shown where the run is named: "on_configure".
+  [[nodiscard]] bool run_and_wait(const char* name, std::function<void()> what, MonotonicTime deadline);
   /// The same without waiting.
-  void post(std::function<void()> what);
+  void post(const char* name, std::function<void()> what);
   /// For a component whose code does not return: it takes and sends nothing any more, its frames are free for others, and who
   /// waits for an answer of its services is told that there will be none.
   void withdraw();
-  void write_safe_stop() const noexcept;
+  void write_safe_stop() const noexcept { safe_stop_.write(); }
+  /// It has registered a stop frame at least once: it moves something.
+  [[nodiscard]] bool is_actuator() const { return safe_stop_.was_ever_set(); }
+  /// The library that it comes from, for a crash record.
+  void set_image(const std::string& image) { safe_stop_.set_image(image); }
   [[nodiscard]] Executor& executor() { return groups_.executor(); }
   [[nodiscard]] const NodeGroups& groups() const { return groups_; }
   [[nodiscard]] const NodeIdentity& identity() const { return identity_; }
@@ -119,7 +117,7 @@ class NodeRuntime {
   std::vector<Port*> ports_;
   std::vector<std::pair<std::string, ServerPort*>> servers_;
   std::deque<NamedHistogram> histograms_;  // a deque: references stay
-  SafeStop safe_stop_;
+  SafeStop safe_stop_;                     // after groups_, whose name it shows
 };
 
 }  // namespace nacelle::runtime

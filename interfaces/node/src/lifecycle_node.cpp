@@ -5,6 +5,9 @@
 
 #include <cctype>
 #include <exception>
+#include <utility>
+
+#include "nacelle/node/state_watch.hpp"
 
 namespace nacelle {
 namespace {
@@ -78,7 +81,19 @@ LifecycleNode::LifecycleNode(const std::string& default_name, const NodeOptions&
   host().set_active(false);
 }
 
-void LifecycleNode::enter(StateId state) { state_.store(state, std::memory_order_release); }
+void LifecycleNode::enter(StateId state) { StateWatch::tell(state_.exchange(state, std::memory_order_acq_rel), state); }
+
+namespace {
+thread_local StateWatch* watch_of_this_thread = nullptr;
+}
+
+StateWatch::StateWatch(OnState on_state)
+    : on_state_(std::move(on_state)), outer_(std::exchange(watch_of_this_thread, this)) {}
+StateWatch::~StateWatch() { watch_of_this_thread = outer_; }
+
+void StateWatch::tell(StateId from, StateId to) {
+  if (watch_of_this_thread != nullptr) watch_of_this_thread->on_state_(from, to);
+}
 
 CallbackReturn LifecycleNode::guarded(CallbackReturn (LifecycleNode::*callback)(const State&), StateId from) {
   try {

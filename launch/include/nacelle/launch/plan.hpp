@@ -95,6 +95,8 @@ struct ComponentPlan {
   std::vector<Budget> budgets;
   std::optional<OnFault> on_fault;
   TargetState target = TargetState::Active;
+  /// After a crash: an actuator that was active comes back active, and not inactive.
+  bool resume_active = false;
 
   [[nodiscard]] std::string full_name() const { return fully_qualified_node_name(namespace_, name); }
   /// `in_code`, changed by what the file says about that side of the topic (its full name after remapping).

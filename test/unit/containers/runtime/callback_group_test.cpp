@@ -20,7 +20,7 @@ ThreadPolicy threads(std::uint32_t n) { return {.own = true, .priority = 0, .cpu
 struct GroupsTest : ::testing::Test {
   SystemClock clock;
   Executor executor{"groups", clock, threads(3)};
-  NodeGroups node{executor, "/node", [](const std::string&, const std::string&) {}};
+  NodeGroups node{executor, "/node", [](const auto&...) {}};
   CallbackGroup one{node}, two{node}, reentrant{node, CallbackGroupType::Reentrant};
   void SetUp() override { executor.open(node); }
 };
@@ -79,7 +79,7 @@ TEST_F(GroupsTest, callbacks_of_a_mutually_exclusive_group_never_overlap) {
 
 TEST_F(GroupsTest, on_one_thread_a_reentrant_group_changes_nothing) {
   Executor single{"single", clock, threads(1)};
-  NodeGroups other{single, "/other", [](const std::string&, const std::string&) {}};
+  NodeGroups other{single, "/other", [](const auto&...) {}};
   single.open(other);
   CallbackGroup group{other, CallbackGroupType::Reentrant};
   std::atomic<int> inside{0}, most{0}, runs{0};
@@ -122,7 +122,7 @@ TEST_F(GroupsTest, a_transition_waits_for_all_groups_and_nothing_starts_beside_i
   ASSERT_TRUE(entered[1].wait());
 
   executor.post(transition);
-  NodeGroups passer_by{executor, "/passer_by", [](const std::string&, const std::string&) {}};
+  NodeGroups passer_by{executor, "/passer_by", [](const auto&...) {}};
   CallbackGroup their{passer_by};
   executor.open(passer_by);
   drain(their);  // the third thread has seen the transition by now
@@ -165,8 +165,8 @@ TEST_F(GroupsTest, closing_waits_for_all_groups) {
 
 TEST_F(GroupsTest, a_wait_that_would_never_end_is_named) {
   Executor single{"single", clock, {}};
-  NodeGroups shared{single, "/shared", [](const std::string&, const std::string&) {}};
-  NodeGroups neighbour{single, "/neighbour", [](const std::string&, const std::string&) {}};
+  NodeGroups shared{single, "/shared", [](const auto&...) {}};
+  NodeGroups neighbour{single, "/neighbour", [](const auto&...) {}};
   single.open(shared);
   single.open(neighbour);
   CallbackGroup group{shared}, other{shared};
@@ -207,7 +207,7 @@ TEST_F(GroupsTest, a_wait_that_would_never_end_is_named) {
 TEST(CallbackStats, hold_count_duration_and_the_cost_of_a_sample) {
   test::ManualClock clock;
   Executor executor{"stats", clock, threads(1)};
-  NodeGroups node{executor, "/node", [](const std::string&, const std::string&) {}};
+  NodeGroups node{executor, "/node", [](const auto&...) {}};
   executor.open(node);
   CallbackGroup group{node};
   CallbackStats stats;
@@ -245,7 +245,7 @@ TEST(CallbackStats, hold_count_duration_and_the_cost_of_a_sample) {
 TEST(TimerQueue, is_a_sorted_list_whatever_is_put_in_and_taken_out) {
   test::ManualClock clock;
   Executor executor{"timers", clock, threads(1)};
-  NodeGroups node{executor, "/node", [](const std::string&, const std::string&) {}};
+  NodeGroups node{executor, "/node", [](const auto&...) {}};
   CallbackGroup group{node};
   for (const unsigned seed : {1U, 2U, 3U}) {
     SCOPED_TRACE(seed);
@@ -283,7 +283,7 @@ TEST(TimerQueue, is_a_sorted_list_whatever_is_put_in_and_taken_out) {
 TEST(ExecutorThreads, carry_the_name_and_the_cpus_of_their_policy) {
   SystemClock clock;
   Executor executor{"a_name_longer_than_fifteen", clock, {.own = true, .priority = 0, .cpus = {0}, .threads = 2}};
-  NodeGroups node{executor, "/node", [](const std::string&, const std::string&) {}};
+  NodeGroups node{executor, "/node", [](const auto&...) {}};
   executor.open(node);
   CallbackGroup group{node, CallbackGroupType::Reentrant};
   Meeting meeting;
@@ -314,7 +314,7 @@ TEST(ExecutorThreads, get_their_priority_or_say_that_they_did_not) {
   int policy = -1;
   {
     Executor executor{"eager", clock, {.own = true, .priority = 7, .cpus = {1023}, .threads = 2}};
-    NodeGroups node{executor, "/node", [](const std::string&, const std::string&) {}};
+    NodeGroups node{executor, "/node", [](const auto&...) {}};
     executor.open(node);
     CallbackGroup group{node, CallbackGroupType::Reentrant};
     Meeting meeting;

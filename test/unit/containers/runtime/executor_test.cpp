@@ -17,8 +17,10 @@ struct ExecutorTest : ::testing::Test {
   SystemClock clock;  // real threads sleep in real time; no test here asserts a duration
   std::mutex mutex;
   std::vector<FaultReason> faults;
-  NodeGroups::OnFault on_fault = [this](std::string code, std::string text) {
+  std::vector<std::string> where;
+  NodeGroups::OnFault on_fault = [this](std::string code, std::string text, std::string callback) {
     const std::lock_guard lock(mutex);
+    where.push_back(std::move(callback));
     faults.push_back({std::move(code), std::move(text)});
   };
   Executor executor{"executor", clock, {}};
@@ -49,6 +51,7 @@ TEST_F(ExecutorTest, runs_what_is_ready_in_the_order_in_which_it_became_ready) {
 TEST_F(ExecutorTest, a_callback_that_throws_becomes_a_fault_and_the_others_go_on) {
   bool ran = false;
   Callable bad(a, [] { throw std::runtime_error("no such register"); });
+  bad.describe_as("subscription", "/scan");
   Callable good(b, [&] { ran = true; });
   executor.post(bad);
   executor.post(good);
@@ -57,6 +60,7 @@ TEST_F(ExecutorTest, a_callback_that_throws_becomes_a_fault_and_the_others_go_on
   ASSERT_EQ(faults.size(), 1U);
   EXPECT_EQ(faults[0].code, "EXCEPTION");
   EXPECT_EQ(faults[0].text, "no such register");
+  EXPECT_EQ(where[0], "subscription /scan");
 }
 
 TEST_F(ExecutorTest, a_callback_that_overstays_loses_the_executor_but_keeps_its_group) {
@@ -87,6 +91,7 @@ TEST_F(ExecutorTest, a_callback_that_hangs_is_a_fault_once) {
     entered.set_value();
     release.get_future().wait();
   });
+  stuck.describe_as("timer", "10 ms");
   executor.post(stuck);
   entered.get_future().wait();
   while (faults.empty()) executor.supervise({1us, 2us});
@@ -95,6 +100,7 @@ TEST_F(ExecutorTest, a_callback_that_hangs_is_a_fault_once) {
   drain(a);
   ASSERT_EQ(faults.size(), 1U);
   EXPECT_EQ(faults[0].code, "HUNG");
+  EXPECT_EQ(where[0], "timer 10 ms");
 }
 
 TEST_F(ExecutorTest, late_threads_are_used_again_as_spares) {
@@ -185,7 +191,7 @@ TEST_F(ExecutorTest, a_transition_takes_no_time_from_the_other_nodes) {
 
 TEST_F(ExecutorTest, a_node_is_not_gone_while_its_hang_is_told) {
   Door entered, release, telling, told;
-  auto node = std::make_unique<NodeGroups>(executor, "/slow", [&](const std::string&, const std::string&) {
+  auto node = std::make_unique<NodeGroups>(executor, "/slow", [&](const auto&...) {
     telling.open();
     EXPECT_TRUE(told.wait());
   });
@@ -262,7 +268,7 @@ TEST_F(ExecutorTest, streams_that_are_always_full_take_turns) {
 struct TimerBeats : ::testing::Test {
   test::ManualClock clock;
   Executor executor{"executor", clock, {}};
-  NodeGroups node{executor, "/a", [](const std::string&, const std::string&) {}};
+  NodeGroups node{executor, "/a", [](const auto&...) {}};
   CallbackGroup group{node};
 };
 

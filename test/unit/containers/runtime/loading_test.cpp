@@ -374,6 +374,24 @@ TEST_F(HangingTest, a_transition_that_takes_its_time_delays_nobody) {
   EXPECT_EQ(configuring.get().reason, "");
 }
 
+TEST_F(HangingTest, a_transition_that_does_not_return_makes_its_component_hang_and_its_name_free) {
+  const auto sleeper = load("Sleeper", asleep_in("transition"));
+  auto configuring =
+      std::async(std::launch::async, [&] { return container.trigger(sleeper.id, Transition::Configure); });
+  wait_until_it_sleeps();
+  EXPECT_THAT(let_time_pass_for(configuring).reason, HasSubstr("on_configure has not returned within 30 s"));
+  EXPECT_EQ(container.find("sleeper").value().fault.code, "HUNG");
+  ASSERT_EQ(container.faults().size(), 1U);
+  EXPECT_EQ(container.faults()[0].callback, "transition on_configure");
+
+  ASSERT_TRUE(container.unload(sleeper.id));
+  const auto beside = load("Sleeper", {{"sleep_in", std::string("nowhere")}});
+  bring_up(beside.id);
+
+  wake();
+  wait_until_nothing_is_kept();
+}
+
 TEST_F(HangingTest, a_transition_that_was_given_up_before_it_began_does_not_happen_later) {
   const auto sleeper = load("Sleeper", asleep_in("callback"));
   bring_up(sleeper.id);

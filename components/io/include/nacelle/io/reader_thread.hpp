@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -41,6 +42,9 @@ class ReaderThread {
     bool reopen = true;           ///< Try to open the line again after a break; false ends the thread.
     Duration first_pause = 50ms;  ///< Before the first attempt; doubles after each failure.
     Duration longest_pause = 2s;
+    /// The stream or the sink threw: the thread ends after this call, which gets the exception's text and is made on it; a
+    /// component calls fault() here. Without it the exception ends the process, as in any thread.
+    std::function<void(const std::string& text)> on_exception{};
   };
   struct Stats {
     std::uint64_t bytes{}, chunks{}, silences{};
@@ -59,6 +63,7 @@ class ReaderThread {
 
  private:
   void run();
+  void read();
   bool bring_back();
   bool pause(Duration length);
   [[nodiscard]] bool stopping() const;

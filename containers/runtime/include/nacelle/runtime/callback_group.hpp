@@ -49,7 +49,8 @@ class ReadyList {
 /// Ownership: the node's; it outlives its groups and their executables.
 class NodeGroups {
  public:
-  using OnFault = std::function<void(std::string code, std::string text)>;
+  /// `callback`: what it happened in, for people ("subscription /scan", "timer 10 ms").
+  using OnFault = std::function<void(std::string code, std::string text, std::string callback)>;
   NodeGroups(Executor& executor, std::string name, OnFault on_fault);
   ~NodeGroups();
   NodeGroups(const NodeGroups&) = delete;
@@ -122,6 +123,13 @@ class Executable : public ReadyListener {
   /// Whoever calls this holds the lock that guards what has become ready, or held it after that (docs/wake_up.md, rule 2).
   void on_ready() noexcept final;
   [[nodiscard]] CallbackGroup& group() const { return group_; }
+  /// For people, and for a crash record: a signal handler reads both, so they are plain text that lives as long as this does.
+  void describe_as(const char* what, const char* name) {
+    label_ = what;
+    label_name_ = name;
+  }
+  /// "subscription /scan"; empty for one that nobody has described.
+  [[nodiscard]] std::string description() const;
   /// From now on its messages are there. To be called before the first of them comes.
   void take_from(ReaderQueue& queue) { inbox_ = &queue; }
 
@@ -146,6 +154,8 @@ class Executable : public ReadyListener {
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
   ReaderQueue* inbox_ = nullptr;
+  const char* label_ = "";       // "subscription"
+  const char* label_name_ = "";  // "/scan"
 };
 
 inline void ReadyList::push_back(Executable& executable) {

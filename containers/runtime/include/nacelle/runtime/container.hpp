@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,24 @@ struct ContainerOptions {
   Duration transition_timeout = 30s;  ///< A lifecycle callback, constructor or destructor longer than this is given up.
 };
 
+/// What follows when a component is faulted.
+enum class FaultPolicy : std::uint8_t {
+  Degrade,  ///< It stays faulted, the others go on.
+  Restart,  ///< It is loaded anew and taken to where it was, after a pause, so many times; then it is left to degrade.
+  StopRobot,  ///< Every registered stop frame is written at once, then all components are deactivated.
+};
+[[nodiscard]] const char* words_of(FaultPolicy policy);  ///< "degrade", "restart", "stop_robot"
+struct FaultHandling {
+  std::optional<FaultPolicy>
+      policy{};                    ///< None: StopRobot for a component that moves something, Degrade for the others.
+  std::uint32_t max_restarts = 3;  ///< In a row: one that was active for a minute begins anew.
+  Duration backoff = 1s;           ///< Before each restart.
+  [[nodiscard]] FaultPolicy policy_for(bool actuator) const {
+    return policy.value_or(actuator ? FaultPolicy::StopRobot : FaultPolicy::Degrade);
+  }
+  friend bool operator==(const FaultHandling&, const FaultHandling&) = default;
+};
+
 /// What is to be made of a plugin.
 struct LoadRequest {
   std::string plugin;            ///< "nacelle::lidar::LidarComponent"
@@ -40,6 +59,7 @@ struct LoadRequest {
   std::vector<RemapRule> remaps;
   std::vector<QosOverride> qos;
   ThreadPolicy thread;
+  FaultHandling on_fault{};
 };
 
 struct ComponentInfo {
@@ -51,6 +71,22 @@ struct ComponentInfo {
   FaultReason fault;                 ///< Why it is faulted; empty code when it is not.
   /// Of load()'s answer only: parameters that were given and that the component does not have.
   std::vector<std::string> warnings{};
+  bool actuator = false;  ///< It has registered a stop frame: it moves something.
+};
+
+/// A component became faulted.
+struct FaultEvent {
+  std::uint64_t number = 0;  ///< Of the container, from 1.
+  std::string node, code, text;
+  std::string callback;  ///< What it happened in: "subscription /scan", "transition on_configure", "thread lidar_rx".
+  WallTime when;
+};
+
+/// A node entered a state; a transition makes two or three of these.
+struct StateChange {
+  std::string node;
+  StateId from = StateId::Unknown, to = StateId::Unknown;
+  WallTime when;
 };
 
 /// What became of a component that was taken out.
@@ -172,7 +208,13 @@ class Container final {
   /// Takes in a component of another process: listed, found, triggered and unloaded as the others. Errors: its name is taken.
   [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
   /// A component of another process has become faulted.
-  void tell_fault(const ComponentInfo& info);
+  void tell_fault(const ComponentInfo& info, const std::string& callback = {});
+  /// The last faults of each node, in their order; those of components that are gone too.
+  [[nodiscard]] std::vector<FaultEvent> faults() const;
+  /// What a component was loaded with, its parameters as they were set since; nothing for one of another process.
+  [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
+  /// Sets a parameter between two callbacks of the component. Errors: what the component answers; it has none of that name.
+  [[nodiscard]] Result<void, Problem> set_parameter(std::uint64_t id, const Parameter& parameter);
   /// What components here have in common beside streams and services, and could not have with another process, in words.
   [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;
@@ -211,6 +253,10 @@ class Container final {
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
+  /// Called with each state that a node of this process enters, on the thread of its transition; keep it short, and call nothing here.
+  void on_state(std::function<void(const StateChange&)> callback);
+  /// Called after a load, an unload, a transition or a set parameter of whoever; keep it short, and call nothing here.
+  void on_change(std::function<void()> callback);
 
  private:
   struct Impl;

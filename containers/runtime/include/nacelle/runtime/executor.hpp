@@ -84,6 +84,12 @@ class Executor {
   /// Writes its threads into `out` from place `used` on, and moves `used`.
   void report_threads(std::vector<ThreadReport>& out, std::size_t& used) const;
   void report_load(const NodeGroups& node, LoadReport& out) const;
+  /// What the calling thread runs at this moment, as text that stays while it does; empty on a thread that is no executor's.
+  /// Async-signal-safe.
+  struct RunsHere {
+    const char *node = "", *what = "", *name = "";
+  };
+  [[nodiscard]] static RunsHere runs_here() noexcept;
   /// Called by a thread that has slept and has something to run; wakes the supervisor. To be set before the first post.
   void set_activity_hook(std::function<void()> hook) { activity_hook_ = std::move(hook); }
 
@@ -105,6 +111,7 @@ class Executor {
   [[nodiscard]] MonotonicTime first_due(const TimerBase& timer, MonotonicTime now) const;
   [[nodiscard]] Block* begin(Worker& self, Executable& executable, MonotonicTime now);
   void run(Worker& self, Executable& executable, Block* message, MonotonicTime now);
+  static void note_exception(const Worker& self, const char* text);
   void finish(Worker& self, MonotonicTime now);
   [[nodiscard]] bool prepare_special(Worker& self);
   static void start_sample(Worker& self, NodeGroups& node);

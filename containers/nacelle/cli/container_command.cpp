@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "commands.hpp"
+#include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/session/session.hpp"
+#include "nacelle/session/stop_signal.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+struct Wish {
+  std::string name = "nacelle", state_file;
+  bool resume = false, verbose = false;
+};
+
+int run(const Wish& wish) {
+  session::StopSignal stop{session::kill_all_programs};
+  launch::Plan plan;
+  plan.file = "nacelle container";
+  plan.container.name = wish.name;
+  plan.container.declared = true;
+  plan.container.where = {plan.file, 0};
+  session::SessionOptions options;
+  options.container_name = wish.name;
+  options.places = program_places();
+  options.verbose = wish.verbose;
+  options.state_file = wish.state_file;
+  options.resume = wish.resume;
+  const SystemClock clock;
+  session::Session session{std::move(plan), std::move(options), clock, stop};
+  return session.run();
+}
+
+}  // namespace
+
+void add_container_command(CLI::App& app, int& exit_code) {
+  auto wish = std::make_shared<Wish>();
+  CLI::App* const command =
+      app.add_subcommand("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
+  command->add_option("--name", wish->name, "its name on the control socket")->capture_default_str();
+  command->add_flag("--resume", wish->resume,
+                    "after a crash: the components, parameters and states that the last run had");
+  command->add_option("--state", wish->state_file,
+                      "where the composition is kept (default: beside the control socket)");
+  command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
+  command->footer("What survives a crash, and how: docs/supervision.md in the source tree.");
+  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr Duration kAnswerLimit = 90s;  // it may be busy with a restart
+
+struct Wish {
+  std::string container;
+  bool as_json = false;
+};
+
+std::string clock_time(std::int64_t time_ns) {
+  const std::time_t seconds = time_ns / 1'000'000'000;
+  std::tm local{};
+  ::localtime_r(&seconds, &local);
+  std::array<char, 16> text{};
+  std::strftime(text.data(), text.size(), "%H:%M:%S", &local);
+  std::array<char, 32> all{};
+  std::snprintf(all.data(), all.size(), "%s.%03d", text.data(), static_cast<int>(time_ns / 1'000'000 % 1000));
+  return all.data();
+}
+
+std::string where_of(const json& event) {
+  const std::string callback = event.value("callback", "");
+  return callback.empty() ? "" : "  (in " + callback + ")";
+}
+
+void show(const json& reply) {
+  if (!reply["robot_stopped_by"].is_null())
+    std::printf("the robot was stopped by %s\n", reply["robot_stopped_by"].get<std::string>().c_str());
+  if (!reply["last_crash"].is_null())
+    std::printf("a run before crashed: %s\n", reply["last_crash"]["text"].get<std::string>().c_str());
+  bool any = false;
+  for (const auto& row : reply["components"]) {
+    const bool faulted = row.contains("fault");
+    any = any || faulted;
+    std::printf("%s  %s%s", row["node"].get<std::string>().c_str(), row["state"].get<std::string>().c_str(),
+                faulted ? "  faulted: " : "");
+    if (faulted) {
+      std::printf("%s: %s%s", row["fault"]["code"].get<std::string>().c_str(),
+                  row["fault"]["text"].get<std::string>().c_str(),
+                  row.contains("last") ? where_of(row["last"]).c_str() : "");
+    }
+    std::printf("\n  on_fault: %s", row["policy"].get<std::string>().c_str());
+    if (row["policy"] == "restart")
+      std::printf(", restarted %d of %d times", row["restarts"].get<int>(), row["max_restarts"].get<int>());
+    if (row.contains("next_restart_s")) std::printf(", the next in %.1f s", row["next_restart_s"].get<double>());
+    std::printf("\n");
+  }
+  if (!any) std::printf("no component is faulted\n");
+  if (reply["history"].empty()) return;
+  std::printf("what happened:\n");
+  for (const auto& event : reply["history"]) {
+    std::printf("  %s  %s  %s: %s%s\n", clock_time(event["time_ns"].get<std::int64_t>()).c_str(),
+                event["node"].get<std::string>().c_str(), event["code"].get<std::string>().c_str(),
+                event["text"].get<std::string>().c_str(), where_of(event).c_str());
+  }
+}
+
+int faults(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto reply = client.value().call({{"verb", "faults"}}, kAnswerLimit);
+  if (!reply) return complain(reply.error());
+  if (wish.as_json) {
+    reply.value().erase("ok");
+    std::printf("%s\n", reply.value().dump().c_str());
+  } else {
+    show(reply.value());
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_faults_command(CLI::App& app, int& exit_code) {
+  auto wish = std::make_shared<Wish>();
+  CLI::App* const command =
+      app.add_subcommand("faults", "the components that cannot go on, why, and what is done about it");
+  command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
+  command->add_flag("--json", wish->as_json, "the answer as JSON");
+  command->callback([wish, &exit_code] { exit_code = faults(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/comeback.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "nacelle/base/names.hpp"
+#include "nacelle/runtime/crash_record.hpp"
+#include "nacelle/session/session.hpp"
+#include "nacelle/session/supervision.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using launch::TargetState;
+
+// A state that something is just leaving, or that nobody can come back to, becomes the one before it.
+TargetState target_of(StateId state) {
+  switch (state) {
+    case StateId::Active:
+    case StateId::Deactivating: return TargetState::Active;
+    case StateId::Inactive:
+    case StateId::Activating:
+    case StateId::CleaningUp: return TargetState::Inactive;
+    default: return TargetState::Unconfigured;
+  }
+}
+
+launch::ComponentPlan plan_of(const runtime::ComponentInfo& info, const runtime::LoadRequest& request) {
+  launch::ComponentPlan plan;
+  plan.plugin = request.plugin;
+  const std::size_t slash = info.node.rfind('/');
+  plan.name = info.node.substr(slash + 1);
+  plan.namespace_ = slash == 0 ? "/" : info.node.substr(0, slash);
+  plan.remaps = request.remaps;
+  plan.thread.mode = request.thread.own ? launch::ThreadMode::Own : launch::ThreadMode::Shared;
+  if (request.thread.priority != 0) plan.thread.priority = request.thread.priority;
+  plan.thread.cpus = request.thread.cpus;
+  plan.thread.threads = request.thread.threads;
+  return plan;
+}
+
+}  // namespace
+
+Composition composition_of(Session& session, const Supervision& supervision) {
+  Composition composition{session.options().container_name, {}};
+  for (const auto& info : session.container().list()) {
+    ComposedComponent component;
+    const auto request = session.container().request_of(info.id);
+    const auto* const written = session.plan().find(info.node);
+    if (written != nullptr && written->plugin == info.plugin) {
+      component.plan = *written;
+    } else if (request) {
+      component.plan = plan_of(info, *request);
+    } else {
+      continue;  // of another process, and no longer in the plan: nobody could bring it back
+    }
+    if (request) {
+      component.plan.parameters.clear();
+      for (const auto& [name, value] : request->parameters)
+        component.plan.parameters.push_back({.name = name, .value = value});
+    }
+    component.plan.target =
+        info.managed ? supervision.target_of_restart(info.node).value_or(target_of(info.state)) : TargetState::Active;
+    component.actuator = info.actuator;
+    composition.components.push_back(std::move(component));
+  }
+  return composition;
+}
+
+std::string crash_file_of(const std::string& state_file) { return state_file + ".crash"; }
+
+std::string summary_of_crash(const std::string& crash_file) {
+  std::ifstream file{crash_file};
+  if (!file) return {};
+  std::ostringstream text;
+  text << file.rdbuf();
+  const std::string record = text.str();
+  const auto line = [&](const char* key) { return runtime::crash_record_line(record, key); };
+  const std::string component = line("component"), callback = line("callback"), library = line("library");
+  return fmt::format("{} in {}{}{} (all of it: {})", line("signal"), component.empty() ? library : component,
+                     callback.empty() ? "" : ", ", callback, crash_file);
+}
+
+Result<runtime::ContainerOptions, Problem> container_options_of(const std::vector<launch::Parameter>& parameters,
+                                                                const std::string& where) {
+  runtime::ContainerOptions options;
+  for (const auto& parameter : parameters) {
+    if (parameter.name == "use_sim_time") continue;  // every node of a launch file may be given it
+    Duration* const limit = parameter.name == "hang_after"           ? &options.hang_after
+                            : parameter.name == "handover_after"     ? &options.handover_after
+                            : parameter.name == "transition_timeout" ? &options.transition_timeout
+                                                                     : nullptr;
+    const std::string at = where + ", parameter " + parameter.name + " of the container";
+    if (limit == nullptr) {
+      return err(Problem{at, "there is no such parameter",
+                         suggestion(parameter.name, {"hang_after", "handover_after", "transition_timeout"})});
+    }
+    double seconds = 0;
+    if (const auto* const real = std::get_if<double>(&parameter.value)) seconds = *real;
+    if (const auto* const whole = std::get_if<std::int64_t>(&parameter.value)) seconds = static_cast<double>(*whole);
+    if (!(seconds >= 0.001 && seconds <= 3600)) {
+      return err(Problem{at,
+                         fmt::format("must be seconds from 0.001 to 3600, not {}", nacelle::to_text(parameter.value)),
+                         "leave it out for the default"});
+    }
+    *limit = from_seconds(seconds);
+  }
+  if (options.hang_after <= options.handover_after) {
+    return err(Problem{where,
+                       "hang_after must be longer than handover_after, or no callback could be late without hanging",
+                       "the defaults are 1.5 and 0.02"});
+  }
+  return options;
+}
+
+}  // namespace nacelle::session

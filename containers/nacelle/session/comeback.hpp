@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/runtime/container.hpp"
+#include "nacelle/session/composition.hpp"
+
+namespace nacelle::session {
+
+class Session;
+class Supervision;
+
+/// What the session's container holds now, to come back to.
+[[nodiscard]] Composition composition_of(Session& session, const Supervision& supervision);
+
+/// Beside the state file.
+[[nodiscard]] std::string crash_file_of(const std::string& state_file);
+/// "SIGSEGV in /lidar, subscription /scan (all of it: FILE)"; empty if there is no record.
+[[nodiscard]] std::string summary_of_crash(const std::string& crash_file);
+
+/// The container's own parameters, in seconds: `hang_after`, `handover_after`, `transition_timeout`. Errors: another name, or no
+/// positive number.
+[[nodiscard]] Result<runtime::ContainerOptions, Problem> container_options_of(
+    const std::vector<launch::Parameter>& parameters, const std::string& where);
+
+}  // namespace nacelle::session

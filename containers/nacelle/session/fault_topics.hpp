@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nacelle/node/transport.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::session {
+
+/// What ROS 2's tools hear of faults and states: /diagnostics (diagnostic_msgs/DiagnosticArray) and each managed node's
+/// ~/transition_event (lifecycle_msgs/TransitionEvent). Threads: one.
+class FaultTopics {
+ public:
+  explicit FaultTopics(runtime::Container& container);
+  ~FaultTopics();
+
+  /// Makes the topic of a managed node that has none, and takes away those of nodes that are gone.
+  void follow(const std::vector<runtime::ComponentInfo>& components);
+  void publish(const runtime::StateChange& change);
+  /// Error for each faulted component, and once more OK for one that is well again. Returns whether one is faulted.
+  bool publish_diagnostics(const std::vector<runtime::ComponentInfo>& components);
+
+ private:
+  runtime::Container& container_;
+  std::unique_ptr<Writer> diagnostics_;
+  std::map<std::string, std::unique_ptr<Writer>> events_;
+  std::vector<std::string> were_faulted_;
+};
+
+/// lifecycle_msgs' number and label of the step between two states, as rcl_lifecycle tells it. Pure.
+struct TransitionName {
+  std::uint8_t id = 0;
+  const char* label = "";
+};
+[[nodiscard]] TransitionName name_of_step(StateId from, StateId to);
+
+}  // namespace nacelle::session

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/runtime/container.hpp"
+#include "nacelle/session/fault_topics.hpp"
+#include "nacelle/session/restarts.hpp"
+
+namespace nacelle::session {
+
+class Session;
+
+/// What follows a component's fault: its policy, the topics that tell of it, and the answer to `nacelle faults` (design D7).
+///
+/// What cannot wait (the stop frames of stop_robot) has been done by the container when this hears of it.
+/// Threads: the main thread; the container's hooks only note what happened and wake it through `event` (an eventfd).
+class Supervision {
+ public:
+  Supervision(Session& session, const Clock& clock, int event);
+  ~Supervision();
+  Supervision(const Supervision&) = delete;
+  Supervision& operator=(const Supervision&) = delete;
+
+  /// Publishes what happened and carries out what is due.
+  void work();
+  /// Publishes only: while the robot comes up and goes down nothing is restarted.
+  void publish();
+  /// When work() has something to do though nothing happens.
+  [[nodiscard]] std::optional<MonotonicTime> next_due() const;
+  /// A fault has stopped the robot; the run ends with a failure then.
+  [[nodiscard]] bool has_stopped_the_robot() const { return stopped_by_.has_value(); }
+  /// A restart is pending, to this state: what the composition is to come back to. Nothing: the component's own state counts.
+  [[nodiscard]] std::optional<launch::TargetState> target_of_restart(const std::string& node) const;
+  [[nodiscard]] nlohmann::json report() const;
+
+ private:
+  struct Noted {
+    std::vector<runtime::ComponentInfo> faults;
+    std::vector<runtime::StateChange> states;
+  };
+  struct Patient {  // how to bring a component back
+    runtime::LoadRequest request;
+    bool apart = false;  // of another process: the plan loads it
+    launch::TargetState target = launch::TargetState::Active;
+    runtime::FaultHandling handling;
+  };
+  [[nodiscard]] runtime::FaultHandling handling_of(const runtime::ComponentInfo& info) const;
+  [[nodiscard]] Noted take_noted();
+  void publish(const Noted& noted);
+  void on_fault(const runtime::ComponentInfo& info);
+  void plan_restart(const std::string& node, const Patient& patient);
+  void restart(const std::string& node);
+  void stop_robot(const runtime::ComponentInfo& cause);
+
+  Session& session_;
+  const Clock& clock_;
+  Guarded<Noted> noted_;
+  FaultTopics topics_;
+  Restarts restarts_;
+  std::map<std::string, Patient> patients_;
+  std::map<std::string, launch::TargetState> before_fault_;  // the state that error processing took a node from
+  std::vector<std::string> active_order_;                    // nodes in the order in which they became active
+  std::optional<std::string> stopped_by_;
+  std::optional<MonotonicTime> next_beat_;  // of the diagnostics, while a component is faulted
+};
+
+}  // namespace nacelle::session

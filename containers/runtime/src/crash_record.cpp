@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/runtime/crash_record.hpp"
+
+#include <dlfcn.h>
+#include <execinfo.h>
+#include <fcntl.h>
+#include <link.h>
+#include <sys/prctl.h>
+#include <ucontext.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <ctime>
+#include <string_view>
+
+#include "nacelle/base/expect.hpp"
+#include "nacelle/runtime/executor.hpp"
+#include "safe_stop.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+// A handler has no argument of ours: what it touches is static.
+constexpr std::array<int, 5> kSignals{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+std::array<struct sigaction, kSignals.size()> before{};
+std::array<char, 4096> record_file{};
+std::array<char, 64> container_name{};
+std::atomic<bool> installed{false}, crashing{false};
+constexpr std::size_t kFrames = 48;
+
+const char* name_of(int number) noexcept {
+  switch (number) {
+    case SIGSEGV: return "SIGSEGV";
+    case SIGBUS: return "SIGBUS";
+    case SIGFPE: return "SIGFPE";
+    case SIGILL: return "SIGILL";
+    case SIGABRT: return "SIGABRT";
+    default: return "signal";
+  }
+}
+
+// Text for a signal handler: no heap, no locale, out by write().
+class Lines {
+ public:
+  explicit Lines(int file) : file_(file) {}
+  Lines& operator<<(std::string_view text) noexcept {
+    for (const char c : text) {
+      if (used_ == buffer_.size()) flush();
+      buffer_[used_++] = c;
+    }
+    return *this;
+  }
+  Lines& operator<<(const char* text) noexcept { return *this << std::string_view{text}; }
+  Lines& number(std::uint64_t value) noexcept { return digits(value, 10); }
+  Lines& hex(std::uint64_t value) noexcept { return (*this << "0x").digits(value, 16); }
+  void flush() noexcept {
+    for (const int to : {file_, STDERR_FILENO}) {
+      std::size_t done = 0;
+      while (to >= 0 && done < used_) {
+        const ssize_t n = ::write(to, buffer_.data() + done, used_ - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) break;
+        done += static_cast<std::size_t>(n);
+      }
+    }
+    used_ = 0;
+  }
+
+ private:
+  Lines& digits(std::uint64_t value, unsigned base) noexcept {
+    std::array<char, 24> text{};
+    std::size_t at = text.size();
+    do {
+      text[--at] = "0123456789abcdef"[value % base];
+      value /= base;
+    } while (value != 0);
+    return *this << std::string_view{text.data() + at, text.size() - at};
+  }
+  const int file_;
+  std::array<char, 512> buffer_{};
+  std::size_t used_ = 0;
+};
+
+void* program_counter(const void* context) noexcept {
+  const auto& machine = static_cast<const ucontext_t*>(context)->uc_mcontext;
+#if defined(__x86_64__)
+  return reinterpret_cast<void*>(machine.gregs[REG_RIP]);
+#elif defined(__aarch64__)
+  return reinterpret_cast<void*>(machine.pc);
+#else
+  static_cast<void>(machine);
+  return nullptr;
+#endif
+}
+
+struct Place {
+  const char* image = "";  // empty: the program itself
+  std::uint64_t offset = 0;
+  bool known = false;
+};
+
+// glibc promises that _dl_find_object() may be called here; dladdr() and dl_iterate_phdr() take the linker's lock.
+Place place_of(void* code) noexcept {
+  dl_find_object found{};
+  if (code == nullptr || _dl_find_object(code, &found) != 0) return {};
+  const auto* const map = found.dlfo_link_map;
+  return {map->l_name, static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(code) - map->l_addr), true};
+}
+
+void show(Lines& out, const Place& place) noexcept {
+  if (!place.known) {
+    out << "unknown";
+  } else {
+    (out << (*place.image != '\0' ? place.image : "the program") << " +").hex(place.offset);
+  }
+}
+
+bool is_component(const CrashEntry& entry, const Place& place) noexcept {
+  return place.known && *place.image != '\0' && entry.image[0] != '\0' &&
+         std::strcmp(entry.image.data(), place.image) == 0;
+}
+
+// The components whose library this is: one, unless the library made several.
+bool show_owners(Lines& out, const Place& place) noexcept {
+  bool any = false;
+  for (const CrashEntry* entry = first_crash_entry(); entry != nullptr; entry = entry->next) {
+    if (!is_component(*entry, place)) continue;
+    out << (any ? " or " : "") << entry->node.data();
+    any = true;
+  }
+  return any;
+}
+
+void write_record(int number, const siginfo_t* info, const void* context, unsigned stops) noexcept {
+  const int file = record_file[0] == '\0'
+                       ? -1
+                       : ::open(record_file.data(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
+  Lines out{file};
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  std::array<char, 17> thread{};
+  ::prctl(PR_GET_NAME, thread.data());
+  out << "nacelle crash record\ncontainer: " << container_name.data() << "\nsignal: " << name_of(number);
+  if (number != SIGABRT) (out << " at address ").hex(reinterpret_cast<std::uintptr_t>(info->si_addr));
+  (out << "\ntime: ").number(static_cast<std::uint64_t>(now.tv_sec)) << " s after 1970\nprocess: ";
+  out.number(static_cast<std::uint64_t>(::getpid())) << "\nthread: " << thread.data();
+  (out << "\nsafe stops written: ").number(stops) << "\n";
+  const Executor::RunsHere runs = Executor::runs_here();
+  const bool by_executor = *runs.node != '\0';
+  if (by_executor) {
+    out << "component: " << runs.node << "\ncallback: " << runs.what;
+    if (*runs.name != '\0') out << " " << runs.name;
+    out << "\n";
+    if (*runs.name == '/') out << "stream: " << runs.name << "\n";
+  }
+  const Place place = place_of(program_counter(context));
+  out << "library: ";
+  show(out, place);
+  out << "\n";
+  out.flush();  // what follows reads a stack that may be broken
+  std::array<void*, kFrames> frames{};
+  const int count = ::backtrace(frames.data(), kFrames);
+  // abort() dies in the C library: whose code led there is further up.
+  for (int i = 0; i < count; ++i) {
+    const Place caller = place_of(frames[static_cast<std::size_t>(i)]);
+    bool is_theirs = false;
+    for (const CrashEntry* entry = first_crash_entry(); entry != nullptr; entry = entry->next)
+      is_theirs = is_theirs || is_component(*entry, caller);
+    if (!is_theirs) continue;
+    if (!by_executor) {
+      out << "component: ";
+      static_cast<void>(show_owners(out, caller));
+      out << "\ncallback: thread " << thread.data() << "\n";
+    }
+    out << "component code: ";
+    show(out, caller);
+    out << "\n";
+    break;
+  }
+  out << "calls, the innermost first:\n";
+  for (int i = 0; i < count; ++i) {
+    out << "  ";
+    show(out, place_of(frames[static_cast<std::size_t>(i)]));
+    out << "\n";
+  }
+  out << "end\n";
+  out.flush();
+  if (file >= 0) ::close(file);
+}
+
+void on_crash(int number, siginfo_t* info, void* context) {
+  // A second thread that crashes meanwhile has nothing to add, and must not end the process before the record is whole.
+  if (crashing.exchange(true)) {
+    for (;;) ::pause();
+  }
+  const int saved = errno;
+  const unsigned stops = write_all_safe_stops();
+  write_record(number, info, context, stops);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
+  crashing = false;
+  errno = saved;
+  // A fault of the code happens again when this returns, and then takes its course; one that was sent has to be sent again.
+  if (info->si_code <= 0) ::raise(number);
+}
+
+}  // namespace
+
+CrashHandler::CrashHandler(const std::string& file, const std::string& container) {
+  NACELLE_EXPECT(!installed.exchange(true), "one CrashHandler per process at a time");
+  NACELLE_EXPECT(file.size() < record_file.size(), "the path of a crash record has less than 4096 characters");
+  record_file.fill('\0');
+  std::ranges::copy(file, record_file.begin());
+  container_name.fill('\0');
+  std::copy_n(container.begin(), std::min(container.size(), container_name.size() - 1), container_name.begin());
+  // The first call loads a library; in a handler it would be too late for that.
+  std::array<void*, 2> frames{};
+  static_cast<void>(::backtrace(frames.data(), static_cast<int>(frames.size())));
+  struct sigaction action {};
+  action.sa_sigaction = on_crash;
+  action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+  sigemptyset(&action.sa_mask);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before[i]);
+}
+
+CrashHandler::~CrashHandler() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
+  installed = false;
+}
+
+std::string crash_record_line(const std::string& record, const std::string& key) {
+  const std::string start = key + ": ";
+  for (std::size_t at = 0; at < record.size();) {
+    const std::size_t end = std::min(record.find('\n', at), record.size());
+    if (record.compare(at, start.size(), start) == 0 && at + start.size() <= end)
+      return record.substr(at + start.size(), end - at - start.size());
+    at = end + 1;
+  }
+  return {};
+}
+
+}  // namespace nacelle::runtime

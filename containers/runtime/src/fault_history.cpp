@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fault_history.hpp"
+
+#include <algorithm>
+
+namespace nacelle::runtime {
+
+void FaultHistory::add(FaultEvent event) {
+  event.number = next_++;
+  auto& mine = of_[event.node];
+  mine.push_back(std::move(event));
+  if (mine.size() > kPerNode) mine.pop_front();
+  if (of_.size() <= kNodes) return;
+  // Names that somebody makes up for every load must not fill the memory: who was faulted longest ago is forgotten.
+  of_.erase(std::ranges::min_element(of_, {}, [](const auto& entry) { return entry.second.back().number; }));
+}
+
+std::vector<FaultEvent> FaultHistory::all() const {
+  std::vector<FaultEvent> events;
+  for (const auto& [node, mine] : of_) events.insert(events.end(), mine.begin(), mine.end());
+  std::ranges::sort(events, {}, &FaultEvent::number);
+  return events;
+}
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// What becomes of a component that cannot go on, and who is told.
+#include "container_impl.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+// A component that has refused a transition goes on as it was, so it can still fail for good.
+constexpr const char* kTransitionFailed = "TRANSITION_FAILED";
+
+}  // namespace
+
+const char* words_of(FaultPolicy policy) {
+  switch (policy) {
+    case FaultPolicy::Degrade: return "degrade";
+    case FaultPolicy::Restart: return "restart";
+    case FaultPolicy::StopRobot: return "stop_robot";
+  }
+  return "degrade";
+}
+
+bool Container::Impl::keep_reason(Record& record, const std::string& code, const std::string& text,
+                                  const std::string& callback) {
+  {
+    auto fault = record.fault.lock();
+    if (!fault->code.empty() && fault->code != kTransitionFailed) return false;
+    *fault = {code, text};
+  }
+  const std::string& node = record.runtime->identity().fully_qualified();
+  history.lock()->add({0, node, code, text, callback, commons.clock.wall_now()});
+  log.error("{} is faulted: {}: {}{}", node, code, text, callback.empty() ? "" : " (in " + callback + ")");
+  return true;
+}
+
+void Container::Impl::note_fault(Record& record, const std::string& code, const std::string& text,
+                                 const std::string& callback) {
+  if (!keep_reason(record, code, text, callback)) return;
+  record.runtime->write_safe_stop();
+  // At once, and by whoever finds the fault: what else there is to do about it may have to wait for a callback to return.
+  if (record.request.lock()->on_fault.policy_for(record.runtime->is_actuator()) == FaultPolicy::StopRobot)
+    write_safe_stops();
+  if (code == "HUNG") return give_up_on(record);
+  record.runtime->post("on_error", [this, &record, reason = FaultReason{code, text}] {
+    if (record.managed != nullptr) {
+      const StateWatch watch = watch_states(record);
+      static_cast<void>(record.managed->process_fault(reason));
+    }
+    tell_listener(record);
+    note_change();
+  });
+}
+
+void Container::Impl::give_up_on(Record& record) {
+  record.hung = true;
+  record.runtime->set_active(false);
+  record.runtime->write_safe_stop();
+  tell_listener(record);
+  note_change();
+}
+
+// Whoever asked for the transition is told that it failed, and decides; so there is a reason to show, and no policy runs.
+void Container::Impl::note_failed_transition(Record& record, Transition transition, const TransitionOutcome& outcome) {
+  *record.fault.lock() = {};  // this reason is the latest
+  static_cast<void>(keep_reason(record, kTransitionFailed, outcome.reason,
+                                std::string{"transition on_"} + nacelle::to_text(transition)));
+  if (outcome.state != StateId::Active) record.runtime->write_safe_stop();
+}
+
+StateWatch Container::Impl::watch_states(const Record& record) {
+  return StateWatch{[this, node = record.runtime->identity().fully_qualified()](StateId from, StateId to) {
+    const std::function<void(const StateChange&)> listener = *state_listener.lock();
+    if (listener) listener({node, from, to, commons.clock.wall_now()});
+  }};
+}
+
+void Container::Impl::tell_listener(Record& record) {
+  const std::function<void(const ComponentInfo&)> listener = *fault_listener.lock();
+  if (listener) listener(info_of(record));
+}
+
+void Container::Impl::note_change() const {
+  const std::function<void()> listener = *change_listener.lock();
+  if (listener) listener();
+}
+
+void Container::Impl::write_safe_stops() const {
+  const std::lock_guard lock(mutex);
+  for (const auto& [id, record] : records) record->runtime->write_safe_stop();
+}
+
+std::vector<FaultEvent> Container::faults() const { return impl_->history.lock()->all(); }
+
+void Container::on_fault(std::function<void(const ComponentInfo&)> callback) {
+  *impl_->fault_listener.lock() = std::move(callback);
+}
+void Container::on_state(std::function<void(const StateChange&)> callback) {
+  *impl_->state_listener.lock() = std::move(callback);
+}
+void Container::on_change(std::function<void()> callback) { *impl_->change_listener.lock() = std::move(callback); }
+
+}  // namespace nacelle::runtime

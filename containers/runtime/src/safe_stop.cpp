@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "safe_stop.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "nacelle/base/expect.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+std::atomic<CrashEntry*> head{nullptr};
+static_assert(std::atomic<CrashEntry*>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
+
+// An entry that was given back, or a new one: as many are ever made as components lived at the same time.
+CrashEntry& take_entry() {
+  for (CrashEntry* entry = head.load(std::memory_order_acquire); entry != nullptr; entry = entry->next) {
+    bool expected = false;
+    if (entry->in_use.compare_exchange_strong(expected, true)) return *entry;
+  }
+  auto* const made = new CrashEntry;
+  made->next = head.load(std::memory_order_relaxed);
+  while (!head.compare_exchange_weak(made->next, made, std::memory_order_release)) {}
+  return *made;
+}
+
+template <std::size_t N>
+void copy_text(const std::string& text, std::array<char, N>& into) {
+  into.fill('\0');
+  std::copy_n(text.begin(), std::min(text.size(), N - 1), into.begin());
+}
+
+bool write_frame(const CrashEntry& entry) noexcept {
+  const int descriptor = entry.descriptor.load(std::memory_order_acquire);
+  if (descriptor < 0) return false;
+  return ::write(descriptor, entry.frame.data(), entry.length) == static_cast<ssize_t>(entry.length);
+}
+
+}  // namespace
+
+const CrashEntry* first_crash_entry() noexcept { return head.load(std::memory_order_acquire); }
+
+unsigned write_all_safe_stops() noexcept {
+  unsigned written = 0;
+  for (const CrashEntry* entry = first_crash_entry(); entry != nullptr; entry = entry->next)
+    written += write_frame(*entry) ? 1U : 0U;
+  return written;
+}
+
+SafeStop::SafeStop(const std::string& node) : entry_(take_entry()) { copy_text(node, entry_.node); }
+
+SafeStop::~SafeStop() {
+  clear();
+  entry_.node.fill('\0');
+  entry_.image.fill('\0');
+  entry_.in_use.store(false, std::memory_order_release);
+}
+
+void SafeStop::set_image(const std::string& image) { copy_text(image, entry_.image); }
+
+void SafeStop::set(int descriptor, ByteView frame) {
+  NACELLE_EXPECT(frame.size() <= entry_.frame.size(), "a stop frame fits into 64 bytes");
+  entry_.descriptor.store(-1, std::memory_order_release);
+  std::ranges::copy(frame, entry_.frame.begin());
+  entry_.length = frame.size();
+  entry_.descriptor.store(descriptor, std::memory_order_release);
+  was_set_.store(true, std::memory_order_relaxed);
+}
+
+void SafeStop::clear() { entry_.descriptor.store(-1, std::memory_order_release); }
+
+void SafeStop::write() const noexcept { static_cast<void>(write_frame(entry_)); }
+
+}  // namespace nacelle::runtime

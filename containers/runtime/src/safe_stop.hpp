@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "nacelle/base/bytes.hpp"
+
+namespace nacelle::runtime {
+
+/// What a signal handler may know of a component: who it is, and the bytes that stop its hardware. Fixed memory that is given
+/// back but never freed, linked into one list of the process, so that a handler reads it at any moment without a lock.
+struct CrashEntry {
+  std::atomic<bool> in_use{true};
+  CrashEntry* next = nullptr;
+  std::array<char, 128> node{};
+  std::array<char, 256> image{};  // the library's path, as the linker has it
+  std::atomic<int> descriptor{-1};
+  std::size_t length = 0;
+  std::array<std::uint8_t, 64> frame{};
+};
+
+/// The first entry, or null. Async-signal-safe, as everything here that only reads.
+[[nodiscard]] const CrashEntry* first_crash_entry() noexcept;
+/// Writes every registered stop frame of the process; returns how many went out whole. Async-signal-safe.
+unsigned write_all_safe_stops() noexcept;
+
+/// A component's entry, from its host's construction to its end. Threads: one, but write() from any.
+class SafeStop {
+ public:
+  explicit SafeStop(const std::string& node);
+  ~SafeStop();
+  SafeStop(const SafeStop&) = delete;
+  SafeStop& operator=(const SafeStop&) = delete;
+
+  void set_image(const std::string& image);
+  void set(int descriptor, ByteView frame);
+  void clear();
+  /// One attempt: the line is non-blocking, and whoever calls this has nobody to tell.
+  void write() const noexcept;
+  /// It has had a frame to write, now or before: the component moves something.
+  [[nodiscard]] bool was_ever_set() const { return was_set_.load(std::memory_order_relaxed); }
+
+ private:
+  CrashEntry& entry_;
+  std::atomic<bool> was_set_{false};
+};
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults that are injected into the running simulated robot: who is faulted, why, what follows, and what the others notice."""
+import json
+import os
+import pathlib
+import select
+import signal
+import subprocess
+import threading
+import time
+import unittest
+
+from robot import PROGRAM, SLOW, RunningRobotTest, wait_for
+
+CHAOS = pathlib.Path(__file__).parent / "chaos/chaos.launch.yaml"
+# What a fault elsewhere must not touch.
+STEADY_HZ = {"/imu/data_raw": 100, "/odom": 50, "/odometry/filtered": 50, "/camera/image_raw": 30}
+
+
+class ChaosTest(RunningRobotTest):
+    """The simulated robot with /chaos (degrade), /patient (restart, two times) and /crane (it moves something)."""
+
+    @classmethod
+    def setUpClass(cls):
+        super(RunningRobotTest, cls).setUpClass()
+        cls.stop_file = cls.folder / "stop"
+        cls.start_robot()
+
+    @classmethod
+    def start_robot(cls, *more):
+        cls.log = open(cls.folder / "log", "w+")
+        cls.robot = cls.start_program("launch", CHAOS, f"sim_dir:={cls.folder}/sim", f"stop_file:={cls.stop_file}", "--name", "robot", *more,
+                                      stdout=cls.log, stderr=subprocess.STDOUT)  # fmt: skip
+        try:
+            wait_for("every component is active", cls.is_up, 60)
+        except BaseException:
+            cls.tearDownClass()
+            raise
+
+    def order(self, who, what, kills=False):
+        sent = self.run_program("topic", "pub", "--once", f"/{who}/do", "std_msgs/msg/String", json.dumps({"data": what}))
+        if not kills:
+            self.expect_exit(sent, 0)
+
+    def said(self):
+        return (self.folder / "log").read_text()
+
+    def faults(self):
+        return json.loads(self.expect_exit(self.run_program("faults", "--json"), 0).stdout)
+
+    def last_of(self, node, code=None):
+        """The last fault of a node, once it has one (with this code)."""
+        def look():
+            mine = [event for event in self.faults()["history"] if event["node"] == node and code in (None, event["code"])]
+            return mine[-1] if mine else None
+
+        return wait_for(f"{node} is faulted{' with ' + code if code else ''}: {self.faults()}", look)
+
+    def state_of(self, node):
+        listed = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)
+        return {row["node"]: row for row in listed["components"]}.get(node)
+
+    def expect_steady(self, seconds=5.0):
+        """Over a window that begins now, each stream keeps its rate within 1 % (and the one message that the window's ends cut)."""
+        def counts():
+            now = time.monotonic()
+            topics = self.topics()
+            return (now + time.monotonic()) / 2, {name: topics[name]["published"] for name in STEADY_HZ}
+
+        begin, first = counts()
+        threading.Event().wait(seconds)  # the window; nothing is waited for
+        end, last = counts()
+        for name, hz in STEADY_HZ.items():
+            rate = (last[name] - first[name]) / (end - begin)
+            self.assertAlmostEqual(rate, hz, delta=(0.01 * hz + 1.0 / (end - begin)) * (1 if SLOW == 1 else 30), msg=name)
+
+
+class Faults(ChaosTest):
+    def test_what_is_thrown_faults_its_component_and_nobody_else(self):
+        self.order("chaos", "throw")
+        event = self.last_of("/chaos", "EXCEPTION")
+        self.assertEqual((event["text"], event["callback"]), ("told to throw", "subscription /chaos/do"))
+        row = self.state_of("/chaos")
+        self.assertEqual(row["state"], "unconfigured")
+        self.assertEqual(row["fault"]["code"], "EXCEPTION")
+        self.expect_steady()
+        text = self.expect_exit(self.run_program("faults"), 0).stdout
+        self.assertIn("/chaos  unconfigured  faulted: EXCEPTION: told to throw  (in subscription /chaos/do)\n  on_fault: degrade", text)
+        diagnostics = json.loads(self.expect_exit(self.run_program("topic", "echo", "/diagnostics", "--once", "--json", "--full"), 0).stdout)
+        self.assertIsInstance(diagnostics["status"], list)
+        self.recover("chaos")
+
+    def recover(self, who):
+        self.expect_exit(self.run_program("lifecycle", "set", who, "configure"), 0)
+        self.expect_exit(self.run_program("lifecycle", "set", who, "activate"), 0)
+        self.assertNotIn("fault", self.state_of(f"/{who}"))
+
+    def test_a_reader_thread_that_ends_faults_its_component(self):
+        self.order("chaos", "thread")
+        event = self.last_of("/chaos", "READER_ENDED")
+        self.assertEqual((event["text"], event["callback"]), ("the decoder gave up", "thread chaos_rx"))
+        self.recover("chaos")
+
+    def test_a_reported_fault_and_a_failed_transition_are_kept_with_their_reason(self):
+        self.order("chaos", "fault")
+        self.assertEqual(self.last_of("/chaos", "TOLD_TO")["text"], "a fault on command")
+        self.expect_exit(self.run_program("lifecycle", "get", "chaos"), 0)
+        self.recover("chaos")
+        loaded = self.run_program("component", "load", "nacelle::test::Chaos", "--name", "broken", "-p", "fail_in:=configure")
+        self.expect_exit(loaded, 1)
+        self.assertIn("cannot be configured", loaded.stderr)
+        event = self.last_of("/broken", "TRANSITION_FAILED")
+        self.assertEqual((event["text"], event["callback"]), ("cannot be configured", "transition on_configure"))
+
+    def test_states_are_told_as_ros_tells_them(self):
+        listening = self.start_program("topic", "echo", "/chaos/transition_event", "--json", stderr=subprocess.DEVNULL)
+        try:
+            def events_have_come():
+                for transition in ("deactivate", "activate"):
+                    self.expect_exit(self.run_program("lifecycle", "set", "chaos", transition), 0)
+                return select.select([listening.stdout], [], [], 0)[0]
+
+            wait_for("somebody listens", events_have_come)
+            self.expect_exit(self.run_program("lifecycle", "set", "chaos", "deactivate"), 0)
+            self.expect_exit(self.run_program("lifecycle", "set", "chaos", "activate"), 0)
+            events = [json.loads(listening.stdout.readline()) for _ in range(4)]
+        finally:
+            listening.kill()
+            listening.communicate()
+        seen = [(e["transition"]["id"], e["transition"]["label"], e["start_state"]["label"], e["goal_state"]["label"]) for e in events]
+        down = [(4, "deactivate", "active", "deactivating"), (40, "transition_success", "deactivating", "inactive")]
+        up = [(3, "activate", "inactive", "activating"), (30, "transition_success", "activating", "active")]
+        self.assertIn(seen, (down + up, up + down))
+
+    def test_a_patient_is_restarted_so_often_and_no_more(self):
+        for attempt in (1, 2):
+            before = self.state_of("/patient")["id"]
+            self.order("patient", "throw")
+            row = wait_for("it is back", lambda b=before: (r := self.state_of("/patient")) and r["id"] != b and r["state"] == "active" and r)
+            self.assertNotIn("fault", row)
+            mine = next(r for r in self.faults()["components"] if r["node"] == "/patient")
+            self.assertEqual((mine["policy"], mine["restarts"], mine["max_restarts"]), ("restart", attempt, 2))
+        self.order("patient", "throw")
+        wait_for("it is left as it is", lambda: "/patient stays faulted: it was restarted 2 times" in self.said())
+        self.assertEqual(self.state_of("/patient")["fault"]["code"], "EXCEPTION")
+        self.recover("patient")
+
+    def test_a_flood_a_leak_and_a_lie_harm_nobody_else(self):
+        self.order("chaos", "leak")
+        self.order("chaos", "lie")
+        self.order("chaos", "flood")
+        # The flooding callback ends within handover_after's reach of half a second; then the window begins.
+        wait_for("the flood is over", lambda: self.topics()["/chaos/alive"]["published"] > 1000)
+        self.expect_steady()
+        self.order("chaos", "reset")
+        self.assertEqual(self.state_of("/chaos")["state"], "active")
+        self.assertEqual(self.faults()["robot_stopped_by"], None)
+
+    def test_load_on_every_core_kills_nobody(self):
+        burners = [subprocess.Popen(["/usr/bin/python3", "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)]
+        try:
+            before = len(self.faults()["history"])
+            threading.Event().wait(4)  # the load
+            self.assertEqual(len(self.faults()["history"]), before)
+        finally:
+            for burner in burners:
+                burner.kill()
+                burner.wait()
+
+
+class Hangs(ChaosTest):
+    def test_who_hangs_is_named_and_replaced_beside_itself_and_the_others_keep_their_rate(self):
+        self.order("patient", "hang")
+        event = self.last_of("/patient", "HUNG")
+        self.assertEqual(event["callback"], "subscription /patient/do")
+        self.assertIn("/patient has been running for", event["text"])
+        wait_for("a new one stands beside it", lambda: "/patient was restarted" in self.said())
+        self.assertEqual(self.state_of("/patient")["state"], "active")
+        self.expect_steady()
+        kept = json.loads(self.run_program("component", "list", "--json").stdout)["kept_images"]
+        self.assertIn("/patient", [row["node"] for row in kept])
+
+
+class StopsTheRobot(ChaosTest):
+    def test_a_fault_of_what_moves_something_stops_everything_that_moves(self):
+        self.order("crane", "throw")
+        wait_for("the robot is stopped", lambda: self.faults()["robot_stopped_by"] == "/crane")
+        self.assertIn("STOP\n", self.stop_file.read_text())
+        rows = {row["node"]: row["state"] for row in json.loads(self.run_program("component", "list", "--json").stdout)["components"]}
+        self.assertNotIn("active", rows.values(), rows)
+        self.assertEqual(rows["/diff_drive"], "inactive")
+        # It stays to be looked at, and the run says at its end that something went wrong.
+        self.robot.send_signal(signal.SIGINT)
+        self.assertEqual(self.robot.wait(30 * SLOW), 1)
+
+
+class Crashes(ChaosTest):
+    def crash(self, order, number):
+        self.order("crane", order, kills=True)
+        self.assertEqual(-self.robot.wait(20 * SLOW), number)
+        record = (self.folder / "nacelle/robot.composition.crash").read_text()
+        self.assertIn(record, self.said(), "the same is on stderr")
+        self.assertTrue(record.endswith("end\n"), record)
+        return dict(line.split(": ", 1) for line in record.splitlines() if ": " in line)
+
+    def test_a_crash_leaves_stopped_wheels_and_a_record(self):
+        record = self.crash("crash", signal.SIGSEGV)
+        self.assertEqual((record["component"], record["callback"], record["stream"]), ("/crane", "subscription /crane/do", "/crane/do"))
+        self.assertRegex(record["library"], r"/nacelle_test_chaos\.so \+0x[0-9a-f]+$")
+        self.assertEqual(record["signal"], "SIGSEGV at address 0x0")
+        self.assertEqual(record["safe stops written"], "2", "the crane's and the base's")
+        self.assertEqual(self.stop_file.read_text(), "STOP\n")
+        # After it everything is there again, what moves something at rest.
+        self.log.close()
+        begin = time.monotonic()
+        type(self).log = open(self.folder / "log", "w+")
+        type(self).robot = self.start_program("launch", CHAOS, f"sim_dir:={self.folder}/sim", f"stop_file:={self.stop_file}", "--name", "robot", "--resume",
+                                              stdout=self.log, stderr=subprocess.STDOUT)  # fmt: skip
+        wait_for("it is up again", lambda: " active in " in self.said())
+        print(f"back after {time.monotonic() - begin:.2f} s")
+        self.assertIn("the last run crashed: SIGSEGV at address 0x0 in /crane, subscription /crane/do", self.said())
+        self.assertEqual(self.state_of("/crane")["state"], "inactive")
+        self.assertEqual(self.state_of("/diff_drive")["state"], "inactive")
+        self.assertEqual(self.state_of("/lidar")["state"], "active")
+        # An exception that nobody catches, in a thread of the component's own.
+        record = self.crash_of_a_thread()
+        self.assertEqual(record["signal"], "SIGABRT")
+        self.assertEqual(sorted(record["component"].split(" or ")), ["/chaos", "/crane", "/patient"])
+        self.assertRegex(record["component code"], r"/nacelle_test_chaos\.so \+0x[0-9a-f]+$")
+
+    def crash_of_a_thread(self):
+        self.order("chaos", "abort", kills=True)
+        self.assertEqual(-self.robot.wait(20 * SLOW), signal.SIGABRT)
+        record = (self.folder / "nacelle/robot.composition.crash").read_text()
+        return dict(line.split(": ", 1) for line in record.splitlines() if ": " in line)
+
+
+if __name__ == "__main__":
+    assert PROGRAM
+    unittest.main()

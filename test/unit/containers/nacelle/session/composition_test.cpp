@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/composition.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "nacelle/session/comeback.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using launch::TargetState;
+using ::testing::HasSubstr;
+
+ComposedComponent component(const std::string& name, TargetState state) {
+  ComposedComponent made;
+  made.plan.package = "pkg";
+  made.plan.plugin = "pkg::" + name;
+  made.plan.name = name;
+  made.plan.namespace_ = "/";
+  made.plan.target = state;
+  return made;
+}
+
+Composition robot() {
+  Composition all{"robot", {component("lidar", TargetState::Active), component("base", TargetState::Active)}};
+  launch::ComponentPlan& lidar = all.components[0].plan;
+  lidar.namespace_ = "/front";
+  lidar.parameters = {{.name = "rate", .value = 0.1}, {.name = "ids", .value = std::vector<std::int64_t>{1, -2}}};
+  lidar.on_fault = launch::OnFault{launch::FaultPolicy::Restart, 3, 250ms, {}};
+  lidar.after = {{"/base", launch::When::FirstMessage, "/odom", 5s, {}}};
+  lidar.isolate = launch::Isolation::Process;
+  all.components[1].actuator = true;
+  return all;
+}
+
+struct TemporaryFolder {
+  TemporaryFolder() {
+    std::string name = "/tmp/nacelle-composition-XXXXXX";
+    path = ::mkdtemp(name.data());
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path); }
+  std::filesystem::path path;
+};
+
+TEST(Composition, is_read_as_it_was_written) {
+  const Composition before = robot();
+
+  const auto after = parse_composition(to_text(before), "state");
+
+  ASSERT_TRUE(after) << after.error().text();
+  EXPECT_EQ(after.value(), before);
+  EXPECT_EQ(to_text(after.value()), to_text(before));
+}
+
+TEST(Composition, every_prefix_of_a_file_is_refused_or_the_whole) {
+  const std::string whole = to_text(robot());
+  for (std::size_t length = 0; length + 2 < whole.size(); ++length) {
+    const auto parsed = parse_composition(std::string_view{whole}.substr(0, length), "state");
+    ASSERT_FALSE(parsed) << "the first " << length << " bytes are taken";
+    EXPECT_THAT(parsed.error().text(), HasSubstr("state: is no state file of a container: not JSON, or cut off"));
+  }
+}
+
+TEST(Composition, what_does_not_fit_is_named) {
+  const struct {
+    const char *from, *to, *told;
+  } changes[] = {
+      {"\"nacelle_composition\": 1", "\"nacelle_composition\": 2", "has the version 2, and this program reads 1"},
+      {"\"state\": \"active\"", "\"state\": \"asleep\"", "'state' cannot be 'asleep'"},
+      {"\"name\": \"base\"", "\"name\": \"a b\"", "a b"},
+      {"\"namespace\": \"/\"", "\"namespace\": \"x\"", "the namespace 'x' is not absolute"},
+      {"\"threads\": 1", "\"threads\": 0", "out of range"},
+      {"\"backoff_ns\": 250000000", "\"backoff_ns\": -1", "'backoff_ns' is negative"},
+      {"\"plugin\": \"pkg::base\"", "\"plugin\": \"\"", "a component has no plugin"},
+  };
+  for (const auto& change : changes) {
+    std::string text = to_text(robot());
+    const auto at = text.find(change.from);
+    ASSERT_NE(at, std::string::npos) << change.from;
+    text.replace(at, std::string_view{change.from}.size(), change.to);
+    const auto parsed = parse_composition(text, "state");
+    ASSERT_FALSE(parsed) << change.to;
+    EXPECT_THAT(parsed.error().what, HasSubstr(change.told));
+  }
+}
+
+TEST(Composition, a_name_twice_is_refused) {
+  Composition twice = robot();
+  twice.components.push_back(twice.components[1]);
+
+  const auto parsed = parse_composition(to_text(twice), "state");
+
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.error().what, "holds /base twice");
+}
+
+TEST(Resumed, the_composition_says_which_and_how_and_the_file_says_the_rest) {
+  launch::Plan plan;
+  plan.components = {robot().components[1].plan, component("camera", TargetState::Active).plan};
+  plan.components[0].budgets.resize(1);
+  Composition held = robot();
+  held.components[1].plan.parameters = {{.name = "speed", .value = 0.5}};
+
+  const launch::Plan after = resumed(plan, held, "state");
+
+  ASSERT_EQ(after.components.size(), 2U) << "the camera had been taken out by hand";
+  EXPECT_EQ(after.components[0].full_name(), "/front/lidar") << "loaded by hand";
+  EXPECT_EQ(after.components[1].full_name(), "/base");
+  EXPECT_EQ(after.components[1].budgets.size(), 1U) << "of the launch file";
+  ASSERT_EQ(after.components[1].parameters.size(), 1U);
+  EXPECT_EQ(after.components[1].parameters[0].name, "speed") << "as it was set";
+}
+
+TEST(Resumed, what_moves_something_comes_back_inactive_unless_its_entry_says_otherwise) {
+  Composition held = robot();
+  EXPECT_EQ(resumed({}, held, "state").components[0].target, TargetState::Active);
+  EXPECT_EQ(resumed({}, held, "state").components[1].target, TargetState::Inactive);
+
+  held.components[1].plan.resume_active = true;
+  EXPECT_EQ(resumed({}, held, "state").components[1].target, TargetState::Active);
+
+  held.components[1].plan.target = TargetState::Unconfigured;
+  EXPECT_EQ(resumed({}, held, "state").components[1].target, TargetState::Unconfigured);
+}
+
+TEST(CompositionFile, replaces_the_old_one_whole_and_goes_at_an_orderly_end) {
+  const TemporaryFolder folder;
+  CompositionFile file{folder.path / "robot.composition"};
+  ASSERT_TRUE(file.write(robot()));
+  Composition less = robot();
+  less.components.pop_back();
+  ASSERT_TRUE(file.write(less));
+
+  const auto read = read_composition(file.path());
+
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read.value(), less);
+  EXPECT_FALSE(std::filesystem::exists(file.path() + ".new"));
+  file.remove();
+  EXPECT_EQ(read_composition(file.path()).value(), std::nullopt);
+}
+
+TEST(CompositionFile, a_place_that_cannot_be_written_is_told) {
+  CompositionFile file{"/proc/nobody/robot.composition"};
+  const auto written = file.write(robot());
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().text(), HasSubstr("--state FILE"));
+}
+
+TEST(ContainerParameters, are_seconds_in_a_range_and_known_names) {
+  const auto options = container_options_of(
+      {{.name = "hang_after", .value = 0.5}, {.name = "transition_timeout", .value = std::int64_t{5}}}, "f:1");
+  ASSERT_TRUE(options);
+  EXPECT_EQ(options->hang_after, 500ms);
+  EXPECT_EQ(options->transition_timeout, 5s);
+  EXPECT_EQ(options->handover_after, runtime::ContainerOptions{}.handover_after);
+
+  const auto misspelt = container_options_of({{.name = "hang_afer", .value = 0.5}}, "f:1");
+  EXPECT_THAT(misspelt.error().text(), HasSubstr("did you mean 'hang_after'?"));
+  const auto negative = container_options_of({{.name = "hang_after", .value = -1.0}}, "f:1");
+  EXPECT_THAT(negative.error().text(), HasSubstr("must be seconds from 0.001 to 3600, not -1"));
+  const auto shorter = container_options_of({{.name = "hang_after", .value = 0.01}}, "f:1");
+  EXPECT_THAT(shorter.error().text(), HasSubstr("hang_after must be longer than handover_after"));
+}
+
+}  // namespace
+}  // namespace nacelle::session
