@@ -28,7 +28,7 @@ namespace nacelle::diff_drive {
 /// control loop on its own thread "diff_drive_loop"; deactivate, cleanup, shutdown, errors and the destructor end the
 /// loop and write the stop frame. After a stop, an activation included, nothing moves until the rule of `rearm` is fulfilled.
 /// Threads: the executor's; the loop gets commands through a CommandInbox and owns the publishers while it runs.
-class DiffDriveComponent final : public LifecycleNode {
+class DiffDriveComponent : public LifecycleNode {
  public:
   /// How many commands were not followed, by cause.
   struct CommandStats {
