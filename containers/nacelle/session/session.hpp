@@ -17,6 +17,7 @@
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/session/clock_watch.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
@@ -34,6 +35,7 @@ struct SessionOptions {
   bool verbose = false;                    ///< Each step is a line.
   /// Moves the streams of components with `isolate: process`, where it can (carriers.hpp). Empty: the links' sockets do.
   std::string carrier;
+  ClockAlarm* clock_alarm = nullptr;  ///< Of the session's clock, outlives the session; null: the kernel's.
 };
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
