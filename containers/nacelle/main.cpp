@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   add_faults_command(app, exit_code);
   add_topic_commands(app, exit_code);
   add_qos_commands(app, exit_code);
+  add_estop_command(app, exit_code);
   add_teleop_command(app, exit_code);
   add_sim_commands(app, exit_code);
   add_interface_command(app, exit_code);

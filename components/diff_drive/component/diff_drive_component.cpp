@@ -17,13 +17,14 @@ namespace {
 // A person types, a planner plans: ten waiting commands are more than either sends in one control cycle.
 constexpr std::size_t kCommandDepth = 10;
 constexpr std::size_t kStateDepth = 10;
+constexpr Duration kHindrancePeriod = 100ms;
 
 const char* explain(CommandFault fault) {
   switch (fault) {
     case CommandFault::NotFinite: return "it holds a NaN or an infinite number";
     case CommandFault::Absurd: return "it is faster than any base on wheels";
     case CommandFault::Stale:
-      return "its stamp is older than cmd_vel_timeout; are the sender's and this machine's clocks set?";
+      return "its stamp is older than the timeout of its topic; are the sender's and this machine's clocks set?";
   }
   return "";
 }
@@ -41,24 +42,71 @@ std::string advice(DriveFault::Kind kind) {
   return {};
 }
 
+/// Why the base does not do what it is told; an empty text: it does.
+struct Hindrance {
+  std::string text;
+  std::uint8_t level = diagnostic_msgs::msg::DiagnosticStatus::OK;
+};
+
+Hindrance hindrance_of(const DriveLoop::Look& look) {
+  using diagnostic_msgs::msg::DiagnosticStatus;
+  const auto held = [&](Hold why) { return (look.holds & static_cast<std::uint8_t>(why)) != 0; };
+  if (held(Hold::LineLost))
+    return {"the line to the motor board is gone; it is opened again when it is back", DiagnosticStatus::ERROR};
+  if (held(Hold::EmergencyStop))
+    return {"the emergency stop is set; `nacelle estop release` releases it", DiagnosticStatus::ERROR};
+  if (look.state == CommandInput::State::Locked)
+    return {"a lock blocks the input that would command it", DiagnosticStatus::WARN};
+  if (look.waits_for_neutral) {
+    return {
+        "after a stop it waits for commands of zero, or none, for one timeout before it follows any (rearm: neutral)",
+        DiagnosticStatus::WARN};
+  }
+  return {};
+}
+
 }  // namespace
 
 DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
-    : LifecycleNode("diff_drive", options), command_to_wheel_(create_histogram("command_to_wheel")) {
-  declare_options(*this);
+    : LifecycleNode("diff_drive", options),
+      options_((declare_options(*this), read_options(*this))),
+      command_to_wheel_(create_histogram("command_to_wheel")),
+      inbox_(options_.inputs.size(), options_.locks.size()) {
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
   if (get<bool>("publish_limited_velocity")) {
     limited_velocity_ = create_publisher<geometry_msgs::msg::TwistStamped>("~/cmd_vel_out", QoS(kStateDepth));
   }
-  twists_ = create_subscription<geometry_msgs::msg::Twist>(
-      "cmd_vel", QoS(kCommandDepth).reliable(),
-      [this](const geometry_msgs::msg::Twist& twist, const MessageInfo& info) { on_twist(twist, info); });
-  stamped_twists_ = create_subscription<geometry_msgs::msg::TwistStamped>(
-      "cmd_vel", QoS(kCommandDepth).reliable(),
-      [this](const geometry_msgs::msg::TwistStamped& command, const MessageInfo& info) {
-        on_twist_stamped(command, info);
-      });
+  diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(kStateDepth));
+  // First of all subscriptions: where an activation brings what was said before it, a stop comes before any command.
+  listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
+      "emergency_stop", QoS(KeepAll{}).reliable().transient_local(),
+      [this](const std_msgs::msg::Bool& stop, const MessageInfo& info) { on_emergency_stop(stop, info); }));
+  for (std::size_t i = 0; i < options_.locks.size(); ++i) listen_to_lock(i, options_.locks[i].topic);
+  for (std::size_t i = 0; i < options_.inputs.size(); ++i) listen_to(i, options_.inputs[i].topic);
+  hindrance_timer_ = create_wall_timer(kHindrancePeriod, [this] { tell_hindrance(); });
+}
+
+void DiffDriveComponent::listen_to(std::size_t source, const std::string& topic) {
+  if (topic.empty()) return;  // configure says so
+  using geometry_msgs::msg::Twist;
+  using geometry_msgs::msg::TwistStamped;
+  const QoS qos = QoS(kCommandDepth).reliable();
+  listeners_.push_back(create_subscription<Twist>(
+      topic, qos, [this, source](const Twist& twist, const MessageInfo& info) { on_twist(source, twist, info); }));
+  listeners_.push_back(create_subscription<TwistStamped>(
+      topic, qos, [this, source](const TwistStamped& command, const MessageInfo& info) {
+        on_twist_stamped(source, command, info);
+      }));
+}
+
+void DiffDriveComponent::listen_to_lock(std::size_t lock, const std::string& topic) {
+  if (topic.empty()) return;
+  listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
+      topic, QoS(kCommandDepth).reliable(), [this, lock](const std_msgs::msg::Bool& locked, const MessageInfo& info) {
+        inbox_.locks[lock].locked.store(locked.data);
+        inbox_.locks[lock].heard_at_ns.store(info.received_time.nanoseconds());
+      }));
 }
 
 DiffDriveComponent::~DiffDriveComponent() {
@@ -66,33 +114,74 @@ DiffDriveComponent::~DiffDriveComponent() {
   close_base();
 }
 
-void DiffDriveComponent::on_twist(const geometry_msgs::msg::Twist& twist, const MessageInfo& info) {
+void DiffDriveComponent::on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info) {
   const auto wanted = accepted(raw(twist));
-  if (!wanted) return refuse_command(wanted.error());
+  if (!wanted) return refuse_command(source, wanted.error(), info);
   refusal_told_ = {};
   ++command_stats_.accepted;
-  commands_.put({wanted.value(), info.received_time, info.source_time});
+  inbox_.sources[source].commands.put({wanted.value(), info.received_time, info.source_time, info.sequence == 1});
 }
 
-void DiffDriveComponent::on_twist_stamped(const geometry_msgs::msg::TwistStamped& command, const MessageInfo& info) {
-  if (is_stale(command.header.stamp)) return refuse_command(CommandFault::Stale);
-  on_twist(command.twist, info);
+void DiffDriveComponent::on_twist_stamped(std::size_t source, const geometry_msgs::msg::TwistStamped& command,
+                                          const MessageInfo& info) {
+  if (is_stale(source, command.header.stamp)) return refuse_command(source, CommandFault::Stale, info);
+  on_twist(source, command.twist, info);
 }
 
-bool DiffDriveComponent::is_stale(const builtin_interfaces::msg::Time& stamp) const {
+void DiffDriveComponent::on_emergency_stop(const std_msgs::msg::Bool& stop, const MessageInfo& info) {
+  const bool is_set = emergency_.take(stop.data, info.source_time);
+  if (!is_set) inbox_.released_at_ns.store(get_clock().now().nanoseconds());
+  inbox_.emergency_stop.store(is_set, std::memory_order_release);
+  if (loop_ && is_set) loop_->interrupt();
+}
+
+bool DiffDriveComponent::is_stale(std::size_t source, const builtin_interfaces::msg::Time& stamp) const {
   // A stamp of zero means "now", as in diff_drive_controller; one from the future is a matter of clocks and not of age.
-  if (setup_.loop.command_timeout == Duration::zero() || (stamp.sec == 0 && stamp.nanosec == 0)) return false;
+  const Duration timeout = setup_.loop.input.sources[source].timeout;
+  if (timeout == Duration::zero() || (stamp.sec == 0 && stamp.nanosec == 0)) return false;
   const WallTime sent{std::chrono::seconds{stamp.sec} + Duration{stamp.nanosec}};
-  return now() - sent > setup_.loop.command_timeout;
+  return now() - sent > timeout;
 }
 
-void DiffDriveComponent::refuse_command(CommandFault fault) {
+void DiffDriveComponent::refuse_command(std::size_t source, CommandFault fault, const MessageInfo& info) {
+  inbox_.sources[source].refused_at_ns.store(info.received_time.nanoseconds());
   const auto index = static_cast<std::size_t>(fault);
   ++command_stats_.refused[index];
   // Once per bad spell: a broken sender repeats itself many times a second.
   if (std::exchange(refusal_told_[index], true)) return;
-  get_logger().warn("a command on cmd_vel is refused: {}; the one before it stays in force until its timeout",
-                    explain(fault));
+  get_logger().warn("a command on {} is refused: {}; the one before it stays in force until its timeout",
+                    options_.inputs[source].topic, explain(fault));
+}
+
+void DiffDriveComponent::tell_hindrance() {
+  if (!loop_) return;
+  const Hindrance now_is = hindrance_of(loop_->look());
+  const bool changed = now_is.text != hindrance_;
+  if (changed) {
+    hindrance_ = now_is.text;
+    ticks_until_told_ = 0;
+    if (hindrance_.empty()) {
+      get_logger().info("the base follows its commands again");
+    } else {
+      get_logger().warn("the base stands still: {}", hindrance_);
+    }
+  }
+  // An undisturbed base says nothing, and so allocates nothing.
+  if (!changed && (hindrance_.empty() || --ticks_until_told_ > 0)) return;
+  ticks_until_told_ = static_cast<int>(1s / kHindrancePeriod);
+  auto message = diagnostics_->borrow();
+  if (!message) return;
+  const std::int64_t ns = now().nanoseconds();
+  message->header.stamp.sec = static_cast<std::int32_t>(ns / 1'000'000'000);
+  message->header.stamp.nanosec = static_cast<std::uint32_t>(ns % 1'000'000'000);
+  message->status.resize(1);
+  auto& status = message->status[0];
+  status.level = now_is.level;
+  status.name = get_name() + ": motion";
+  status.message = hindrance_.empty() ? "follows its commands" : hindrance_;
+  status.hardware_id = options_.hardware == "waveshare" ? options_.serial_port : options_.hardware;
+  status.values.clear();
+  diagnostics_->publish(std::move(message));
 }
 
 Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const {
@@ -120,7 +209,11 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
 }
 
 CallbackReturn DiffDriveComponent::on_configure(const State&) {
-  options_ = read_options(*this);
+  auto options = read_options(*this);
+  // The subscriptions are those of the constructor.
+  for (std::size_t i = 0; i < options.inputs.size(); ++i) options.inputs[i].topic = options_.inputs[i].topic;
+  for (std::size_t i = 0; i < options.locks.size(); ++i) options.locks[i].topic = options_.locks[i].topic;
+  options_ = std::move(options);
   auto setup = validated(options_, get_fully_qualified_name());
   if (!setup) return refuse(setup.error());
   setup_ = std::move(setup).value();
@@ -136,7 +229,7 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
                                           DriveTopics::Settings{options_.left_wheel_names, options_.right_wheel_names,
                                                                 setup_.publish_period, setup_.battery_period},
                                           get_clock(), command_to_wheel_);
-  loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, get_clock(), commands_, *topics_);
+  loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, get_clock(), inbox_, *topics_);
   return CallbackReturn::SUCCESS;
 }
 

@@ -2,25 +2,33 @@
 #pragma once
 
 #include <array>
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <geometry_msgs/msg/twist.hpp>
 #include <geometry_msgs/msg/twist_stamped.hpp>
 #include <memory>
+#include <std_msgs/msg/bool.hpp>
 #include <thread>
+#include <vector>
 
 #include "diff_drive/component/diff_drive_options.hpp"
 #include "diff_drive/component/drive_loop.hpp"
 #include "diff_drive/component/drive_topics.hpp"
+#include "diff_drive/model/emergency_latch.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 
 namespace nacelle::diff_drive {
 
-/// The base: takes cmd_vel (Twist or TwistStamped), drives two wheels, tells their states and the battery.
+/// The base: takes commands (Twist or TwistStamped), drives two wheels, tells their states and the battery.
+///
+/// Commands come on cmd_vel, or on the topics of the parameters `topics`, of which the highest priority commands.
+/// `emergency_stop` (std_msgs/Bool, latched) stops the wheels until it is released; while something keeps the base from
+/// following its commands, /diagnostics says what (design D7).
 ///
 /// configure opens the line and registers the stop frame with the container; activate stops the wheels and starts the
 /// control loop on its own thread "diff_drive_loop"; deactivate, cleanup, shutdown, errors and the destructor end the
-/// loop and write the stop frame. After an activation nothing moves until a command comes that was sent after it.
-/// Threads: the executor's; the loop gets commands through a LatestValue and owns the publishers while it runs.
-class DiffDriveComponent final : public LifecycleNode {
+/// loop and write the stop frame. After a stop, an activation included, nothing moves until the rule of `rearm` is fulfilled.
+/// Threads: the executor's; the loop gets commands through a CommandInbox and owns the publishers while it runs.
+class DiffDriveComponent : public LifecycleNode {
  public:
   /// How many commands were not followed, by cause.
   struct CommandStats {
@@ -42,10 +50,15 @@ class DiffDriveComponent final : public LifecycleNode {
   CallbackReturn on_error(const State&) override;
 
  private:
-  void on_twist(const geometry_msgs::msg::Twist& twist, const MessageInfo& info);
-  void on_twist_stamped(const geometry_msgs::msg::TwistStamped& command, const MessageInfo& info);
-  void refuse_command(CommandFault fault);
-  [[nodiscard]] bool is_stale(const builtin_interfaces::msg::Time& stamp) const;
+  void listen_to(std::size_t source, const std::string& topic);
+  void listen_to_lock(std::size_t lock, const std::string& topic);
+  void on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info);
+  void on_twist_stamped(std::size_t source, const geometry_msgs::msg::TwistStamped& command, const MessageInfo& info);
+  void on_emergency_stop(const std_msgs::msg::Bool& stop, const MessageInfo& info);
+  void refuse_command(std::size_t source, CommandFault fault, const MessageInfo& info);
+  [[nodiscard]] bool is_stale(std::size_t source, const builtin_interfaces::msg::Time& stamp) const;
+  /// Says what keeps the base from following its commands, when that changes, and once a second while it lasts.
+  void tell_hindrance();
 
   [[nodiscard]] Result<std::unique_ptr<BasePort>, Problem> open_base() const;
   void run_loop() noexcept;
@@ -58,7 +71,11 @@ class DiffDriveComponent final : public LifecycleNode {
   DurationHistogram& command_to_wheel_;
   DriveTopics::Publishers publishers_;
   std::shared_ptr<Publisher<geometry_msgs::msg::TwistStamped>> limited_velocity_;
-  LatestValue<DriveCommand> commands_;
+  std::shared_ptr<Publisher<diagnostic_msgs::msg::DiagnosticArray>> diagnostics_;
+  CommandInbox inbox_;
+  EmergencyLatch emergency_;
+  std::string hindrance_;  // as it was told last; empty: none
+  int ticks_until_told_ = 0;
   CommandStats command_stats_;
   std::array<bool, 3> refusal_told_{};
 
@@ -68,8 +85,8 @@ class DiffDriveComponent final : public LifecycleNode {
   std::thread loop_thread_;
 
   // Last, so that no callback finds a part of the above gone.
-  std::shared_ptr<Subscription<geometry_msgs::msg::Twist>> twists_;
-  std::shared_ptr<Subscription<geometry_msgs::msg::TwistStamped>> stamped_twists_;
+  std::vector<std::shared_ptr<SubscriptionBase>> listeners_;
+  std::shared_ptr<Timer> hindrance_timer_;
 };
 
 }  // namespace nacelle::diff_drive

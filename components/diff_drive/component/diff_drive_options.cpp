@@ -41,6 +41,8 @@ constexpr NumberRow kNumbers[] = {
     {"battery_rate", &DiffDriveOptions::battery_rate_hz, 0.01, 100.0, "Hz", "battery states per second at most"},
     {"port_timeout", &DiffDriveOptions::port_timeout_s, 0.0, 60.0, "s",
      "how long to wait for the line, and how long it may be silent; 0 no wait, no limit"},
+    {"reopen_timeout", &DiffDriveOptions::reopen_timeout_s, 0.0, 86400.0, "s",
+     "how long a line that was lost is waited for; 0 a lost line is a fault at once"},
     {"motor_watchdog", &DiffDriveOptions::motor_watchdog_s, 0.0, 60.0, "s",
      "the board stops after this silence of ours; 0 its default"},
 };
@@ -75,6 +77,29 @@ struct AxisRow {
 constexpr AxisRow kAxes[] = {{"linear.x.", &DiffDriveOptions::linear}, {"angular.z.", &DiffDriveOptions::angular}};
 
 const std::vector<std::string> kHardware{"waveshare", "loopback"};
+const std::vector<std::string> kRearm{"neutral", "fresh"};
+constexpr const char* kTopics = "topics.";
+constexpr const char* kLocks = "locks.";
+
+/// The NAMEs of "topics.NAME.priority" and its like, in their order.
+std::vector<std::string> names_below(const Node& node, std::string_view prefix) {
+  std::vector<std::string> names;
+  for (const auto& [key, value] : node.parameters().overrides()) {
+    if (key.rfind(prefix, 0) != 0) continue;
+    const std::size_t end = key.find('.', prefix.size());
+    if (end == std::string::npos || end == prefix.size()) continue;
+    std::string name = key.substr(prefix.size(), end - prefix.size());
+    if (names.empty() || names.back() != name) names.push_back(std::move(name));
+  }
+  return names;
+}
+
+template <typename Channel>
+Channel read_channel(const Node& node, const std::string& prefix, const std::string& name) {
+  const std::string at = prefix + name;
+  return {name, node.get<std::string>(at + ".topic"), node.get<double>(at + ".timeout"),
+          node.get<std::int64_t>(at + ".priority")};
+}
 
 ParameterDescriptor described(std::string text) {
   ParameterDescriptor descriptor;
@@ -172,6 +197,49 @@ std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, cons
   return std::nullopt;
 }
 
+std::optional<Problem> problem_of_channel(const std::string& prefix, const std::string& name, const std::string& topic,
+                                          double timeout_s, std::int64_t priority, const std::string& node) {
+  const auto where = [&](const char* key) {
+    return fmt::format("node {}, parameter {}{}.{}", node, prefix, name, key);
+  };
+  if (topic.empty()) return Problem{where("topic"), "no topic is named", "e.g. cmd_vel_joy"};
+  if (!(timeout_s >= 0.0 && timeout_s <= 60.0)) {
+    return Problem{where("timeout"), fmt::format("{} is not in 0 to 60 s", timeout_s),
+                   "0.5 is usual; 0 never times out"};
+  }
+  if (priority < 0 || priority > 255)
+    return Problem{where("priority"), fmt::format("{} is not in 0 to 255", priority), "the highest of them commands"};
+  return std::nullopt;
+}
+
+std::optional<Problem> problem_of_input(const DiffDriveOptions& options, const std::string& node) {
+  for (const auto& input : options.inputs) {
+    if (input.name.empty()) continue;
+    if (auto problem = problem_of_channel(kTopics, input.name, input.topic, input.timeout_s, input.priority, node))
+      return problem;
+  }
+  for (const auto& lock : options.locks) {
+    if (auto problem = problem_of_channel(kLocks, lock.name, lock.topic, lock.timeout_s, lock.priority, node))
+      return problem;
+  }
+  if (std::find(kRearm.begin(), kRearm.end(), options.rearm) == kRearm.end()) {
+    return Problem{fmt::format("node {}, parameter rearm", node), fmt::format("'{}' is no rule", options.rearm),
+                   suggestion(options.rearm, kRearm)};
+  }
+  return std::nullopt;
+}
+
+CommandInput::Settings input_settings(const DiffDriveOptions& options) {
+  CommandInput::Settings settings;
+  settings.sources.clear();
+  for (const auto& input : options.inputs)
+    settings.sources.push_back({from_seconds(input.timeout_s), static_cast<std::uint8_t>(input.priority)});
+  for (const auto& lock : options.locks)
+    settings.locks.push_back({from_seconds(lock.timeout_s), static_cast<std::uint8_t>(lock.priority)});
+  settings.rearm = options.rearm == "fresh" ? RearmRule::Fresh : RearmRule::Neutral;
+  return settings;
+}
+
 }  // namespace
 
 void declare_options(Node& node) {
@@ -193,6 +261,25 @@ void declare_options(Node& node) {
     for (const auto& row : kSwitches)
       node.declare_parameter(std::string(axis.prefix) + row.name, true, described("deprecated"));
   }
+  for (const auto& name : names_below(node, kTopics)) {
+    const std::string at = kTopics + name;
+    node.declare_parameter(at + ".topic", std::string{}, described("a topic of commands, Twist or TwistStamped"));
+    node.declare_parameter(at + ".timeout", InputOptions{}.timeout_s,
+                           described("s; age at which its command is given up; 0 never"));
+    node.declare_parameter(at + ".priority", InputOptions{}.priority, described("0 to 255; the highest commands"));
+  }
+  for (const auto& name : names_below(node, kLocks)) {
+    const std::string at = kLocks + name;
+    node.declare_parameter(at + ".topic", std::string{},
+                           described("std_msgs/Bool; true locks inputs of a lower priority"));
+    node.declare_parameter(at + ".timeout", LockOptions{}.timeout_s,
+                           described("s; a lock that is silent for longer is locked; 0 never"));
+    node.declare_parameter(at + ".priority", LockOptions{}.priority, described("0 to 255"));
+  }
+  node.declare_parameter(
+      "rearm", defaults.rearm,
+      described("what lets the base move again after a stop: neutral (its input was zero or silent for one "
+                "timeout, then a new command) or fresh (a new command)"));
   node.declare_parameter("hardware", defaults.hardware,
                          described("waveshare (UGV board on a serial line) or loopback (perfect wheels)"));
   node.declare_parameter("serial_port", defaults.serial_port,
@@ -213,6 +300,14 @@ DiffDriveOptions read_options(const Node& node) {
     axis.min_acceleration = node.get<double>(prefix + "min_acceleration");
     for (const auto& flag : kSwitches) axis.*flag.field = node.get<bool>(prefix + flag.name);
   }
+  options.inputs[0].timeout_s = options.cmd_vel_timeout_s;
+  if (const auto names = names_below(node, kTopics); !names.empty()) {
+    options.inputs.clear();
+    for (const auto& name : names) options.inputs.push_back(read_channel<InputOptions>(node, kTopics, name));
+  }
+  for (const auto& name : names_below(node, kLocks))
+    options.locks.push_back(read_channel<LockOptions>(node, kLocks, name));
+  options.rearm = node.get<std::string>("rearm");
   options.hardware = node.get<std::string>("hardware");
   options.serial_port = node.get<std::string>("serial_port");
   options.baud_rate = node.get<std::int64_t>("baud_rate");
@@ -229,6 +324,7 @@ Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std
                        fmt::format("the default is {}", DiffDriveOptions{}.*row.field)});
   }
   if (auto problem = problem_of_hardware(options, node)) return err(std::move(*problem));
+  if (auto problem = problem_of_input(options, node)) return err(std::move(*problem));
 
   DriveSetup setup;
   auto linear = axis_limits(options.linear, "linear.x.", node, setup.warnings);
@@ -241,7 +337,8 @@ Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std
                          options.wheel_radius_m * options.right_wheel_radius_multiplier};
   setup.loop.limits = {linear.value(), angular.value()};
   setup.loop.period = period_of(options.update_rate_hz);
-  setup.loop.command_timeout = from_seconds(options.cmd_vel_timeout_s);
+  setup.loop.input = input_settings(options);
+  setup.loop.reopen_limit = from_seconds(options.reopen_timeout_s);
   setup.loop.silence_limit = from_seconds(options.port_timeout_s);
   setup.publish_period = period_of(options.publish_rate_hz);
   setup.battery_period = period_of(options.battery_rate_hz);

@@ -20,6 +20,21 @@ struct AxisOptions {
   bool has_jerk_limits = true;
 };
 
+/// A topic of commands, as twist_mux's `topics.NAME`.
+struct InputOptions {
+  std::string name;   ///< NAME; empty for the one input that there is when none are named.
+  std::string topic;  ///< Takes Twist and TwistStamped.
+  double timeout_s = 0.5;
+  std::int64_t priority = 0;
+};
+/// A topic that locks inputs of a lower priority, as twist_mux's `locks.NAME`.
+struct LockOptions {
+  std::string name;
+  std::string topic;  ///< std_msgs/Bool; true locks.
+  double timeout_s = 0.0;
+  std::int64_t priority = 0;
+};
+
 /// The parameters of the base: diff_drive_controller's names and defaults, and the board's line.
 struct DiffDriveOptions {
   std::vector<std::string> left_wheel_names{"left_wheel_joint"};
@@ -29,7 +44,10 @@ struct DiffDriveOptions {
   double wheel_separation_multiplier = 1.0;
   double left_wheel_radius_multiplier = 1.0;
   double right_wheel_radius_multiplier = 1.0;
-  double cmd_vel_timeout_s = 0.5;  ///< 0: commands stay in force.
+  double cmd_vel_timeout_s = 0.5;    ///< 0: commands stay in force.
+  std::vector<InputOptions> inputs{{"", "cmd_vel", 0.5, 0}};  ///< Never empty; more where `topics` name them.
+  std::vector<LockOptions> locks;
+  std::string rearm = "neutral";  ///< "neutral" or "fresh": see RearmRule.
   bool publish_limited_velocity = false;
   double update_rate_hz = 50.0;
   double publish_rate_hz = 50.0;  ///< Of joint states, at most; 0: every state of the board.
@@ -42,7 +60,8 @@ struct DiffDriveOptions {
   std::int64_t baud_rate = 115200;
   double port_timeout_s =
       1.0;  ///< Configure waits so long for the line; active, the board may be silent so long. 0: no wait; no limit.
-  double motor_watchdog_s = 0.5;  ///< The board stops by itself after this silence of ours.
+  double reopen_timeout_s = 60.0;  ///< How long a lost line is waited for; 0: it is a fault at once.
+  double motor_watchdog_s = 0.5;   ///< The board stops by itself after this silence of ours.
 };
 
 /// What checked options mean: the values that the loop and the ports work with.
@@ -53,7 +72,8 @@ struct DriveSetup {
   std::vector<std::string> warnings;  ///< Deprecated names in use.
 };
 
-/// Declares every parameter on the node. Errors: rclcpp's named exceptions.
+/// Declares every parameter on the node, also those of the inputs and locks that its overrides name.
+/// Errors: rclcpp's named exceptions.
 void declare_options(Node& node);
 /// Reads the values in force.
 [[nodiscard]] DiffDriveOptions read_options(const Node& node);

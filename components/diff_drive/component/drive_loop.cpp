@@ -6,6 +6,12 @@
 #include "nacelle/base/expect.hpp"
 
 namespace nacelle::diff_drive {
+namespace {
+
+// udev makes a line's link some tens of milliseconds after the device; a failed attempt costs one system call.
+constexpr Duration kReopenPeriod = 100ms;
+
+}  // namespace
 
 const char* code_of(DriveFault::Kind kind) {
   switch (kind) {
@@ -16,14 +22,14 @@ const char* code_of(DriveFault::Kind kind) {
   return "UNKNOWN";
 }
 
-DriveLoop::DriveLoop(const Settings& settings, BasePort& port, const Clock& clock, LatestValue<DriveCommand>& commands,
+DriveLoop::DriveLoop(const Settings& settings, BasePort& port, const Clock& clock, CommandInbox& inbox,
                      DriveObserver& observer)
     : settings_(settings),
       port_(port),
       clock_(clock),
-      commands_(commands),
+      inbox_(inbox),
       observer_(observer),
-      watch_(settings.command_timeout),
+      input_(settings.input),
       limiter_(settings.limits) {
   NACELLE_EXPECT(settings.period > Duration::zero(), "a control loop needs a period");
 }
@@ -34,7 +40,9 @@ void DriveLoop::Ears::on_wheel_state(const WheelState& state) {
 }
 
 void DriveLoop::arm(MonotonicTime now) {
-  watch_.arm(now);
+  input_.arm(now);
+  input_.release(Hold::LineLost, now);
+  lost_at_.reset();
   limiter_.reset();
   unwritten_.reset();
   due_ = now + settings_.period;
@@ -57,11 +65,48 @@ Result<void, DriveFault> DriveLoop::run() {
 
 Result<void, DriveFault> DriveLoop::listen() {
   while (clock_.now() < due_ && !stop_.load(std::memory_order_relaxed)) {
-    if (const auto heard = port_.read_until(due_, ears_); !heard) {
+    if (inbox_.emergency_stop.load(std::memory_order_acquire) && !input_.is_held(Hold::EmergencyStop)) {
+      input_.hold(Hold::EmergencyStop);
+      static_cast<void>(port_.stop());  // the cycle that follows says it again
+    }
+    if (lost_at_) {
+      port_.rest_until(due_);
+    } else if (const auto heard = port_.read_until(due_, ears_); !heard) {
       static_cast<void>(port_.stop());
-      return err(DriveFault{DriveFault::Kind::SerialLost, heard.error()});
+      if (auto kept = lose_line(heard.error()); !kept) return kept;
     }
   }
+  return {};
+}
+
+Result<void, DriveFault> DriveLoop::lose_line(BaseFault why) {
+  ++stats_.lost;
+  if (settings_.reopen_limit <= Duration::zero() || why == BaseFault::NotSendable)
+    return err(DriveFault{DriveFault::Kind::SerialLost, why});
+  const MonotonicTime now = clock_.now();
+  lost_at_ = now;
+  line_fault_ = why;
+  next_reopen_ = now + kReopenPeriod;
+  input_.hold(Hold::LineLost);
+  limiter_.reset();
+  unwritten_.reset();
+  return {};
+}
+
+Result<void, DriveFault> DriveLoop::bring_line_back(MonotonicTime now) {
+  if (now >= next_reopen_) {
+    next_reopen_ = now + kReopenPeriod;
+    const auto opened = port_.reopen();
+    if (opened) {
+      ++stats_.reopened;
+      lost_at_.reset();
+      heard_at_ = written_at_ = clock_.now();
+      input_.release(Hold::LineLost, heard_at_);
+      return {};
+    }
+    line_fault_ = opened.error();
+  }
+  if (now - *lost_at_ > settings_.reopen_limit) return err(DriveFault{DriveFault::Kind::SerialLost, line_fault_});
   return {};
 }
 
@@ -81,20 +126,34 @@ Result<void, DriveFault> DriveLoop::cycle() {
   const MonotonicTime now = clock_.now();
   const double step_s = elapsed_periods(now) * to_seconds(settings_.period);
   ++stats_.cycles;
-  if (const auto command = commands_.take(); command && watch_.take(*command)) unwritten_ = command;
-  const BodyTwist wanted = within_wheel_rate(settings_.geometry, watch_.wanted(now), port_.max_wheel_rate());
-  // A jerk limit can carry the speed over the wanted one for a few cycles: the wheels' own limit has the last word.
-  const BodyTwist twist = within_wheel_rate(settings_.geometry, limiter_.limit(wanted, step_s), port_.max_wheel_rate());
-  stats_.commands = watch_.stats();
+  const BodyTwist twist = next_twist(now, step_s);
+  stats_.commands = input_.stats();
+  const std::size_t selected = input_.selected();
+  look_.store({input_.state(), input_.holds(), input_.waits_for_neutral(now),
+               selected < Look::kNobody ? static_cast<std::uint8_t>(selected) : Look::kNobody},
+              std::memory_order_relaxed);
+  if (lost_at_) return bring_line_back(now);
 
   if (auto driven = drive(twist); !driven) return driven;
   observer_.on_cycle(twist, now);
 
-  if (settings_.silence_limit > Duration::zero() && now - heard_at_ > settings_.silence_limit) {
+  if (!lost_at_ && settings_.silence_limit > Duration::zero() && now - heard_at_ > settings_.silence_limit) {
     static_cast<void>(port_.stop());
     return err(DriveFault{DriveFault::Kind::FeedbackLost});
   }
   return {};
+}
+
+BodyTwist DriveLoop::next_twist(MonotonicTime now, double step_s) {
+  if (DriveCommand newest; input_.take(inbox_, now, newest)) unwritten_ = newest;
+  const BodyTwist asked = input_.wanted(now);
+  if (input_.state() != CommandInput::State::Driving) {
+    limiter_.reset();
+    return {};
+  }
+  const BodyTwist wanted = within_wheel_rate(settings_.geometry, asked, port_.max_wheel_rate());
+  // A jerk limit can carry the speed over the wanted one for a few cycles: the wheels' own limit has the last word.
+  return within_wheel_rate(settings_.geometry, limiter_.limit(wanted, step_s), port_.max_wheel_rate());
 }
 
 Result<void, DriveFault> DriveLoop::drive(const BodyTwist& twist) {
@@ -109,7 +168,7 @@ Result<void, DriveFault> DriveLoop::drive(const BodyTwist& twist) {
   ++stats_.unwritten;
   if (written.error() != BaseFault::LineStuck) {
     static_cast<void>(port_.stop());
-    return err(DriveFault{DriveFault::Kind::SerialLost, written.error()});
+    return lose_line(written.error());
   }
   // A line may be stuck for a moment; the next cycle tries again, with the newest command.
   if (settings_.silence_limit > Duration::zero() && now - written_at_ > settings_.silence_limit) {

@@ -4,8 +4,7 @@
 #include <atomic>
 #include <optional>
 
-#include "diff_drive/model/drive_command.hpp"
-#include "diff_drive/model/latest_value.hpp"
+#include "diff_drive/model/command_input.hpp"
 #include "diff_drive/model/twist_limiter.hpp"
 #include "diff_drive/port/base_port.hpp"
 #include "nacelle/base/time.hpp"
@@ -30,7 +29,7 @@ class DriveObserver {
 /// Why the loop cannot go on. The wheels were told to stop, if anything could be told.
 struct DriveFault {
   enum class Kind : std::uint8_t {
-    SerialLost,    ///< The line is gone or refuses.
+    SerialLost,    ///< The line is gone or refuses, and did not come back within Settings::reopen_limit.
     SerialStuck,   ///< No command got through for longer than Settings::silence_limit.
     FeedbackLost,  ///< The board said nothing for longer than Settings::silence_limit.
   };
@@ -42,6 +41,12 @@ struct DriveFault {
 
 /// The control loop of the base: read feedback, take the newest command, limit it, write wheel rates; at a fixed rate.
 ///
+/// A command is followed as fast as the limits allow, a command of zero too. A stop (nobody commands any more, a hold) is no
+/// command: the wheels are told zero in that cycle. An emergency stop does not even wait for the cycle, if the loop is
+/// interrupted for it.
+/// A line that is lost is opened again as soon as it is back, for as long as Settings::reopen_limit; what was commanded
+/// before does not go on then (CommandInput).
+///
 /// Cycles end at absolute instants of the monotonic clock; a late one does not move those that follow. Between them the
 /// loop waits on the feedback itself, so every line is read, and stamped, when it arrives, by this one thread.
 /// Threads:   run() in one thread; stop() from any. The rest before or after.
@@ -52,19 +57,30 @@ class DriveLoop {
     DriveGeometry geometry;
     TwistLimits limits;  ///< resolved()
     Duration period = 20ms;
-    Duration command_timeout = 500ms;  ///< Zero: commands stay in force.
-    Duration silence_limit = 1s;       ///< Zero: the board may be silent, and the line stuck, for ever.
+    CommandInput::Settings input;
+    Duration silence_limit = 1s;  ///< Zero: the board may be silent, and the line stuck, for ever.
+    Duration reopen_limit{};      ///< Zero: a lost line is a fault at once.
+  };
+  /// What the loop is at, for those who only look. Threads: any.
+  struct Look {
+    CommandInput::State state = CommandInput::State::Waiting;
+    std::uint8_t holds = 0;          ///< Bits of Hold.
+    bool waits_for_neutral = false;  ///< Motion is commanded, but not followed until the input was neutral.
+    std::uint8_t selected = kNobody;
+    static constexpr std::uint8_t kNobody = 255;
+    friend bool operator==(const Look&, const Look&) = default;
   };
   struct Stats {
     std::uint64_t cycles = 0;
     std::uint64_t skipped = 0;    ///< Periods that passed while a cycle was late.
     std::uint64_t unwritten = 0;  ///< Cycles whose command did not get through.
-    CommandWatch::Stats commands;
+    std::uint64_t lost = 0;       ///< Times that the line was lost.
+    std::uint64_t reopened = 0;   ///< Times that it came back: lost == reopened, or one more.
+    CommandInput::Stats commands;
   };
 
-  /// Everything outlives the loop. Commands come through `commands`, from one other thread.
-  DriveLoop(const Settings& settings, BasePort& port, const Clock& clock, LatestValue<DriveCommand>& commands,
-            DriveObserver& observer);
+  /// Everything outlives the loop. Commands come through `inbox`, from one other thread.
+  DriveLoop(const Settings& settings, BasePort& port, const Clock& clock, CommandInbox& inbox, DriveObserver& observer);
 
   /// Commands received before this instant count no more; cycles are counted from it. Call before run().
   void arm(MonotonicTime now);
@@ -73,9 +89,12 @@ class DriveLoop {
   /// One cycle, for run() and for tests.
   [[nodiscard]] Result<void, DriveFault> cycle();
   void stop() noexcept;
+  /// An emergency stop has come into the inbox: the wheels are told at once, not in the next cycle. Threads: any.
+  void interrupt() noexcept { port_.interrupt(); }
 
   [[nodiscard]] const Stats& stats() const { return stats_; }
-  [[nodiscard]] CommandWatch::State command_state() const { return watch_.state(); }
+  [[nodiscard]] CommandInput::State command_state() const { return input_.state(); }
+  [[nodiscard]] Look look() const { return look_.load(std::memory_order_relaxed); }
 
  private:
   class Ears final : public WheelStateSink {
@@ -90,20 +109,29 @@ class DriveLoop {
   [[nodiscard]] Result<void, DriveFault> listen();
   [[nodiscard]] double elapsed_periods(MonotonicTime now);
   [[nodiscard]] Result<void, DriveFault> drive(const BodyTwist& twist);
+  /// The line is gone: a fault if nobody wants it back, else the beginning of the wait for it.
+  [[nodiscard]] Result<void, DriveFault> lose_line(BaseFault why);
+  /// Tries to open it again when it is time to.
+  [[nodiscard]] Result<void, DriveFault> bring_line_back(MonotonicTime now);
+  [[nodiscard]] BodyTwist next_twist(MonotonicTime now, double step_s);
 
   const Settings settings_;
   BasePort& port_;
   const Clock& clock_;
-  LatestValue<DriveCommand>& commands_;
+  CommandInbox& inbox_;
   DriveObserver& observer_;
   Ears ears_{*this};
-  CommandWatch watch_;
+  CommandInput input_;
   TwistLimiter limiter_;
+  std::optional<MonotonicTime> lost_at_;  // the line is away since
+  MonotonicTime next_reopen_{};
+  BaseFault line_fault_ = BaseFault::LineLost;
   std::optional<DriveCommand> unwritten_;  // in force, but no frame has carried it yet
   MonotonicTime due_{};
   MonotonicTime heard_at_{};
   MonotonicTime written_at_{};
   std::atomic<bool> stop_{false};
+  std::atomic<Look> look_{Look{}};
   Stats stats_;
 };
 

@@ -48,6 +48,15 @@ Result<void, BaseFault> WaveshareSerialPort::start() {
   return {};
 }
 
+Result<void, BaseFault> WaveshareSerialPort::reopen() {
+  if (const auto opened = line_->reopen(); !opened) return err(fault_of(opened.error()));
+  return start();
+}
+
+void WaveshareSerialPort::rest_until(MonotonicTime deadline) {
+  static_cast<void>(io::wait_readable(-1, bell_, clock_, deadline));
+}
+
 Result<void, BaseFault> WaveshareSerialPort::read_until(MonotonicTime deadline, WheelStateSink& sink) {
   const std::uint64_t before = stats_.states;
   // A chunk need not end a line: go on until one does or the time is over.

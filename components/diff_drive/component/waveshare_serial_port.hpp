@@ -8,6 +8,7 @@
 #include "diff_drive/protocol/waveshare_command.hpp"
 #include "diff_drive/protocol/waveshare_feedback.hpp"
 #include "nacelle/io/byte_stream.hpp"
+#include "nacelle/io/descriptor.hpp"
 
 namespace nacelle::diff_drive {
 
@@ -31,7 +32,12 @@ class WaveshareSerialPort final : public BasePort {
   [[nodiscard]] Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) override;
   [[nodiscard]] Result<void, BaseFault> write(const WheelRates& rates) override;
   [[nodiscard]] Result<void, BaseFault> stop() override;
-  void interrupt() noexcept override { line_->interrupt(); }
+  [[nodiscard]] Result<void, BaseFault> reopen() override;
+  void rest_until(MonotonicTime deadline) override;
+  void interrupt() noexcept override {
+    bell_.ring();
+    line_->interrupt();
+  }
 
   [[nodiscard]] double max_wheel_rate() const override {
     return kWaveshareMaxWheelSpeed_mps / settings_.wheel_radius_m;
@@ -54,6 +60,7 @@ class WaveshareSerialPort final : public BasePort {
   void advance(const BaseFeedback& feedback, MonotonicTime captured_at);
 
   std::unique_ptr<io::ByteStream> line_;
+  io::Bell bell_;  // of rest_until(): a lost line wakes nobody
   const Clock& clock_;
   const Settings settings_;
   WaveshareCommandPrinter printer_;

@@ -17,29 +17,4 @@ Result<BodyTwist, CommandFault> accepted(const RawTwist& twist) {
   return BodyTwist{twist.linear_x, twist.angular_z};
 }
 
-void CommandWatch::arm(MonotonicTime now) {
-  armed_at_ = now;
-  command_ = {};
-  state_ = State::Waiting;
-}
-
-bool CommandWatch::take(const DriveCommand& command) {
-  if (command.received_at < armed_at_) {
-    ++stats_.early;
-    return false;
-  }
-  command_ = command;
-  state_ = State::Driving;
-  ++stats_.taken;
-  return true;
-}
-
-BodyTwist CommandWatch::wanted(MonotonicTime now) {
-  if (state_ == State::Driving && timeout_ > Duration::zero() && now - command_.received_at > timeout_) {
-    state_ = State::TimedOut;
-    ++stats_.timeouts;
-  }
-  return state_ == State::Driving ? command_.wanted : BodyTwist{};
-}
-
 }  // namespace nacelle::diff_drive

@@ -69,7 +69,12 @@ class BasePort {
   [[nodiscard]] virtual Result<void, BaseFault> write(const WheelRates& rates) = 0;
   /// Commands zero, with the stop frame where there is one.
   [[nodiscard]] virtual Result<void, BaseFault> stop() = 0;
-  /// Makes a waiting read_until() return at once; the next one waits again.
+  /// Opens a lost line again and starts the board behind it; the descriptor's number stays.
+  /// Errors: LineLost while it is not there, LineRefused; the port is then as before.
+  [[nodiscard]] virtual Result<void, BaseFault> reopen() { return start(); }
+  /// Waits without listening, for a line that is lost; returns at the deadline or on interrupt().
+  virtual void rest_until(MonotonicTime deadline) = 0;
+  /// Makes a waiting read_until() or rest_until() return at once; the next one waits again.
   virtual void interrupt() noexcept = 0;
 
   /// rad/s that a command may ask of a wheel; infinity when the base has no limit of its own.

@@ -26,15 +26,18 @@ Result<void, BaseFault> LoopbackPort::start() {
   return stop();
 }
 
+void LoopbackPort::rest_until(MonotonicTime deadline) {
+  if (clock_.now() >= deadline) return;
+  if (wait_) {
+    wait_(deadline);
+  } else {
+    static_cast<void>(io::wait_readable(-1, bell_, clock_, deadline));
+  }
+}
+
 Result<void, BaseFault> LoopbackPort::read_until(MonotonicTime deadline, WheelStateSink& sink) {
   const MonotonicTime until = std::min(deadline, next_state_);
-  if (clock_.now() < until) {
-    if (wait_) {
-      wait_(until);
-    } else {
-      static_cast<void>(io::wait_readable(-1, bell_, clock_, until));
-    }
-  }
+  rest_until(until);
   const MonotonicTime now = clock_.now();
   if (now < next_state_) return {};
   turn_wheels_until(now);

@@ -27,6 +27,7 @@ class LoopbackPort final : public BasePort {
   [[nodiscard]] Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) override;
   [[nodiscard]] Result<void, BaseFault> write(const WheelRates& rates) override;
   [[nodiscard]] Result<void, BaseFault> stop() override { return write({}); }
+  void rest_until(MonotonicTime deadline) override;
   void interrupt() noexcept override { bell_.ring(); }
 
   [[nodiscard]] double max_wheel_rate() const override { return std::numeric_limits<double>::infinity(); }

@@ -8,14 +8,17 @@
 #include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/signalfd.h>
+#include <sys/stat.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "nacelle/io/descriptor.hpp"
 #include "nacelle/io/pty_pair.hpp"
@@ -87,20 +90,67 @@ class Marker {
 
 struct Lines {
   std::array<std::unique_ptr<io::PtyPair>, kDevices.size()> ptys;
-  [[nodiscard]] io::PtyPair& operator[](Device device) { return *ptys[static_cast<std::size_t>(device)]; }
+  /// Null while the cable is pulled.
+  [[nodiscard]] io::PtyPair* operator[](Device device) { return ptys[static_cast<std::size_t>(device)].get(); }
+  [[nodiscard]] int device_end(Device device) {
+    return (*this)[device] != nullptr ? (*this)[device]->device_end() : -1;
+  }
 };
+
+Result<std::unique_ptr<io::PtyPair>, Problem> open_line(const std::string& directory, Device device) {
+  auto pty = io::PtyPair::create();
+  if (!pty) return pty;
+  auto linked = pty.value()->link_as(fmt::format("{}/{}", directory, name_of(device)));
+  if (!linked) return err(linked.error());
+  return pty;
+}
 
 Result<Lines, Problem> open_lines(const std::string& directory) {
   Lines lines;
   for (const Device device : kDevices) {
-    auto pty = io::PtyPair::create();
+    auto pty = open_line(directory, device);
     if (!pty) return err(std::move(pty).error());
-    auto linked = pty.value()->link_as(fmt::format("{}/{}", directory, name_of(device)));
-    if (!linked) return err(linked.error());
     lines.ptys[static_cast<std::size_t>(device)] = std::move(pty).value();
   }
   return lines;
 }
+
+/// A fifo in which others write "unplug base" or "plug base", a line each.
+class Control {
+ public:
+  explicit Control(std::string path) : path_(std::move(path)) {
+    ::unlink(path_.c_str());
+    // Both ways, so that a writer which leaves is no end of file.
+    if (::mkfifo(path_.c_str(), 0600) == 0)
+      fifo_ = io::Descriptor{::open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)};
+  }
+  Control(const Control&) = delete;
+  Control& operator=(const Control&) = delete;
+  ~Control() { ::unlink(path_.c_str()); }
+  [[nodiscard]] int descriptor() const { return fifo_.number(); }
+
+  /// Calls `each(line)` for what came; a line that is too long is forgotten.
+  template <typename Each>
+  void read(Each&& each) {
+    std::array<char, 256> bytes{};
+    ssize_t count = 0;
+    while ((count = ::read(fifo_.number(), bytes.data(), bytes.size())) > 0) {
+      for (const char c : std::string_view{bytes.data(), static_cast<std::size_t>(count)}) {
+        if (c == '\n') {
+          each(std::string_view{line_});
+          line_.clear();
+        } else if (line_.size() < bytes.size()) {
+          line_.push_back(c);
+        }
+      }
+    }
+  }
+
+ private:
+  std::string path_;
+  std::string line_;
+  io::Descriptor fifo_;
+};
 
 io::Descriptor start_ticks() {
   io::Descriptor timer{::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)};
@@ -110,29 +160,47 @@ io::Descriptor start_ticks() {
   return timer;
 }
 
-constexpr std::size_t kTicks = 0, kSignals = 1, kStop = 2, kFirstLine = 3;  // what is polled, in this order
+constexpr std::size_t kTicks = 0, kSignals = 1, kStop = 2, kControl = 3,
+                      kFirstLine = 4;  // what is polled, in this order
 
 /// The world between its lines and the clock.
 class Runner {
  public:
   Runner(const WorldOptions& options, const Clock& clock, Lines lines, TruthFile& truth)
-      : clock_(clock), lines_(std::move(lines)), truth_file_(truth), world_(options.settings), origin_(clock.now()) {
+      : clock_(clock),
+        directory_(options.directory),
+        lines_(std::move(lines)),
+        truth_file_(truth),
+        world_(options.settings),
+        origin_(clock.now()) {
     truth_.seed = options.settings.seed;
     write_truth();
   }
 
-  void read_lines(const std::array<pollfd, 6>& watched) {
+  void read_lines(const std::array<pollfd, kFirstLine + kDevices.size()>& watched) {
     for (const Device device : kDevices) {
-      if ((watched[kFirstLine + static_cast<std::size_t>(device)].revents & POLLIN) == 0) continue;
+      io::PtyPair* const line = lines_[device];
+      if (line == nullptr || (watched[kFirstLine + static_cast<std::size_t>(device)].revents & POLLIN) == 0) continue;
       // A few chunks only: a host that writes without end must not stop the world.
       for (int chunk = 0; chunk < 4; ++chunk) {
-        const auto bytes = lines_[device].read();
+        const auto bytes = line->read();
         if (!bytes || bytes->empty()) break;
         count(device).received_bytes += bytes->size();
         const auto before = world_.board().motion_commands();
         world_.receive(device, *bytes);
         if (world_.board().motion_commands() != before) truth_.last_motion_command_ns = clock_.now().nanoseconds();
+        note_aim();
       }
+    }
+  }
+
+  /// "unplug base", "plug base"; anything else is nothing.
+  void obey(std::string_view command) {
+    for (const Device device : kDevices) {
+      auto& line = lines_.ptys[static_cast<std::size_t>(device)];
+      if (command == fmt::format("unplug {}", name_of(device))) line.reset();
+      if (command != fmt::format("plug {}", name_of(device)) || line) continue;
+      if (auto fresh = open_line(directory_, device)) line = std::move(fresh).value();
     }
   }
 
@@ -147,23 +215,26 @@ class Runner {
     std::uint64_t steps = 0;
     for (; steps < kStepsAtATime && world_.now() + WorldModel::kStep <= clock_.now() - origin_; ++steps) {
       world_.step([this](Device device, ByteView bytes) {
-        const std::size_t taken = lines_[device].write_some(bytes);
+        const std::size_t taken = lines_[device] != nullptr ? lines_[device]->write_some(bytes) : 0;
         count(device).sent_bytes += taken;
         count(device).dropped_bytes += bytes.size() - taken;
       });
+      note_aim();
     }
     if (steps > 1) report_.late_steps += steps - 1;
     if (steps > 0) write_truth();
     return steps < kStepsAtATime;
   }
 
-  [[nodiscard]] std::array<pollfd, 6> watched(int ticks, int signals, int stop) {
+  [[nodiscard]] std::array<pollfd, kFirstLine + kDevices.size()> watched(int ticks, int signals, int stop,
+                                                                         int control) {
     return {pollfd{ticks, POLLIN, 0},
             pollfd{signals, POLLIN, 0},
             pollfd{stop, POLLIN, 0},
-            pollfd{lines_[Device::Lidar].device_end(), POLLIN, 0},
-            pollfd{lines_[Device::Imu].device_end(), POLLIN, 0},
-            pollfd{lines_[Device::Base].device_end(), POLLIN, 0}};
+            pollfd{control, POLLIN, 0},
+            pollfd{lines_.device_end(Device::Lidar), POLLIN, 0},
+            pollfd{lines_.device_end(Device::Imu), POLLIN, 0},
+            pollfd{lines_.device_end(Device::Base), POLLIN, 0}};
   }
 
   [[nodiscard]] WorldReport report() const {
@@ -174,6 +245,16 @@ class Runner {
 
  private:
   [[nodiscard]] WorldReport::Line& count(Device device) { return report_.lines[static_cast<std::size_t>(device)]; }
+
+  /// Notices when the board's aim leaves zero, or comes back to it.
+  void note_aim() {
+    const MotorBoard& board = world_.board();
+    const bool turns = board.left_command_mps() != 0.0 || board.right_command_mps() != 0.0;
+    if (turns == turns_) return;
+    turns_ = turns;
+    ++(turns ? truth_.starts : truth_.stops);
+    (turns ? truth_.last_start_ns : truth_.last_stop_ns) = clock_.now().nanoseconds();
+  }
 
   void write_truth() {
     const DriveModel& drive = world_.drive();
@@ -186,20 +267,40 @@ class Runner {
     truth_.left_command_mps = world_.board().left_command_mps();
     truth_.right_command_mps = world_.board().right_command_mps();
     truth_.motion_commands = world_.board().motion_commands();
+    truth_.watchdog_stops = world_.board().watchdog_stops();
     truth_.contacts = drive.contacts();
     truth_file_.write(truth_);
   }
 
   const Clock& clock_;
+  const std::string directory_;
   Lines lines_;
   TruthFile& truth_file_;
   Truth truth_;
   WorldModel world_;
   MonotonicTime origin_;
   WorldReport report_;
+  bool turns_ = false;
 };
 
 }  // namespace
+
+Result<void, Problem> plug_device(const std::string& directory, const std::string& device, bool in) {
+  std::vector<std::string> names;
+  for (const Device known : kDevices) names.emplace_back(name_of(known));
+  if (std::find(names.begin(), names.end(), device) == names.end())
+    return err(
+        Problem{"device '" + device + "'", "the simulated robot has none of that name", suggestion(device, names)});
+  const std::string path = directory + "/control";
+  const io::Descriptor fifo{::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC)};
+  const std::string line = (in ? "plug " : "unplug ") + device + "\n";
+  // A line is shorter than PIPE_BUF: it arrives whole or not at all.
+  if (!fifo.is_open() || ::write(fifo.number(), line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
+    return err(Problem{path, fmt::format("no world listens ({})", std::strerror(errno)),
+                       "start one with `nacelle sim world`, or name its folder with --dir"});
+  }
+  return {};
+}
 
 Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock& clock) {
   const Signals signals;  // first: a signal from now on ends the world in order
@@ -223,6 +324,7 @@ Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock&
   if (!truth) return err(std::move(truth).error());
   auto lines = open_lines(options.directory);
   if (!lines) return err(std::move(lines).error());
+  Control control{options.directory + "/control"};
   const io::Descriptor ticks = start_ticks();
   Runner runner{options, clock, std::move(lines).value(), *truth.value()};
   const Marker ready{ready_path};  // after the runner: it is the first to go
@@ -230,9 +332,9 @@ Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock&
     return err(Problem{ready_path, "cannot be written", "is the directory writable?"});
   }
 
-  auto watched = runner.watched(ticks.number(), signals.descriptor(), options.stop_descriptor);
   const timespec at_once{};
   for (bool behind = false;;) {
+    auto watched = runner.watched(ticks.number(), signals.descriptor(), options.stop_descriptor, control.descriptor());
     if (::ppoll(watched.data(), watched.size(), behind ? &at_once : nullptr, nullptr) < 0 && errno != EINTR) {
       return err(Problem{"simulated world", fmt::format("ppoll failed ({})", std::strerror(errno)), ""});
     }
@@ -244,6 +346,8 @@ Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock&
       [[maybe_unused]] const auto read = ::read(ticks.number(), &expirations, sizeof expirations);
     }
     runner.read_lines(watched);
+    if ((watched[kControl].revents & POLLIN) != 0)
+      control.read([&](std::string_view command) { runner.obey(command); });
     behind = !runner.catch_up();
     if (behind) ::sched_yield();
   }

@@ -14,7 +14,7 @@ namespace nacelle::simulation {
 
 /// Where and how a world runs.
 struct WorldOptions {
-  std::string directory;     ///< Gets lidar, imu and base (links to ptys), truth and ready. Made if missing.
+  std::string directory;     ///< Gets lidar, imu and base (links to ptys), truth, control and ready. Made if missing.
   WorldSettings settings{};  ///< Seed, robot, errors.
   /// The kernel ends this process when the thread that started it dies (PR_SET_PDEATHSIG). A terminal's Ctrl-C is
   /// left to that parent: it reaches every process of the terminal, and the robot's world must outlive the robot's
@@ -37,6 +37,12 @@ struct WorldReport {
   std::uint64_t skipped_steps{};  ///< Given up because the machine stood still for longer; the world's clock jumped.
   std::array<Line, 3> lines{};    ///< In the order of Device: lidar, imu, base.
 };
+
+/// Pulls a device's cable out of a running world, or puts it back: the line hangs up and its link goes, or both come anew.
+/// `device`: "lidar", "imu" or "base". The device itself goes on, as one with a battery does.
+/// Returns when the world has been told; it acts within milliseconds.
+/// Errors: a Problem that names the directory or the device.
+[[nodiscard]] Result<void, Problem> plug_device(const std::string& directory, const std::string& device, bool in);
 
 /// Runs the simulated robot in real time until SIGTERM, SIGINT, the parent's death or the stop descriptor.
 ///

@@ -58,6 +58,7 @@ std::int64_t MotorBoard::counts(double angle_rad) const {
 void MotorBoard::step(Duration now, double left_angle_rad, double right_angle_rad) {
   if (now - last_motion_ > heartbeat_ && !watchdog_stopped_) {
     watchdog_stopped_ = true;
+    if (left_mps_ != 0.0 || right_mps_ != 0.0) ++watchdog_stops_;
     left_mps_ = right_mps_ = 0.0;
   }
   left_counts_ = counts(left_angle_rad);

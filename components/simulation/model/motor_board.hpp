@@ -35,6 +35,8 @@ class MotorBoard {
   [[nodiscard]] Duration feedback_interval() const { return kLoop + extra_delay_; }
   [[nodiscard]] bool echoes() const { return echoes_; }
   [[nodiscard]] bool stopped_by_watchdog() const { return watchdog_stopped_; }
+  /// How often it stopped wheels that were to turn.
+  [[nodiscard]] std::uint64_t watchdog_stops() const { return watchdog_stops_; }
   /// Motion commands that were carried out.
   [[nodiscard]] std::uint64_t motion_commands() const { return motion_commands_; }
 
@@ -52,7 +54,7 @@ class MotorBoard {
   Duration heartbeat_ = 3000ms;  // source: HEART_BEAT_DELAY in ugv_config.h
   Duration extra_delay_{};
   Duration last_motion_{};
-  std::uint64_t motion_commands_ = 0;
+  std::uint64_t motion_commands_ = 0, watchdog_stops_ = 0;
   std::int64_t left_counts_ = 0, right_counts_ = 0;
   std::int64_t left_counts_before_ = 0, right_counts_before_ = 0;
   double left_measured_mps_ = 0.0, right_measured_mps_ = 0.0;

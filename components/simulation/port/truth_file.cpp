@@ -20,7 +20,7 @@ namespace nacelle::simulation {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x6874757274'6c6e63ULL;
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kWords = sizeof(Truth) / sizeof(std::uint64_t);
 static_assert(kWords * sizeof(std::uint64_t) == sizeof(Truth), "every field of Truth is one word");
 using Words = std::array<std::uint64_t, kWords>;

@@ -20,6 +20,7 @@ void add_component_commands(CLI::App& app, int& exit_code);
 void add_lifecycle_commands(CLI::App& app, int& exit_code);
 void add_topic_commands(CLI::App& app, int& exit_code);
 void add_qos_commands(CLI::App& app, int& exit_code);
+void add_estop_command(CLI::App& app, int& exit_code);
 void add_teleop_command(CLI::App& app, int& exit_code);
 void add_sim_commands(CLI::App& app, int& exit_code);
 void add_xacro_command(CLI::App& app, int& exit_code);

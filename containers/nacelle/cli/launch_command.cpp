@@ -19,7 +19,7 @@ namespace {
 struct Wish {
   std::string file;
   std::vector<std::string> arguments;
-  std::string name, report_file, carrier, state_file, transitions_file;
+  std::string name, report_file, carrier, state_file, transitions_file, test_clock;
   std::vector<std::string> last_messages;
   long parent_pid = 0;
   bool verbose = false, show_arguments = false, resume = false;
@@ -89,7 +89,15 @@ int run(const Wish& wish) {
   options.transitions_file = wish.transitions_file;
   options.state_file = wish.state_file;
   options.resume = wish.resume;
-  const SystemClock clock;
+  const SystemClock system_clock;
+  std::unique_ptr<session::TestClock> test_clock;
+  if (!wish.test_clock.empty()) {
+    auto opened = session::TestClock::open(wish.test_clock);
+    if (!opened) return complain(opened.error());
+    test_clock = std::move(opened).value();
+    options.clock_alarm = test_clock.get();
+  }
+  const Clock& clock = test_clock ? static_cast<const Clock&>(*test_clock) : system_clock;
   session::Session session{std::move(plan).value(), std::move(options), clock, stop};
   return session.run();
 }
@@ -119,6 +127,8 @@ void add_launch_command(CLI::App& app, int& exit_code) {
       ->group("")
       ->expected(1)
       ->allow_extra_args(false);
+  command->add_option("--test-clock", wish->test_clock, "a fifo that sets the wall clock of this process, for tests")
+      ->group("");
   command->add_option("--parent", wish->parent_pid, "end when this process ends")->group("");
   command->footer("How a launch file is written, key by key: docs/launch_files.md in the source tree.");
   command->callback([wish, &exit_code] { exit_code = run(*wish); });

@@ -4,13 +4,16 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "nacelle/session/stop_signal.hpp"
 #include "nacelle/teleop/teleop.hpp"
 #include "program.hpp"
 #include "simulation/component/run_world.hpp"
+#include "simulation/port/truth_file.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -52,18 +55,53 @@ int run_world_command(const WorldWish& wish) {
   return kDone;
 }
 
+std::string default_sim_folder() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  return std::string{runtime != nullptr && *runtime != '\0' ? runtime : "/tmp"} + "/nacelle-sim";
+}
+
+int plug(const std::string& directory, const std::string& device, bool in) {
+  auto done = simulation::plug_device(directory, device, in);
+  return done ? kDone : complain(done.error());
+}
+
+int show_truth(const std::string& directory) {
+  const auto truth = simulation::read_truth(directory + "/truth");
+  if (!truth) return complain({directory, "no world runs there", "name its folder with --dir"});
+  const simulation::Truth& t = truth.value();
+  const nlohmann::ordered_json json{{"time_s", t.time_s},
+                                    {"x_m", t.x_m},
+                                    {"y_m", t.y_m},
+                                    {"yaw_rad", t.yaw_rad},
+                                    {"speed_mps", t.speed_mps},
+                                    {"yaw_rate_rps", t.yaw_rate_rps},
+                                    {"left_command_mps", t.left_command_mps},
+                                    {"right_command_mps", t.right_command_mps},
+                                    {"motion_commands", t.motion_commands},
+                                    {"last_motion_command_ns", t.last_motion_command_ns},
+                                    {"starts", t.starts},
+                                    {"last_start_ns", t.last_start_ns},
+                                    {"stops", t.stops},
+                                    {"last_stop_ns", t.last_stop_ns},
+                                    {"watchdog_stops", t.watchdog_stops},
+                                    {"contacts", t.contacts}};
+  std::printf("%s\n", json.dump().c_str());
+  return kDone;
+}
+
 // Words only: names of nodes and topics come from the running container.
 constexpr const char* kBashCompletion = R"BASH(_nacelle() {
   local current=${COMP_WORDS[COMP_CWORD]} words="" program=${COMP_WORDS[0]}
   case $COMP_CWORD in
-    1) words="launch drive component lifecycle topic qos teleop sim interface xacro --help --version" ;;
+    1) words="launch drive component lifecycle topic qos estop teleop sim interface xacro --help --version" ;;
     2)
       case ${COMP_WORDS[1]} in
         component) words="list load unload" ;;
         lifecycle) words="get set" ;;
         topic) words="list echo hz pub" ;;
         qos) words="check explain" ;;
-        sim) words="world" ;;
+        estop) words="set release" ;;
+        sim) words="world plug unplug truth" ;;
         interface) words="list show hash encode decode" ;;
         drive) words="--for --stay --seed --report --verbose" ;;
       esac ;;
@@ -119,6 +157,23 @@ void add_sim_commands(CLI::App& app, int& exit_code) {
     wish->options.end_with_parent = wish->options.parent_pid != 0;
     exit_code = run_world_command(*wish);
   });
+
+  auto folder = std::make_shared<std::string>(default_sim_folder());
+  auto device = std::make_shared<std::string>();
+  const auto with_folder = [&](const char* name, const char* what) {
+    CLI::App* const command = group->add_subcommand(name, what);
+    command->add_option("--dir", *folder, "the world's folder: the launch file's sim_dir")->capture_default_str();
+    return command;
+  };
+  for (const bool in : {false, true}) {
+    CLI::App* const command = with_folder(
+        in ? "plug" : "unplug", in ? "put a device's cable back" : "pull a device's cable out of the running world");
+    command->add_option("device", *device, "lidar, imu or base")->required();
+    command->callback([folder, device, in, &exit_code] { exit_code = plug(*folder, *device, in); });
+  }
+  CLI::App* const truth =
+      with_folder("truth", "where the simulated robot really is, and what its motor board was told, as JSON");
+  truth->callback([folder, &exit_code] { exit_code = show_truth(*folder); });
 }
 
 void add_completion_command(CLI::App& app, int& exit_code) {

@@ -21,6 +21,11 @@ const char* to_text(Phase phase) {
   return "?";
 }
 
+bool is_emergency_stop(std::string_view topic, std::string_view type) {
+  return type == kEmergencyStopType && topic.size() > kEmergencyStopTopic.size() &&
+         topic.substr(topic.rfind('/') + 1) == kEmergencyStopTopic;
+}
+
 RobotService::RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
                            void (*on_shutdown)(void*), void* context)
     : container_(container), types_(message_folders), on_shutdown_(on_shutdown), context_(context) {
@@ -31,18 +36,23 @@ Result<std::uint16_t, std::string> RobotService::open_writer(control::NamePair t
   if (auto valid = validate_full_topic_name(topic_and_type.first); !valid) return err(valid.error().text());
   auto type = types_.message(topic_and_type.second);
   if (!type) return err(type.error().text());
+  const bool latched = is_emergency_stop(topic_and_type.first, topic_and_type.second);
+  for (std::size_t i = 0; latched && i < writers_.size(); ++i) {
+    if (writers_[i].latched_topic == topic_and_type.first) return static_cast<std::uint16_t>(i);
+  }
   for (std::size_t i = 0; i < writers_.size(); ++i) {
     if (writers_[i].writer) continue;
     // Named, so that it counts as one of the stream's writers: the command of a person at the socket is data of the robot.
     EndpointSpec spec{std::string{topic_and_type.first}, type.value(), QoS{10}, "/control_socket"};
-    writers_[i] = {container_.transport().create_writer(spec), type.value()};
+    if (latched) spec.qos = QoS(KeepAll{}).reliable().transient_local();
+    writers_[i] = {container_.transport().create_writer(spec), type.value(), latched ? spec.topic : std::string{}};
     return static_cast<std::uint16_t>(i);
   }
   return err(std::string{"too many writers are open"});
 }
 
 void RobotService::close_writer(std::uint16_t handle) {
-  if (handle < writers_.size()) writers_[handle] = {};
+  if (handle < writers_.size() && writers_[handle].latched_topic.empty()) writers_[handle] = {};
 }
 
 const char* RobotService::publish(const control::Publication& publication) {
@@ -50,7 +60,8 @@ const char* RobotService::publish(const control::Publication& publication) {
     return "no such handle; open the writer first";
   const OpenWriter& open = writers_[publication.handle];
   // Between two stops nothing is sent: what came too late must not move a robot that is being put to rest.
-  if (phase_ != Phase::Running) return "the robot is not running (yet, or any more)";
+  // An emergency stop may be set, and released, at any time.
+  if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or any more)";
   Block* const block = open.writer->borrow();
   if (block == nullptr) return "no message is free: the readers hold them all";
   if (auto decoded = open.type->decode(publication.cdr, block->message); !decoded) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
@@ -20,6 +21,10 @@ namespace nacelle::session {
 /// What the robot is doing, for those who watch.
 enum class Phase : std::uint8_t { Starting, Running, Stopping, Down };
 [[nodiscard]] const char* to_text(Phase phase);
+
+inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmergencyStopType = "std_msgs/msg/Bool";
+/// Whether what is written there is an emergency stop, in whatever namespace: latched, and taken in every phase.
+[[nodiscard]] bool is_emergency_stop(std::string_view topic, std::string_view type);
 
 /// Answers the control thread from the container: publishing, transforms, live figures.
 ///
@@ -47,6 +52,8 @@ class RobotService final : public control::FastService {
   struct OpenWriter {
     std::unique_ptr<Writer> writer;
     const msgs::MessageType* type = nullptr;
+    std::string
+        latched_topic;  ///< Of an emergency stop: the writer outlives those who asked for it, as what it said does.
   };
 
   runtime::Container& container_;

@@ -17,6 +17,7 @@
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/carriers.hpp"
+#include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
 #include "nacelle/session/isolated_component.hpp"
 #include "nacelle/session/load_request.hpp"
@@ -371,6 +372,9 @@ void Session::composition_changed() {
 
 std::optional<Problem> Session::serve() {
   VerbDesk desk{*this};
+  const auto kernel_alarm = options_.clock_alarm == nullptr ? make_kernel_clock_alarm() : nullptr;
+  ClockWatch clock_watch{clock_, kernel_alarm ? *kernel_alarm : *options_.clock_alarm};
+  ClockJumpReport clock_jumps{container_->transport(), options_.container_name};
   std::vector<pollfd> waits;
   waits.reserve(64);
   while (true) {
@@ -378,6 +382,7 @@ std::optional<Problem> Session::serve() {
     waits.push_back({stop_.descriptor(), POLLIN, 0});
     waits.push_back({server_->handed_over_descriptor(), POLLIN, 0});
     waits.push_back({fault_event_, POLLIN, 0});
+    waits.push_back({clock_watch.descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
     const std::size_t guests_at = waits.size();
     desk.append_waits(waits);
@@ -404,6 +409,9 @@ std::optional<Problem> Session::serve() {
       std::uint64_t count = 0;
       static_cast<void>(!::read(fault_event_, &count, sizeof count));
       service_->set_nodes(container_->list());
+    }
+    if (waits[3].revents != 0) {
+      if (const auto step = clock_watch.look()) say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
     }
     const auto due = supervision_->next_due();
     if (waits[2].revents != 0 || (due && *due <= clock_.now())) {

@@ -18,6 +18,7 @@
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/session/clock_watch.hpp"
 #include "nacelle/session/composition.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/program_places.hpp"
@@ -43,6 +44,7 @@ struct SessionOptions {
   std::string state_file;
   bool resume = false;  ///< Bring back what the state file holds, if there is one, instead of the plan's components.
   std::string transitions_file;  ///< Empty: none (transition_log.hpp).
+  ClockAlarm* clock_alarm = nullptr;  ///< Of the session's clock, outlives the session; null: the kernel's.
 };
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.

@@ -28,6 +28,12 @@ Twist twist(double linear_mps, double angular_rps = 0.0) {
   return message;
 }
 
+std_msgs::msg::Bool emergency(bool set) {
+  std_msgs::msg::Bool message;
+  message.data = set;
+  return message;
+}
+
 /// The component behind a real pty with a tiny board, in real time: its loop is a thread of its own.
 class DriveTest : public ::testing::Test {
  protected:
@@ -38,6 +44,8 @@ class DriveTest : public ::testing::Test {
     options.append_parameter_override("port_timeout", 0.0);  // the tiny board speaks when a test says so
     options.append_parameter_override("motor_watchdog", 0.0);
     options.append_parameter_override("cmd_vel_timeout", 60.0);  // a busy machine must not look like a dead sender
+    options.append_parameter_override("rearm", std::string("fresh"));  // nobody waits for a minute of silence
+    options.append_parameter_override("reopen_timeout", 0.0);
     return options;
   }
   NodeOptions on_the_loopback() {
@@ -270,6 +278,88 @@ TEST_F(DriveTest, the_limited_velocity_is_published_on_request_and_keeps_the_cur
   const auto twists = context_.published<TwistStamped>("/diff_drive/cmd_vel_out");
   for (const auto& limited : twists) EXPECT_NEAR(limited.twist.angular.z, 2.0 * limited.twist.linear.x, 1e-9);
   EXPECT_NEAR(twists[19].twist.linear.x, 0.25, 1e-9);
+}
+
+TEST_F(DriveTest, an_emergency_stop_stops_the_board_and_a_release_alone_moves_nothing) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2));
+  ASSERT_TRUE(board_is_told(0.2, 0.2));
+  context_.inject("/emergency_stop", emergency(true));
+  ASSERT_TRUE(board_is_told(0.0, 0.0));
+  context_.inject("/cmd_vel", twist(0.2));
+  context_.inject("/emergency_stop", emergency(false));
+  board_.lines.clear();
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(board_.take_until(1));
+  for (const auto& line : board_.lines) EXPECT_EQ(line, kStopLine);
+  context_.inject("/cmd_vel", twist(0.25));
+  EXPECT_TRUE(board_is_told(0.25, 0.25));
+}
+
+TEST_F(DriveTest, an_emergency_stop_from_before_the_activation_holds) {
+  DiffDriveComponent drive{on_the_board()};
+  ASSERT_TRUE(drive.trigger(Transition::Configure).success);
+  context_.inject("/emergency_stop", emergency(true));
+  ASSERT_TRUE(drive.trigger(Transition::Activate).success);
+  context_.spin();
+  context_.inject("/cmd_vel", twist(0.2));
+  board_.lines.clear();
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(board_.take_until(1));
+  for (const auto& line : board_.lines) EXPECT_THAT(line, ::testing::Not(HasSubstr("\"L\":0."))) << line;
+}
+
+TEST_F(DriveTest, the_topic_of_the_highest_priority_commands) {
+  auto options = on_the_board();
+  options.append_parameter_override("topics.navigation.topic", std::string("cmd_vel_nav"));
+  options.append_parameter_override("topics.navigation.timeout", 60.0);
+  options.append_parameter_override("topics.navigation.priority", std::int64_t{10});
+  options.append_parameter_override("topics.operator.topic", std::string("cmd_vel_joy"));
+  options.append_parameter_override("topics.operator.timeout", 60.0);
+  options.append_parameter_override("topics.operator.priority", std::int64_t{100});
+  DiffDriveComponent drive{options};
+  activate(drive);
+  context_.inject("/cmd_vel_nav", twist(0.2));
+  ASSERT_TRUE(board_is_told(0.2, 0.2));
+  context_.inject("/cmd_vel_joy", twist(0.1));
+  ASSERT_TRUE(board_is_told(0.1, 0.1));
+  context_.inject("/cmd_vel_nav", twist(0.3));
+  ASSERT_TRUE(board_.take_until(1));
+  ASSERT_TRUE(board_.take_until(1));
+  EXPECT_EQ(board_.left_mps, 0.1);
+}
+
+TEST_F(DriveTest, an_input_without_a_topic_and_a_rule_that_is_none_are_named) {
+  auto options = on_the_loopback();
+  options.append_parameter_override("topics.joy.priority", std::int64_t{10});
+  DiffDriveComponent nameless{options};
+  EXPECT_THAT(nameless.trigger(Transition::Configure).reason, HasSubstr("topics.joy.topic"));
+
+  auto wrong = on_the_loopback();
+  wrong.append_parameter_override("rearm", std::string("neutrl"));
+  DiffDriveComponent misspelt{wrong};
+  EXPECT_THAT(misspelt.trigger(Transition::Configure).reason, HasSubstr("neutral"));
+}
+
+TEST_F(DriveTest, a_line_that_comes_back_is_opened_again_without_a_transition) {
+  const std::string link = ::testing::TempDir() + "nacelle_base_line";
+  ASSERT_TRUE(pty_->link_as(link));
+  auto options = on_the_board();
+  options.append_parameter_override("serial_port", link);
+  options.append_parameter_override("reopen_timeout", 60.0);
+  DiffDriveComponent drive{options};
+  activate(drive);
+  context_.inject("/cmd_vel", twist(0.2));
+  ASSERT_TRUE(board_is_told(0.2, 0.2));
+
+  pty_->hang_up();
+  pty_ = io::PtyPair::create().value();
+  ASSERT_TRUE(pty_->link_as(link));
+  TinyBoard board{*pty_};
+  ASSERT_TRUE(board.take_until(131)) << "the board is told again to speak";
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(board.take_until(1));
+  EXPECT_EQ(board.left_mps, 0.0) << "what was commanded before does not go on";
+  EXPECT_TRUE(context_.faults().empty());
+  EXPECT_EQ(drive.get_current_state().state(), StateId::Active);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ TEST(DiffDriveOptions, the_defaults_are_valid) {
   const auto setup = validated({}, "/diff_drive");
   ASSERT_TRUE(setup) << setup.error().text();
   EXPECT_EQ(setup.value().loop.period, Duration{20ms});
-  EXPECT_EQ(setup.value().loop.command_timeout, Duration{500ms});
+  EXPECT_EQ(setup.value().loop.input.sources.at(0).timeout, Duration{500ms});
   EXPECT_TRUE(setup.value().warnings.empty());
 }
 

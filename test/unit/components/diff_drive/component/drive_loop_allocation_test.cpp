@@ -35,7 +35,7 @@ class Counting final : public DriveObserver {
 
 TEST(DriveLoopAllocations, a_cycle_that_hears_limits_and_writes_has_none) {
   WaveshareRig rig;
-  LatestValue<DriveCommand> commands;
+  CommandInbox inbox;
   Counting observer;
   AxisLimits limits;
   limits.max_velocity = 0.5;
@@ -45,7 +45,7 @@ TEST(DriveLoopAllocations, a_cycle_that_hears_limits_and_writes_has_none) {
   settings.period = 2ms;
   settings.limits = {resolved(limits).value(), resolved(limits).value()};
   settings.silence_limit = 10s;
-  DriveLoop loop{settings, rig.port(), rig.clock(), commands, observer};
+  DriveLoop loop{settings, rig.port(), rig.clock(), inbox, observer};
   ASSERT_TRUE(rig.port().start());
   loop.arm(rig.clock().now());
 
@@ -54,7 +54,7 @@ TEST(DriveLoopAllocations, a_cycle_that_hears_limits_and_writes_has_none) {
     rig.board.say(0.002);
     if (i % 3 == 0) rig.board.send("noise and {\"T\":1002,\"r\":1.5}\n");
     const MonotonicTime now = rig.clock().now();
-    commands.put({{0.001 * i, -0.003 * i}, now, now});
+    inbox.sources[0].commands.put({{0.001 * i, -0.003 * i}, now, now});
     const std::uint64_t before = allocations;
     const auto done = loop.cycle();
     in_cycles += allocations - before;

@@ -33,6 +33,12 @@ class RecordingPort final : public BasePort {
     ++stops;
     return write({});
   }
+  Result<void, BaseFault> reopen() override {
+    ++reopens;
+    if (read_fault || write_fault) return err(BaseFault::LineLost);
+    return {};
+  }
+  void rest_until(MonotonicTime deadline) override { clock_.set(deadline); }
   void interrupt() noexcept override {}
   double max_wheel_rate() const override { return most_rps; }
   ByteView stop_frame() const override { return {}; }
@@ -41,6 +47,7 @@ class RecordingPort final : public BasePort {
 
   std::vector<WheelRates> commands;
   int stops = 0;
+  int reopens = 0;
   bool speaks = true;
   Duration late{};
   Duration write_time{};
@@ -62,11 +69,11 @@ class Watching final : public DriveObserver {
 };
 
 struct LoopRig {
-  explicit LoopRig(DriveLoop::Settings settings = {}) : loop(settings, port, clock, commands, watching) {
+  explicit LoopRig(DriveLoop::Settings settings = {}) : loop(settings, port, clock, inbox, watching) {
     loop.arm(clock.now());
   }
   void command(double linear_mps, double angular_rps = 0.0) {
-    commands.put({{linear_mps, angular_rps}, clock.now(), clock.now()});
+    inbox.sources[0].commands.put({{linear_mps, angular_rps}, clock.now(), clock.now()});
   }
   void cycles(int count) {
     for (int i = 0; i < count; ++i) ASSERT_TRUE(loop.cycle());
@@ -74,7 +81,7 @@ struct LoopRig {
 
   ToldClock clock;
   RecordingPort port{clock};
-  LatestValue<DriveCommand> commands;
+  CommandInbox inbox;
   Watching watching;
   DriveLoop loop;
 };
@@ -122,21 +129,95 @@ TEST(DriveLoop, skips_the_periods_that_a_late_cycle_slept_through) {
   EXPECT_EQ(rig.clock.now(), (MonotonicTime{100s + 80ms}));
 }
 
-TEST(DriveLoop, stops_one_cycle_after_the_timeout_at_the_latest_and_obeys_the_deceleration) {
+TEST(DriveLoop, is_at_zero_one_cycle_after_the_timeout_whatever_the_deceleration) {
   LoopRig rig{with_limits(1.0, 5.0, -1.0)};
   rig.command(0.5);
   rig.cycles(25);  // 500 ms: the command has just not expired
   EXPECT_EQ(rig.watching.twists.back().linear_mps, 0.5);
   rig.cycles(1);
-  EXPECT_NEAR(rig.watching.twists.back().linear_mps, 0.5 - 1.0 * 0.02, 1e-12);
-  rig.cycles(25);
-  EXPECT_EQ(rig.watching.twists.back(), BodyTwist{});
-  EXPECT_EQ(rig.loop.command_state(), CommandWatch::State::TimedOut);
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+  EXPECT_EQ(rig.loop.command_state(), CommandInput::State::TimedOut);
   rig.cycles(100);
   EXPECT_EQ(rig.watching.twists.back(), BodyTwist{}) << "it stays stopped";
   rig.command(0.1);
   rig.cycles(10);
   EXPECT_EQ(rig.watching.twists.back().linear_mps, 0.1);
+}
+
+TEST(DriveLoop, a_command_of_zero_obeys_the_deceleration) {
+  LoopRig rig{with_limits(1.0, 5.0, -1.0)};
+  rig.command(0.5);
+  rig.cycles(20);
+  rig.command(0.0);
+  rig.cycles(1);
+  EXPECT_NEAR(rig.watching.twists.back().linear_mps, 0.5 - 1.0 * 0.02, 1e-12);
+}
+
+TEST(DriveLoop, an_emergency_stop_is_on_the_wire_in_the_same_cycle_and_stays) {
+  LoopRig rig{with_limits(1.0, 5.0, -1.0)};
+  rig.command(0.5);
+  rig.cycles(20);
+  rig.inbox.emergency_stop = true;
+  rig.command(0.5);
+  rig.cycles(1);
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+  for (int i = 0; i < 50; ++i) {
+    rig.command(0.5);
+    rig.cycles(1);
+    ASSERT_EQ(rig.port.commands.back(), WheelRates{});
+  }
+  EXPECT_EQ(rig.loop.look().state, CommandInput::State::Held);
+  EXPECT_EQ(rig.loop.look().holds, static_cast<std::uint8_t>(Hold::EmergencyStop));
+}
+
+TEST(DriveLoop, a_lost_line_is_opened_again_and_what_was_commanded_does_not_go_on) {
+  DriveLoop::Settings settings;
+  settings.reopen_limit = 60s;
+  settings.input.rearm = RearmRule::Neutral;
+  LoopRig rig{settings};
+  rig.clock.advance(1s);  // silent before
+  rig.loop.arm(rig.clock.now());
+  rig.inbox.sources[0].commands.put({{0.5, 0.0}, rig.clock.now(), rig.clock.now(), true});
+  rig.cycles(1);
+  ASSERT_NE(rig.port.commands.back(), WheelRates{});
+
+  rig.port.read_fault = BaseFault::LineLost;
+  const auto written = rig.port.commands.size();
+  for (int i = 0; i < 50; ++i) {
+    rig.command(0.5);
+    rig.cycles(1);
+  }
+  EXPECT_LE(rig.port.commands.size(), written + 1) << "one attempt to stop, then nothing";
+  EXPECT_GE(rig.port.reopens, 9);
+
+  rig.port.read_fault.reset();
+  for (int i = 0; i < 50; ++i) {
+    rig.command(0.5);
+    rig.cycles(1);
+    ASSERT_EQ(rig.port.commands.back(), WheelRates{}) << "cycle " << i;
+  }
+  EXPECT_EQ(rig.loop.stats().reopened, 1U);
+  EXPECT_TRUE(rig.loop.look().waits_for_neutral);
+  rig.cycles(26);  // silent for the timeout of 500 ms
+  rig.command(0.5);
+  rig.cycles(1);
+  EXPECT_NE(rig.port.commands.back(), WheelRates{});
+}
+
+TEST(DriveLoop, gives_a_line_up_that_does_not_come_back) {
+  DriveLoop::Settings settings;
+  settings.reopen_limit = 2s;
+  LoopRig rig{settings};
+  rig.port.read_fault = BaseFault::LineLost;
+  Result<void, DriveFault> last;
+  int cycles = 0;
+  while (last && cycles < 1000) {
+    last = rig.loop.cycle();
+    ++cycles;
+  }
+  ASSERT_FALSE(last);
+  EXPECT_STREQ(code_of(last.error().kind), "SERIAL_LOST");
+  EXPECT_NEAR(cycles, 101, 1);
 }
 
 TEST(DriveLoop, a_command_from_before_it_was_armed_moves_nothing) {
@@ -243,9 +324,9 @@ TEST(DriveLoop, faults_and_stops_when_the_board_falls_silent) {
 TEST(DriveLoop, hears_every_state_that_comes_between_two_cycles) {
   ToldClock clock;
   LoopbackPort port{clock, {4ms, 12.0}, [&](MonotonicTime until) { clock.set(until); }};
-  LatestValue<DriveCommand> commands;
+  CommandInbox inbox;
   Watching watching;
-  DriveLoop loop{{}, port, clock, commands, watching};
+  DriveLoop loop{{}, port, clock, inbox, watching};
   loop.arm(clock.now());
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(loop.cycle());
   EXPECT_EQ(watching.states, 250);
@@ -254,13 +335,13 @@ TEST(DriveLoop, hears_every_state_that_comes_between_two_cycles) {
 TEST(DriveLoop, drives_perfect_wheels_around_a_circle) {
   ToldClock clock;
   LoopbackPort port{clock, {}, [&](MonotonicTime until) { clock.set(until); }};
-  LatestValue<DriveCommand> commands;
+  CommandInbox inbox;
   Watching watching;
   DriveLoop::Settings settings;
-  settings.command_timeout = 0s;
-  DriveLoop loop{settings, port, clock, commands, watching};
+  settings.input.sources[0].timeout = 0s;
+  DriveLoop loop{settings, port, clock, inbox, watching};
   loop.arm(clock.now());
-  commands.put({{0.2, 0.4}, clock.now(), clock.now()});
+  inbox.sources[0].commands.put({{0.2, 0.4}, clock.now(), clock.now()});
   for (int i = 0; i < 501; ++i) ASSERT_TRUE(loop.cycle());
   Heard heard;
   static_cast<void>(port.read_until(clock.now() + 20ms, heard));

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+
+#include "diff_drive/model/drive_command.hpp"
+#include "diff_drive/model/latest_value.hpp"
+
+namespace nacelle::diff_drive {
+
+/// What the executor's callbacks leave for the control loop, without either waiting for the other.
+///
+/// Threads: the executor writes, the loop takes. Allocates: nothing after it was made.
+struct CommandInbox {
+  static constexpr std::int64_t kNever = INT64_MIN;
+
+  struct Source {
+    LatestValue<DriveCommand> commands;
+    std::atomic<std::int64_t> refused_at_ns{kNever};  ///< When a command was refused last, CLOCK_MONOTONIC.
+  };
+  struct Lock {
+    std::atomic<bool> locked{false};
+    std::atomic<std::int64_t> heard_at_ns{kNever};
+  };
+
+  explicit CommandInbox(std::size_t source_count = 1, std::size_t lock_count = 0)
+      : sources(source_count), locks(lock_count) {}
+
+  std::deque<Source> sources;  // a deque: its elements neither copy nor move
+  std::deque<Lock> locks;
+  std::atomic<bool> emergency_stop{false};
+  std::atomic<std::int64_t> released_at_ns{0};  ///< When emergency_stop became false; written before it.
+};
+
+}  // namespace nacelle::diff_drive

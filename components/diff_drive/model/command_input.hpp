@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "diff_drive/model/command_inbox.hpp"
+
+namespace nacelle::diff_drive {
+
+/// When the base may move again after a stop (design D7).
+enum class RearmRule : std::uint8_t {
+  Neutral,  ///< The input has been zero or silent for one timeout, and then a command follows.
+  Fresh,    ///< A command follows that came after the stop.
+};
+
+/// What holds the wheels still, whatever is commanded.
+enum class Hold : std::uint8_t {
+  EmergencyStop = 1,  ///< Latched until it is released.
+  LineLost = 2,       ///< The motor board cannot be told anything.
+};
+
+/// Decides what the wheels should do now: which of several inputs commands them, and whether any may.
+///
+/// An input is one topic. Of those whose newest command is not older than their timeout and that no lock blocks, the one of
+/// the highest priority commands; of equals the first. Nobody commands: the base stands still.
+///
+/// A stop (activation, an input's timeout, a lock, a hold) disarms the inputs that it stops. A disarmed one commands nothing
+/// until it has been neutral: zero or silent for one timeout of its own (half a second where that is 0), refused commands
+/// counting as neither. Its next command of motion arms it again. What came before the end of a hold counts as old.
+///
+/// Source:  priorities, timeouts and locks are twist_mux's, except that priority 0 is an ordinary one here.
+/// Threads: belongs to the control loop. Allocates: nothing after it was made.
+class CommandInput {
+ public:
+  struct Source {
+    Duration timeout = 500ms;  ///< Zero: commands stay in force.
+    std::uint8_t priority = 0;
+  };
+  /// While locked (or not heard for its timeout) inputs of a lower priority command nothing.
+  struct Lock {
+    Duration timeout{};  ///< Zero: a lock that says nothing is open.
+    std::uint8_t priority = 0;
+  };
+  struct Settings {
+    std::vector<Source> sources{Source{}};
+    std::vector<Lock> locks;
+    RearmRule rearm = RearmRule::Fresh;
+  };
+  enum class State : std::uint8_t {
+    Waiting,   ///< Armed by an activation; no command has come since.
+    Driving,   ///< A command is in force.
+    TimedOut,  ///< The last command in force got too old.
+    Locked,    ///< A lock blocks every input that would command.
+    Held,      ///< See holds().
+  };
+  struct Stats {
+    std::uint64_t taken = 0;  ///< Commands that came into force.
+    std::uint64_t early = 0;  ///< Commands from before arm() or the end of a hold, dropped.
+    std::uint64_t disarmed =
+        0;  ///< Commands of motion that were not followed, since their input was not armed again yet.
+    std::uint64_t timeouts = 0;   ///< Times that the base was stopped since a command in force got too old.
+    std::uint64_t handovers = 0;  ///< Times that another input took over.
+  };
+  static constexpr std::size_t kNobody = SIZE_MAX;
+  static constexpr Duration kNeutralWithoutTimeout = 500ms;
+
+  explicit CommandInput(Settings settings);
+
+  /// Starts anew: what was received before `now` counts no more. Holds stay.
+  void arm(MonotonicTime now);
+  void hold(Hold why);
+  /// Ends a hold; the inputs stay disarmed.
+  void release(Hold why, MonotonicTime now);
+  /// Takes what has come. Call it once per cycle, before wanted(). Returns whether a command came into force that was not
+  /// before; `newest` is it then.
+  bool take(CommandInbox& inbox, MonotonicTime now, DriveCommand& newest);
+  /// What is wanted at this time.
+  [[nodiscard]] BodyTwist wanted(MonotonicTime now);
+
+  [[nodiscard]] State state() const { return state_; }
+  /// Bits of Hold.
+  [[nodiscard]] std::uint8_t holds() const { return holds_; }
+  [[nodiscard]] bool is_held(Hold why) const { return (holds_ & static_cast<std::uint8_t>(why)) != 0; }
+  /// The input that commands, or kNobody.
+  [[nodiscard]] std::size_t selected() const { return selected_; }
+  /// A command of motion came in the last timeout of its input and was not followed, since the input is not armed yet.
+  [[nodiscard]] bool waits_for_neutral(MonotonicTime now) const;
+  [[nodiscard]] const Stats& stats() const { return stats_; }
+
+ private:
+  struct Channel {
+    DriveCommand command{};
+    bool in_force = false;
+    bool armed = false;
+    bool heard = false;           // since arm()
+    MonotonicTime restless_at{};  // the last command that was not neutral
+    MonotonicTime disarmed_at{};  // the last one that was not followed for that
+    bool was_disarmed = false;
+  };
+
+  void disarm_all();
+  bool take(std::size_t index, const DriveCommand& command);
+  [[nodiscard]] Duration neutral_period(std::size_t index) const;
+  [[nodiscard]] int lock_priority(const CommandInbox& inbox, MonotonicTime now) const;
+
+  const Settings settings_;
+  std::vector<Channel> channels_;
+  MonotonicTime armed_at_{};
+  int lock_priority_ = -1;
+  std::uint8_t holds_ = 0;
+  State state_ = State::Waiting;
+  std::size_t selected_ = kNobody;
+  Stats stats_;
+};
+
+}  // namespace nacelle::diff_drive

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estop/component/emergency_stop_component.hpp"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace nacelle::estop {
+namespace {
+
+const std::vector<std::string> kLevels{"high", "low"};
+const std::vector<std::string> kBiases{"pull_up", "pull_down", "none"};
+// Changes wake the thread; this only bounds how long a change that the kernel did not tell could stay unseen.
+constexpr Duration kLookPeriod = 500ms;
+// The lifecycle gate opens just after on_activate(): a stop that was said before is said again until it gets through.
+constexpr Duration kSayAgain = 5ms;
+
+ParameterDescriptor described(std::string text) {
+  ParameterDescriptor descriptor;
+  descriptor.description = std::move(text);
+  return descriptor;
+}
+
+QoS latched() { return QoS(KeepAll{}).reliable().transient_local(); }
+
+}  // namespace
+
+EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenSwitch open_switch)
+    : LifecycleNode("estop", options), open_switch_(std::move(open_switch)) {
+  declare_parameter("gpio_chip", "", described("e.g. /dev/gpiochip0; empty: there is no button"));
+  declare_parameter("gpio_line", 0, described("the line's offset on the chip; on a Raspberry Pi the BCM number"));
+  declare_parameter("gpio_stop_level", "high",
+                    described("high (a contact to ground that opens when pressed, or when a wire breaks) or low"));
+  declare_parameter("gpio_bias", "pull_up", described("pull_up, pull_down or none"));
+  publisher_ = create_publisher<Bool>("emergency_stop", latched());
+  button_publisher_ = create_publisher<Bool>("emergency_stop", latched());
+  heard_ = create_subscription<Bool>("emergency_stop", latched(), [this](const Bool& stop) { on_heard(stop); });
+  service_ = create_service<SetBool>(
+      "~/set", [this](const SetBool::Request& request, SetBool::Response& response) { on_request(request, response); });
+}
+
+PublishResult EmergencyStopComponent::say(Publisher<Bool>& publisher, bool stop) {
+  auto message = publisher.borrow();
+  if (!message) return PublishResult::PoolDry;
+  message->data = stop;
+  return publisher.publish(std::move(message));
+}
+
+void EmergencyStopComponent::on_request(const SetBool::Request& request, SetBool::Response& response) {
+  if (!request.data && pressed_) {
+    response.success = false;
+    response.message = "the button is pressed; unlock it, then release the stop";
+    return;
+  }
+  response.success = say(*publisher_, request.data) == PublishResult::Published;
+  response.message = !response.success ? "a reader of emergency_stop is full: is it hung?"
+                     : request.data    ? "the emergency stop is set"
+                                       : "the emergency stop is released";
+}
+
+void EmergencyStopComponent::on_heard(const Bool& stop) {
+  if (stop.data || !pressed_) return;
+  get_logger().warn("the emergency stop was released while the button is pressed: it is set again");
+  static_cast<void>(say(*publisher_, true));
+}
+
+Result<GpioSettings, Problem> EmergencyStopComponent::gpio_settings() const {
+  const auto problem_of = [this](const char* name, std::string what, std::string way_out) {
+    return err(Problem{fmt::format("node {}, parameter {}", get_fully_qualified_name(), name), std::move(what),
+                       std::move(way_out)});
+  };
+  GpioSettings settings;
+  settings.chip = get<std::string>("gpio_chip");
+  const auto line = get<std::int64_t>("gpio_line");
+  if (line < 0 || line > 1023)
+    return problem_of("gpio_line", fmt::format("{} is not in 0 to 1023", line), "`gpioinfo` lists them");
+  settings.line = static_cast<unsigned>(line);
+  const auto level = get<std::string>("gpio_stop_level");
+  if (std::ranges::find(kLevels, level) == kLevels.end())
+    return problem_of("gpio_stop_level", "'" + level + "' is no level", suggestion(level, kLevels));
+  settings.stops_when_high = level == "high";
+  const auto bias = get<std::string>("gpio_bias");
+  const auto found = std::ranges::find(kBiases, bias);
+  if (found == kBiases.end()) return problem_of("gpio_bias", "'" + bias + "' is no bias", suggestion(bias, kBiases));
+  settings.bias = static_cast<Bias>(found - kBiases.begin());
+  return settings;
+}
+
+CallbackReturn EmergencyStopComponent::on_configure(const State&) {
+  const auto settings = gpio_settings();
+  if (!settings) return refuse(settings.error());
+  if (settings.value().chip.empty()) return CallbackReturn::SUCCESS;
+  auto opened = open_switch_(settings.value(), get_clock());
+  if (!opened) {
+    Problem problem = opened.error();
+    problem.where =
+        fmt::format("node {}, parameters gpio_chip and gpio_line: {}", get_fully_qualified_name(), problem.where);
+    return refuse(problem);
+  }
+  button_ = std::move(opened).value();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn EmergencyStopComponent::on_activate(const State&) {
+  if (!button_) return CallbackReturn::SUCCESS;
+  ended_ = false;
+  thread_ = std::thread{[this] { watch(); }};
+  return CallbackReturn::SUCCESS;
+}
+
+void EmergencyStopComponent::watch() noexcept {
+  ::pthread_setname_np(::pthread_self(), "estop_button");
+  bool told = true;
+  while (!ended_) {
+    const auto pressed = button_->is_pressed();
+    // A button that cannot be read is pressed.
+    const bool now_pressed = !pressed || pressed.value();
+    if (now_pressed && !pressed_) told = false;
+    pressed_ = now_pressed;
+    if (!told) told = say(*button_publisher_, true) == PublishResult::Published;
+    if (!pressed && told) {
+      fault("GPIO_LOST", "the line of the emergency button cannot be read any more; the emergency stop is set");
+      return;
+    }
+    const auto changed = button_->wait_until(get_clock().now() + (told ? kLookPeriod : kSayAgain));
+    // A press that was over before we looked is a press. Lost: the next read says so again.
+    if (changed && changed.value()) told = false;
+  }
+}
+
+void EmergencyStopComponent::end_watch() {
+  if (!thread_.joinable()) return;
+  ended_ = true;
+  button_->interrupt();
+  thread_.join();
+}
+
+CallbackReturn EmergencyStopComponent::on_deactivate(const State&) {
+  end_watch();
+  return CallbackReturn::SUCCESS;
+}
+
+CallbackReturn EmergencyStopComponent::on_cleanup(const State&) {
+  end_watch();
+  button_.reset();
+  return CallbackReturn::SUCCESS;
+}
+
+}  // namespace nacelle::estop

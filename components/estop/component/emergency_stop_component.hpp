@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <std_msgs/msg/bool.hpp>
+#include <std_srvs/srv/set_bool.hpp>
+#include <string>
+#include <thread>
+
+#include "estop/port/gpio_line.hpp"
+#include "nacelle/node/lifecycle_node.hpp"
+
+namespace nacelle::estop {
+
+/// Sets and releases the emergency stop: a service, and a button on a GPIO line.
+///
+/// What is said goes to the latched topic `emergency_stop`, where also others may say it (`nacelle estop`, a remote node); the
+/// base obeys the topic. A pressed button sets it, and sets it again when anybody releases it; letting go releases nothing.
+/// A button that cannot be read any more counts as pressed and is a fault (GPIO_LOST).
+/// Threads: the executor's; the button's thread has a publisher of its own.
+class EmergencyStopComponent final : public LifecycleNode {
+ public:
+  using OpenSwitch = std::function<Result<std::unique_ptr<SwitchPort>, Problem>(const GpioSettings&, const Clock&)>;
+
+  explicit EmergencyStopComponent(const NodeOptions& options) : EmergencyStopComponent(options, open_gpio_switch) {}
+  /// With another kind of button.
+  EmergencyStopComponent(const NodeOptions& options, OpenSwitch open_switch);
+  ~EmergencyStopComponent() override { end_watch(); }
+
+  [[nodiscard]] bool is_pressed() const { return pressed_; }
+
+ protected:
+  CallbackReturn on_configure(const State&) override;
+  CallbackReturn on_activate(const State&) override;
+  CallbackReturn on_deactivate(const State&) override;
+  CallbackReturn on_cleanup(const State&) override;
+  CallbackReturn on_shutdown(const State& state) override { return on_cleanup(state); }
+  CallbackReturn on_error(const State& state) override { return on_cleanup(state); }
+
+ private:
+  using Bool = std_msgs::msg::Bool;
+  using SetBool = std_srvs::srv::SetBool;
+
+  [[nodiscard]] Result<GpioSettings, Problem> gpio_settings() const;
+  void on_request(const SetBool::Request& request, SetBool::Response& response);
+  void on_heard(const Bool& stop);
+  static PublishResult say(Publisher<Bool>& publisher, bool stop);
+  void watch() noexcept;
+  void end_watch();
+
+  const OpenSwitch open_switch_;
+  std::shared_ptr<Publisher<Bool>> publisher_;         // the executor's
+  std::shared_ptr<Publisher<Bool>> button_publisher_;  // the button's thread's, while there is one
+  std::unique_ptr<SwitchPort> button_;
+  std::thread thread_;
+  std::atomic<bool> ended_{false}, pressed_{false};
+  std::shared_ptr<Subscription<Bool>> heard_;
+  std::shared_ptr<Service<SetBool>> service_;
+};
+
+}  // namespace nacelle::estop

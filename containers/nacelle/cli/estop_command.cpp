@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <std_msgs/msg/bool.hpp>
+
+#include "commands.hpp"
+#include "nacelle/msgs/message_type.hpp"
+#include "nacelle/session/robot_service.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr Duration kAnswerLimit = 2s;
+
+struct Wish {
+  std::string container, topic;
+  bool as_json = false;
+};
+
+struct Listener {
+  std::string topic;
+  std::size_t readers = 0;
+};
+
+/// Topics of an emergency stop that somebody reads.
+std::vector<Listener> listeners_in(const std::string& stats) {
+  std::vector<Listener> found;
+  const json parsed = json::parse(stats, nullptr, false);
+  for (const auto& stream : parsed.value("streams", json::array())) {
+    const std::string name = stream.value("name", "");
+    const auto readers = stream.value("readers", std::size_t{0});
+    if (readers != 0 && session::is_emergency_stop(name, stream.value("type", ""))) found.push_back({name, readers});
+  }
+  return found;
+}
+
+/// Through the control thread and not as a request: a container that is busy loading a component stops as quickly.
+int tell(const Wish& wish, bool set) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto stats = client.value().stats(kAnswerLimit);
+  if (!stats) return complain(stats.error());
+  std::vector<Listener> listeners = listeners_in(stats.value());
+  if (!wish.topic.empty()) {
+    const std::string topic = wish.topic.front() == '/' ? wish.topic : "/" + wish.topic;
+    if (!session::is_emergency_stop(topic, session::kEmergencyStopType)) {
+      complain(
+          {"topic " + topic, "is no emergency stop", "its last name is " + std::string{session::kEmergencyStopTopic}});
+      return kUsage;
+    }
+    std::erase_if(listeners, [&](const Listener& listener) { return listener.topic != topic; });
+    // Said all the same: who joins later learns of it.
+    if (listeners.empty()) listeners.push_back({topic, 0});
+  }
+  if (listeners.empty()) {
+    return complain({"emergency stop", "no component of this container reads a topic emergency_stop",
+                     "the base (nacelle::diff_drive::DiffDriveComponent) does; is it loaded?"});
+  }
+  std_msgs::msg::Bool message;
+  message.data = set;
+  for (const Listener& listener : listeners) {
+    auto handle = client.value().open_writer(listener.topic, session::kEmergencyStopType, kAnswerLimit);
+    if (!handle) return complain(handle.error());
+    if (auto sent = client.value().publish(handle.value(), msgs::to_cdr(message)); !sent) return complain(sent.error());
+  }
+  // A refusal comes as a fault; an answer to what was asked behind the messages says that they were taken.
+  if (auto taken = client.value().stats(kAnswerLimit); !taken) return complain(taken.error());
+  json topics = json::array();
+  for (const Listener& listener : listeners)
+    topics.push_back({{"name", listener.topic}, {"readers", listener.readers}});
+  if (wish.as_json) {
+    std::printf("%s\n", json{{"emergency_stop", set}, {"topics", topics}}.dump().c_str());
+    return kDone;
+  }
+  for (const Listener& listener : listeners) {
+    std::printf("%s %s, heard by %zu reader%s%s\n", listener.topic.c_str(), set ? "set" : "released", listener.readers,
+                listener.readers == 1 ? "" : "s",
+                set ? "" : "; the base moves again on a new command, after its input was zero or silent");
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_estop_command(CLI::App& app, int& exit_code) {
+  CLI::App* const group =
+      app.add_subcommand("estop", "set or release the emergency stop: the wheels stand still meanwhile");
+  group->require_subcommand(1);
+  auto wish = std::make_shared<Wish>();
+  for (const bool set : {true, false}) {
+    CLI::App* const command =
+        set ? group->add_subcommand("set", "stop the wheels at once, until the stop is released")
+            : group->add_subcommand("release", "release it; nothing moves before a new command comes");
+    command->add_option("--topic", wish->topic, "one topic; without it every emergency_stop that a component reads");
+    command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
+    command->add_flag("--json", wish->as_json, "the answer as JSON");
+    command->callback([wish, set, &exit_code] { exit_code = tell(*wish, set); });
+  }
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "nacelle/base/time.hpp"
+#include "nacelle/node/transport.hpp"
+
+namespace nacelle::session {
+
+/// Tells on /diagnostics that the wall clock was set: one message per step, named clock_jump.
+/// Threads: one; not beyond the life of the transport.
+class ClockJumpReport {
+ public:
+  ClockJumpReport(Transport& transport, std::string container)
+      : transport_(transport), container_(std::move(container)) {}
+
+  /// Returns the line for the log.
+  std::string tell(Duration step, WallTime now);
+
+ private:
+  Transport& transport_;
+  const std::string container_;
+  std::unique_ptr<Writer> writer_;  // made at the first step: most robots never see one
+};
+
+}  // namespace nacelle::session

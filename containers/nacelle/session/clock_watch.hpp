@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::session {
+
+/// Can be waited for until somebody may have set the wall clock. Threads: one.
+class ClockAlarm {
+ public:
+  virtual ~ClockAlarm() = default;
+  /// Can be read then, and from time to time for no reason; -1: never.
+  [[nodiscard]] virtual int descriptor() const = 0;
+  /// Takes what made it readable, and waits for the next.
+  virtual void take() = 0;
+};
+
+/// The kernel's: a timer of CLOCK_REALTIME that is cancelled when the clock is set (TFD_TIMER_CANCEL_ON_SET).
+[[nodiscard]] std::unique_ptr<ClockAlarm> make_kernel_clock_alarm();
+
+/// Notices that the wall clock was set: it moved against the monotonic one. What NTP slews is no step.
+/// Threads: one. Allocates: nothing after it was made.
+class ClockWatch {
+ public:
+  ClockWatch(const Clock& clock, ClockAlarm& alarm) : clock_(clock), alarm_(alarm), offset_(offset()) {}
+
+  [[nodiscard]] int descriptor() const { return alarm_.descriptor(); }
+  /// To be called when the descriptor can be read. By how much the clock was set since the last call: once per step.
+  [[nodiscard]] std::optional<Duration> look();
+
+  /// Less than this is slewing, seen over the alarm's longest period, or the noise of reading two clocks.
+  static constexpr Duration kLeastStep = 50ms;
+
+ private:
+  [[nodiscard]] Duration offset() const { return clock_.wall_now().since_origin - clock_.now().since_origin; }
+
+  const Clock& clock_;
+  ClockAlarm& alarm_;
+  Duration offset_;
+};
+
+/// A clock whose wall time a test sets, from outside the process: a fifo takes lines with the step in seconds ("-5", "3600").
+///
+/// There is no way to set CLOCK_REALTIME for one process only (time namespaces leave it out), and a test must not set the
+/// machine's. Threads: Clock's members from any; take() from one.
+class TestClock final : public Clock, public ClockAlarm {
+ public:
+  /// Errors: a Problem when the fifo cannot be opened.
+  [[nodiscard]] static Result<std::unique_ptr<TestClock>, Problem> open(const std::string& fifo);
+  ~TestClock() override;
+
+  [[nodiscard]] MonotonicTime now() const override { return clock_.now(); }
+  [[nodiscard]] WallTime wall_now() const override {
+    return clock_.wall_now() + Duration{offset_ns_.load(std::memory_order_relaxed)};
+  }
+  [[nodiscard]] int descriptor() const override { return fifo_; }
+  void take() override;
+
+ private:
+  explicit TestClock(int fifo) : fifo_(fifo) {}
+
+  SystemClock clock_;
+  std::atomic<std::int64_t> offset_ns_{0};
+  const int fifo_;
+  std::string line_;
+};
+
+}  // namespace nacelle::session

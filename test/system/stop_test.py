@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The stop: whatever dies, the motor side sees zero in time, and nothing moves before the input was neutral and a new command came.
+
+The world is a process of its own here, so that the container can be killed under it. Times are those of the simulated motor board:
+CLOCK_MONOTONIC of the instant at which its aim became zero.
+"""
+import json
+import mmap
+import os
+import pathlib
+import signal
+import struct
+import time
+import unittest
+
+from control import BOOL, NAN, STAMPED, TWIST, Control, Sender, boolean, stamped, twist
+from robot import LAUNCH_FILE, SLOW, RobotTest, wait_for
+
+TIMEOUT_S, CYCLE_S, WATCHDOG_S = 0.5, 0.02, 0.5
+MACHINE_S = 0.03  # for being scheduled on a busy machine; not part of the promise
+SPEED = 0.2
+TABLE = []
+
+
+class Truth:
+    """The world's truth file: magic, version, sequence (u32), padding, then one 64-bit word per field."""
+
+    DOUBLES = "time_s x_m y_m yaw_rad speed_mps yaw_rate_rps left_command_mps right_command_mps".split()
+    INTEGERS = "seed motion_commands last_motion_command_ns last_start_ns last_stop_ns starts stops watchdog_stops contacts".split()
+
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            self.map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        self.words_at = len(self.map) - 8 * (len(self.DOUBLES) + len(self.INTEGERS))
+        self.words_at -= self.words_at % 8
+        assert self.words_at == 16, self.words_at
+
+    def __getattr__(self, name):
+        form, index = ("<d", self.DOUBLES.index(name)) if name in self.DOUBLES else ("<q", len(self.DOUBLES) + self.INTEGERS.index(name))
+        return struct.unpack_from(form, self.map, self.words_at + 8 * index)[0]  # an aligned word: never half of it
+
+    def moves(self):
+        return self.left_command_mps != 0 or self.right_command_mps != 0
+
+
+class StopTest(RobotTest):
+    PLUGIN = None
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.sim = cls.folder / "sim"
+        cls.world = cls.start_program("sim", "world", "--dir", cls.sim)
+        wait_for("the world is ready", lambda: (cls.sim / "ready").exists())
+        cls.truth = Truth(cls.sim / "truth")
+        cls.log = open(cls.folder / "log", "w+")
+        cls.start_robot()
+
+    @classmethod
+    def start_robot(cls):
+        source = pathlib.Path(LAUNCH_FILE)
+        text = source.read_text()
+        if cls.PLUGIN:
+            text = text.replace("plugin: nacelle::diff_drive::DiffDriveComponent", f"plugin: {cls.PLUGIN}")
+        file = cls.folder / "stop.launch.yaml"
+        file.write_text(text)
+        ports = [f"{name}_port:={cls.sim}/{name}" for name in ("lidar", "imu", "base")]
+        cls.robot = cls.start_program(
+            "launch", file, "sim:=false", "camera_device:=pattern", *ports, f"config:={source.parent}/config/robot.yaml",
+            f"description:={source.parent}/robot.urdf", "--name", "robot", stdout=cls.log)
+        wait_for("the base is active", lambda: cls.state_of_the_base() == "active", 60)
+        wait_for("the robot is running", lambda: "components active" in (cls.folder / "log").read_text().split("-- ")[-1], 60)
+        cls.socket = cls.folder / "nacelle" / "robot.sock"
+
+    @classmethod
+    def state_of_the_base(cls):
+        if cls.robot.poll() is not None:
+            raise AssertionError("the robot ended: " + (cls.folder / "log").read_text())
+        listed = cls.run_program("component", "list", "--json")
+        rows = json.loads(listed.stdout)["components"] if listed.returncode == 0 else []
+        return next((row["state"] for row in rows if row["node"] == "/diff_drive"), None)
+
+    @classmethod
+    def tearDownClass(cls):
+        for process, how in ((cls.robot, signal.SIGINT if cls.PLUGIN is None else signal.SIGKILL), (cls.world, signal.SIGTERM)):
+            if process.poll() is None:
+                process.send_signal(how)
+                process.communicate(timeout=30 * SLOW)
+        cls.log.close()
+        super().tearDownClass()
+
+    def setUp(self):
+        self.senders = []
+
+    def tearDown(self):
+        for sender in self.senders:
+            sender.stop()
+
+    def sender(self, make=lambda: twist(SPEED), type_name=TWIST, topic="/cmd_vel"):
+        self.senders.append(Sender(self.socket, topic, type_name, make))
+        return self.senders[-1]
+
+    def moving(self):
+        wait_for("the wheels are driven", self.truth.moves, 5)
+
+    def zero_after(self, cause_ns, limit_s, case):
+        """The motor side is at zero no later than this after the cause; the time goes into the table."""
+        wait_for("the wheels are told zero", lambda: not self.truth.moves(), limit_s + 5)
+        took_s = (self.truth.last_stop_ns - cause_ns) * 1e-9
+        TABLE.append((case, took_s, limit_s))
+        self.assertLessEqual(took_s, limit_s * SLOW + MACHINE_S * SLOW, case)
+
+    def nothing_moves(self, for_s):
+        """The board's aim stays at zero all the time: it counts its starts, so that no look is missed."""
+        starts = self.truth.starts
+        self.assertFalse(self.truth.moves())
+        deadline = time.monotonic() + for_s
+        wait_for("the time is over", lambda: time.monotonic() > deadline, for_s + 5)
+        self.assertEqual(self.truth.starts, starts)
+        self.assertFalse(self.truth.moves())
+
+    def rests_and_moves_again(self, sender, make):
+        """A sender that goes on is not followed; one that rests for a timeout and commands anew is."""
+        self.nothing_moves(2 * TIMEOUT_S)
+        sender.pause()
+        self.nothing_moves(TIMEOUT_S + 0.1)
+        sender.say(make)
+        self.moving()
+
+
+class Input(StopTest):
+    def test_the_sender_is_killed(self):
+        process = self.start_program("topic", "pub", "-r", "20", "/cmd_vel", TWIST, json.dumps({"linear": {"x": SPEED}}))
+        self.moving()
+        process.kill()
+        cause = time.monotonic_ns()
+        process.communicate()
+        self.zero_after(cause, TIMEOUT_S + CYCLE_S, "sender killed")
+        self.nothing_moves(1)
+        self.sender()
+        self.moving()
+
+    def test_the_sender_hangs(self):
+        process = self.start_program("topic", "pub", "-r", "20", "/cmd_vel", TWIST, json.dumps({"linear": {"x": SPEED}}))
+        try:
+            self.moving()
+            process.send_signal(signal.SIGSTOP)
+            self.zero_after(time.monotonic_ns(), TIMEOUT_S + CYCLE_S, "sender hung")
+            self.nothing_moves(1)
+        finally:
+            process.kill()
+            process.communicate()
+
+    def test_stale_stamps(self):
+        sender = self.sender(lambda: stamped(SPEED), STAMPED)
+        self.moving()
+        cause = sender.say(lambda: stamped(SPEED, age_s=2.0))
+        self.zero_after(cause, TIMEOUT_S + CYCLE_S, "stale stamps")
+        self.nothing_moves(0.3)
+        sender.say(lambda: stamped(SPEED))
+        self.rests_and_moves_again(sender, lambda: stamped(SPEED))
+
+    def test_commands_that_are_no_numbers(self):
+        sender = self.sender()
+        self.moving()
+        cause = sender.say(lambda: twist(NAN))
+        self.zero_after(cause, TIMEOUT_S + CYCLE_S, "NaN commands")
+        sender.say(lambda: twist(SPEED))
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+    def test_absurd_commands(self):
+        sender = self.sender()
+        self.moving()
+        cause = sender.say(lambda: twist(1e6))
+        self.zero_after(cause, TIMEOUT_S + CYCLE_S, "absurd commands")
+        sender.say(lambda: twist(SPEED))
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+    def test_a_rest_of_zeros_is_a_rest(self):
+        sender = self.sender()
+        self.moving()
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        wait_for("it stands", lambda: not self.truth.moves())
+        self.expect_exit(self.run_program("estop", "release"), 0)
+        self.nothing_moves(0.3)
+        sender.say(lambda: twist(0.0))
+        self.nothing_moves(TIMEOUT_S + 0.1)
+        sender.say(lambda: twist(SPEED))
+        self.moving()
+
+    def test_an_operator_takes_over_from_navigation_and_gives_back(self):
+        self.sender()
+        wait_for("navigation drives", lambda: self.truth.left_command_mps == SPEED, 5)
+        before = time.monotonic_ns()
+        operator = self.sender(lambda: twist(-0.1), topic="/cmd_vel_teleop")
+        wait_for("the wheels are told something else", lambda: self.truth.left_command_mps != SPEED, 5)
+        took_s = (time.monotonic_ns() - before) * 1e-9
+        TABLE.append(("operator takes over", took_s, 0.1))
+        self.assertLess(took_s, 0.1 * SLOW)
+        wait_for("the operator drives", lambda: self.truth.left_command_mps == -0.1, 5)
+        operator.pause()
+        wait_for("navigation drives again", lambda: self.truth.left_command_mps == SPEED, 5)
+
+
+class EmergencyStop(StopTest):
+    def stop_and_release(self, case, set_stop, release):
+        sender = self.sender()
+        self.moving()
+        cause = set_stop()
+        self.zero_after(cause, CYCLE_S, case)
+        self.nothing_moves(0.3)
+        release()
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+    def test_from_the_command_line(self):
+        def tell(word):
+            before = time.monotonic_ns()
+            self.expect_exit(self.run_program("estop", word), 0)
+            return before
+
+        # The start of the program is part of this one.
+        sender = self.sender()
+        self.moving()
+        self.zero_after(tell("set"), 0.1, "nacelle estop set (with its start)")
+        tell("release")
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+    def test_by_the_topic(self):
+        control = Control(self.socket)
+        handle = control.open_writer("/emergency_stop", BOOL)
+        self.stop_and_release("e-stop by topic", lambda: control.publish(handle, boolean(True)), lambda: control.publish(handle, boolean(False)))
+        control.close()
+
+    def test_who_said_it_may_go_and_a_base_that_comes_later_learns_of_it(self):
+        sender = self.sender()
+        self.moving()
+        self.expect_exit(self.run_program("lifecycle", "set", "/diff_drive", "deactivate"), 0)
+        self.assertFalse(self.truth.moves())
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        self.expect_exit(self.run_program("component", "unload", "diff_drive"), 0)
+        self.expect_exit(self.run_program("component", "load", "diff_drive"), 0)
+        sender.pause()
+        self.nothing_moves(TIMEOUT_S + 0.1)
+        sender.say(lambda: twist(SPEED))
+        self.nothing_moves(1)
+        released = self.expect_exit(self.run_program("estop", "release", "--json"), 0)
+        self.assertEqual(json.loads(released.stdout), {"emergency_stop": False, "topics": [{"name": "/emergency_stop", "readers": 1}]})
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+
+class Line(StopTest):
+    def test_the_cable_is_pulled_and_put_back(self):
+        sender = self.sender()
+        self.moving()
+        watchdog_stops = self.truth.watchdog_stops
+        cause = time.monotonic_ns()
+        self.expect_exit(self.run_program("sim", "unplug", "base", "--dir", self.sim), 0)
+        self.zero_after(cause, WATCHDOG_S + CYCLE_S, "cable pulled (board's watchdog)")
+        self.assertEqual(self.truth.watchdog_stops, watchdog_stops + 1, "nobody else can have stopped it")
+        self.assertEqual(self.state_of_the_base(), "active")
+
+        heard, back = self.truth.motion_commands, time.monotonic_ns()
+        self.expect_exit(self.run_program("sim", "plug", "base", "--dir", self.sim), 0)
+        wait_for("the board is commanded again", lambda: self.truth.motion_commands > heard, 5)
+        TABLE.append(("cable put back: commands again", (time.monotonic_ns() - back) * 1e-9, 2.0))
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+        joints = self.topics()["/joint_states"]["published"]
+        wait_for("joint states go on", lambda: self.topics()["/joint_states"]["published"] > joints)
+
+    def topics(self):
+        return {row["name"]: row for row in json.loads(self.expect_exit(self.run_program("topic", "list", "--json"), 0).stdout)}
+
+
+class Killed(StopTest):
+    def test_the_container_is_killed_and_its_successor_moves_nothing_by_itself(self):
+        self.sender()
+        self.moving()
+        watchdog_stops = self.truth.watchdog_stops
+        os.kill(self.robot.pid, signal.SIGKILL)
+        cause = time.monotonic_ns()
+        self.robot.wait()
+        self.zero_after(cause, WATCHDOG_S + CYCLE_S, "container SIGKILLed (board's watchdog)")
+        self.assertEqual(self.truth.watchdog_stops, watchdog_stops + 1)
+        starts = self.truth.starts
+        self.log.write("-- \n")
+        self.log.flush()
+        type(self).start_robot()
+        self.nothing_moves(1)
+        self.assertEqual(self.truth.starts, starts)
+        self.sender()
+        self.moving()
+
+
+class Hung(StopTest):
+    PLUGIN = "nacelle::test::HangingBase"
+
+    def test_the_callback_of_the_base_hangs(self):
+        self.sender()
+        self.moving()
+        control = Control(self.socket)
+        handle = control.open_writer("/diff_drive/hang", BOOL)
+        self.zero_after(control.publish(handle, boolean(True)), TIMEOUT_S + CYCLE_S, "base's callback hung")
+        control.close()
+
+        def fault():
+            listed = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)
+            return next((row.get("fault") for row in listed["components"] if row["node"] == "/diff_drive"), None)
+
+        self.assertIn("diff_drive", json.dumps(wait_for("it is named", fault, 10)))
+        self.nothing_moves(1)
+
+
+def tearDownModule():
+    print("\n  from the cause to zero at the motor board\n" + "\n".join(
+        f"    {case:<42} {took * 1e3:7.1f} ms   (limit {limit * 1e3:.0f} ms)" for case, took, limit in TABLE))
+
+
+if __name__ == "__main__":
+    unittest.main()
