@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
       "             nacelle drive --stay   it waits; in another terminal: nacelle topic list, nacelle teleop");
   int exit_code = kDone;
   add_launch_command(app, exit_code);
+  add_check_commands(app, exit_code);
+  add_import_command(app, exit_code);
   add_isolated_command(app, exit_code);
   add_drive_command(app, exit_code);
   add_component_commands(app, exit_code);

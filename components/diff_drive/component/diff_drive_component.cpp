@@ -46,6 +46,8 @@ std::string advice(DriveFault::Kind kind) {
 DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
     : LifecycleNode("diff_drive", options), command_to_wheel_(create_histogram("command_to_wheel")) {
   declare_options(*this);
+  if (const auto setup = validated(read_options(*this), get_fully_qualified_name()); !setup)
+    declare_problem(setup.error());
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
   if (get<bool>("publish_limited_velocity")) {
