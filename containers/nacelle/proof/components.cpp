@@ -11,19 +11,21 @@
 namespace nacelle::proof {
 namespace {
 
-bool is_in_path(const std::string& program) {
-  if (program.find('/') != std::string::npos) return ::access(program.c_str(), X_OK) == 0;
+/// As posix_spawnp() will look for it: in PATH, or where the program is to work.
+bool can_be_found(const session::ProgramSpec& spec) {
+  if (spec.path.find('/') != std::string::npos) {
+    const bool relative = spec.path.front() != '/' && !spec.working_directory.empty();
+    return ::access((relative ? spec.working_directory + "/" + spec.path : spec.path).c_str(), X_OK) == 0;
+  }
   const char* const path = std::getenv("PATH");
-  const std::string all = path == nullptr ? "/usr/bin:/bin" : path;
+  const std::string all = path == nullptr ? "/bin:/usr/bin" : path;
   for (std::size_t begin = 0; begin <= all.size();) {
     const std::size_t end = std::min(all.find(':', begin), all.size());
-    if (::access((all.substr(begin, end - begin) + "/" + program).c_str(), X_OK) == 0) return true;
+    if (::access((all.substr(begin, end - begin) + "/" + spec.path).c_str(), X_OK) == 0) return true;
     begin = end + 1;
   }
   return false;
 }
-
-Severity severity_of(const launch::ComponentPlan& plan) { return plan.required ? Severity::Error : Severity::Warning; }
 
 /// Constructors that throw say "node /x, parameter y: ..."; one that is the plan's is found in its file.
 std::string place_named_in(const launch::ComponentPlan& plan, const std::string& text) {
@@ -42,17 +44,17 @@ std::string place_named_in(const launch::ComponentPlan& plan, const std::string&
 
 }  // namespace
 
+Severity severity_of(const launch::ComponentPlan& plan) { return plan.required ? Severity::Error : Severity::Warning; }
+
 void check_programs(Evidence& evidence) {
   for (const auto& program : evidence.plan.programs) {
-    const Severity severity = program.required ? Severity::Error : Severity::Warning;
     const auto spec = session::program_spec_of(program, evidence.places.program, evidence.places.prefixes);
     if (!spec) {
       evidence.find(About::Program, spec.error());
-    } else if (!is_in_path(spec.value().path)) {
+    } else if (!can_be_found(spec.value())) {
       evidence.find(About::Program,
                     {program.where.text(), "there is no program '" + spec.value().path + "' that could be started",
-                     "is it installed, and in PATH?"},
-                    severity);
+                     "is it installed, and in PATH?"});
     }
   }
 }

@@ -11,8 +11,8 @@
 namespace nacelle::proof {
 namespace {
 
-// Of the SVG, in pixels of a 1:1 view. A character of the font is at most 7 wide.
-constexpr int kCharacter = 7, kHigh = 40, kRowStep = 66, kColumnGap = 190, kMargin = 20;
+// Of the SVG, in pixels of a 1:1 view. A character of 12 px is at most 7 wide, one of 10 px at most 6.
+constexpr int kName = 7, kSmall = 6, kTitleHigh = 26, kLineHigh = 18, kGap = 24, kColumnGap = 140, kMargin = 20;
 
 enum class Mark : char { New, Open, Done };
 
@@ -49,7 +49,7 @@ std::vector<bool> edges_back(const Drawing& drawing) {
   return back;
 }
 
-void lay_out(Drawing& drawing) {
+void set_columns(Drawing& drawing) {
   const std::vector<bool> back = edges_back(drawing);
   // The longest way from a source; without circles it settles within as many rounds as there are vertices.
   for (bool changed = true; changed;) {
@@ -62,8 +62,6 @@ void lay_out(Drawing& drawing) {
       changed = true;
     }
   }
-  std::map<int, int> used;
-  for (auto& vertex : drawing.vertices) vertex.row = used[vertex.column]++;
 }
 
 std::string quoted(const std::string& text) {
@@ -89,8 +87,70 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-int width_of(const Drawing::Vertex& vertex) {
-  return static_cast<int>(std::max(vertex.name.size(), vertex.detail.size())) * kCharacter + 24;
+/// An end of a stream: a line of its node's box, with a dot at the side that the stream leaves or enters.
+struct Port {
+  std::size_t topic = 0;
+  std::string label;
+  bool publishes = false, bad = false, connected = false;
+  int x = 0, y = 0;  ///< Of the dot.
+};
+struct Box {
+  std::size_t node = 0;
+  int x = 0, y = 0, width = 0, height = 0;
+  std::vector<Port> ports;  ///< What it reads, then what it publishes.
+};
+
+std::vector<Box> boxes_of(const Drawing& drawing) {
+  std::vector<Box> boxes;
+  for (std::size_t node = 0; node < drawing.vertices.size(); ++node) {
+    if (drawing.vertices[node].is_topic) continue;
+    Box box{node, 0, 0, static_cast<int>(drawing.vertices[node].name.size()) * kName + 24, 0, {}};
+    for (const bool publishes : {false, true}) {
+      for (const auto& edge : drawing.edges) {
+        if ((publishes ? edge.from : edge.to) != node) continue;
+        const std::size_t topic = publishes ? edge.to : edge.from;
+        const bool connected = std::ranges::any_of(
+            drawing.edges, [&](const auto& other) { return publishes ? other.from == topic : other.to == topic; });
+        box.ports.push_back({topic, edge.label, publishes, edge.bad, connected, 0, 0});
+        const auto wide = drawing.vertices[topic].name.size() * kName + edge.label.size() * kSmall + 40;
+        box.width = std::max(box.width, static_cast<int>(wide));
+      }
+    }
+    box.height = kTitleHigh + static_cast<int>(box.ports.size()) * kLineHigh + 6;
+    boxes.push_back(std::move(box));
+  }
+  // Nodes stand in every second column of the graph, topics between them.
+  std::map<int, int> widths, bottoms, lefts;
+  for (const Box& box : boxes) {
+    int& width = widths[drawing.vertices[box.node].column];
+    width = std::max(width, box.width);
+  }
+  int x = kMargin;
+  for (const auto& [column, width] : widths) {
+    lefts[column] = x;
+    x += width + kColumnGap;
+  }
+  for (Box& box : boxes) {
+    const int column = drawing.vertices[box.node].column;
+    int& bottom = bottoms.emplace(column, kMargin).first->second;
+    box.x = lefts[column];
+    box.y = bottom;
+    box.width = widths[column];
+    bottom += box.height + kGap;
+    int y = box.y + kTitleHigh + kLineHigh / 2;
+    for (Port& port : box.ports) {
+      port.x = port.publishes ? box.x + box.width : box.x;
+      port.y = y;
+      y += kLineHigh;
+    }
+  }
+  return boxes;
+}
+
+std::string curve(const Port& from, const Port& to) {
+  const int bend = std::max(50, std::abs(to.x - from.x) / 2);
+  return fmt::format("<path d=\"M{},{} C{},{} {},{} {},{}\" fill=\"none\" stroke=\"{}\"/>\n", from.x, from.y,
+                     from.x + bend, from.y, to.x - bend, to.y, to.x, to.y, from.bad && to.bad ? "crimson" : "#999");
 }
 
 }  // namespace
@@ -100,7 +160,7 @@ Drawing draw(const std::vector<Endpoint>& endpoints, const std::vector<std::stri
   std::map<std::pair<bool, std::string>, std::size_t> known;
   const auto vertex = [&](bool is_topic, const std::string& name) {
     const auto [found, is_new] = known.emplace(std::pair{is_topic, name}, drawing.vertices.size());
-    if (is_new) drawing.vertices.push_back({name, "", is_topic, 0, 0});
+    if (is_new) drawing.vertices.push_back({name, "", is_topic, 0});
     return found->second;
   };
   for (const auto& endpoint : endpoints) {
@@ -111,7 +171,7 @@ Drawing draw(const std::vector<Endpoint>& endpoints, const std::vector<std::stri
     drawing.edges.push_back(
         {endpoint.publishes ? node : topic, endpoint.publishes ? topic : node, to_text(endpoint.qos), is_bad});
   }
-  lay_out(drawing);
+  set_columns(drawing);
   return drawing;
 }
 
@@ -129,59 +189,44 @@ std::string to_dot(const Drawing& drawing) {
 }
 
 std::string to_svg(const Drawing& drawing) {
-  std::map<int, int> widths;
-  int rows = 0;
-  for (const auto& vertex : drawing.vertices) {
-    widths[vertex.column] = std::max(widths[vertex.column], width_of(vertex));
-    rows = std::max(rows, vertex.row + 1);
+  const std::vector<Box> boxes = boxes_of(drawing);
+  int wide = 2 * kMargin, high = 2 * kMargin;
+  for (const Box& box : boxes) {
+    wide = std::max(wide, box.x + box.width + kMargin);
+    high = std::max(high, box.y + box.height + kMargin);
   }
-  std::map<int, int> left;
-  int wide = kMargin;
-  for (const auto& [column, width] : widths) {
-    left[column] = wide;
-    wide += width + kColumnGap;
-  }
-  wide += kMargin - (widths.empty() ? 0 : kColumnGap);
-  const auto x_of = [&](const Drawing::Vertex& v) { return left[v.column]; };
-  const auto y_of = [&](const Drawing::Vertex& v) { return kMargin + v.row * kRowStep; };
-
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
-      "font-family=\"sans-serif\" font-size=\"12\">\n"
-      "<defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"8\" refY=\"4\" markerWidth=\"8\" markerHeight=\"8\" "
-      "orient=\"auto\"><path d=\"M0,0 L8,4 L0,8 z\"/></marker></defs>\n"
-      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      wide, rows * kRowStep + 2 * kMargin);
-  // Labels of edges into one vertex would cover each other: they stand at the end where there is one edge per line.
-  for (const auto& edge : drawing.edges) {
-    const auto& from = drawing.vertices[edge.from];
-    const auto& to = drawing.vertices[edge.to];
-    const int x1 = x_of(from) + width_of(from), y1 = y_of(from) + kHigh / 2;
-    const int x2 = x_of(to), y2 = y_of(to) + kHigh / 2;
-    const int bend = std::max(60, std::abs(x2 - x1) / 2);
-    const char* const colour = edge.bad ? "crimson" : "#777";
-    out += fmt::format(
-        "<path d=\"M{},{} C{},{} {},{} {},{}\" fill=\"none\" stroke=\"{}\" marker-end=\"url(#tip)\"><title>{} to {}: "
-        "{}</title></path>\n",
-        x1, y1, x1 + bend, y1, x2 - bend, y2, x2, y2, colour, escaped(from.name), escaped(to.name),
-        escaped(edge.label));
-    // A quarter of the way from the node's end: of the curve's points there, t = 0.25 or 0.75.
-    const double t = from.is_topic ? 0.75 : 0.25, u = 1 - t;
-    const double x = u * u * u * x1 + 3 * u * u * t * (x1 + bend) + 3 * u * t * t * (x2 - bend) + t * t * t * x2;
-    const double y = u * u * u * y1 + 3 * u * u * t * y1 + 3 * u * t * t * y2 + t * t * t * y2;
-    out += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" font-size=\"9\" text-anchor=\"middle\" fill=\"{}\">{}</text>\n",
-                       x, y - 3, colour, escaped(edge.label));
+      "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+      wide, high);
+  for (const Box& writer : boxes) {
+    for (const Port& from : writer.ports) {
+      if (!from.publishes) continue;
+      for (const Box& reader : boxes) {
+        for (const Port& to : reader.ports) {
+          if (!to.publishes && to.topic == from.topic) out += curve(from, to);
+        }
+      }
+    }
   }
-  for (const auto& vertex : drawing.vertices) {
-    const int x = x_of(vertex), y = y_of(vertex), w = width_of(vertex);
+  for (const Box& box : boxes) {
     out += fmt::format(
-        "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"{}\" fill=\"{}\" stroke=\"black\"/>\n"
-        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
-        x, y, w, kHigh, vertex.is_topic ? kHigh / 2 : 4, vertex.is_topic ? "#eef4fb" : "#fdf3d8", x + w / 2,
-        y + (vertex.detail.empty() ? 24 : 17), escaped(vertex.name));
-    if (!vertex.detail.empty())
-      out += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-size=\"10\" fill=\"#555\">{}</text>\n",
-                         x + w / 2, y + 32, escaped(vertex.detail));
+        "<rect x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" rx=\"4\" fill=\"#fdf8e8\" stroke=\"black\"/>\n"
+        "<text x=\"{4}\" y=\"{5}\" text-anchor=\"middle\" font-weight=\"bold\">{6}</text>\n",
+        box.x, box.y, box.width, box.height, box.x + box.width / 2, box.y + 18,
+        escaped(drawing.vertices[box.node].name));
+    for (const Port& port : box.ports) {
+      const auto& topic = drawing.vertices[port.topic];
+      const char* const ink = port.bad ? "crimson" : "black";
+      // The QoS beside the name, at the end that the stream leaves or enters; the type when one points at it.
+      out += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"3\" fill=\"{}\" stroke=\"{}\"/>\n", port.x, port.y,
+                         port.connected ? ink : "white", ink);
+      out += fmt::format(
+          "<text x=\"{}\" y=\"{}\" text-anchor=\"{}\" fill=\"{}\"><title>{}</title>{} <tspan font-size=\"10\" "
+          "fill=\"{}\">{}</tspan></text>\n",
+          port.publishes ? port.x - 10 : port.x + 10, port.y + 4, port.publishes ? "end" : "start", ink,
+          escaped(topic.detail), escaped(topic.name), port.bad ? ink : "#666", escaped(port.label));
+    }
   }
   return out + "</svg>\n";
 }

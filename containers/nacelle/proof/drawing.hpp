@@ -8,14 +8,13 @@
 
 namespace nacelle::proof {
 
-/// The pipeline as boxes (nodes) and ovals (topics), with the QoS of each end on its edge. Ends that do not fit (`bad` holds
+/// The pipeline as nodes and topics, with the QoS of each end on its edge. Ends that do not fit (`bad` holds
 /// "topic node") are red.
 struct Drawing {
   struct Vertex {
     std::string name, detail;  ///< detail: a topic's type
     bool is_topic = false;
     int column = 0;  ///< From the sources on the left; what flows in a circle is cut at one place.
-    int row = 0;
   };
   struct Edge {
     std::size_t from = 0, to = 0;
@@ -30,7 +29,8 @@ struct Drawing {
 [[nodiscard]] Drawing draw(const std::vector<Endpoint>& endpoints, const std::vector<std::string>& bad = {});
 /// For graphviz.
 [[nodiscard]] std::string to_dot(const Drawing& drawing);
-/// Complete, with a layout of its own: one column per step of the pipeline.
+/// Complete, with a layout of its own: one column per step of the pipeline; a node's box lists the ends of its streams, a hollow
+/// dot is an end without another one.
 [[nodiscard]] std::string to_svg(const Drawing& drawing);
 
 }  // namespace nacelle::proof

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/proof/proof.hpp"
 
+#include <set>
+
 #include "nacelle/proof/rules.hpp"
 #include "nacelle/session/load_request.hpp"
 
@@ -22,6 +24,38 @@ std::optional<Problem> tied(const launch::ComponentPlan& plan, const session::Pr
   return Problem{plan.where.text(),
                  plan.full_name() + " cannot be isolated: it " + join(ties, ", it ") + ", which ends at its process",
                  "leave isolate: process out"};
+}
+
+/// Each message is copied once for every node of another process; here all nodes are in one, so it is counted from the plan.
+std::vector<Finding> copies_between_processes(const launch::Plan& plan, runtime::Container& container) {
+  const auto process_of = [&](const std::string& node) {
+    const launch::ComponentPlan* const component = plan.find(node);
+    return component != nullptr && component->isolate == launch::Isolation::Process ? node : std::string{};
+  };
+  const std::vector<Endpoint> endpoints = endpoints_of(container.graph());
+  std::vector<Finding> findings;
+  for (const auto& budget : stream_budgets(plan, container)) {
+    if (!budget.max_copies) continue;
+    std::set<std::string> apart;
+    for (const auto& writer : endpoints) {
+      if (writer.topic != budget.topic || !writer.publishes) continue;
+      for (const auto& reader : endpoints) {
+        if (reader.topic == budget.topic && !reader.publishes && process_of(reader.node) != process_of(writer.node))
+          apart.insert(reader.node);
+      }
+    }
+    const std::uint64_t here = container.wiring(budget.topic, Duration::max()).copies;
+    if (here > *budget.max_copies || here + apart.size() <= *budget.max_copies)
+      continue;  // told without isolation, or kept
+    findings.push_back(
+        {Severity::Error,
+         About::Budget,
+         {budget.where,
+          "max_copies " + std::to_string(*budget.max_copies) + " of " + budget.topic +
+              " cannot be kept: between processes each message is copied for " + join({apart.begin(), apart.end()}),
+          "leave `isolate: process` out, or allow the copies"}});
+  }
+  return findings;
 }
 
 }  // namespace
@@ -78,6 +112,8 @@ InertRobot make_inert(const launch::Plan& plan, const session::ProgramPlaces& pl
     if (auto problem = tied(component, places, clock))
       robot.findings.push_back({component.required ? Severity::Error : Severity::Warning, About::Plugin, *problem});
   }
+  auto copies = copies_between_processes(plan, *robot.container);
+  robot.findings.insert(robot.findings.end(), copies.begin(), copies.end());
   return robot;
 }
 

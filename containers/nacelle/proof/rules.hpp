@@ -25,6 +25,9 @@ struct Evidence {
   [[nodiscard]] session::TopicEnds ends_of(const LoadedComponent& component) const;
 };
 
+/// A launch goes on without a component that is not required.
+[[nodiscard]] Severity severity_of(const launch::ComponentPlan& plan);
+
 // components.cpp
 void check_programs(Evidence& evidence);
 void check_components(Evidence& evidence);

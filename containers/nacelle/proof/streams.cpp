@@ -40,13 +40,15 @@ void check_topics(Evidence& evidence) {
   for (const LoadedComponent& component : evidence.loaded) {
     if (!component.declared) continue;
     const session::TopicEnds ends = evidence.ends_of(component);
-    for (auto& problem : session::unused_qos(*component.plan, ends)) evidence.find(About::Qos, std::move(problem));
+    const Severity severity = severity_of(*component.plan);
+    for (auto& problem : session::unused_qos(*component.plan, ends))
+      evidence.find(About::Qos, std::move(problem), severity);
     const auto& remaps = component.plan->remaps;
     const auto& lines = component.plan->remap_lines;
     for (std::size_t i = 0; i < remaps.size() && i < lines.size(); ++i) {
       if (lines[i].file.empty()) continue;  // a set_remap: it fits one node of several
       for (auto& problem : session::unused_remaps({remaps[i]}, component.plan->full_name(), ends))
-        evidence.find(About::Remap, {lines[i].text(), std::move(problem.what), std::move(problem.way_out)});
+        evidence.find(About::Remap, {lines[i].text(), std::move(problem.what), std::move(problem.way_out)}, severity);
     }
   }
 }
