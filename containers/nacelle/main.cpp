@@ -19,6 +19,8 @@ int main(int argc, char** argv) {
   int exit_code = kDone;
   add_launch_command(app, exit_code);
   add_container_command(app, exit_code);
+  add_check_commands(app, exit_code);
+  add_import_command(app, exit_code);
   add_isolated_command(app, exit_code);
   add_drive_command(app, exit_code);
   add_component_commands(app, exit_code);

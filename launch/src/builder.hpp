@@ -115,7 +115,8 @@ class Builder {
   [[nodiscard]] std::vector<Parameter> resolve(const std::vector<ParameterSource>& sources,
                                                const std::string& full_name);
   void note_sections(const ParameterSource& source, const std::string& full_name);
-  void read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into);
+  void read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into,
+                   std::vector<Location>* lines = nullptr);
   [[nodiscard]] std::string node_namespace(const Element& element, Scope& scope);
 
   // finish.cpp

@@ -25,7 +25,8 @@ void Builder::component(const Element& element, Scope& scope) {
   read_parameters(element, scope, "", sources);
   made.parameters = resolve(sources, made.full_name());
   made.remaps = scope.remaps;
-  read_remaps(element, scope, made.remaps);
+  made.remap_lines.resize(made.remaps.size());
+  read_remaps(element, scope, made.remaps, &made.remap_lines);
   made.required = flag(element, "required", true, scope);
   if (const auto isolate = word(element, "isolate", {"none", "process"}, scope))
     made.isolate = static_cast<Isolation>(*isolate);

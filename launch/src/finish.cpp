@@ -103,22 +103,30 @@ void Builder::find_cycles() {
     return std::any_of(component.after.begin(), component.after.end(),
                        [&](const auto& c) { return left.count(c.node) != 0; });
   };
-  for (bool taken = true; taken;) {
-    taken = std::erase_if(left, [&](const auto& entry) { return !waits(*entry.second); }) > 0;
-  }
-  if (left.empty()) return;
-  // From any of the rest, following one wait each leads into a circle.
-  std::vector<const ComponentPlan*> path{left.begin()->second};
-  while (true) {
-    const auto& after = path.back()->after;
-    const auto next = std::find_if(after.begin(), after.end(), [&](const auto& c) { return left.count(c.node) != 0; });
-    const ComponentPlan* waited_for = left.at(next->node);
-    const auto seen = static_cast<std::size_t>(std::find(path.begin(), path.end(), waited_for) - path.begin());
-    path.push_back(waited_for);
-    if (seen + 1 == path.size()) continue;  // only now on the path
-    std::string text;
-    for (std::size_t i = seen; i < path.size(); ++i) text += (text.empty() ? "" : " waits for ") + path[i]->name;
-    return report(next->where, "'after' goes round in a circle: " + text, "take one of the conditions out");
+  const auto take_what_can_go = [&] {
+    for (bool taken = true; taken;) {
+      taken = std::erase_if(left, [&](const auto& entry) { return !waits(*entry.second); }) > 0;
+    }
+  };
+  // From any of the rest, following one wait each leads into a circle. What waits for that one is no circle of its own.
+  for (take_what_can_go(); !left.empty(); take_what_can_go()) {
+    std::vector<const ComponentPlan*> path{left.begin()->second};
+    for (bool closed = false; !closed;) {
+      const auto& after = path.back()->after;
+      const auto next =
+          std::find_if(after.begin(), after.end(), [&](const auto& c) { return left.count(c.node) != 0; });
+      const ComponentPlan* waited_for = left.at(next->node);
+      const auto seen = std::find(path.begin(), path.end(), waited_for);
+      closed = seen != path.end();
+      if (closed) {
+        std::string text;
+        for (auto step = seen; step != path.end(); ++step) text += (*step)->name + " waits for ";
+        report(next->where, "'after' goes round in a circle: " + text + waited_for->name,
+               "take one of the conditions out");
+      }
+      path.push_back(waited_for);
+    }
+    for (const ComponentPlan* component : path) left.erase(component->full_name());
   }
 }
 

@@ -140,7 +140,8 @@ std::vector<Parameter> Builder::resolve(const std::vector<ParameterSource>& sour
   return all;
 }
 
-void Builder::read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into) {
+void Builder::read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into,
+                          std::vector<Location>* lines) {
   for (const auto& child : element.children) {
     if (child.name != "remap") continue;
     const auto from = text(child, "from", scope);
@@ -148,6 +149,7 @@ void Builder::read_remaps(const Element& element, Scope& scope, std::vector<Rema
     if (!from || !to) continue;
     if (auto rule = make_remap_rule(*from, *to)) {
       into.push_back(std::move(*rule));
+      if (lines != nullptr) lines->push_back(at(child.line));
     } else {
       report(at(child.line), rule.error());
     }

@@ -38,7 +38,7 @@ class WithoutContainer(RobotTest):
         ["launch"], ["drive"], ["component"], ["component", "list"], ["component", "load"], ["component", "unload"], ["lifecycle"],
         ["lifecycle", "get"], ["lifecycle", "set"], ["topic"], ["topic", "list"], ["topic", "echo"], ["topic", "hz"], ["topic", "pub"],
         ["teleop"], ["sim"], ["sim", "world"], ["interface"], ["interface", "list"], ["qos"], ["qos", "check"],
-        ["qos", "explain"], [],
+        ["qos", "explain"], ["check"], ["params"], ["import"], [],
     )  # fmt: skip
 
     def test_every_command_explains_itself(self):

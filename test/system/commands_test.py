@@ -105,7 +105,7 @@ class Commands(RunningRobotTest):
         warnings = [line for line in loaded.stderr.splitlines() if line.startswith("nacelle: warning: ")]
         self.assertEqual(len(warnings), 2, loaded.stderr)
         self.assertIn("'no_such'", warnings[0])
-        self.assertIn("/warned has no topic 'diagnostisc'", warnings[1])
+        self.assertIn("/warned has no topic or service 'diagnostisc'", warnings[1])
 
     def test_the_camera_can_be_taken_out_and_put_back_while_the_others_run(self):
         maps = pathlib.Path(f"/proc/{self.robot.pid}/maps")

@@ -76,6 +76,17 @@ Result<std::string, Problem> calibration_path(const std::string& url, const std:
   return path;
 }
 
+Result<void, Problem> check_calibration(const std::string& url) {
+  if (url.empty() || url.find("${NAME}") != std::string::npos) return {};
+  const auto path = calibration_path(url, "");
+  if (!path) return err(path.error());
+  const auto text = read_file(*path);
+  if (!text) return err(text.error());
+  const auto calibration = parse_camera_info(*text, *path);
+  if (!calibration) return err(calibration.error());
+  return {};
+}
+
 Result<StreamInfo, Problem> stream_info(const std::string& url, const CaptureFormat& format) {
   if (url.empty()) return StreamInfo{format.lens ? ideal_lens(format) : size_alone(format), {}};
   const auto path = calibration_path(url, format.camera_name);

@@ -14,6 +14,10 @@ namespace nacelle::camera {
 /// Errors: package:// and flash: (there is no package index and no camera memory here), and texts that are no URL.
 [[nodiscard]] Result<std::string, Problem> calibration_path(const std::string& url, const std::string& camera_name);
 
+/// Whether the calibration can be read and understood, before there is a camera. A path with ${NAME} is not looked at, since the
+/// camera says what its name is. Errors: as stream_info().
+[[nodiscard]] Result<void, Problem> check_calibration(const std::string& url);
+
 /// What goes into camera_info for a stream: the file's calibration, the known lens of a drawn picture, or the size
 /// alone.
 ///

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "camera/component/calibration.hpp"
 #include "camera/port/pattern_source.hpp"
 #include "camera/port/v4l2_capture.hpp"
 #include "nacelle/qos/presets.hpp"
@@ -28,6 +29,9 @@ CameraComponent::CameraComponent(const NodeOptions& options) : CameraComponent(o
 CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port)
     : LifecycleNode("camera", options), make_port_(std::move(make_port)), options_(declare_options(*this)) {
   declare_control_overrides();
+  declare_frame_use(options_.camera_frame_id, "camera_frame_id");
+  if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
+  if (const auto file = check_calibration(options_.camera_info_url); !file) declare_problem(file.error());
   add_on_set_parameters_callback([this](const std::vector<Parameter>& parameters) { return set_controls(parameters); });
   images_ = create_publisher<sensor_msgs::msg::Image>("~/image_raw", SensorDataQoS(QoS(2)));
   infos_ = create_publisher<sensor_msgs::msg::CameraInfo>("~/camera_info", SensorDataQoS(QoS(2)));

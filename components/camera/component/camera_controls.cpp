@@ -22,6 +22,8 @@ void CameraComponent::declare_control_overrides() {
   for (const std::string& name : parameters().unused_overrides()) {
     const ParameterType type = type_of(parameters().overrides().at(name));
     if (type != ParameterType::Integer && type != ParameterType::Bool) continue;
+    // Nearly the name of a parameter: nobody calls a control so, and whoever checks the parameters is to see it.
+    if (!nearest_name(name, parameters().list()).empty()) continue;
     declare_parameter(
         name, type,
         {"A control of the camera, if it has one of that name.", "", false, true, std::nullopt, std::nullopt});

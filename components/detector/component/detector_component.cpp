@@ -40,6 +40,8 @@ DetectorComponent::DetectorComponent(const NodeOptions& options) : LifecycleNode
       "assumed_fov", 1.0471975511965976,
       real("Horizontal angle of view in radians of a camera without a calibration.", 0.05, 3.0));
 
+  if (const auto checked = check_settings(); !checked) declare_problem(checked.error());
+
   detections_ = create_publisher<geometry_msgs::msg::PoseArray>("detections", QoS(10));
   infos_ = create_subscription<sensor_msgs::msg::CameraInfo>(
       "camera/camera_info", SensorDataQoS(QoS(1)),
@@ -48,13 +50,15 @@ DetectorComponent::DetectorComponent(const NodeOptions& options) : LifecycleNode
       "camera/image_raw", SensorDataQoS(QoS(1)), [this](const sensor_msgs::msg::Image& image) { on_image(image); });
 }
 
+Result<void, Problem> DetectorComponent::check_settings() const {
+  if (settings_.value_min <= settings_.value_max) return {};
+  return err(Problem{"node " + get_fully_qualified_name() + ", parameter value_min",
+                     std::to_string(settings_.value_min) + " is above value_max " + std::to_string(settings_.value_max),
+                     "swap them"});
+}
+
 CallbackReturn DetectorComponent::on_configure(const State&) {
-  if (settings_.value_min > settings_.value_max) {
-    return refuse(
-        Problem{"node " + get_fully_qualified_name() + ", parameter value_min",
-                std::to_string(settings_.value_min) + " is above value_max " + std::to_string(settings_.value_max),
-                "swap them"});
-  }
+  if (const auto checked = check_settings(); !checked) return refuse(checked.error());
   // OpenCV would start a thread per core for pictures this small, and keep it waiting.
   cv::setNumThreads(1);
   detector_ = std::make_unique<DiscDetector>(settings_);

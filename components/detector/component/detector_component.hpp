@@ -39,6 +39,8 @@ class DetectorComponent final : public LifecycleNode {
   CallbackReturn on_cleanup(const State&) override;
 
  private:
+  /// Errors: limits that leave nothing between them.
+  [[nodiscard]] Result<void, Problem> check_settings() const;
   void on_image(const sensor_msgs::msg::Image& image);
   void on_camera_info(const sensor_msgs::msg::CameraInfo& info);
   [[nodiscard]] Lens lens_for(const sensor_msgs::msg::Image& image) const;

@@ -72,6 +72,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
       options_((declare_options(*this), read_options(*this))),
       command_to_wheel_(create_histogram("command_to_wheel")),
       inbox_(options_.inputs.size(), options_.locks.size()) {
+  if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
   if (get<bool>("publish_limited_velocity")) {

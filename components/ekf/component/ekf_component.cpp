@@ -43,7 +43,10 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
 
   // What the parameters name is declared here already; what is wrong with them is said when the node is configured.
   const auto read = read_ekf_parameters(*this);
-  if (!read) return;
+  if (!read) {
+    declare_problem(read.error());
+    return;
+  }
   for (std::size_t i = 0; i < read->inputs.size(); ++i) {
     switch (read->inputs[i].kind) {
       case InputKind::Odometry: listen<nav_msgs::msg::Odometry>(i, read->inputs[i]); break;
@@ -56,7 +59,10 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
     acceleration_ = create_publisher<geometry_msgs::msg::AccelWithCovarianceStamped>("accel/filtered", QoS(10));
   if (read->print_diagnostics)
     diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(10));
-  if (read->publish_tf) claim_ = claim_frame(read->tf_parent(), read->tf_child(), FrameClaimKind::Primary);
+  if (read->publish_tf)
+    claim_ = claim_frame(read->tf_parent(), read->tf_child(), FrameClaimKind::Primary, "parameter publish_tf");
+  declare_frame_use(read->base_link_frame, "base_link_frame");
+  declare_frame_use(read->world_frame, "world_frame");
 }
 
 template <typename Message>

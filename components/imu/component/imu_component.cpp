@@ -39,6 +39,8 @@ ImuComponent::ImuComponent(const NodeOptions& options) : ImuComponent(options, o
 ImuComponent::ImuComponent(const NodeOptions& options, OpenLine open_line)
     : LifecycleNode("imu", options), open_line_(std::move(open_line)) {
   declare_imu_parameters(*this);
+  declare_frame_use(get<std::string>("frame_id"), "frame_id");
+  if (const auto read = read_imu_parameters(*this); !read) declare_problem(read.error());
   const QoS qos = QoS(10).best_effort();
   publishers_.raw = create_publisher<sensor_msgs::msg::Imu>("imu/data_raw", qos);
   publishers_.oriented = create_publisher<sensor_msgs::msg::Imu>("imu/data", qos);

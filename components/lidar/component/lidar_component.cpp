@@ -31,6 +31,8 @@ LidarComponent::LidarComponent(const NodeOptions& options) : LidarComponent(opti
 LidarComponent::LidarComponent(const NodeOptions& options, OpenLine open_line)
     : LifecycleNode("lidar", options), open_line_(std::move(open_line)) {
   declare_lidar_parameters(*this);
+  declare_frame_use(get<std::string>("frame_id"), "frame_id");
+  if (const auto read = read_lidar_parameters(*this); !read) declare_problem(read.error());
   publisher_ = create_publisher<sensor_msgs::msg::LaserScan>(get<std::string>("topic_name"), QoS(5).best_effort());
 }
 

@@ -61,10 +61,15 @@ TransformsComponent::TransformsComponent(const NodeOptions& options) : Lifecycle
 // when the node is configured.
 void TransformsComponent::claim_frames() {
   const auto options = read_transforms_parameters(*this);
-  if (!options) return;
-  for (const Joint& joint : options->tree.joints) claims_.push_back(claim_frame(joint.parent, joint.child));
+  if (!options) return declare_problem(options.error());
+  for (const Joint& joint : options->tree.joints) {
+    const auto kind = joint.kind == JointKind::Fixed ? FrameClaimKind::Fixed : FrameClaimKind::Primary;
+    claims_.push_back(
+        claim_frame(joint.parent, joint.child, kind, "the joint '" + joint.name + "' of the robot description"));
+  }
   for (const StaticTransform& transform : options->static_transforms) {
-    claims_.push_back(claim_frame(transform.parent, transform.child));
+    claims_.push_back(
+        claim_frame(transform.parent, transform.child, FrameClaimKind::Fixed, "parameter static_transforms"));
   }
 }
 

@@ -10,6 +10,9 @@ namespace nacelle::cli {
 // Each adds its commands to the program. They run when `app` has parsed its arguments, and leave the process's exit code
 // (program.hpp) in `exit_code`; what went wrong has been said on stderr then.
 
+/// `check` and `params`.
+void add_check_commands(CLI::App& app, int& exit_code);
+void add_import_command(CLI::App& app, int& exit_code);
 void add_launch_command(CLI::App& app, int& exit_code);
 void add_container_command(CLI::App& app, int& exit_code);
 void add_faults_command(CLI::App& app, int& exit_code);

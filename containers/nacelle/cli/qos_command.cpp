@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "inert_launch.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/qos/compatibility.hpp"
 #include "nacelle/qos/text.hpp"
-#include "nacelle/session/load_request.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -96,32 +96,21 @@ int explain(const Wish& wish) {
 
 /// Makes every component, which declares its endpoints and touches no hardware (design D3), and starts none.
 int check_launch_file(const Wish& wish) {
-  auto arguments = launch::parse_arguments(wish.arguments);
-  if (!arguments) {
-    for (const auto& problem : arguments.error()) complain(problem);
-    return kUsage;
-  }
-  const session::ProgramPlaces places = program_places();
-  const auto plan = launch::load_plan(wish.file, arguments.value(), launch_environment(places));
-  if (!plan) {
-    for (const auto& problem : plan.error()) complain(problem);
+  const auto arguments = parse_or_complain(wish.arguments);
+  if (!arguments) return kUsage;
+  const auto loaded = load_inert_launch(wish.file, *arguments);
+  if (!loaded) {
+    for (const auto& problem : loaded.error()) complain(problem);
     return kFailed;
   }
-  const SystemClock clock;
-  runtime::ContainerOptions options;
-  options.name = "qos_check";
-  options.component_path = places.component_folders;
-  runtime::Container container{std::move(options), clock};
-  for (const auto& component : plan.value().components) {
-    auto loaded = container.load(session::load_request_of(component));
-    if (!loaded) {
-      return complain(
-          {component.where.text() + ": " + loaded.error().where, loaded.error().what, loaded.error().way_out});
-    }
+  const InertLaunch& robot = *loaded.value();
+  for (const auto& component : robot.inert.loaded) {
+    if (component.failure)
+      return complain({component.plan->where.text() + ": " + component.failure->where, component.failure->what,
+                       component.failure->way_out});
   }
-  const auto clashes = container.clashes();
-  std::vector<runtime::StreamReport> streams;
-  container.report_streams(streams);
+  const auto clashes = robot.inert.container->clashes();
+  const std::size_t components = robot.plan.components.size(), streams = stream_count(*robot.inert.container);
   if (wish.as_json) {
     json rows = json::array();
     for (const auto& clash : clashes) {
@@ -135,12 +124,12 @@ int check_launch_file(const Wish& wish) {
                       {"other_publishers", clash.other_writers}});
     }
     print({{"verdict", clashes.empty() ? "ok" : "error"},
-           {"components", plan.value().components.size()},
-           {"streams", streams.size()},
+           {"components", components},
+           {"streams", streams},
            {"clashes", std::move(rows)}});
   } else {
     for (const auto& clash : clashes) std::printf("%s\n", clash.text().c_str());
-    std::printf("%zu components, %zu streams: %s\n", plan.value().components.size(), streams.size(),
+    std::printf("%zu components, %zu streams: %s\n", components, streams,
                 clashes.empty() ? "every publisher and subscription fits"
                                 : fmt::format("{} clash{}", clashes.size(), clashes.size() == 1 ? "" : "es").c_str());
   }

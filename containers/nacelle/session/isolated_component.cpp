@@ -26,11 +26,16 @@ constexpr Duration kLeaveLimit = 3s;
 Result<std::shared_ptr<IsolatedComponent>, Problem> IsolatedComponent::start(const launch::ComponentPlan& plan,
                                                                              const ProgramPlaces& places,
                                                                              runtime::Container& container,
-                                                                             Carrier* carrier, const Clock& clock) {
+                                                                             Carrier* carrier, const Clock& clock,
+                                                                             ParameterFaults* faults) {
   auto made = std::make_shared<IsolatedComponent>(plan, places, container, carrier, clock);
   if (auto spawned = made->spawn(); !spawned) return err(spawned.error());
-  auto loaded = made->call({{"do", "load"}, {"plan", plan_to_json(plan)}});
+  auto loaded = made->call({{"do", "load"}, {"plan", plan_to_json(plan)}, {"collect", faults != nullptr}});
   if (!loaded) return err(loaded.error());
+  if (faults != nullptr) {
+    for (auto& fault : faults_from_json(loaded.value().value("faults", json::array())))
+      faults->lock()->push_back(std::move(fault));
+  }
   return made;
 }
 

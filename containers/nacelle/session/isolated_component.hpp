@@ -25,11 +25,12 @@ namespace nacelle::session {
 class IsolatedComponent final : public runtime::ForeignComponent {
  public:
   /// Starts the process and loads the component. Errors: as Container::load(); a process that does not come up; a component that
-  /// is tied to its own process (transforms it claims, objects it shares).
+  /// is tied to its own process (transforms it claims, objects it shares). With `faults`, refused values are collected there.
   [[nodiscard]] static Result<std::shared_ptr<IsolatedComponent>, Problem> start(const launch::ComponentPlan& plan,
                                                                                  const ProgramPlaces& places,
                                                                                  runtime::Container& container,
-                                                                                 Carrier* carrier, const Clock& clock);
+                                                                                 Carrier* carrier, const Clock& clock,
+                                                                                 ParameterFaults* faults = nullptr);
   IsolatedComponent(const launch::ComponentPlan& plan, const ProgramPlaces& places, runtime::Container& container,
                     Carrier* carrier, const Clock& clock);
   ~IsolatedComponent() override;

@@ -96,7 +96,7 @@ class IsolatedProcess {
       answer["answer"] = request.at("call");
       const std::string what = request.at("do");
       if (what == "load") {
-        load(plan_from_json(request.at("plan")), answer);
+        load(plan_from_json(request.at("plan")), request.value("collect", false), answer);
       } else if (what == "trigger") {
         trigger(static_cast<Transition>(request.at("transition").get<std::uint8_t>()), answer);
       } else if (what == "unload") {
@@ -109,8 +109,10 @@ class IsolatedProcess {
     link_->send_note(answer.dump());
   }
 
-  void load(const launch::ComponentPlan& plan, json& answer) {
-    auto loaded = container_->load(load_request_of(plan));
+  void load(const launch::ComponentPlan& plan, bool collect, json& answer) {
+    runtime::LoadRequest wanted = load_request_of(plan);
+    if (collect) wanted.faults = std::make_shared<ParameterFaults>();
+    auto loaded = container_->load(wanted);
     if (!loaded) return fail(loaded.error(), answer);
     id_ = loaded.value().id;
     if (const auto problem = tied()) {
@@ -126,6 +128,7 @@ class IsolatedProcess {
                               "' reaches no other process; leave isolate out if it is needed");
     }
     answer["info"] = info_to_json(info);
+    if (collect) answer["faults"] = faults_to_json(*wanted.faults->lock());
     answer["success"] = true;
   }
 

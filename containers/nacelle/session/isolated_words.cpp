@@ -177,11 +177,31 @@ launch::ComponentPlan plan_from_json(const json& row) {
   return plan;
 }
 
+json faults_to_json(const std::vector<ParameterFault>& faults) {
+  json rows = json::array();
+  for (const auto& fault : faults) rows.push_back({fault.parameter, fault.what, fault.way_out});
+  return rows;
+}
+
+std::vector<ParameterFault> faults_from_json(const json& rows) {
+  std::vector<ParameterFault> faults;
+  for (const auto& row : rows)
+    faults.push_back({row.at(0).get<std::string>(), row.at(1).get<std::string>(), row.at(2).get<std::string>()});
+  return faults;
+}
+
 json info_to_json(const runtime::ComponentInfo& info) {
-  return {{"node", info.node},         {"plugin", info.plugin},
-          {"library", info.library},   {"state", static_cast<unsigned>(info.state)},
-          {"managed", info.managed},   {"fault", {info.fault.code, info.fault.text}},
-          {"warnings", info.warnings}, {"actuator", info.actuator}};
+  json row{{"node", info.node},        {"plugin", info.plugin},
+           {"library", info.library},  {"state", static_cast<unsigned>(info.state)},
+           {"managed", info.managed},  {"fault", {info.fault.code, info.fault.text}},
+           {"warnings", info.warnings}, {"actuator", info.actuator}};
+  if (!info.declared) return row;
+  json& declared = row["declared"];
+  declared = {{"unknown", info.declared->unknown_parameters}, {"services", info.declared->services}};
+  declared["names"] = declared["frames"] = json::array();
+  for (const auto& parameter : info.declared->parameters) declared["names"].push_back(parameter.name);
+  for (const auto& use : info.declared->frame_uses) declared["frames"].push_back({use.frame, use.parameter});
+  return row;
 }
 
 runtime::ComponentInfo info_from_json(const json& row) {
@@ -194,6 +214,15 @@ runtime::ComponentInfo info_from_json(const json& row) {
   info.fault = {row.at("fault").at(0).get<std::string>(), row.at("fault").at(1).get<std::string>()};
   info.warnings = row.at("warnings").get<std::vector<std::string>>();
   info.actuator = row.at("actuator").get<bool>();
+  if (!row.contains("declared")) return info;
+  const json& from = row.at("declared");
+  auto declared = std::make_shared<runtime::Declarations>();
+  for (const auto& name : from.at("names")) declared->parameters.push_back({name.get<std::string>(), {}, false});
+  declared->unknown_parameters = from.at("unknown").get<std::vector<std::string>>();
+  declared->services = from.at("services").get<std::vector<std::string>>();
+  for (const auto& use : from.at("frames"))
+    declared->frame_uses.push_back({use.at(0).get<std::string>(), use.at(1).get<std::string>()});
+  info.declared = std::move(declared);
   return info;
 }
 

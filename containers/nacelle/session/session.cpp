@@ -24,7 +24,6 @@
 #include "nacelle/session/readiness.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
-#include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -170,32 +169,22 @@ nlohmann::json Session::faults() const {
 }
 
 Result<void, Problem> Session::bring_up() {
-  if (auto started = start_programs(); !started) return started;
+  // Making a component touches no hardware: programs that stand for it are not needed before the plan is known to be sound.
   if (auto loaded = load_components(); !loaded) return loaded;
-  const auto clashes = container_->clashes();
-  if (!clashes.empty()) {
-    std::string text;
-    for (const auto& clash : clashes) text += "\n  " + clash.text();
-    return err(Problem{"quality of service", fmt::format("{} pair(s) do not fit:{}", clashes.size(), text),
-                       "\n  nothing was activated"});
-  }
-  for (const auto& conflict : container_->frame_conflicts()) return err(conflict);
-  if (auto affordable = check_budgets(); !affordable) return affordable;
+  if (auto sound = check_the_plan(); !sound) return sound;
+  if (auto started = start_programs(); !started) return started;
   return activate();
 }
 
-Result<void, Problem> Session::check_budgets() {
-  std::vector<runtime::StreamBudget> budgets;
-  for (const auto& component : plan_.components) {
-    for (const auto& budget : component.budgets) {
-      std::vector<std::string> topics{budget.topic};
-      if (budget.topic.empty()) topics = container_->topics_of(component.full_name());
-      for (const auto& topic : topics)
-        budgets.push_back({budget.where.text(), topic, budget.max_copies, budget.max_age, budget.min_hz});
-    }
+Result<void, Problem> Session::check_the_plan() {
+  const auto findings = proof::prove(plan_, options_.places, *container_, loaded_);
+  loaded_.clear();
+  for (const auto& finding : findings) say("nacelle: " + finding.text());
+  if (proof::has_errors(findings)) {
+    return err(Problem{"the plan is unsound", proof::summary(findings),
+                       "nothing was started; `nacelle check` tells the same without a robot"});
   }
-  budgets_ = runtime::BudgetWatch{std::move(budgets)};
-  for (const auto& problem : budgets_.check_wiring(*container_)) return err(problem);
+  budgets_ = runtime::BudgetWatch{proof::stream_budgets(plan_, *container_)};
   return {};
 }
 
@@ -216,13 +205,20 @@ Result<void, Problem> Session::start_programs() {
   return {};
 }
 
-Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPlan& component) {
-  if (component.isolate == launch::Isolation::None) return container_->load(load_request_of(component));
-  auto started = IsolatedComponent::start(component, options_.places, *container_, carrier_.get(), clock_);
+Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPlan& component,
+                                                      const std::shared_ptr<ParameterFaults>& faults) {
+  if (component.isolate == launch::Isolation::None) {
+    runtime::LoadRequest request = load_request_of(component);
+    request.faults = faults;
+    return container_->load(request);
+  }
+  auto started =
+      IsolatedComponent::start(component, options_.places, *container_, carrier_.get(), clock_, faults.get());
   if (!started) return err(started.error());
   auto adopted = container_->adopt(started.value());
   if (adopted) {
     adopted.value().warnings = started.value()->info().warnings;
+    adopted.value().declared = started.value()->info().declared;
   } else {
     started.value()->unload();
   }
@@ -246,18 +242,22 @@ Result<void, Problem> Session::load_components() {
   for (const auto& component : plan_.components) {
     if (stop_.is_raised()) return err(interrupted(stop_));
     progress(fmt::format("[{}/{}] loading {}", ++number, plan_.components.size(), component.full_name()));
-    const GraphBefore before{*container_};
-    auto loaded = load(component);
-    if (!loaded) {
-      const Problem problem{component.where.text() + ": " + loaded.error().where, loaded.error().what,
-                            loaded.error().way_out};
-      if (component.required) return err(problem);
-      say("nacelle: left out, since it is not required: " + problem.text());
-    } else {
+    const auto faults = std::make_shared<ParameterFaults>();
+    auto loaded = load(component, faults);
+    auto& entry = loaded_.emplace_back();
+    entry.plan = &component;
+    entry.faults = *faults->lock();
+    if (loaded) {
+      entry.declared = loaded.value().declared;
       // Those of a component in this process have been logged.
       if (component.isolate == launch::Isolation::Process)
         for (const auto& line : loaded.value().warnings) say("nacelle: " + line);
-      for (const auto& line : unused_qos(component, before.added())) say(line);
+    } else {
+      entry.failure = loaded.error();
+    }
+    if (!component.required && (entry.failure || !entry.faults.empty())) {
+      if (loaded) static_cast<void>(container_->unload(loaded.value().id));
+      say("nacelle: left out, since it is not required: " + component.full_name());
     }
     composition_changed();
   }

@@ -15,6 +15,7 @@
 #include "nacelle/control/server.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
+#include "nacelle/proof/proof.hpp"
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
@@ -67,7 +68,9 @@ class Session {
   [[nodiscard]] const SessionOptions& options() const { return options_; }
   [[nodiscard]] Phase phase() const { return service_->phase(); }
   /// Loads what the plan says, in this process or in one of its own.
-  [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component);
+  /// With `faults`, values that it cannot have are collected there; else the first is why it is not loaded.
+  [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component,
+                                                             const std::shared_ptr<ParameterFaults>& faults = nullptr);
   /// Takes a loaded component to a state, one transition after the other. Errors: the first that failed, with its reason.
   [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component, launch::TargetState target);
   /// States changed by somebody else than the bring-up: shows them to those who watch, and begins the steady state anew.
@@ -86,7 +89,8 @@ class Session {
   [[nodiscard]] Result<void, Problem> start_programs();
   void start_the_carrier();
   [[nodiscard]] Result<void, Problem> load_components();
-  [[nodiscard]] Result<void, Problem> check_budgets();
+  /// Nothing is activated when the plan is unsound; all that is wrong with it has been said then.
+  [[nodiscard]] Result<void, Problem> check_the_plan();
   [[nodiscard]] Result<void, Problem> activate();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
@@ -119,6 +123,7 @@ class Session {
   runtime::BudgetWatch budgets_{{}};
   std::optional<MonotonicTime> next_budget_look_;  // none: there is no budget, or the robot is not up yet
 
+  std::vector<proof::LoadedComponent> loaded_;  // until the plan is checked
   std::unique_ptr<CompositionFile> state_;
   bool told_of_state_ = false;  // that the state file cannot be written
   bool undoing_ = false;        // a failed bring-up: no figures to take

@@ -46,9 +46,11 @@ json load(Session& session, const runtime::LoadRequest& request, launch::TargetS
   if (!loaded) return reply_of(loaded.error());
   const std::string node = loaded.value().node;
   std::vector<std::string> warnings = loaded.value().warnings;
-  const TopicEnds ends = before.added();
-  for (auto& line : plan != nullptr ? unused_qos(*plan, ends) : unused_remaps(request.remaps, node, ends))
-    warnings.push_back(std::move(line));
+  TopicEnds ends = before.added();
+  if (const auto& declared = loaded.value().declared)
+    ends.services = {declared->services.begin(), declared->services.end()};
+  for (const auto& problem : plan != nullptr ? unused_qos(*plan, ends) : unused_remaps(request.remaps, node, ends))
+    warnings.push_back(problem.text());
   std::string clashes;
   for (const auto& clash : session.container().clashes()) {
     if (clash.writer_node == node || clash.reader_node == node) clashes += (clashes.empty() ? "" : "; ") + clash.text();

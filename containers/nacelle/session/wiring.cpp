@@ -35,8 +35,8 @@ TopicEnds GraphBefore::added() const {
   return ends;
 }
 
-std::vector<std::string> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends) {
-  std::vector<std::string> lines;
+std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends) {
+  std::vector<Problem> problems;
   for (const auto& entry : plan.qos) {
     const bool publisher = entry.side == launch::Side::Publisher;
     const auto& mine = publisher ? ends.published : ends.subscribed;
@@ -51,29 +51,34 @@ std::vector<std::string> unused_qos(const launch::ComponentPlan& plan, const Top
       problem.what = plan.full_name() + " has no topic '" + entry.topic + "': this quality of service has no effect";
       problem.way_out = suggestion(entry.topic, all_of(ends));
     }
-    lines.push_back(problem.text());
+    problems.push_back(std::move(problem));
   }
-  return lines;
+  return problems;
 }
 
-std::vector<std::string> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
-                                       const TopicEnds& ends) {
+std::vector<Problem> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
+                                   const TopicEnds& ends) {
   const std::size_t slash = node.rfind('/');
   const std::string name = node.substr(slash + 1), name_space = slash == 0 ? "/" : node.substr(0, slash);
-  const auto topics = all_of(ends);
-  std::vector<std::string> lines;
+  std::vector<Problem> problems;
   for (const auto& rule : rules) {
-    if (rule.kind != RemapKind::TopicOrService && rule.kind != RemapKind::Topic) continue;
+    if (rule.kind == RemapKind::NodeName || rule.kind == RemapKind::Namespace) continue;
+    if (!rule.node.empty() && rule.node != name) continue;
+    std::vector<std::string> names;
+    if (rule.kind != RemapKind::Service) names = all_of(ends);
+    if (rule.kind != RemapKind::Topic) names.insert(names.end(), ends.services.begin(), ends.services.end());
     const auto to = expand_topic_name(rule.to, name, name_space);
-    if (to && std::find(topics.begin(), topics.end(), *to) != topics.end()) continue;
+    if (to && std::find(names.begin(), names.end(), *to) != names.end()) continue;
     const auto from = expand_topic_name(rule.from, name, name_space);
-    std::string way_out = suggestion(from ? *from : rule.from, topics);
-    // A service's name cannot be looked up: whoever says that it is one hears nothing.
-    if (rule.kind == RemapKind::TopicOrService)
-      way_out += (way_out.empty() ? "" : " ") + ("a service's is written rosservice://" + rule.from + ":=" + rule.to);
-    lines.push_back(Problem{"-r " + to_text(rule), node + " has no topic '" + rule.from + "'", way_out}.text());
+    const char* const kind = rule.kind == RemapKind::Service ? "service"
+                             : rule.kind == RemapKind::Topic ? "topic"
+                                                             : "topic or service";
+    problems.push_back(
+        {"-r " + to_text(rule),
+         node + " has no " + kind + " '" + rule.from + "': remapping it to '" + rule.to + "' has no effect",
+         suggestion(from ? *from : rule.from, names)});
   }
-  return lines;
+  return problems;
 }
 
 }  // namespace nacelle::session

@@ -7,14 +7,15 @@
 #include <utility>
 #include <vector>
 
+#include "nacelle/base/problem.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::session {
 
-/// Full names of a component's topics.
+/// Full names of a component's topics, and of the services that it offers.
 struct TopicEnds {
-  std::set<std::string> published, subscribed;
+  std::set<std::string> published, subscribed, services{};
 };
 
 /// Finds a component's topics by what its loading adds to the graph (endpoints are declared in the constructor).
@@ -32,10 +33,10 @@ class GraphBefore {
   const Counts before_;
 };
 
-/// What the launch file says of topics that the component does not have; a line for a person each, with file and line. Pure.
-[[nodiscard]] std::vector<std::string> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends);
-/// Remap rules that changed no topic of the node. Rules for services only are not judged. Pure.
-[[nodiscard]] std::vector<std::string> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
-                                                     const TopicEnds& ends);
+/// What the launch file says of topics that the component does not have, each with file and line. Pure.
+[[nodiscard]] std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends);
+/// Remap rules that changed no topic and no service of the node; `where` is the rule, as one types it. Pure.
+[[nodiscard]] std::vector<Problem> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
+                                                 const TopicEnds& ends);
 
 }  // namespace nacelle::session

@@ -197,6 +197,8 @@ std::vector<ClashReport> Container::clashes() const { return impl_->commons.brok
 
 std::vector<Problem> Container::frame_conflicts() const { return impl_->commons.frames.conflicts(); }
 
+std::vector<ClaimedFrame> Container::frames() const { return impl_->commons.frames.list(); }
+
 WiringReport Container::wiring(const std::string& topic, Duration age) const {
   return impl_->commons.broker.wiring(topic, age);
 }

@@ -103,6 +103,7 @@ struct Container::Impl final : Context {
   [[nodiscard]] std::unique_ptr<NodeHost> create_host(const NodeIdentity& identity) override;
   void release_name(const Record& record);
   void make(Record& record, const LoadRequest& request);
+  [[nodiscard]] static std::shared_ptr<const Declarations> declarations_of(const Record& record);
   void abandon(const std::shared_ptr<Record>& record);
   void start_destroying(const std::shared_ptr<Record>& record);
   [[nodiscard]] UnloadOutcome finish(Record& record);

@@ -7,11 +7,9 @@ namespace nacelle::runtime {
 
 class FrameRegistry::Claim final : public FrameClaim {
  public:
-  Claim(std::shared_ptr<Claims> claims, const std::string& node, const std::string& parent, const std::string& child,
-        FrameClaimKind kind)
-      : claims_(std::move(claims)), child_(child) {
+  Claim(std::shared_ptr<Claims> claims, ClaimedFrame frame) : claims_(std::move(claims)), child_(frame.child) {
     auto list = claims_->list.lock();
-    list->push_back({node, parent, child, kind, &owner_});
+    list->push_back({std::move(frame), &owner_});
     elect(*list, child_);
   }
   ~Claim() override { withdraw(); }
@@ -20,8 +18,8 @@ class FrameRegistry::Claim final : public FrameClaim {
   std::string owner() const override {
     auto list = claims_->list.lock();
     for (const auto& entry : *list) {
-      if (entry.child == child_ && entry.owner != &owner_ && entry.owner->load(std::memory_order_relaxed))
-        return entry.node;
+      if (entry.frame.child == child_ && entry.owner != &owner_ && entry.owner->load(std::memory_order_relaxed))
+        return entry.frame.node;
     }
     return {};
   }
@@ -38,28 +36,36 @@ class FrameRegistry::Claim final : public FrameClaim {
   std::atomic<bool> owner_{false};
 };
 
-// The first primary claim, else the first fallback one.
+// The first claim that is no fallback, else the first fallback.
 void FrameRegistry::elect(std::vector<Entry>& entries, const std::string& child) {
   Entry* owner = nullptr;
   for (auto& entry : entries) {
-    if (entry.child != child) continue;
-    if (owner == nullptr || (owner->kind == FrameClaimKind::Fallback && entry.kind == FrameClaimKind::Primary))
+    if (entry.frame.child != child) continue;
+    if (owner == nullptr ||
+        (owner->frame.kind == FrameClaimKind::Fallback && entry.frame.kind != FrameClaimKind::Fallback))
       owner = &entry;
   }
   for (auto& entry : entries) {
-    if (entry.child == child) entry.owner->store(&entry == owner, std::memory_order_relaxed);
+    if (entry.frame.child == child) entry.owner->store(&entry == owner, std::memory_order_relaxed);
   }
 }
 
-std::unique_ptr<FrameClaim> FrameRegistry::claim(const std::string& node, const std::string& parent,
-                                                 const std::string& child, FrameClaimKind kind) {
-  return std::make_unique<Claim>(claims_, node, parent, child, kind);
+std::unique_ptr<FrameClaim> FrameRegistry::claim(ClaimedFrame frame) {
+  return std::make_unique<Claim>(claims_, std::move(frame));
+}
+
+std::vector<ClaimedFrame> FrameRegistry::list() const {
+  std::vector<ClaimedFrame> frames;
+  auto list = claims_->list.lock();
+  for (const auto& entry : *list) frames.push_back(entry.frame);
+  return frames;
 }
 
 std::vector<std::string> FrameRegistry::claims() const {
   std::vector<std::string> texts;
   auto list = claims_->list.lock();
-  for (const auto& entry : *list) texts.push_back("claims the frame " + entry.parent + " -> " + entry.child);
+  for (const auto& entry : *list)
+    texts.push_back("claims the frame " + entry.frame.parent + " -> " + entry.frame.child);
   return texts;
 }
 
@@ -67,26 +73,38 @@ void FrameRegistry::withdraw(const std::string& node) {
   auto list = claims_->list.lock();
   std::vector<std::string> children;
   std::erase_if(*list, [&](const Entry& entry) {
-    if (entry.node != node) return false;
+    if (entry.frame.node != node) return false;
     entry.owner->store(false, std::memory_order_relaxed);
-    children.push_back(entry.child);
+    children.push_back(entry.frame.child);
     return true;
   });
   for (const auto& child : children) elect(*list, child);
 }
 
 std::vector<Problem> FrameRegistry::conflicts() const {
+  const auto said = [](const ClaimedFrame& frame) {
+    return frame.node + (frame.kind == FrameClaimKind::Fixed ? " (fixed to '" : " (from '") + frame.parent + "'" +
+           (frame.origin.empty() ? "" : ", " + frame.origin) + ")";
+  };
+  const auto fit = [](const ClaimedFrame& a, const ClaimedFrame& b) {
+    const bool yields = (a.kind == FrameClaimKind::Fallback) != (b.kind == FrameClaimKind::Fallback);
+    const bool fixed = a.kind == FrameClaimKind::Fixed || b.kind == FrameClaimKind::Fixed;
+    return yields && !fixed && a.parent == b.parent;
+  };
   std::vector<Problem> found;
-  auto list = claims_->list.lock();
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    for (std::size_t j = i + 1; j < list->size(); ++j) {
-      const Entry& a = (*list)[i];
-      const Entry& b = (*list)[j];
-      if (a.child != b.child || a.kind != FrameClaimKind::Primary || b.kind != FrameClaimKind::Primary) continue;
-      found.push_back(
-          {"frame " + a.child,
-           "broadcast by two nodes: " + a.node + " (from " + a.parent + ") and " + b.node + " (from " + b.parent + ")",
-           "switch one off, e.g. publish_tf or enable_odom_tf"});
+  const std::vector<ClaimedFrame> all = list();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t j = i + 1; j < all.size(); ++j) {
+      const ClaimedFrame& a = all[i];
+      const ClaimedFrame& b = all[j];
+      if (a.child != b.child || fit(a, b)) continue;
+      std::string way_out = "switch one of them off";
+      if (!a.origin.empty() && !b.origin.empty())
+        way_out = "change " + a.origin + " of " + a.node + ", or " + b.origin + " of " + b.node;
+      found.push_back({"frame '" + a.child + "'",
+                       (a.parent == b.parent ? "is broadcast twice: by " : "has two parents: it is broadcast by ") +
+                           said(a) + " and by " + said(b),
+                       std::move(way_out)});
     }
   }
   return found;

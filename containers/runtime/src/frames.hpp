@@ -17,20 +17,19 @@ namespace nacelle::runtime {
 class FrameRegistry {
  public:
   FrameRegistry() : claims_(std::make_shared<Claims>()) {}
-  [[nodiscard]] std::unique_ptr<FrameClaim> claim(const std::string& node, const std::string& parent,
-                                                  const std::string& child, FrameClaimKind kind);
+  [[nodiscard]] std::unique_ptr<FrameClaim> claim(ClaimedFrame frame);
   /// Ends all claims of a node whose own code cannot do it.
   void withdraw(const std::string& node);
-  /// Frames with two primary owners, or with two parents.
+  /// Frames with two owners or two parents. A fallback beside an owner with the same parent is none, unless that is fixed.
   [[nodiscard]] std::vector<Problem> conflicts() const;
+  [[nodiscard]] std::vector<ClaimedFrame> list() const;
   /// "claims the frame odom -> base_link", each.
   [[nodiscard]] std::vector<std::string> claims() const;
 
  private:
   class Claim;
   struct Entry {
-    std::string node, parent, child;
-    FrameClaimKind kind;
+    ClaimedFrame frame;
     std::atomic<bool>* owner;
   };
   using List = Guarded<std::vector<Entry>>;

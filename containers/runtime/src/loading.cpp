@@ -69,7 +69,7 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   }
   NodeOptions node_options{*this};
   node_options.node_name(request.name).node_namespace(request.name_space).parameter_overrides(request.parameters);
-  node_options.remap_rules(request.remaps).qos_overrides(request.qos);
+  node_options.remap_rules(request.remaps).qos_overrides(request.qos).collect_parameter_faults(request.faults);
   record.busy_with = "its constructor, which has not returned";
   Node* node = nullptr;
   std::string failed;
@@ -92,6 +92,24 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
     if (wanted) record.node = node;
   }
   if (!wanted) record.made_by->destroy(node);  // too late: whoever asked for it has been told that it failed
+}
+
+// What its constructor has said; before the component runs, so that nobody else has its parameters in hand.
+std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Record& record) {
+  auto all = std::make_shared<Declarations>();
+  const ParameterStore& store = record.node->parameters();
+  for (const auto& name : store.list())
+    all->parameters.push_back({name, store.get(name), store.overrides().count(name) != 0});
+  all->unknown_parameters = store.unused_overrides();
+  all->frame_uses = record.node->frame_uses();
+  std::vector<CallbackReport> callbacks;
+  std::size_t used = 0;
+  record.runtime->report_callbacks(callbacks, used);
+  callbacks.resize(used);
+  for (const auto& callback : callbacks) {
+    if (callback.kind == "service") all->services.push_back(callback.name);
+  }
+  return all;
 }
 
 // --- unloading ----------------------------------------------------------------------------------------------------------
@@ -239,8 +257,9 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     warnings.push_back(fmt::format("{}: parameter '{}' is given but the component has no such parameter; {}",
                                    record->runtime->identity().fully_qualified(), name,
                                    suggestion(name, record->node->parameters().list())));
-    impl_->log.warn("{}", warnings.back());
+    if (!request.faults) impl_->log.warn("{}", warnings.back());  // who collects faults tells this one, too
   }
+  auto declared = Impl::declarations_of(*record);
   ComponentInfo info;
   {
     const std::lock_guard lock(impl_->mutex);
@@ -252,6 +271,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   // All its endpoints are there now: types that clash can be told.
   static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));
   info.warnings = std::move(warnings);
+  info.declared = std::move(declared);
   impl_->note_change();
   return info;
 }

@@ -40,13 +40,26 @@ Node::Node(const std::string& default_name, const NodeOptions& options)
       logger_(logger_name(identity_)),
       remaps_(options.remap_rules()),
       qos_overrides_(options.qos_overrides()),
-      parameters_(identity_.fully_qualified(), options.parameter_overrides()),
+      parameters_(identity_.fully_qualified(), options.parameter_overrides(), options.parameter_faults()),
       host_(options.context().create_host(identity_)) {
   declare_parameter("use_sim_time", false,
                     {.description = "Take the time from /clock.", .additional_constraints = "", .read_only = true});
 }
 
 Node::~Node() = default;
+
+void Node::declare_problem(const Problem& problem) const {
+  // Components say "node /x, parameter y" or "parameter y" where a check wants y alone, to find its file and line.
+  ParameterFault fault{"", problem.what, problem.way_out};
+  constexpr std::string_view kWord = "parameter ";
+  if (const auto at = problem.where.find(kWord); at != std::string::npos) {
+    const std::size_t from = at + kWord.size();
+    fault.parameter = problem.where.substr(from, problem.where.find_first_of(" ,:", from) - from);
+  }
+  if (!parameters_.has(fault.parameter) && parameters_.overrides().count(fault.parameter) == 0)
+    fault = {"", problem.where + ": " + problem.what, problem.way_out};
+  parameters_.note_fault(std::move(fault));
+}
 
 std::string Node::resolve_topic_name(const std::string& name) const {
   const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));

@@ -70,8 +70,9 @@ std::string to_text(const ParameterValue& value) {
   return std::visit(Print{}, value);
 }
 
-ParameterStore::ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides)
-    : node_(std::move(node)), overrides_(std::move(overrides)) {}
+ParameterStore::ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides,
+                               std::shared_ptr<ParameterFaults> faults)
+    : node_(std::move(node)), overrides_(std::move(overrides)), faults_(std::move(faults)) {}
 
 std::string ParameterStore::refusal(const std::string& name, const Entry& entry, const ParameterValue& value) const {
   if (!entry.descriptor.dynamic_typing && type_of(value) != entry.type) {
@@ -95,6 +96,23 @@ std::string ParameterStore::refusal(const std::string& name, const Entry& entry,
   return {};
 }
 
+void ParameterStore::take_override(const std::string& name, Entry& entry, const ParameterValue& given) const {
+  const ParameterType type = entry.type;
+  ParameterValue wanted = widened(given, type);
+  if (!entry.descriptor.dynamic_typing && type_of(wanted) != type) {
+    std::string what = fmt::format("parameter '{}' is {} but was given {} ({})", name, to_text(type),
+                                   to_text(type_of(wanted)), to_text(wanted));
+    std::string way_out = fmt::format("write a {} value", to_text(type));
+    if (faults_) return note_fault({name, std::move(what), std::move(way_out)});
+    throw exceptions::InvalidParameterTypeException(fmt::format("node {}: {}; {}", node_, what, way_out));
+  }
+  if (faults_) {
+    if (std::string why = refusal(name, entry, wanted); !why.empty())
+      return note_fault({name, std::move(why), fmt::format("its default is {}", to_text(entry.value))});
+  }
+  entry.value = std::move(wanted);
+}
+
 const ParameterValue& ParameterStore::declare(const std::string& name, ParameterValue value, ParameterType type,
                                               ParameterDescriptor descriptor) {
   if (entries_.count(name) != 0) {
@@ -103,15 +121,7 @@ const ParameterValue& ParameterStore::declare(const std::string& name, Parameter
   }
   Entry entry{std::move(value), type, std::move(descriptor)};
   const bool optional = type_of(entry.value) == ParameterType::NotSet;
-  if (const auto given = overrides_.find(name); given != overrides_.end()) {
-    ParameterValue wanted = widened(given->second, type);
-    if (!entry.descriptor.dynamic_typing && type_of(wanted) != type) {
-      throw exceptions::InvalidParameterTypeException(
-          fmt::format("node {}: parameter '{}' is {} but was given {} ({}); write a {} value", node_, name,
-                      to_text(type), to_text(type_of(wanted)), to_text(wanted), to_text(type)));
-    }
-    entry.value = std::move(wanted);
-  }
+  if (const auto given = overrides_.find(name); given != overrides_.end()) take_override(name, entry, given->second);
   if (!(optional && type_of(entry.value) == ParameterType::NotSet)) {
     if (const auto why = refusal(name, entry, entry.value); !why.empty()) {
       throw exceptions::InvalidParameterValueException(fmt::format("node {}: {}", node_, why));

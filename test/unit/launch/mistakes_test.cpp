@@ -233,6 +233,17 @@ TEST(Mistakes, of_a_whole_plan_are_told) {
       "the conditions out\n");
 }
 
+TEST(Mistakes, every_circle_is_told_once) {
+  EXPECT_EQ(told(with_components("    - {pkg: p, plugin: a::A, name: a, after: [b]}\n"
+                                 "    - {pkg: p, plugin: a::A, name: b, after: [a]}\n"
+                                 "    - {pkg: p, plugin: a::A, name: c, after: [d, a]}\n"
+                                 "    - {pkg: p, plugin: a::A, name: d, after: [c]}\n"
+                                 "    - {pkg: p, plugin: a::A, name: e, after: [d]}\n")),
+            "a.launch.yaml:6: 'after' goes round in a circle: a waits for b waits for a; take one of the conditions "
+            "out\na.launch.yaml:8: 'after' goes round in a circle: c waits for d waits for c; take one of the "
+            "conditions out\n");
+}
+
 TEST(Mistakes, in_after_are_told_with_the_name_that_works_there) {
   const auto file = [](const char* wanted) {
     return with_components(

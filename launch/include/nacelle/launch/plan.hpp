@@ -86,6 +86,8 @@ struct ComponentPlan {
   std::string namespace_;             ///< Absolute.
   std::vector<Parameter> parameters;  ///< Each name once, with the value that won.
   std::vector<RemapRule> remaps;      ///< In the order in which they are tried.
+  std::vector<Location>
+      remap_lines;  ///< Of each remap; without a file for a set_remap's, which need not fit every node.
   std::vector<Parameter> extra_arguments;
   std::vector<TopicQos> qos;
   std::vector<AfterCondition> after;

@@ -240,6 +240,43 @@ TEST_F(RebuiltTest, a_plugin_that_is_installed_later_is_found) {
   EXPECT_THAT(container.load(request).error().text(), HasSubstr("holds no class nacelle::test::Newcomer"));
 }
 
+TEST_F(LoadingTest, with_a_place_for_faults_a_component_is_made_with_defaults_and_says_what_it_is) {
+  LoadRequest request;
+  request.plugin = "nacelle::test::Sleeper";
+  request.parameters = {{"entered", std::string{"x"}}, {"realese", std::int64_t{3}}, {"release", std::int64_t{-1}}};
+  EXPECT_FALSE(container.load(request)) << "without one, the first fault is the end";
+
+  request.faults = std::make_shared<ParameterFaults>();
+  const auto loaded = container.load(request);
+
+  ASSERT_TRUE(loaded) << loaded.error().text();
+  ASSERT_THAT(*request.faults->lock(), SizeIs(1));
+  EXPECT_EQ(request.faults->lock()->front().parameter, "entered");
+  const Declarations& declared = *loaded.value().declared;
+  EXPECT_THAT(declared.unknown_parameters, testing::ElementsAre("realese"));
+  EXPECT_THAT(declared.services, testing::ElementsAre("/sleeper/enable"));
+  std::map<std::string, bool> given;
+  for (const auto& parameter : declared.parameters) given[parameter.name] = parameter.given;
+  EXPECT_TRUE(given.at("release"));
+  EXPECT_FALSE(given.at("sleep_in"));
+}
+
+TEST_F(LoadingTest, a_frame_that_two_nodes_broadcast_is_told_with_both) {
+  const auto first = load("Sleeper", {}, "first"), second = load("Sleeper", {}, "second");
+
+  ASSERT_THAT(container.frame_conflicts(), SizeIs(1));
+  EXPECT_EQ(
+      container.frame_conflicts().front().text(),
+      "frame 'pillow': is broadcast twice: by /first (from 'bed') and by /second (from 'bed'); switch one of them "
+      "off");
+  ASSERT_THAT(container.frames(), SizeIs(2));
+  EXPECT_EQ(container.frames()[1].node, "/second");
+  static_cast<void>(container.unload(first.id));
+  EXPECT_THAT(container.frame_conflicts(), IsEmpty());
+  static_cast<void>(container.unload(second.id));
+  EXPECT_THAT(container.frames(), IsEmpty());
+}
+
 /// Components that sleep until they are woken, in a container whose time stands still until the test moves it.
 struct HangingTest : ContainerFixture<test::ManualClock> {
   // Late is seen by the time that the test tells; hung is what the test says, not what the supervisor thinks.

@@ -95,5 +95,30 @@ TEST(ParameterStore, knows_the_overrides_that_nobody_declared) {
   EXPECT_EQ(parameters.unused_overrides(), std::vector<std::string>{"rtae"});
 }
 
+TEST(ParameterStore, collects_every_refused_override_and_goes_on_with_the_defaults) {
+  const auto faults = std::make_shared<ParameterFaults>();
+  ParameterStore base{"/base", {{"rate", std::string{"fast"}}, {"gain", 7.0}, {"name", std::string{"x"}}}, faults};
+
+  EXPECT_EQ(std::get<double>(base.declare("rate", 50.0, ParameterType::Double, {})), 50.0);
+  ParameterDescriptor range;
+  range.floating_point_range = FloatingPointRange{0.0, 1.0, 0.0};
+  EXPECT_EQ(std::get<double>(base.declare("gain", 0.5, ParameterType::Double, range)), 0.5);
+  EXPECT_EQ(std::get<std::string>(base.declare("name", std::string{}, ParameterType::String, {})), "x");
+
+  const auto found = *faults->lock();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].parameter, "rate");
+  EXPECT_EQ(found[0].what, "parameter 'rate' is double but was given string (fast)");
+  EXPECT_EQ(found[1].parameter, "gain");
+  EXPECT_NE(found[1].what.find("7 is not in 0 to 1"), std::string::npos) << found[1].what;
+}
+
+TEST(ParameterStore, a_default_out_of_its_range_is_the_programmers_fault_even_then) {
+  ParameterStore base{"/base", {}, std::make_shared<ParameterFaults>()};
+  ParameterDescriptor range;
+  range.floating_point_range = FloatingPointRange{0.0, 1.0, 0.0};
+  EXPECT_THROW(base.declare("gain", 2.0, ParameterType::Double, range), exceptions::InvalidParameterValueException);
+}
+
 }  // namespace
 }  // namespace nacelle

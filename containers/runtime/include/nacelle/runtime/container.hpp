@@ -51,6 +51,26 @@ struct FaultHandling {
   friend bool operator==(const FaultHandling&, const FaultHandling&) = default;
 };
 
+/// A transform that a node broadcasts, or would while nobody else does.
+struct ClaimedFrame {
+  std::string node, parent, child;
+  FrameClaimKind kind = FrameClaimKind::Primary;
+  std::string origin;  ///< What one changes if it should not: "parameter publish_tf".
+};
+
+/// What a component's constructor has said of it, beside its endpoints and transforms.
+struct Declarations {
+  struct Value {
+    std::string name;
+    ParameterValue value;
+    bool given = false;  ///< By the composition; else the default.
+  };
+  std::vector<Value> parameters;
+  std::vector<std::string> unknown_parameters;  ///< Given, and nobody's.
+  std::vector<FrameUse> frame_uses;
+  std::vector<std::string> services;  ///< Full names of those that it offers.
+};
+
 /// What is to be made of a plugin.
 struct LoadRequest {
   std::string plugin;            ///< "nacelle::lidar::LidarComponent"
@@ -60,6 +80,8 @@ struct LoadRequest {
   std::vector<QosOverride> qos;
   ThreadPolicy thread;
   FaultHandling on_fault{};
+  /// Refused values are collected here, and the component is made with the defaults instead. Null: the first fails the load.
+  std::shared_ptr<ParameterFaults> faults{};
 };
 
 struct ComponentInfo {
@@ -72,6 +94,7 @@ struct ComponentInfo {
   /// Of load()'s answer only: parameters that were given and that the component does not have.
   std::vector<std::string> warnings{};
   bool actuator = false;  ///< It has registered a stop frame: it moves something.
+  std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
 };
 
 /// A component became faulted.
@@ -231,8 +254,10 @@ class Container final {
 
   /// Pairs that do not match, known since their second end was declared.
   [[nodiscard]] std::vector<ClashReport> clashes() const;
-  /// Frames that two nodes mean to broadcast.
+  /// Frames with two parents or two owners: both, and what makes each of them broadcast it.
   [[nodiscard]] std::vector<Problem> frame_conflicts() const;
+  /// Every transform that somebody has claimed, in the order of the claims.
+  [[nodiscard]] std::vector<ClaimedFrame> frames() const;
   /// How a topic is wired. `age` is what `late` counts from (within the histogram's 12.5 %).
   [[nodiscard]] WiringReport wiring(const std::string& topic, Duration age) const;
   /// The topics that a node publishes.

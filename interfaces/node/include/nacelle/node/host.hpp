@@ -76,7 +76,8 @@ class ClientHandle {
 /// How firmly a node means to broadcast a transform.
 enum class FrameClaimKind : std::uint8_t {
   Primary,   ///< Owns the frame; two of these for one child are an error of the composition.
-  Fallback,  ///< Owns it only while no primary claim exists (wheel odometry beside an EKF).
+  Fallback,  ///< Owns it only while no other claim exists (wheel odometry beside an EKF).
+  Fixed,     ///< As Primary, and the transform never changes: a fixed joint. A fallback beside it is an error, too.
 };
 
 /// A node's claim on the transform parent -> child. Every frame has one parent and one owner.
@@ -121,8 +122,9 @@ class NodeHost {
                                                                     ResponseCallback callback,
                                                                     const CallbackGroup::SharedPtr& group) = 0;
   [[nodiscard]] virtual CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) = 0;
+  /// `origin` says for people what makes the node broadcast it: "parameter publish_tf".
   [[nodiscard]] virtual std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
-                                                                FrameClaimKind kind) = 0;
+                                                                FrameClaimKind kind, const std::string& origin) = 0;
 
   /// One object per name and container, made by the first who asks. `make` must live in a library that is never unloaded.
   [[nodiscard]] virtual std::shared_ptr<void> shared_object(const std::string& name,

@@ -20,6 +20,11 @@
 
 namespace nacelle {
 
+/// A frame that a node's data is in, and the parameter that names it.
+struct FrameUse {
+  std::string frame, parameter;
+};
+
 /// A named participant of the graph, in rclcpp's words. Always active; most components are LifecycleNodes.
 ///
 /// Publishers, subscriptions, services, parameters and frames are declared in the constructor, which touches no hardware.
@@ -140,11 +145,23 @@ class Node {
   [[nodiscard]] const ParameterStore& parameters() const { return parameters_; }
   [[nodiscard]] ParameterStore& parameters() { return parameters_; }
 
-  /// Says that this node broadcasts the transform parent -> child.
+  /// Says that this node broadcasts the transform parent -> child; `origin` names what one changes if it should not, e.g.
+  /// "parameter publish_tf".
   std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
-                                          FrameClaimKind kind = FrameClaimKind::Primary) {
-    return host_->claim_frame(parent, child, kind);
+                                          FrameClaimKind kind = FrameClaimKind::Primary,
+                                          const std::string& origin = {}) {
+    return host_->claim_frame(parent, child, kind, origin);
   }
+
+  // For the constructor, so that a launch file can be checked without a robot (design D3):
+  /// Says that what this node publishes or computes is in `frame`, which `parameter` names: it has to be in the robot's tree.
+  void declare_frame_use(const std::string& frame, const std::string& parameter) {
+    frame_uses_.push_back({frame, parameter});
+  }
+  /// Says what is wrong with the parameters beyond type and range; on_configure refuses it, a check of the launch file shows it.
+  void declare_problem(const Problem& problem) const;
+  [[nodiscard]] const std::vector<FrameUse>& frame_uses() const { return frame_uses_; }
+
   /// The container's one object of that name, e.g. the transform buffer. `make` lives in a library that is never unloaded.
   template <typename T>
   std::shared_ptr<T> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) {
@@ -176,6 +193,7 @@ class Node {
   std::vector<RemapRule> remaps_;
   std::vector<QosOverride> qos_overrides_;
   ParameterStore parameters_;
+  std::vector<FrameUse> frame_uses_;
   std::unique_ptr<NodeHost> host_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,11 @@ class NodeOptions {
     overrides_[name] = std::move(value);
     return *this;
   }
+  /// Where refused values go, instead of an exception from the constructor; null for the exception.
+  NodeOptions& collect_parameter_faults(std::shared_ptr<ParameterFaults> faults) {
+    faults_ = std::move(faults);
+    return *this;
+  }
   NodeOptions& remap_rules(std::vector<RemapRule> rules) {
     remaps_ = std::move(rules);
     return *this;
@@ -57,6 +63,7 @@ class NodeOptions {
   [[nodiscard]] const std::string& node_name() const { return name_; }
   [[nodiscard]] const std::string& node_namespace() const { return namespace_; }
   [[nodiscard]] const std::map<std::string, ParameterValue>& parameter_overrides() const { return overrides_; }
+  [[nodiscard]] const std::shared_ptr<ParameterFaults>& parameter_faults() const { return faults_; }
   [[nodiscard]] const std::vector<RemapRule>& remap_rules() const { return remaps_; }
   [[nodiscard]] const std::vector<QosOverride>& qos_overrides() const { return qos_; }
 
@@ -64,6 +71,7 @@ class NodeOptions {
   Context* context_;
   std::string name_, namespace_;
   std::map<std::string, ParameterValue> overrides_;
+  std::shared_ptr<ParameterFaults> faults_;
   std::vector<RemapRule> remaps_;
   std::vector<QosOverride> qos_;
 };

@@ -4,12 +4,15 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <variant>
 #include <vector>
+
+#include "nacelle/base/guarded.hpp"
 
 namespace nacelle {
 
@@ -61,6 +64,14 @@ struct SetParametersResult {
   bool successful = true;
   std::string reason;
 };
+
+/// A value that a parameter cannot have, as the launch file gave it.
+struct ParameterFault {
+  std::string parameter;      ///< Its name; empty where several do not fit together.
+  std::string what, way_out;  ///< As in a Problem.
+};
+/// Where such faults go. Threads: any.
+using ParameterFaults = Guarded<std::vector<ParameterFault>>;
 
 /// A name with its value.
 class Parameter {
@@ -141,7 +152,10 @@ class ParameterStore {
  public:
   using OnSet = std::function<SetParametersResult(const std::vector<Parameter>&)>;
 
-  ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides);
+  /// With `faults`, declare() notes a refused override there and goes on with the default, so that whoever checks a launch file
+  /// sees all that is wrong; without, it throws at the first.
+  ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides,
+                 std::shared_ptr<ParameterFaults> faults = nullptr);
 
   const ParameterValue& declare(const std::string& name, ParameterValue value, ParameterType type,
                                 ParameterDescriptor descriptor);
@@ -152,6 +166,10 @@ class ParameterStore {
   SetParametersResult set_atomically(const std::vector<Parameter>& parameters);
   void undeclare(const std::string& name);
   [[nodiscard]] std::vector<std::string> list() const;
+  /// Notes a fault that declare() cannot see. Without `faults` nobody asks.
+  void note_fault(ParameterFault fault) const {
+    if (faults_) faults_->lock()->push_back(std::move(fault));
+  }
   void add_on_set(OnSet callback) { on_set_.push_back(std::move(callback)); }
 
   [[nodiscard]] const std::map<std::string, ParameterValue>& overrides() const { return overrides_; }
@@ -165,9 +183,11 @@ class ParameterStore {
     ParameterDescriptor descriptor;
   };
   [[nodiscard]] std::string refusal(const std::string& name, const Entry& entry, const ParameterValue& value) const;
+  void take_override(const std::string& name, Entry& entry, const ParameterValue& given) const;
 
   std::string node_;
   std::map<std::string, ParameterValue> overrides_;
+  std::shared_ptr<ParameterFaults> faults_;
   std::map<std::string, Entry> entries_;
   std::vector<OnSet> on_set_;
 };

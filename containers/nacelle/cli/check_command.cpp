@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "inert_launch.hpp"
+#include "nacelle/proof/drawing.hpp"
+#include "nacelle/launch/parameter_value.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+struct Wish {
+  std::string node, file, graph;
+  std::vector<std::string> arguments;
+  bool as_json = false;
+};
+
+json to_json(const proof::Finding& finding) {
+  return {{"severity", proof::to_text(finding.severity)},
+          {"about", proof::to_text(finding.about)},
+          {"where", finding.problem.where},
+          {"what", finding.problem.what},
+          {"way_out", finding.problem.way_out}};
+}
+
+int answer(const Wish& wish, const std::vector<proof::Finding>& findings, std::size_t components, std::size_t streams) {
+  const bool failed = proof::has_errors(findings);
+  if (wish.as_json) {
+    json rows = json::array();
+    for (const auto& finding : findings) rows.push_back(to_json(finding));
+    const char* const verdict = failed ? "error" : findings.empty() ? "ok" : "warning";
+    const json all{
+        {"verdict", verdict}, {"components", components}, {"streams", streams}, {"findings", std::move(rows)}};
+    std::printf("%s\n", all.dump(2).c_str());
+  } else {
+    for (const auto& finding : findings) std::printf("%s\n", finding.text().c_str());
+    std::printf("%s: %zu component%s, %zu stream%s: %s\n", wish.file.c_str(), components, components == 1 ? "" : "s",
+                streams, streams == 1 ? "" : "s", proof::summary(findings).c_str());
+  }
+  return failed ? kFailed : kDone;
+}
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Red are the ends of pairs that cannot talk.
+Result<void, Problem> write_graph(const std::string& path, runtime::Container& container) {
+  std::vector<std::string> bad;
+  for (const auto& clash : container.clashes()) {
+    bad.push_back(clash.topic + " " + clash.writer_node);
+    bad.push_back(clash.topic + " " + clash.reader_node);
+  }
+  const proof::Drawing drawing = proof::draw(proof::endpoints_of(container.graph()), bad);
+  std::ofstream file{path, std::ios::trunc};
+  file << (ends_with(path, ".svg") ? proof::to_svg(drawing) : proof::to_dot(drawing));
+  file.flush();
+  if (!file) return err(Problem{path, "the drawing cannot be written", "is the folder there, and yours?"});
+  return {};
+}
+
+int check_launch_file(const Wish& wish) {
+  if (!wish.graph.empty() && !ends_with(wish.graph, ".svg") && !ends_with(wish.graph, ".dot")) {
+    complain({"--graph " + wish.graph, "is neither an .svg nor a .dot file", "name it so, e.g. robot.svg"});
+    return kUsage;
+  }
+  const auto arguments = parse_or_complain(wish.arguments);
+  if (!arguments) return kUsage;
+  auto loaded = load_inert_launch(wish.file, *arguments);
+  if (!loaded) return answer(wish, proof::findings_of(loaded.error()), 0, 0);
+  const InertLaunch& robot = *loaded.value();
+  auto findings = proof::prove(robot.plan, robot.places, *robot.inert.container, robot.inert.loaded);
+  findings.insert(findings.end(), robot.inert.findings.begin(), robot.inert.findings.end());
+  if (!wish.graph.empty()) {
+    if (auto drawn = write_graph(wish.graph, *robot.inert.container); !drawn) return complain(drawn.error());
+  }
+  return answer(wish, findings, robot.plan.components.size(), stream_count(*robot.inert.container));
+}
+
+// --- params -------------------------------------------------------------------------------------------------------------
+
+struct Row {
+  std::string name, value, type, origin;
+};
+
+std::vector<Row> rows_of(const proof::LoadedComponent& component) {
+  std::vector<Row> rows;
+  for (const auto& parameter : component.declared->parameters) {
+    Row row{parameter.name, launch::to_text(parameter.value), launch::type_name(parameter.value), "default"};
+    for (const auto& given : component.plan->parameters) {
+      if (given.name == parameter.name) row.origin = given.where.text();
+    }
+    for (const auto& fault : component.faults) {
+      if (fault.parameter == parameter.name) row.origin = "default; the value of " + row.origin + " is refused";
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+int explain_parameters(const Wish& wish) {
+  const auto arguments = parse_or_complain(wish.arguments);
+  if (!arguments) return kUsage;
+  const auto loaded = load_inert_launch(wish.file, *arguments);
+  if (!loaded) {
+    for (const auto& problem : loaded.error()) complain(problem);
+    return kFailed;
+  }
+  const InertLaunch& robot = *loaded.value();
+  const proof::LoadedComponent* found = nullptr;
+  std::vector<std::string> names;
+  for (const auto& component : robot.inert.loaded) {
+    names.push_back(component.plan->full_name());
+    if (component.plan->full_name() == wish.node || component.plan->name == wish.node) found = &component;
+  }
+  if (found == nullptr) return complain({"node " + wish.node, "is not in " + wish.file, suggestion(wish.node, names)});
+  if (found->failure)
+    return complain(
+        {found->plan->where.text() + ": " + found->failure->where, found->failure->what, found->failure->way_out});
+  const std::vector<Row> rows = rows_of(*found);
+  if (wish.as_json) {
+    json all = json::array();
+    for (const auto& row : rows)
+      all.push_back({{"name", row.name}, {"value", row.value}, {"type", row.type}, {"origin", row.origin}});
+    std::printf("%s\n", json{{"node", found->plan->full_name()}, {"parameters", std::move(all)}}.dump(2).c_str());
+  } else {
+    std::size_t widest = 0;
+    for (const auto& row : rows) widest = std::max(widest, row.name.size() + row.value.size() + 2);
+    widest = std::min<std::size_t>(widest, 60);
+    for (const auto& row : rows) {
+      const std::string pair = row.name + ": " + (row.value.empty() ? "(not set)" : row.value);
+      std::printf("%-*s  # %s\n", static_cast<int>(widest), pair.c_str(), row.origin.c_str());
+    }
+  }
+  // Those that go nowhere are not in the list, and just what somebody who asks is looking for.
+  for (const auto& name : found->declared->unknown_parameters)
+    complain({proof::place_of_parameter(*found->plan, name),
+              found->plan->full_name() + " has no parameter '" + name + "'", "see `nacelle check`"});
+  return kDone;
+}
+
+}  // namespace
+
+void add_check_commands(CLI::App& app, int& exit_code) {
+  const auto wish = std::make_shared<Wish>();
+  CLI::App* const check = app.add_subcommand("check", "prove a launch file before anything moves");
+  check->add_option("launch_file", wish->file, "a .launch.yaml or .launch.xml file")->required();
+  check->add_option("arguments", wish->arguments, "name:=value for its arguments");
+  check->add_flag("--json", wish->as_json, "print one JSON object: verdict, findings");
+  check->add_option("--graph", wish->graph, "draw the pipeline with the QoS on its edges, to FILE.svg or FILE.dot");
+  check->footer(
+      "Makes every component, which declares what it needs and touches no hardware, and looks at types, quality of\n"
+      "service, parameters, frames, order, remaps, libraries, programs and budgets. `nacelle launch` does the same "
+      "first.\n"
+      "Exit codes: 0 sound (there may be warnings), 1 an error was found, 2 wrong usage.");
+  check->callback([wish, &exit_code] { exit_code = check_launch_file(*wish); });
+
+  CLI::App* const params = app.add_subcommand("params", "where the parameters of a launch file come from");
+  params->add_option("--explain", wish->node, "the node whose parameters are shown, each with its file and line")
+      ->required();
+  params->add_option("launch_file", wish->file, "a .launch.yaml or .launch.xml file")->required();
+  params->add_option("arguments", wish->arguments, "name:=value for its arguments");
+  params->add_flag("--json", wish->as_json, "print one JSON object: node, parameters");
+  params->footer("Exit codes: 0 shown, 1 there is no such node or file, 2 wrong usage.");
+  params->callback([wish, &exit_code] { exit_code = explain_parameters(*wish); });
+}
+
+}  // namespace nacelle::cli

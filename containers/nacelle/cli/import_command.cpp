@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "commands.hpp"
+#include "nacelle/ros_import/ros_import.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kLargestFile = 1U << 20U;  // as for a launch file's parameter files
+
+struct Wish {
+  std::vector<std::string> files;
+  std::string output;
+  bool as_json = false;
+};
+
+std::optional<std::string> text_of(const std::string& path) {
+  std::ifstream file{path, std::ios::binary};
+  std::string text(kLargestFile + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!file.eof() || file.bad()) return std::nullopt;
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
+}
+
+std::string header(const Wish& wish) { return "# Written by `nacelle import " + join(wish.files, " ") + "`.\n"; }
+
+int run(const Wish& wish) {
+  ros_import::Imported imported;
+  bool failed = false;
+  for (const auto& path : wish.files) {
+    const auto text = text_of(path);
+    if (!text) {
+      complain({path, "cannot be read, or has more than 1 MiB", "give a ROS 2 parameter file"});
+      failed = true;
+      continue;
+    }
+    const auto done = ros_import::import_file(*text, path, imported);
+    if (done) continue;
+    for (const auto& problem : done.error()) complain(problem);
+    failed = true;
+  }
+  if (failed) return kFailed;
+  const std::string yaml = header(wish) + imported.yaml();
+  if (!wish.output.empty()) {
+    std::ofstream file{wish.output, std::ios::trunc};
+    file << yaml;
+    file.flush();
+    if (!file) return complain({wish.output, "cannot be written", "is the folder there, and yours?"});
+  }
+  if (wish.as_json) {
+    json rows = json::array();
+    for (const auto& note : imported.notes)
+      rows.push_back({{"fate", ros_import::to_text(note.fate)},
+                      {"where", note.where},
+                      {"node", note.node},
+                      {"key", note.key},
+                      {"text", note.text}});
+    std::printf("%s\n", json{{"parameters", yaml}, {"keys", std::move(rows)}}.dump(2).c_str());
+    return kDone;
+  }
+  if (wish.output.empty()) std::fputs(yaml.c_str(), stdout);
+  for (const auto& note : imported.notes) std::fprintf(stderr, "%s\n", note.line().c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_import_command(CLI::App& app, int& exit_code) {
+  const auto wish = std::make_shared<Wish>();
+  CLI::App* const command = app.add_subcommand("import", "make a parameter file of ones written for ROS 2 drivers");
+  command
+      ->add_option("files", wish->files,
+                   "parameter files of diff_drive_controller and ros2_control, robot_localization,\n"
+                   "teleop_twist_joy, v4l2_camera, usb_cam or an LD06 driver")
+      ->required();
+  command->add_option("-o,--output", wish->output, "write the parameters to this file instead of to stdout");
+  command->add_flag("--json", wish->as_json, "print one JSON object: parameters, keys");
+  command->footer(
+      "What became of each key goes to stderr, a line each: kept, translated, dropped, doubted, or added (ROS's "
+      "default\n"
+      "where Nacelle's is another). A doubted one needs a person; where it is written at all, it may be as a comment.\n"
+      "Exit codes: 0 done, 1 a file is no parameter file, 2 wrong usage.");
+  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/proof/proof.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+
+/// A launch file's plan with its components made and nothing started: what `check`, `qos check` and `params` look at.
+struct InertLaunch {
+  SystemClock clock;
+  launch::Plan plan;
+  session::ProgramPlaces places;
+  proof::InertRobot inert;
+};
+
+/// The words `name:=value`; nothing, and said on stderr, if one is none.
+[[nodiscard]] std::optional<std::map<std::string, std::string>> parse_or_complain(
+    const std::vector<std::string>& words);
+/// Errors: every problem of the launch file.
+[[nodiscard]] Result<std::unique_ptr<InertLaunch>, std::vector<Problem>> load_inert_launch(
+    const std::string& file, const std::map<std::string, std::string>& arguments);
+[[nodiscard]] std::size_t stream_count(const runtime::Container& container);
+
+}  // namespace nacelle::cli

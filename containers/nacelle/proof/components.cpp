@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rules about what the plan starts: programs, plugins, parameters.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "nacelle/proof/rules.hpp"
+#include "nacelle/session/load_request.hpp"
+
+namespace nacelle::proof {
+namespace {
+
+/// As posix_spawnp() will look for it: in PATH, or where the program is to work.
+bool can_be_found(const session::ProgramSpec& spec) {
+  if (spec.path.find('/') != std::string::npos) {
+    const bool relative = spec.path.front() != '/' && !spec.working_directory.empty();
+    return ::access((relative ? spec.working_directory + "/" + spec.path : spec.path).c_str(), X_OK) == 0;
+  }
+  const char* const path = std::getenv("PATH");
+  const std::string all = path == nullptr ? "/bin:/usr/bin" : path;
+  for (std::size_t begin = 0; begin <= all.size();) {
+    const std::size_t end = std::min(all.find(':', begin), all.size());
+    if (::access((all.substr(begin, end - begin) + "/" + spec.path).c_str(), X_OK) == 0) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+/// Constructors that throw say "node /x, parameter y: ..."; one that is the plan's is found in its file.
+std::string place_named_in(const launch::ComponentPlan& plan, const std::string& text) {
+  constexpr std::string_view kWord = "parameter ";
+  if (const auto at = text.find(kWord); at != std::string::npos) {
+    const std::size_t from = at + kWord.size();
+    return place_of_parameter(plan, text.substr(from, text.find_first_of(" ,:", from) - from));
+  }
+  // A file that is missing is told by its name: where the plan names it.
+  for (const auto& given : plan.parameters) {
+    const auto* const value = std::get_if<std::string>(&given.value);
+    if (value != nullptr && value->size() > 1 && text.find(*value) != std::string::npos) return given.where.text();
+  }
+  return plan.where.text();
+}
+
+}  // namespace
+
+Severity severity_of(const launch::ComponentPlan& plan) { return plan.required ? Severity::Error : Severity::Warning; }
+
+void check_programs(Evidence& evidence) {
+  for (const auto& program : evidence.plan.programs) {
+    const auto spec = session::program_spec_of(program, evidence.places.program, evidence.places.prefixes);
+    if (!spec) {
+      evidence.find(About::Program, spec.error());
+    } else if (!can_be_found(spec.value())) {
+      evidence.find(About::Program,
+                    {program.where.text(), "there is no program '" + spec.value().path + "' that could be started",
+                     "is it installed, and in PATH?"});
+    }
+  }
+}
+
+void check_components(Evidence& evidence) {
+  for (const LoadedComponent& component : evidence.loaded) {
+    check_parameters(component, evidence);
+    // A constructor that stumbles over a default in the place of a refused value would tell a consequence.
+    if (!component.failure || !component.faults.empty()) continue;
+    const Problem& failure = *component.failure;
+    evidence.find(About::Plugin,
+                  {place_named_in(*component.plan, failure.what), failure.where + ": " + failure.what, failure.way_out},
+                  severity_of(*component.plan));
+  }
+}
+
+void check_parameters(const LoadedComponent& component, Evidence& evidence) {
+  const launch::ComponentPlan& plan = *component.plan;
+  const std::string node = plan.full_name();
+  for (const ParameterFault& fault : component.faults) {
+    std::string what = fault.what;
+    if (what.ends_with('.')) what.pop_back();
+    const bool named = fault.parameter.empty() || what.find(fault.parameter) != std::string::npos;
+    evidence.find(About::Parameter,
+                  {fault.parameter.empty() ? place_named_in(plan, what) : place_of_parameter(plan, fault.parameter),
+                   node + (named ? ": " : ": parameter '" + fault.parameter + "': ") + what, fault.way_out},
+                  severity_of(plan));
+  }
+  if (!component.declared) return;
+  std::vector<std::string> known;
+  for (const auto& parameter : component.declared->parameters) known.push_back(parameter.name);
+  for (const auto& name : component.declared->unknown_parameters) {
+    if (std::ranges::find(component.faults, name, &ParameterFault::parameter) != component.faults.end()) continue;
+    const bool is_qos = name.starts_with("qos_overrides.");
+    evidence.find(
+        About::Parameter,
+        {place_of_parameter(plan, name), node + " has no parameter '" + name + "'",
+         is_qos ? "a launch file's `qos:` changes the quality of service of a topic" : suggestion(name, known)},
+        severity_of(plan));
+  }
+}
+
+void check_sections(Evidence& evidence) {
+  std::vector<std::string> nodes;
+  for (const auto& component : evidence.plan.components) {
+    nodes.push_back(component.full_name());
+    nodes.push_back(component.name);
+  }
+  for (const auto& section : evidence.plan.unused_sections) {
+    // Files hold sections of nodes that run elsewhere; one that is nearly a node of this plan is a slip of the pen.
+    const std::string near = nearest_name(section.pattern, nodes);
+    evidence.find(
+        About::Parameter,
+        {section.where.text(), "the parameters for '" + section.pattern + "' go to nobody: there is no such node",
+         near.empty() ? "leave them out, or give the node that name" : "did you mean '" + near + "'?"},
+        near.empty() ? Severity::Warning : Severity::Error);
+  }
+}
+
+}  // namespace nacelle::proof

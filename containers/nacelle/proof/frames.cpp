@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rules about transforms: every frame has one parent, and all of them hang together.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "nacelle/proof/rules.hpp"
+
+namespace nacelle::proof {
+namespace {
+
+using runtime::ClaimedFrame;
+
+std::string place_of_claim(const launch::Plan& plan, const ClaimedFrame& claim) {
+  const launch::ComponentPlan* const component = plan.find(claim.node);
+  if (component == nullptr) return claim.node;
+  constexpr std::string_view kParameter = "parameter ";
+  if (claim.origin.starts_with(kParameter))
+    return place_of_parameter(*component, claim.origin.substr(kParameter.size()));
+  // A joint of the description stands in the file that a parameter names.
+  return place_of_parameter(*component, "robot_description_file");
+}
+
+std::string namespace_of(const std::string& node) { return node.substr(0, node.rfind('/')); }
+
+/// A part of the forest: frames that transforms join.
+struct Tree {
+  std::set<std::string> frames, namespaces;
+  std::vector<const ClaimedFrame*> claims;
+};
+
+std::vector<Tree> trees_of(const std::vector<ClaimedFrame>& claims) {
+  std::vector<Tree> trees;
+  for (const ClaimedFrame& claim : claims) {
+    Tree joined;
+    joined.frames = {claim.parent, claim.child};
+    joined.namespaces = {namespace_of(claim.node)};
+    joined.claims = {&claim};
+    std::erase_if(trees, [&](Tree& tree) {
+      if (tree.frames.count(claim.parent) == 0 && tree.frames.count(claim.child) == 0) return false;
+      joined.frames.merge(tree.frames);
+      joined.namespaces.merge(tree.namespaces);
+      joined.claims.insert(joined.claims.begin(), tree.claims.begin(), tree.claims.end());
+      return true;
+    });
+    trees.push_back(std::move(joined));
+  }
+  return trees;
+}
+
+std::string first_of(const Tree& tree) {
+  const ClaimedFrame& claim = *tree.claims.front();
+  return "'" + claim.parent + "' -> '" + claim.child + "' (" + claim.node +
+         (claim.origin.empty() ? "" : ", " + claim.origin) + ")";
+}
+
+/// The pair of names that are most alike, as a question.
+std::string likely_slip(const Tree& small, const Tree& large) {
+  const std::vector<std::string> names{large.frames.begin(), large.frames.end()};
+  for (const auto& frame : small.frames) {
+    if (const auto near = nearest_name(frame, names); !near.empty())
+      return "did you mean '" + near + "' where '" + frame + "' is written?";
+  }
+  return "name a frame of the other one as parent or child, or broadcast a transform between them";
+}
+
+void check_tree(const std::vector<ClaimedFrame>& claims, Evidence& evidence) {
+  std::vector<Tree> trees = trees_of(claims);
+  std::ranges::stable_sort(trees, [](const Tree& a, const Tree& b) { return a.frames.size() > b.frames.size(); });
+  for (std::size_t i = 1; i < trees.size(); ++i) {
+    // Robots in namespaces of their own have trees of their own.
+    std::vector<std::string> shared;
+    std::ranges::set_intersection(trees[0].namespaces, trees[i].namespaces, std::back_inserter(shared));
+    if (shared.empty()) continue;
+    evidence.find(About::Frame, {place_of_claim(evidence.plan, *trees[i].claims.front()),
+                                 "the frames are no one tree: " + first_of(trees[i]) + " does not meet the tree of " +
+                                     first_of(trees[0]),
+                                 likely_slip(trees[i], trees[0])});
+  }
+}
+
+void check_circles(const std::vector<ClaimedFrame>& claims, Evidence& evidence) {
+  std::map<std::string, const ClaimedFrame*> above;
+  for (const auto& claim : claims) above.emplace(claim.child, &claim);
+  std::set<std::string> done;
+  for (const auto& [frame, claim] : above) {
+    std::vector<std::string> path;
+    std::string at = frame;
+    while (above.count(at) != 0 && done.count(at) == 0 && std::ranges::find(path, at) == path.end()) {
+      path.push_back(at);
+      at = above.at(at)->parent;
+    }
+    const auto begin = std::ranges::find(path, at);
+    if (begin != path.end()) {
+      std::string text = "'" + at + "'";
+      for (auto step = begin; step != path.end(); ++step) text += " is below '" + above.at(*step)->parent + "'";
+      const ClaimedFrame& last = *above.at(at);
+      evidence.find(About::Frame, {place_of_claim(evidence.plan, last), "frames go round in a circle: " + text,
+                                   "change " + (last.origin.empty() ? last.node : last.origin + " of " + last.node)});
+    }
+    done.insert(path.begin(), path.end());
+  }
+}
+
+}  // namespace
+
+void check_frames(Evidence& evidence) {
+  const std::vector<ClaimedFrame> claims = evidence.container.frames();
+  if (claims.empty()) return;  // whoever knows where things are, it is not this plan
+  for (auto& conflict : evidence.container.frame_conflicts()) {
+    std::string where = conflict.where;
+    for (const auto& claim : claims) {
+      if (conflict.where != "frame '" + claim.child + "'") continue;
+      where = place_of_claim(evidence.plan, claim);
+      // A joint's line is not known: the other end's is more use.
+      if (claim.kind != FrameClaimKind::Fixed) break;
+    }
+    evidence.find(About::Frame, {where, conflict.where + " " + conflict.what, conflict.way_out});
+  }
+  check_circles(claims, evidence);
+  check_tree(claims, evidence);
+  std::set<std::string> frames;
+  for (const auto& claim : claims) frames.insert({claim.parent, claim.child});
+  // Where there is no description, somebody tries a part of a robot: worth a word, and no reason not to.
+  const bool described =
+      std::ranges::any_of(claims, [](const ClaimedFrame& claim) { return claim.kind == FrameClaimKind::Fixed; });
+  for (const LoadedComponent& component : evidence.loaded) {
+    if (!component.declared) continue;
+    for (const FrameUse& use : component.declared->frame_uses) {
+      if (use.frame.empty() || frames.count(use.frame) != 0) continue;
+      evidence.find(About::Frame, {place_of_parameter(*component.plan, use.parameter),
+                                   component.plan->full_name() + ": parameter '" + use.parameter +
+                                       "' names the frame '" + use.frame + "', which nobody broadcasts",
+                                   suggestion(use.frame, {frames.begin(), frames.end()})},
+                    described ? Severity::Error : Severity::Warning);
+    }
+  }
+}
+
+}  // namespace nacelle::proof

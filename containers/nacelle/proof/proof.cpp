@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/proof/proof.hpp"
+
+#include <set>
+
+#include "nacelle/proof/rules.hpp"
+#include "nacelle/session/load_request.hpp"
+
+namespace nacelle::proof {
+namespace {
+
+/// What an isolated component would only find among components of its own process: told without starting that process.
+std::optional<Problem> tied(const launch::ComponentPlan& plan, const session::ProgramPlaces& places,
+                            const Clock& clock) {
+  runtime::ContainerOptions options;
+  options.name = "check";
+  options.component_path = places.component_folders;
+  runtime::Container alone{std::move(options), clock};
+  auto request = session::load_request_of(plan);
+  request.faults = std::make_shared<ParameterFaults>();
+  if (!alone.load(request)) return std::nullopt;  // told by the load that counts
+  const auto ties = alone.ties();
+  if (ties.empty()) return std::nullopt;
+  return Problem{plan.where.text(),
+                 plan.full_name() + " cannot be isolated: it " + join(ties, ", it ") + ", which ends at its process",
+                 "leave isolate: process out"};
+}
+
+/// Each message is copied once for every node of another process; here all nodes are in one, so it is counted from the plan.
+std::vector<Finding> copies_between_processes(const launch::Plan& plan, runtime::Container& container) {
+  const auto process_of = [&](const std::string& node) {
+    const launch::ComponentPlan* const component = plan.find(node);
+    return component != nullptr && component->isolate == launch::Isolation::Process ? node : std::string{};
+  };
+  const std::vector<Endpoint> endpoints = endpoints_of(container.graph());
+  std::vector<Finding> findings;
+  for (const auto& budget : stream_budgets(plan, container)) {
+    if (!budget.max_copies) continue;
+    std::set<std::string> apart;
+    for (const auto& writer : endpoints) {
+      if (writer.topic != budget.topic || !writer.publishes) continue;
+      for (const auto& reader : endpoints) {
+        if (reader.topic == budget.topic && !reader.publishes && process_of(reader.node) != process_of(writer.node))
+          apart.insert(reader.node);
+      }
+    }
+    const std::uint64_t here = container.wiring(budget.topic, Duration::max()).copies;
+    if (here > *budget.max_copies || here + apart.size() <= *budget.max_copies)
+      continue;  // told without isolation, or kept
+    findings.push_back(
+        {Severity::Error,
+         About::Budget,
+         {budget.where,
+          "max_copies " + std::to_string(*budget.max_copies) + " of " + budget.topic +
+              " cannot be kept: between processes each message is copied for " + join({apart.begin(), apart.end()}),
+          "leave `isolate: process` out, or allow the copies"}});
+  }
+  return findings;
+}
+
+}  // namespace
+
+std::string place_of_parameter(const launch::ComponentPlan& plan, const std::string& parameter) {
+  for (const auto& given : plan.parameters) {
+    if (given.name == parameter) return given.where.text();
+  }
+  return plan.where.text();
+}
+
+session::TopicEnds Evidence::ends_of(const LoadedComponent& component) const {
+  session::TopicEnds ends;
+  const std::string node = component.plan->full_name();
+  for (const auto& endpoint : endpoints) {
+    if (endpoint.node == node) (endpoint.publishes ? ends.published : ends.subscribed).insert(endpoint.topic);
+  }
+  if (component.declared)
+    ends.services.insert(component.declared->services.begin(), component.declared->services.end());
+  return ends;
+}
+
+std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlaces& places,
+                           runtime::Container& container, const std::vector<LoadedComponent>& loaded) {
+  Evidence evidence{plan, places, container, loaded, endpoints_of(container.graph())};
+  check_programs(evidence);
+  check_components(evidence);
+  check_sections(evidence);
+  check_pairs(evidence);
+  check_topics(evidence);
+  check_budgets(evidence);
+  check_frames(evidence);
+  check_order(evidence);
+  return std::move(evidence.findings);
+}
+
+InertRobot make_inert(const launch::Plan& plan, const session::ProgramPlaces& places, const Clock& clock) {
+  InertRobot robot;
+  runtime::ContainerOptions options;
+  options.name = plan.container.name.empty() ? "check" : plan.container.name;
+  options.component_path = places.component_folders;
+  robot.container = std::make_unique<runtime::Container>(std::move(options), clock);
+  for (const auto& component : plan.components) {
+    auto request = session::load_request_of(component);
+    request.thread = {};  // no callback will run: one thread does
+    request.faults = std::make_shared<ParameterFaults>();
+    const auto made = robot.container->load(request);
+    LoadedComponent& entry = robot.loaded.emplace_back();
+    entry.plan = &component;
+    if (made) entry.declared = made.value().declared;
+    if (!made) entry.failure = made.error();
+    entry.faults = *request.faults->lock();
+    if (component.isolate != launch::Isolation::Process) continue;
+    if (auto problem = tied(component, places, clock))
+      robot.findings.push_back({component.required ? Severity::Error : Severity::Warning, About::Plugin, *problem});
+  }
+  auto copies = copies_between_processes(plan, *robot.container);
+  robot.findings.insert(robot.findings.end(), copies.begin(), copies.end());
+  return robot;
+}
+
+}  // namespace nacelle::proof

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "nacelle/proof/declared_graph.hpp"
+#include "nacelle/proof/proof.hpp"
+#include "nacelle/session/wiring.hpp"
+
+namespace nacelle::proof {
+
+/// What the rules look at, and where they put what they find. Each rule is a function; proof.cpp calls them in this order.
+struct Evidence {
+  const launch::Plan& plan;
+  const session::ProgramPlaces& places;
+  runtime::Container& container;
+  const std::vector<LoadedComponent>& loaded;
+  const std::vector<Endpoint> endpoints;
+  std::vector<Finding> findings{};
+
+  void find(About about, Problem problem, Severity severity = Severity::Error) {
+    findings.push_back({severity, about, std::move(problem)});
+  }
+  [[nodiscard]] session::TopicEnds ends_of(const LoadedComponent& component) const;
+};
+
+/// A launch goes on without a component that is not required.
+[[nodiscard]] Severity severity_of(const launch::ComponentPlan& plan);
+
+// components.cpp
+void check_programs(Evidence& evidence);
+void check_components(Evidence& evidence);
+void check_parameters(const LoadedComponent& component, Evidence& evidence);
+void check_sections(Evidence& evidence);
+// streams.cpp
+void check_pairs(Evidence& evidence);
+void check_topics(Evidence& evidence);
+void check_budgets(Evidence& evidence);
+void check_order(Evidence& evidence);
+// frames.cpp
+void check_frames(Evidence& evidence);
+
+}  // namespace nacelle::proof

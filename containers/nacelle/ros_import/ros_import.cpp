@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/ros_import/ros_import.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "nacelle/base/names.hpp"
+#include "nacelle/ros_import/drivers.hpp"
+
+namespace nacelle::ros_import {
+namespace {
+
+using launch::Parameter;
+using launch::ParameterSection;
+using launch::ParameterValue;
+
+// Recursion of patterns and distances of names cost more for longer ones; no parameter has such a name.
+constexpr std::size_t kLongestName = 200;
+
+std::vector<std::string> words_of(std::string_view text) {
+  std::vector<std::string> words;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    if (end > at) words.emplace_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return words;
+}
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// "/robot1/ekf_filter_node" is "/robot1/" and "ekf_filter_node".
+std::pair<std::string, std::string> split_name(const std::string& pattern) {
+  const std::size_t slash = pattern.rfind('/');
+  if (slash == std::string::npos) return {"", pattern};
+  std::string prefix = pattern.substr(0, slash + 1);
+  // A wildcard, or what no namespace may be called, is no place to put a node.
+  if (prefix == "/" || !validate_namespace(prefix.substr(0, slash))) prefix.clear();
+  return {prefix, pattern.substr(slash + 1)};
+}
+
+/// The driver whose keys these are; among equals the one whose name the node has. Null if nothing fits.
+const Driver* driver_of(const ParameterSection& section) {
+  const std::string name = lower(split_name(section.pattern).second);
+  const Driver* best = nullptr;
+  std::size_t best_score = 0;
+  for (const Driver& driver : drivers()) {
+    std::size_t score = 0;
+    for (const auto& word : words_of(driver.node_words)) {
+      if (name.find(word) != std::string::npos) score = 5;
+    }
+    // A table of '*' fits everything and proves nothing.
+    for (const auto& parameter : section.parameters) {
+      const Key* const key = find_key(driver, parameter.name);
+      if (key != nullptr && key->name.front() != '*') score += 2;
+    }
+    if (score > best_score) {
+      best = &driver;
+      best_score = score;
+    }
+  }
+  return best;
+}
+
+class Translator {
+ public:
+  Translator(const Driver& driver, const ParameterSection& section, Imported& into)
+      : driver_(driver), section_(section), into_(into), prefix_(split_name(section.pattern).first) {}
+
+  void run() {
+    for (const Parameter& parameter : section_.parameters) translate(parameter);
+    write_image_size();
+    for (const Default& standard : driver_.defaults) add_default(standard);
+  }
+
+ private:
+  void note(Fate fate, const Parameter& parameter, std::string text) {
+    into_.notes.push_back({fate, parameter.where.text(), section_.pattern, parameter.name, std::move(text)});
+  }
+  NodeSection& node(const std::string& name) {
+    const std::string full = prefix_ + name;
+    for (auto& known : into_.nodes) {
+      if (known.name == full) return known;
+    }
+    return into_.nodes.emplace_back(NodeSection{full, {}});
+  }
+  void put(const std::string& to_node, Line line) {
+    auto& lines = node(to_node).lines;
+    const auto known =
+        std::ranges::find_if(lines, [&](const Line& other) { return other.name == line.name && other.doubt.empty(); });
+    if (known != lines.end() && line.doubt.empty()) {
+      *known = std::move(line);  // as in ROS: the later one wins
+    } else {
+      lines.push_back(std::move(line));
+    }
+  }
+  [[nodiscard]] std::vector<std::string> nodes_of(const Key& key) const {
+    return words_of(key.nodes.empty() ? driver_.nacelle_node : key.nodes);
+  }
+
+  void translate(const Parameter& parameter) {
+    const Key* key = find_key(driver_, parameter.name);
+    if (key == nullptr) key = find_common_key(parameter.name);
+    if (key == nullptr) return unknown(parameter);
+    if (key->fate == Fate::Dropped) return note(Fate::Dropped, parameter, std::string{key->text});
+    const bool is_kept = key->fate == Fate::Kept || key->fate == Fate::Translated || !key->nodes.empty();
+    if (!is_kept) return doubt(*key, parameter);
+    if (driver_.name == "robot_localization" && key->fate == Fate::Kept && key->text.starts_with("Nacelle's filter") &&
+        parameter.value == ParameterValue{true}) {
+      return note(Fate::Doubted, parameter, std::string{key->text} + ": left out");
+    }
+    if (std::holds_alternative<std::monostate>(parameter.value)) return note(Fate::Dropped, parameter, "has no value");
+    Line line{name_in_nacelle(*key, parameter.name), parameter.value, ""};
+    if (!change_form(*key, parameter, line)) return;
+    std::vector<std::string> targets = nodes_of(*key);
+    if (targets.empty()) return note(Fate::Dropped, parameter, "the node that it is for has no counterpart");
+    std::string said;
+    for (const auto& target : targets) {
+      put(target, line);
+      said += (said.empty() ? "" : " and ") + prefix_ + target + "." + line.name;
+    }
+    said += ": " + launch::to_text(line.value);
+    if (!key->text.empty()) said += fmt::format(" ({})", key->text);
+    const Fate fate = key->fate == Fate::Doubted ? Fate::Doubted
+                      : key->fate == Fate::Kept && line.name == parameter.name && line.value == parameter.value
+                          ? Fate::Kept
+                          : Fate::Translated;
+    note(fate, parameter, std::move(said));
+  }
+
+  /// Keys that are harmless at their usual value and matter at the other one.
+  void doubt(const Key& key, const Parameter& parameter) {
+    const bool usual =
+        (key.name == "open_loop" && parameter.value == ParameterValue{false}) ||
+        (key.name == "position_feedback" && parameter.value == ParameterValue{true}) ||
+        (key.name == "disabled_at_startup" && parameter.value == ParameterValue{false}) ||
+        (std::get_if<std::string>(&parameter.value) != nullptr && std::get<std::string>(parameter.value).empty());
+    note(usual ? Fate::Dropped : Fate::Doubted, parameter,
+         usual ? "at its default, which is what Nacelle does" : std::string{key.text});
+  }
+
+  void unknown(const Parameter& parameter) {
+    std::vector<std::string> names;
+    for (const Key& key : driver_.keys) {
+      if (key.name.find('*') != std::string_view::npos || key.fate == Fate::Dropped) continue;
+      std::string name{key.name};
+      // As it would be written here: odom# with the number of the misspelt key.
+      const std::size_t digit = parameter.name.find_first_of("0123456789");
+      if (const std::size_t hash = name.find('#'); hash != std::string::npos)
+        name.replace(hash, 1, 1, digit == std::string::npos ? '0' : parameter.name[digit]);
+      names.push_back(std::move(name));
+    }
+    const std::string near = parameter.name.size() > kLongestName ? std::string{} : nearest_name(parameter.name, names);
+    if (near.empty())
+      return note(Fate::Doubted, parameter, fmt::format("{} has no such key: ROS ignores it, too", driver_.name));
+    note(Fate::Doubted, parameter,
+         fmt::format("{} has no such key and ignores it; did you mean '{}'?", driver_.name, near));
+    const Key* const key = find_key(driver_, near);
+    if (key == nullptr || (key->fate == Fate::Doubted && key->nodes.empty())) return;
+    for (const auto& target : nodes_of(*key))
+      put(target, {name_in_nacelle(*key, near), parameter.value, fmt::format("'{}' in the file", parameter.name)});
+  }
+
+  static std::string name_in_nacelle(const Key& key, const std::string& name) {
+    if (key.to.empty()) return name;
+    std::string to{key.to};
+    const std::size_t digit = name.find_first_of("0123456789");
+    if (const std::size_t hash = to.find('#'); hash != std::string::npos && digit != std::string::npos) {
+      const std::size_t end = std::min(name.find_first_not_of("0123456789", digit), name.size());
+      to.replace(hash, 1, name.substr(digit, end - digit));
+    }
+    return to;
+  }
+
+  /// False: told, and there is nothing to write.
+  bool change_form(const Key& key, const Parameter& parameter, Line& line) {
+    if (key.to == "left_wheel_names" || key.to == "right_wheel_names") {
+      if (const auto* const one = std::get_if<std::string>(&line.value)) line.value = std::vector<std::string>{*one};
+    }
+    if (driver_.name == "usb_cam") return change_usb_cam(key, parameter, line);
+    if (key.name == "lidar.model") return change_model(parameter, line);
+    if (key.name == "lidar.rot_verse") {
+      const auto* const word = std::get_if<std::string>(&line.value);
+      if (word == nullptr || (lower(*word) != "cw" && lower(*word) != "ccw")) {
+        note(Fate::Doubted, parameter, "is neither CW nor CCW; laser_scan_dir: true is counter-clockwise");
+        return false;
+      }
+      line.value = lower(*word) == "ccw";
+    }
+    if (key.name == "cmd_vel_timeout") {
+      const auto* const whole = std::get_if<std::int64_t>(&line.value);
+      const double seconds = whole != nullptr                              ? static_cast<double>(*whole)
+                             : std::get_if<double>(&line.value) != nullptr ? std::get<double>(line.value)
+                                                                           : 0.0;
+      if (seconds > 60.0)
+        note(Fate::Doubted, parameter, fmt::format("{:g} s are no timeout: are these milliseconds?", seconds));
+    }
+    return true;
+  }
+
+  bool change_model(const Parameter& parameter, Line& line) {
+    const auto* const model = std::get_if<std::string>(&line.value);
+    if (model != nullptr && (*model == "LDLiDAR_LD06" || *model == "LDLiDAR_LD19")) return true;
+    note(Fate::Doubted, parameter, "Nacelle reads LDLiDAR_LD06 and LDLiDAR_LD19");
+    return false;
+  }
+
+  bool change_usb_cam(const Key& key, const Parameter& parameter, Line& line) {
+    const auto* const whole = std::get_if<std::int64_t>(&line.value);
+    if (key.name == "image_width" || key.name == "image_height") {
+      auto& side = key.name == "image_width" ? width_ : height_;
+      if (whole == nullptr) {
+        note(Fate::Doubted, parameter, "is no whole number of pixels");
+      } else {
+        side = *whole;
+        note(Fate::Translated, parameter, "one side of camera.image_size");
+      }
+      return false;
+    }
+    if (key.name == "framerate") return change_framerate(parameter, line);
+    if (key.name == "pixel_format") return change_pixel_format(parameter, line);
+    const bool is_control = key.text == kControlText;
+    if (is_control && whole != nullptr && *whole == -1) {
+      note(Fate::Dropped, parameter, "-1: the camera's own value stays");
+      return false;
+    }
+    return true;
+  }
+
+  bool change_framerate(const Parameter& parameter, Line& line) {
+    double hz = 0;
+    if (const auto* const number = std::get_if<double>(&line.value)) hz = *number;
+    if (const auto* const number = std::get_if<std::int64_t>(&line.value)) hz = static_cast<double>(*number);
+    if (!(hz >= 0.1 && hz <= 1000.0)) {
+      note(Fate::Doubted, parameter, "is no rate in Hz");
+      return false;
+    }
+    // 29.97 is 1000/29970 s.
+    const bool is_whole = std::abs(hz - std::round(hz)) < 1e-6;
+    line.value = is_whole ? std::vector<std::int64_t>{1, std::llround(hz)}
+                          : std::vector<std::int64_t>{1000, std::llround(hz * 1000)};
+    return true;
+  }
+
+  /// usb_cam names what it reads and what it makes of it in one word.
+  bool change_pixel_format(const Parameter& parameter, Line& line) {
+    static const std::map<std::string, std::pair<const char*, const char*>> kFormats{
+        {"yuyv", {"YUYV", "yuyv"}},     {"yuyv2rgb", {"YUYV", "rgb8"}},  {"uyvy", {"UYVY", "uyvy"}},
+        {"uyvy2rgb", {"UYVY", "rgb8"}}, {"mjpeg2rgb", {"MJPG", "rgb8"}}, {"mjpeg", {"MJPG", "rgb8"}},
+        {"rgb8", {"RGB3", "rgb8"}},     {"bgr8", {"BGR3", "bgr8"}},      {"mono8", {"GREY", "mono8"}}};
+    const auto* const word = std::get_if<std::string>(&line.value);
+    const auto found = word == nullptr ? kFormats.end() : kFormats.find(*word);
+    if (found == kFormats.end()) {
+      note(Fate::Doubted, parameter, "this form of picture is not served; the camera's default is YUYV to rgb8");
+      return false;
+    }
+    line.value = std::string{found->second.first};
+    put(std::string{driver_.nacelle_node}, {"output_encoding", std::string{found->second.second}, ""});
+    return true;
+  }
+
+  void write_image_size() {
+    if (!width_ && !height_) return;
+    // usb_cam's defaults stand in for the side that is not given.
+    put(std::string{driver_.nacelle_node},
+        {"image_size", std::vector<std::int64_t>{width_.value_or(640), height_.value_or(480)}, ""});
+  }
+
+  void add_default(const Default& standard) {
+    const std::string target{standard.node.empty() ? driver_.nacelle_node : standard.node};
+    auto& lines = node(target).lines;
+    if (std::ranges::any_of(lines, [&](const Line& line) { return line.name == standard.name && line.doubt.empty(); }))
+      return;
+    lines.push_back({std::string{standard.name}, launch::value_of_scalar(standard.value), ""});
+    into_.notes.push_back(
+        {Fate::Added, section_.where.text(), section_.pattern, std::string{standard.name},
+         fmt::format("{}{}.{}: {} ({})", prefix_, target, standard.name, standard.value, standard.text)});
+  }
+
+  static constexpr std::string_view kControlText = "a control of the camera, if it has one of that name";
+  const Driver& driver_;
+  const ParameterSection& section_;
+  Imported& into_;
+  const std::string prefix_;
+  std::optional<std::int64_t> width_, height_;
+};
+
+}  // namespace
+
+const char* to_text(Fate fate) {
+  switch (fate) {
+    case Fate::Kept: return "kept";
+    case Fate::Translated: return "translated";
+    case Fate::Dropped: return "dropped";
+    case Fate::Doubted: return "doubted";
+    case Fate::Added: return "added";
+  }
+  return "";
+}
+
+std::string Note::line() const { return fmt::format("{}: {}: {}.{}: {}", to_text(fate), where, node, key, text); }
+
+std::string Imported::yaml() const {
+  std::string out;
+  for (const auto& node : nodes) {
+    if (node.lines.empty()) continue;
+    out += fmt::format("{}{}:\n  ros__parameters:\n", out.empty() ? "" : "\n", node.name);
+    const bool has_value = std::ranges::any_of(node.lines, [](const Line& line) { return line.doubt.empty(); });
+    if (!has_value) out += "    {}\n";
+    for (const auto& line : node.lines) {
+      out += line.doubt.empty()
+                 ? fmt::format("    {}: {}\n", line.name, launch::to_text(line.value))
+                 : fmt::format("    # {}: {}  # {}\n", line.name, launch::to_text(line.value), line.doubt);
+    }
+  }
+  return out;
+}
+
+Result<void, std::vector<Problem>> import_file(std::string_view text, const std::string& file_name, Imported& into) {
+  const auto file = launch::parse_parameter_file(text, file_name);
+  if (!file) return err(file.error());
+  for (const ParameterSection& section : file.value().sections()) {
+    if (const Driver* const driver = driver_of(section)) {
+      Translator{*driver, section, into}.run();
+      continue;
+    }
+    std::vector<std::string> names;
+    for (const Driver& driver : drivers()) names.emplace_back(driver.name);
+    for (const Parameter& parameter : section.parameters) {
+      into.notes.push_back({Fate::Doubted, parameter.where.text(), section.pattern, parameter.name,
+                            "the node is none of " + join(names) + ": not translated"});
+    }
+  }
+  return {};
+}
+
+}  // namespace nacelle::ros_import

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`nacelle check`, `params --explain` and the same proof in `nacelle launch`."""
+import json
+import pathlib
+import re
+import subprocess
+import unittest
+import xml.etree.ElementTree
+
+from robot import LAUNCH_FILE, PROGRAM, RobotTest
+
+HERE = pathlib.Path(__file__).resolve().parent
+BROKEN = HERE / "broken"
+MARK = "# finds: "
+
+# Says nothing wrong, and claims no frame.
+LIDAR = """launch:
+- arg: {{name: port, default: /no/such/port}}
+- node_container:
+    name: c
+    namespace: ''
+    composable_node:
+    - pkg: nacelle_lidar
+      plugin: nacelle::lidar::LidarComponent
+      name: lidar
+      param: [{{name: port_name, value: $(var port)}}{more}]
+      required: {required}
+"""
+
+
+def pattern_of(expected):
+    """`...` stands for a path of this machine."""
+    return ".*".join(re.escape(part) for part in expected.split("..."))
+
+
+class Check(RobotTest):
+    def check(self, *arguments, code=0, **options):
+        return self.expect_exit(self.run_program("check", *arguments, **options), code)
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def test_each_broken_file_gives_exactly_its_finding(self):
+        files = sorted(BROKEN.glob("*.launch.yaml"))
+        self.assertGreaterEqual(len(files), 30)
+        for file in files:
+            with self.subTest(file=file.name):
+                expected = [line[len(MARK):] for line in file.read_text().splitlines() if line.startswith(MARK)]
+                self.assertEqual(len(expected), 1, "one mistake, one line that begins with " + MARK)
+                outcome = self.check("--json", file.name, code=1, cwd=BROKEN)
+                answer = json.loads(outcome.stdout)
+                self.assertEqual(answer["verdict"], "error")
+                found = [f"{f['about']}: {f['where']}: {f['what']}" + ("; " + f["way_out"] if f["way_out"] else "")
+                         for f in answer["findings"]]  # fmt: skip
+                self.assertEqual(len(found), 1, found)
+                self.assertRegex(found[0], "^" + pattern_of(expected[0]) + "$")
+                self.assertEqual(outcome.stderr, "")
+
+    def test_every_file_of_the_folder_belongs_to_a_mistake(self):
+        launch_files = {file.name.split(".")[0] for file in BROKEN.glob("*.launch.yaml")}
+        self.assertEqual({file.name.split(".")[0] for file in BROKEN.iterdir()}, launch_files)
+
+    def test_the_robot_is_sound_simulated_and_real(self):
+        for arguments in ([], ["sim:=false"]):
+            with self.subTest(arguments=arguments):
+                outcome = self.check(LAUNCH_FILE, *arguments, "--json")
+                self.assertEqual(json.loads(outcome.stdout)["findings"], [])
+                self.assertEqual(json.loads(outcome.stdout)["components"], 10)
+                self.assertEqual(outcome.stderr, "")
+
+    def test_finds_all_that_is_wrong_and_not_the_first_only(self):
+        more = ", {name: scan_points, value: 0}, {name: range_max, value: far}, {name: nosuch, value: 1}, {name: product_name, value: X}"
+        outcome = self.check(self.write("all.launch.yaml", LIDAR.format(more=more, required="true")), code=1)
+        for word in ("scan_points", "range_max", "nosuch", "product_name"):
+            self.assertIn(word, outcome.stdout)
+        self.assertIn("4 errors", outcome.stdout)
+
+    def test_a_component_that_is_not_required_only_warns(self):
+        more = ", {name: scan_points, value: 0}"
+        outcome = self.check(self.write("optional.launch.yaml", LIDAR.format(more=more, required="false")))
+        self.assertRegex(outcome.stdout, r"^warning: .*scan_points")
+        self.assertIn("1 warning", outcome.stdout)
+
+    def test_starts_no_program_and_makes_no_socket(self):
+        before = sorted(self.folder.rglob("*"))
+        self.check(LAUNCH_FILE, f"sim_dir:={self.folder}/sim")
+        self.assertEqual(sorted(self.folder.rglob("*")), before)
+
+    def test_draws_the_pipeline(self):
+        svg, dot = self.folder / "robot.svg", self.folder / "robot.dot"
+        self.check(LAUNCH_FILE, "--graph", svg)
+        self.check(LAUNCH_FILE, "--graph", dot)
+        root = xml.etree.ElementTree.parse(svg).getroot()
+        texts = ["".join(element.itertext()) for element in root.iter("{http://www.w3.org/2000/svg}text")]
+        self.assertIn("/lidar", texts)
+        self.assertTrue(any(re.match(r"sensor_msgs/msg/LaserScan/scan keep_last \d+, best_effort", text) for text in texts), texts)
+        self.assertRegex(dot.read_text(), r'v\d+ -> v\d+ \[label="keep_last \d+, best_effort')
+        self.expect_exit(self.run_program("check", LAUNCH_FILE, "--graph", "robot.png"), 2)
+
+    def test_marks_pairs_that_cannot_talk_in_the_drawing(self):
+        dot = self.folder / "clash.dot"
+        self.check(BROKEN / "reliability.launch.yaml", "--graph", dot, code=1)
+        self.assertEqual(dot.read_text().count("color=red, fontcolor=red"), 2)
+
+    def test_launch_says_the_same_and_starts_nothing(self):
+        for name in ("unknown_parameter", "two_parents", "reliability", "program"):
+            with self.subTest(name=name):
+                file = BROKEN / f"{name}.launch.yaml"
+                finding = self.check(file, code=1).stdout.splitlines()[0]
+                outcome = self.expect_exit(self.run_program("launch", file), 1)
+                self.assertIn("nacelle: " + finding, outcome.stderr)
+                self.assertIn("the plan is unsound: 1 error", outcome.stderr)
+                self.assertNotIn("could not configure", outcome.stderr)
+
+    def test_launch_checks_a_component_in_a_process_of_its_own(self):
+        text = LIDAR.format(more=", {name: scan_points, value: 0}, {name: nosuch, value: 1}", required="true") + "      isolate: process\n"
+        outcome = self.expect_exit(self.run_program("launch", self.write("apart.launch.yaml", text)), 1)
+        self.assertRegex(outcome.stderr, r"error: .*apart.launch.yaml:10: /lidar: .*scan_points")
+        self.assertRegex(outcome.stderr, r"error: .*apart.launch.yaml:10: /lidar has no parameter 'nosuch'")
+        self.assertIn("2 errors", outcome.stderr)
+
+    def test_wrong_usage_is_2(self):
+        for words in (["check"], ["check", LAUNCH_FILE, "sim"], ["params", LAUNCH_FILE], ["import"]):
+            with self.subTest(words=words):
+                self.assertTrue(self.expect_exit(self.run_program(*words), 2).stderr)
+
+
+class Explain(RobotTest):
+    def explain(self, *arguments):
+        return self.expect_exit(self.run_program("params", "--explain", *arguments), 0).stdout
+
+    def test_each_value_has_its_file_and_line(self):
+        lines = self.explain("diff_drive", LAUNCH_FILE).splitlines()
+        config = pathlib.Path(LAUNCH_FILE).parent / "config/robot.yaml"
+        number = next(i for i, line in enumerate(config.read_text().splitlines(), 1) if "cmd_vel_timeout" in line)
+        at = {line.split(":")[0]: line.split("#")[1].strip() for line in lines}
+        self.assertEqual(at["cmd_vel_timeout"], f"{config}:{number}")
+        self.assertEqual(at["battery_rate"], "default")
+        self.assertRegex(at["serial_port"], r"robot\.launch\.yaml:\d+$")
+
+    def test_the_value_that_won_is_shown(self):
+        text = LIDAR.format(more=", {name: port_name, value: /dev/second}", required="true")
+        (self.folder / "won.launch.yaml").write_text(text)
+        answer = json.loads(self.explain("/lidar", self.folder / "won.launch.yaml", "--json"))
+        row = next(row for row in answer["parameters"] if row["name"] == "port_name")
+        self.assertEqual((row["value"], row["type"]), ("/dev/second", "string"))
+
+    def test_an_unknown_node_is_told_with_the_nearest(self):
+        outcome = self.expect_exit(self.run_program("params", "--explain", "lidr", LAUNCH_FILE), 1)
+        self.assertIn("did you mean '/lidar'?", outcome.stderr)
+
+
+class Import(RobotTest):
+    def test_the_result_is_sound_and_each_key_is_told(self):
+        out = self.folder / "imported.yaml"
+        files = sorted((HERE.parent / "data/ros_parameters").glob("*.yaml"))
+        self.assertGreaterEqual(len(files), 6)
+        told = json.loads(self.expect_exit(self.run_program("import", *files, "-o", out, "--json"), 0).stdout)
+        for file in files:
+            for number, line in enumerate(file.read_text().splitlines(), 1):
+                if "# key" not in line:
+                    continue
+                with self.subTest(file=file.name, line=number):
+                    self.assertTrue(any(row["where"] == f"{file}:{number}" and row["text"] for row in told["keys"]), line)
+        launch = self.folder / "imported.launch.yaml"
+        nodes = {"diff_drive": "DiffDrive", "odometry": "Odometry", "ekf": "Ekf", "lidar": "Lidar", "camera": "Camera"}
+        launch.write_text("launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n" + "".join(
+            f"    - {{pkg: nacelle_{n}, plugin: 'nacelle::{n}::{c}Component', name: {n}, param: [{{from: imported.yaml}}]}}\n" for n, c in nodes.items()))
+        outcome = self.run_program("check", launch, "--json")
+        findings = [f for f in json.loads(outcome.stdout)["findings"] if f["about"] != "frame"]
+        self.assertEqual(findings, [], outcome.stdout)
+
+    def test_a_file_that_is_none_is_a_problem_with_its_line(self):
+        path = self.folder / "none.yaml"
+        path.write_text("ekf: [1, 2\n")
+        outcome = self.expect_exit(self.run_program("import", path), 1)
+        self.assertRegex(outcome.stderr, r"none\.yaml:\d+: ")
+
+
+if __name__ == "__main__":
+    unittest.main()

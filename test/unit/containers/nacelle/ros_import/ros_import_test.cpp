@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/ros_import/ros_import.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "nacelle/ros_import/drivers.hpp"
+
+namespace nacelle::ros_import {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Imported imported(const std::string& text) {
+  Imported result;
+  const auto done = import_file(text, "old.yaml", result);
+  EXPECT_TRUE(done) << (done ? "" : done.error().front().text());
+  return result;
+}
+
+std::string note_of(const Imported& result, const std::string& key) {
+  for (const auto& note : result.notes) {
+    if (note.key == key) return note.line();
+  }
+  return "no note of " + key;
+}
+
+TEST(RosImport, gives_the_geometry_to_the_base_and_to_the_odometry) {
+  const Imported result = imported(R"(
+diff_drive_controller:
+  ros__parameters: {wheel_radius: 0.033, wheel_separation: 0.3, odom_frame_id: odom, cmd_vel_timeout: 0.5}
+)");
+  EXPECT_EQ(result.yaml(), R"(diff_drive:
+  ros__parameters:
+    wheel_radius: 0.033
+    wheel_separation: 0.3
+    cmd_vel_timeout: 0.5
+
+odometry:
+  ros__parameters:
+    wheel_radius: 0.033
+    wheel_separation: 0.3
+    odom_frame_id: odom
+    velocity_rolling_window_size: 10
+)");
+}
+
+TEST(RosImport, writes_what_the_driver_does_unless_it_is_told) {
+  const Imported silent = imported("ekf_filter_node: {ros__parameters: {frequency: 30.0}}");
+  EXPECT_THAT(silent.yaml(), HasSubstr("two_d_mode: false"));
+  EXPECT_THAT(note_of(silent, "two_d_mode"), HasSubstr("added: "));
+
+  const Imported told = imported("ekf_filter_node: {ros__parameters: {two_d_mode: true}}");
+  EXPECT_THAT(told.yaml(), HasSubstr("two_d_mode: true"));
+  EXPECT_THAT(told.yaml(), Not(HasSubstr("false")));
+}
+
+TEST(RosImport, a_misspelt_key_is_a_comment_with_the_name_that_is_meant) {
+  const Imported result = imported("base_controller: {ros__parameters: {wheel_radius: 0.1, wheel_seperation: 0.3}}");
+  EXPECT_THAT(result.yaml(), HasSubstr("    # wheel_separation: 0.3  # 'wheel_seperation' in the file\n"));
+  EXPECT_EQ(note_of(result, "wheel_seperation"),
+            "doubted: old.yaml:1: /base_controller.wheel_seperation: diff_drive_controller has no such key and ignores "
+            "it; did you mean 'wheel_separation'?");
+}
+
+TEST(RosImport, keeps_the_number_of_an_input_in_a_changed_name) {
+  const Imported result =
+      imported("ekf: {ros__parameters: {imu12: imu/data, imu12_angular_velocity_rejection_threshold: 0.8}}");
+  EXPECT_THAT(result.yaml(), HasSubstr("imu12_twist_rejection_threshold: 0.8"));
+}
+
+TEST(RosImport, joins_what_usb_cam_keeps_apart) {
+  const Imported result = imported(R"(
+/front/usb_cam:
+  ros__parameters: {framerate: 29.97, image_height: 720, image_width: 1280, pixel_format: mjpeg2rgb, brightness: -1}
+)");
+  EXPECT_EQ(result.yaml(), R"(/front/camera:
+  ros__parameters:
+    time_per_frame: [1000, 29970]
+    output_encoding: rgb8
+    pixel_format: MJPG
+    image_size: [1280, 720]
+)");
+  EXPECT_THAT(note_of(result, "brightness"), HasSubstr("dropped: "));
+}
+
+TEST(RosImport, a_switch_that_the_filter_does_not_serve_is_left_out_and_told) {
+  const Imported result = imported("ekf: {ros__parameters: {smooth_lagged_data: true, use_control: false}}");
+  EXPECT_THAT(result.yaml(), Not(HasSubstr("smooth_lagged_data")));
+  EXPECT_THAT(result.yaml(), HasSubstr("use_control: false"));
+  EXPECT_THAT(note_of(result, "smooth_lagged_data"), HasSubstr("doubted: "));
+}
+
+TEST(RosImport, tells_the_driver_by_its_keys_where_the_node_has_no_name) {
+  const Imported result = imported("/**: {ros__parameters: {image_size: [640, 480], time_per_frame: [1, 15]}}");
+  ASSERT_EQ(result.nodes.size(), 1U);
+  EXPECT_EQ(result.nodes[0].name, "camera");
+}
+
+TEST(RosImport, keys_of_a_node_that_is_none_of_the_drivers_are_named) {
+  const Imported result = imported("slam_toolbox: {ros__parameters: {solver_plugin: x, resolution: 0.05}}");
+  EXPECT_TRUE(result.yaml().empty());
+  ASSERT_EQ(result.notes.size(), 2U);
+  for (const auto& note : result.notes) EXPECT_THAT(note.text, HasSubstr("not translated"));
+}
+
+TEST(RosImport, what_is_no_parameter_file_is_a_problem_with_its_line) {
+  for (const char* text : {"a: [1, 2", "a: 3", "- a", "a: {b: {ros__parameters: 3}}", "&a [*a]"}) {
+    Imported result;
+    const auto done = import_file(text, "old.yaml", result);
+    ASSERT_FALSE(done) << text;
+    EXPECT_THAT(done.error().front().where, HasSubstr("old.yaml")) << text;
+  }
+}
+
+TEST(RosImport, what_is_written_reads_back_as_the_same) {
+  const Imported result = imported(R"(
+ekf:
+  ros__parameters: {odom0: 'true', odom0_config: [true, false], frequency: 5, map_frame: "a: b # c", imu0: "line\nbreak"}
+)");
+  const auto again = launch::parse_parameter_file(result.yaml(), "new.yaml");
+  ASSERT_TRUE(again) << again.error().front().text() << "\n" << result.yaml();
+  std::map<std::string, launch::ParameterValue> values;
+  for (const auto& parameter : again.value().parameters_for("/ekf")) values[parameter.name] = parameter.value;
+  for (const auto& line : result.nodes.at(0).lines) EXPECT_EQ(values[line.name], line.value) << line.name;
+}
+
+TEST(RosImport, every_row_says_what_becomes_of_its_key) {
+  for (const Driver& driver : drivers()) {
+    std::set<std::string_view> seen;
+    for (const Key& key : driver.keys) {
+      SCOPED_TRACE(std::string{driver.name} + " " + std::string{key.name});
+      EXPECT_TRUE(seen.insert(key.name).second) << "twice";
+      const bool needs_reason = key.fate == Fate::Dropped || (key.fate == Fate::Doubted && key.nodes.empty());
+      EXPECT_TRUE(!needs_reason || !key.text.empty());
+      EXPECT_EQ(find_key(driver, key.name) != nullptr, key.name.find('#') == std::string_view::npos)
+          << "a row is found by its own name, but for one with a number";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nacelle::ros_import
