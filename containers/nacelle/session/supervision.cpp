@@ -6,7 +6,8 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <ranges>
+
+#include "nacelle/base/reversed.hpp"
 
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/session.hpp"
@@ -189,7 +190,7 @@ void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
   runtime::Container& container = session_.container();
   container.write_safe_stops();
   std::vector<runtime::ComponentInfo> order;
-  for (const auto& node : std::views::reverse(active_order_)) {
+  for (const auto& node : reversed(active_order_)) {
     if (const auto info = container.find(node); info && info.value().state == StateId::Active)
       order.push_back(info.value());
   }

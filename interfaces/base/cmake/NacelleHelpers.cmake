@@ -175,7 +175,7 @@ function(nacelle_test name)
   add_executable(${name} ${A_SOURCES})
   nacelle_target_defaults(${name})
   # What is tested is optimised; the tests only have to build soon.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:$<IF:$<BOOL:${NACELLE_SANITIZER}>,-O0,-O1>>)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O0>)
   if(NACELLE_SANITIZER STREQUAL "address")  # a third of a test's build; what it tests keeps it
     target_compile_options(${name} PRIVATE -fno-sanitize=undefined)
   endif()

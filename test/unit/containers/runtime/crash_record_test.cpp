@@ -104,7 +104,7 @@ TEST_F(CrashRecordTest, an_abort_and_a_signal_from_outside_take_their_course) {
   EXPECT_EQ(signal_of([] { ::raise(SIGFPE); }), SIGFPE);
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef NACELLE_SANITIZED
 [[gnu::noinline]] std::uint64_t deeper(std::uint64_t depth) {
   volatile std::uint8_t room[4096];
   room[depth % sizeof room] = 1;
