@@ -56,7 +56,7 @@ int run_world_command(const WorldWish& wish) {
 constexpr const char* kBashCompletion = R"BASH(_nacelle() {
   local current=${COMP_WORDS[COMP_CWORD]} words="" program=${COMP_WORDS[0]}
   case $COMP_CWORD in
-    1) words="launch drive component lifecycle topic qos teleop sim interface --help --version" ;;
+    1) words="launch container drive component lifecycle faults topic qos teleop sim interface --help --version" ;;
     2)
       case ${COMP_WORDS[1]} in
         component) words="list load unload" ;;
