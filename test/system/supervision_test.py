@@ -10,7 +10,7 @@ import threading
 import time
 import unittest
 
-from robot import PROGRAM, SLOW, RunningRobotTest, wait_for
+from robot import SLOW, RunningRobotTest, wait_for
 
 CHAOS = pathlib.Path(__file__).parent / "chaos/chaos.launch.yaml"
 # What a fault elsewhere must not touch.
@@ -24,6 +24,8 @@ class ChaosTest(RunningRobotTest):
     def setUpClass(cls):
         super(RunningRobotTest, cls).setUpClass()
         cls.stop_file = cls.folder / "stop"
+        for sanitizer in ("ASAN_OPTIONS", "TSAN_OPTIONS"):  # a crash ends the process by its signal, as without one
+            cls.environment[sanitizer] = os.environ.get(sanitizer, "") + ":handle_segv=0:handle_abort=0"
         cls.start_robot()
 
     @classmethod
@@ -72,7 +74,9 @@ class ChaosTest(RunningRobotTest):
         end, last = counts()
         for name, hz in STEADY_HZ.items():
             rate = (last[name] - first[name]) / (end - begin)
-            self.assertAlmostEqual(rate, hz, delta=(0.01 * hz + 1.0 / (end - begin)) * (1 if SLOW == 1 else 30), msg=name)
+            self.assertGreater(rate, 0, name)
+            if SLOW == 1:  # else the sanitizer would be measured
+                self.assertAlmostEqual(rate, hz, delta=0.01 * hz + 1.0 / (end - begin), msg=name)
 
 
 class Faults(ChaosTest):
@@ -160,7 +164,7 @@ class Faults(ChaosTest):
         burners = [subprocess.Popen(["/usr/bin/python3", "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)]
         try:
             before = len(self.faults()["history"])
-            threading.Event().wait(4)  # the load
+            threading.Event().wait(float(os.environ.get("NACELLE_TEST_LOAD_S", "4")))  # the load
             self.assertEqual(len(self.faults()["history"]), before)
         finally:
             for burner in burners:
@@ -236,5 +240,4 @@ class Crashes(ChaosTest):
 
 
 if __name__ == "__main__":
-    assert PROGRAM
     unittest.main()

@@ -93,7 +93,7 @@ int show_truth(const std::string& directory) {
 constexpr const char* kBashCompletion = R"BASH(_nacelle() {
   local current=${COMP_WORDS[COMP_CWORD]} words="" program=${COMP_WORDS[0]}
   case $COMP_CWORD in
-    1) words="launch drive component lifecycle topic qos estop teleop sim interface xacro --help --version" ;;
+    1) words="launch check params import container drive component lifecycle faults topic qos estop teleop sim interface xacro --help --version" ;;
     2)
       case ${COMP_WORDS[1]} in
         component) words="list load unload" ;;

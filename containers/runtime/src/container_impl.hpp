@@ -97,6 +97,8 @@ struct Container::Impl final : Context {
   [[nodiscard]] StateWatch watch_states(const Record& record);
   void note_change() const;
   void write_safe_stops() const;
+  /// What moves something hears no commands any more, and its stop frame is written.
+  void stop_what_moves() const;
   void tell_listener(Record& record);
 
   // Loading and unloading (loading.cpp).

@@ -38,7 +38,7 @@ void Container::Impl::note_fault(Record& record, const std::string& code, const 
   record.runtime->write_safe_stop();
   // At once, and by whoever finds the fault: what else there is to do about it may have to wait for a callback to return.
   if (record.request.lock()->on_fault.policy_for(record.runtime->is_actuator()) == FaultPolicy::StopRobot)
-    write_safe_stops();
+    stop_what_moves();
   if (code == "HUNG") return give_up_on(record);
   record.runtime->post("on_error", [this, &record, reason = FaultReason{code, text}] {
     if (record.managed != nullptr) {
@@ -86,6 +86,22 @@ void Container::Impl::note_change() const {
 void Container::Impl::write_safe_stops() const {
   const std::lock_guard lock(mutex);
   for (const auto& [id, record] : records) record->runtime->write_safe_stop();
+}
+
+// A stop frame alone would hold until the next command: whoever deactivates the components may be busy for seconds. With its gate
+// closed, the base has nothing to follow but the timeout of the last command.
+void Container::Impl::stop_what_moves() const {
+  std::vector<std::shared_ptr<NodeRuntime>> movers;
+  {
+    const std::lock_guard lock(mutex);
+    for (const auto& [id, record] : records) {
+      if (record->runtime->is_actuator()) movers.push_back(record->runtime);
+    }
+  }
+  for (const auto& mover : movers) {
+    mover->set_active(false);
+    mover->write_safe_stop();
+  }
 }
 
 std::vector<FaultEvent> Container::faults() const { return impl_->history.lock()->all(); }
