@@ -7,6 +7,7 @@ import threading
 import time
 
 TWIST, STAMPED, BOOL = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "std_msgs/msg/Bool"
+CLOCK = "rosgraph_msgs/msg/Clock"
 
 
 def twist(speed_mps, yaw_rate_rps=0.0):
@@ -21,6 +22,10 @@ def stamped(speed_mps, age_s=0.0):
 
 def boolean(value):
     return b"\0\1\0\0" + struct.pack("<?", value)
+
+
+def clock(time_s):
+    return b"\0\1\0\0" + struct.pack("<iI", int(time_s), int(time_s % 1 * 1e9))
 
 
 class Control:

@@ -44,7 +44,7 @@ struct DiffDriveOptions {
   double wheel_separation_multiplier = 1.0;
   double left_wheel_radius_multiplier = 1.0;
   double right_wheel_radius_multiplier = 1.0;
-  double cmd_vel_timeout_s = 0.5;    ///< 0: commands stay in force.
+  double cmd_vel_timeout_s = 0.5;                             ///< 0: commands stay in force.
   std::vector<InputOptions> inputs{{"", "cmd_vel", 0.5, 0}};  ///< Never empty; more where `topics` name them.
   std::vector<LockOptions> locks;
   std::string rearm = "neutral";  ///< "neutral" or "fresh": see RearmRule.

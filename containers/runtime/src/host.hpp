@@ -12,8 +12,8 @@ namespace nacelle::runtime {
 /// What a Node sees of its container; the runtime half outlives it by as long as the container needs.
 class Host final : public NodeHost {
  public:
-  explicit Host(std::shared_ptr<NodeRuntime> node) : node_(std::move(node)) {}
-  const Clock& clock() const override { return node_->commons().clock; }
+  Host(std::shared_ptr<NodeRuntime> node, const Clock& clock) : node_(std::move(node)), clock_(clock) {}
+  const Clock& clock() const override { return clock_; }
   std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override { return node_->create_writer(spec); }
   std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
                                                           MessageCallback callback,
@@ -64,6 +64,7 @@ class Host final : public NodeHost {
 
  private:
   const std::shared_ptr<NodeRuntime> node_;
+  const Clock& clock_;
 };
 
 }  // namespace nacelle::runtime

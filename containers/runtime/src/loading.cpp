@@ -14,7 +14,14 @@ namespace {
 struct Making {
   Record* record = nullptr;
   Executor* executor = nullptr;
+  bool uses_sim_time = false;
 };
+
+bool uses_sim_time(const LoadRequest& request) {
+  const auto found = request.parameters.find("use_sim_time");
+  const bool* const value = found == request.parameters.end() ? nullptr : std::get_if<bool>(&found->second);
+  return value != nullptr && *value;  // another type is refused where the node declares the parameter
+}
 thread_local Making making;
 
 }  // namespace
@@ -44,7 +51,7 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
   }
   runtime->set_image(record.library->image());
   record.runtime = std::move(runtime);
-  return std::make_unique<Host>(record.runtime);
+  return std::make_unique<Host>(record.runtime, commons.clock_of(making.uses_sim_time));
 }
 
 void Container::Impl::release_name(const Record& record) {
@@ -73,7 +80,7 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   record.busy_with = "its constructor, which has not returned";
   Node* node = nullptr;
   std::string failed;
-  making = {&record, &executor_for(record, request)};
+  making = {&record, &executor_for(record, request), uses_sim_time(request)};
   try {
     node = record.made_by->create(node_options);
   } catch (const std::exception& e) { failed = e.what(); } catch (...) {

@@ -15,14 +15,23 @@
 #include "nacelle/runtime/executor.hpp"
 #include "safe_stop.hpp"
 #include "services.hpp"
+#include "sim_clock.hpp"
 
 namespace nacelle::runtime {
 
 /// What all nodes of a container share.
 struct Commons {
   explicit Commons(const Clock& c) : clock(c), broker(c, Watching::ByThread) {}
+  /// The clock of a node: /clock's time for one with use_sim_time.
+  [[nodiscard]] const Clock& clock_of(bool uses_sim_time) {
+    if (!uses_sim_time) return clock;
+    auto sim = sim_clock.lock();
+    if (!*sim) *sim = std::make_unique<SimClock>(clock, broker);
+    return **sim;
+  }
   const Clock& clock;
   Broker broker;
+  Guarded<std::unique_ptr<SimClock>> sim_clock;  // made with the first node that uses it
   ServiceDirectory services;
   FrameRegistry frames;
   Guarded<std::map<std::string, std::shared_ptr<void>>> shared_objects;

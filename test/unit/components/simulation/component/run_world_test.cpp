@@ -80,6 +80,46 @@ TEST_F(RunWorld, a_command_on_the_base_line_moves_the_true_robot) {
   EXPECT_GT(truth->last_motion_command_ns, 0);
 }
 
+TEST_F(RunWorld, a_pulled_cable_hangs_up_and_its_board_stops_by_itself_until_it_is_put_back) {
+  const auto port = open("base", 115200);
+  ASSERT_TRUE(port->write(as_bytes("{\"T\":136,\"cmd\":50}\n{\"T\":1,\"L\":0.5,\"R\":0.5}\n")));
+  const auto truth_when = [this](auto&& condition) {
+    const MonotonicTime deadline = clock_.now() + kPatience;
+    auto truth = read_truth(world_.path("truth"));
+    while (truth && !condition(*truth) && clock_.now() < deadline) {
+      std::this_thread::yield();
+      truth = read_truth(world_.path("truth"));
+    }
+    return truth.value();
+  };
+  ASSERT_EQ(truth_when([](const Truth& t) { return t.starts == 1; }).starts, 1U);
+  ASSERT_TRUE(plug_device(world_.directory(), "base", false));
+  const Truth stopped = truth_when([](const Truth& t) { return t.stops == 1; });
+  EXPECT_EQ(stopped.watchdog_stops, 1U);
+  EXPECT_EQ(stopped.left_command_mps, 0.0);
+  EXPECT_GT(stopped.last_stop_ns, stopped.last_start_ns);
+
+  auto bytes = port->read_until(clock_.now() + kPatience);
+  while (bytes && !bytes->empty()) bytes = port->read_until(clock_.now() + kPatience);
+  ASSERT_FALSE(bytes);
+  EXPECT_EQ(bytes.error(), io::StreamFault::HungUp);
+  EXPECT_FALSE(port->reopen());
+
+  ASSERT_TRUE(plug_device(world_.directory(), "base", true));
+  const MonotonicTime deadline = clock_.now() + kPatience;
+  while (!port->reopen() && clock_.now() < deadline) std::this_thread::yield();
+  bytes = port->read_until(clock_.now() + kPatience);
+  ASSERT_TRUE(bytes);
+  EXPECT_FALSE(bytes->empty()) << "the board went on and speaks again";
+}
+
+TEST_F(RunWorld, a_cable_of_no_device_or_no_world_is_named) {
+  const auto no_device = plug_device(world_.directory(), "bse", false);
+  ASSERT_FALSE(no_device);
+  EXPECT_NE(no_device.error().way_out.find("base"), std::string::npos);
+  EXPECT_FALSE(plug_device("/no/such/world", "base", false));
+}
+
 TEST_F(RunWorld, a_line_that_nobody_reads_drops_and_does_not_block) {
   const auto port = open("base", 115200);
   // The lidar fills its line in a sixth of a second; the base must go on all the same.
