@@ -165,9 +165,11 @@ class Import(RobotTest):
                 with self.subTest(file=file.name, line=number):
                     self.assertTrue(any(row["where"] == f"{file}:{number}" and row["text"] for row in told["keys"]), line)
         launch = self.folder / "imported.launch.yaml"
-        nodes = {"diff_drive": "DiffDrive", "odometry": "Odometry", "ekf": "Ekf", "lidar": "Lidar", "camera": "Camera"}
+        # Two of the files are for LiDARs, two for cameras: the second of each has a name of its own.
+        nodes = {"diff_drive": "diff_drive::DiffDrive", "odometry": "odometry::Odometry", "ekf": "ekf::Ekf", "lidar": "lidar::Lidar",
+                 "lidar_2": "lidar::Lidar", "camera": "camera::Camera", "v4l2_camera": "camera::Camera"}  # fmt: skip
         launch.write_text("launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n" + "".join(
-            f"    - {{pkg: nacelle_{n}, plugin: 'nacelle::{n}::{c}Component', name: {n}, param: [{{from: imported.yaml}}]}}\n" for n, c in nodes.items()))
+            f"    - {{pkg: nacelle, plugin: 'nacelle::{plugin}Component', name: {node}, param: [{{from: imported.yaml}}]}}\n" for node, plugin in nodes.items()))
         outcome = self.run_program("check", launch, "--json")
         findings = [f for f in json.loads(outcome.stdout)["findings"] if f["about"] != "frame"]
         self.assertEqual(findings, [], outcome.stdout)

@@ -9,8 +9,8 @@
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
-#include "nacelle/proof/drawing.hpp"
 #include "nacelle/launch/parameter_value.hpp"
+#include "nacelle/proof/drawing.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {

@@ -128,10 +128,11 @@ void check_frames(Evidence& evidence) {
     if (!component.declared) continue;
     for (const FrameUse& use : component.declared->frame_uses) {
       if (use.frame.empty() || frames.count(use.frame) != 0) continue;
-      evidence.find(About::Frame, {place_of_parameter(*component.plan, use.parameter),
-                                   component.plan->full_name() + ": parameter '" + use.parameter +
-                                       "' names the frame '" + use.frame + "', which nobody broadcasts",
-                                   suggestion(use.frame, {frames.begin(), frames.end()})},
+      evidence.find(About::Frame,
+                    {place_of_parameter(*component.plan, use.parameter),
+                     component.plan->full_name() + ": parameter '" + use.parameter + "' names the frame '" + use.frame +
+                         "', which nobody broadcasts",
+                     suggestion(use.frame, {frames.begin(), frames.end()})},
                     described ? Severity::Error : Severity::Warning);
     }
   }

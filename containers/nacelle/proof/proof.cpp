@@ -81,6 +81,11 @@ session::TopicEnds Evidence::ends_of(const LoadedComponent& component) const {
 std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlaces& places,
                            runtime::Container& container, const std::vector<LoadedComponent>& loaded) {
   Evidence evidence{plan, places, container, loaded, endpoints_of(container.graph())};
+  if (plan.components.empty() && plan.programs.empty() && !plan.container.declared) {
+    evidence.find(About::LaunchFile,
+                  {plan.file, "there is nothing to start",
+                   "it needs a node_container with composable_node, a node or an executable (is an `if` false?)"});
+  }
   check_programs(evidence);
   check_components(evidence);
   check_sections(evidence);

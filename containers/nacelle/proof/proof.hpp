@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "nacelle/proof/finding.hpp"
 #include "nacelle/launch/plan.hpp"
+#include "nacelle/proof/finding.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/program_places.hpp"

@@ -30,6 +30,8 @@ void check_pairs(Evidence& evidence) {
     std::string what = type ? writer + clash.offered + ", " + clash.reader_node + " reads " + clash.requested
                             : writer + "with " + clash.policy + " " + clash.offered + ", " + clash.reader_node +
                                   " asks for " + clash.requested + ": it gets nothing from it";
+    if (clash.other_writers != 0)
+      what += ", though " + std::to_string(clash.other_writers) + " other publisher(s) serve it";
     evidence.find(type ? About::Type : About::Qos,
                   {place_of_end(evidence.plan, clash.reader_node, clash.topic, launch::Side::Subscription),
                    std::move(what), clash.change});

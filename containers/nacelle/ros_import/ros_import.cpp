@@ -72,7 +72,11 @@ const Driver* driver_of(const ParameterSection& section) {
 class Translator {
  public:
   Translator(const Driver& driver, const ParameterSection& section, Imported& into)
-      : driver_(driver), section_(section), into_(into), prefix_(split_name(section.pattern).first) {}
+      : driver_(driver), section_(section), into_(into), prefix_(split_name(section.pattern).first) {
+    // The base is made of several sections; of filters, cameras and LiDARs each one is a node.
+    source_ = driver.nacelle_node == "diff_drive" ? "base" : section.where.text();
+    own_node_ = free_name();
+  }
 
   void run() {
     for (const Parameter& parameter : section_.parameters) translate(parameter);
@@ -84,12 +88,26 @@ class Translator {
   void note(Fate fate, const Parameter& parameter, std::string text) {
     into_.notes.push_back({fate, parameter.where.text(), section_.pattern, parameter.name, std::move(text)});
   }
+  [[nodiscard]] bool is_free(const std::string& name) const {
+    return std::ranges::none_of(
+        into_.nodes, [&](const NodeSection& known) { return known.name == prefix_ + name && known.source != source_; });
+  }
+  /// Nacelle's name for the first such node; its own for a second one, which needs a component of that name.
+  [[nodiscard]] std::string free_name() const {
+    std::string name{driver_.nacelle_node};
+    if (name.empty() || is_free(name)) return name;
+    const std::string own = split_name(section_.pattern).second;
+    if (validate_node_name(own) && is_free(own)) return own;
+    for (int number = 2;; ++number) {
+      if (is_free(name + "_" + std::to_string(number))) return name + "_" + std::to_string(number);
+    }
+  }
   NodeSection& node(const std::string& name) {
     const std::string full = prefix_ + name;
     for (auto& known : into_.nodes) {
       if (known.name == full) return known;
     }
-    return into_.nodes.emplace_back(NodeSection{full, {}});
+    return into_.nodes.emplace_back(NodeSection{full, source_, {}});
   }
   void put(const std::string& to_node, Line line) {
     auto& lines = node(to_node).lines;
@@ -102,7 +120,7 @@ class Translator {
     }
   }
   [[nodiscard]] std::vector<std::string> nodes_of(const Key& key) const {
-    return words_of(key.nodes.empty() ? driver_.nacelle_node : key.nodes);
+    return words_of(key.nodes.empty() ? std::string_view{own_node_} : key.nodes);
   }
 
   void translate(const Parameter& parameter) {
@@ -262,19 +280,18 @@ class Translator {
       return false;
     }
     line.value = std::string{found->second.first};
-    put(std::string{driver_.nacelle_node}, {"output_encoding", std::string{found->second.second}, ""});
+    put(own_node_, {"output_encoding", std::string{found->second.second}, ""});
     return true;
   }
 
   void write_image_size() {
     if (!width_ && !height_) return;
     // usb_cam's defaults stand in for the side that is not given.
-    put(std::string{driver_.nacelle_node},
-        {"image_size", std::vector<std::int64_t>{width_.value_or(640), height_.value_or(480)}, ""});
+    put(own_node_, {"image_size", std::vector<std::int64_t>{width_.value_or(640), height_.value_or(480)}, ""});
   }
 
   void add_default(const Default& standard) {
-    const std::string target{standard.node.empty() ? driver_.nacelle_node : standard.node};
+    const std::string target{standard.node.empty() ? std::string_view{own_node_} : standard.node};
     auto& lines = node(target).lines;
     if (std::ranges::any_of(lines, [&](const Line& line) { return line.name == standard.name && line.doubt.empty(); }))
       return;
@@ -289,6 +306,7 @@ class Translator {
   const ParameterSection& section_;
   Imported& into_;
   const std::string prefix_;
+  std::string source_, own_node_;
   std::optional<std::int64_t> width_, height_;
 };
 

@@ -37,7 +37,8 @@ struct Line {
   std::string doubt;
 };
 struct NodeSection {
-  std::string name;  ///< "ekf", "/robot1/ekf"
+  std::string name;    ///< "ekf", "/robot1/ekf"
+  std::string source;  ///< Whom it is made of: the driver, and the section where there may be several.
   std::vector<Line> lines;
 };
 

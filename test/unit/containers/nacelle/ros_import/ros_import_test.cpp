@@ -100,6 +100,20 @@ TEST(RosImport, tells_the_driver_by_its_keys_where_the_node_has_no_name) {
   EXPECT_EQ(result.nodes[0].name, "camera");
 }
 
+TEST(RosImport, a_second_filter_keeps_its_own_name_and_the_base_is_made_of_two_sections) {
+  const Imported result = imported(R"(
+ekf_filter_node_odom: {ros__parameters: {world_frame: odom}}
+ekf_filter_node_map: {ros__parameters: {world_frame: map}}
+controller_manager: {ros__parameters: {update_rate: 30}}
+diffbot_base_controller: {ros__parameters: {wheel_radius: 0.1}}
+)");
+  std::vector<std::string> names;
+  for (const auto& node : result.nodes) names.push_back(node.name);
+  EXPECT_THAT(names, testing::ElementsAre("ekf", "ekf_filter_node_map", "diff_drive", "odometry"));
+  EXPECT_THAT(result.yaml(),
+              HasSubstr("diff_drive:\n  ros__parameters:\n    update_rate: 30\n    wheel_radius: 0.1\n"));
+}
+
 TEST(RosImport, keys_of_a_node_that_is_none_of_the_drivers_are_named) {
   const Imported result = imported("slam_toolbox: {ros__parameters: {solver_plugin: x, resolution: 0.05}}");
   EXPECT_TRUE(result.yaml().empty());
