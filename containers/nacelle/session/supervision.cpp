@@ -160,15 +160,20 @@ void Supervision::plan_restart(const std::string& node, const Patient& patient) 
 void Supervision::restart(const std::string& node) {
   const auto found = patients_.find(node);
   if (found == patients_.end()) return;
-  const Patient& patient = found->second;
+  Patient& patient = found->second;
   if (const auto now = session_.container().find(node)) {
     if (now.value().fault.code.empty()) return;  // somebody was faster
     // One that hangs stays where it is, with its thread and library; its name becomes free.
     static_cast<void>(session_.container().unload(now.value().id));
+  } else if (!patient.gone) {  // a person has taken it out meanwhile
+    restarts_.forget(node);
+    patients_.erase(found);
+    return;
   }
   const auto* const plan = session_.plan().find(node);
   auto loaded = patient.apart && plan != nullptr ? session_.load(*plan) : session_.container().load(patient.request);
   Result<void, Problem> done{};
+  patient.gone = !loaded;
   if (!loaded) {
     done = err(loaded.error());
   } else if (loaded.value().managed) {

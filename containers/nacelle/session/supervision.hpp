@@ -48,6 +48,7 @@ class Supervision {
   struct Patient {  // how to bring a component back
     runtime::LoadRequest request;
     bool apart = false;  // of another process: the plan loads it
+    bool gone = false;   // the last restart could not load it
     launch::TargetState target = launch::TargetState::Active;
     runtime::FaultHandling handling;
   };

@@ -45,7 +45,8 @@ struct CrashRecordTest : ::testing::Test {
   int signal_of(const std::function<void()>& fatal) const {
     const pid_t child = ::fork();
     if (child == 0) {
-      for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT}) ::signal(number, SIG_DFL);  // a sanitizer's would exit
+      for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT})
+        ::signal(number, SIG_DFL);  // a sanitizer's would exit
       const rlimit none{0, 0};
       ::setrlimit(RLIMIT_CORE, &none);
       const int nowhere = ::open("/dev/null", O_WRONLY);
