@@ -17,19 +17,24 @@ launch:
 - load_composable_node:
     target: robot
     composable_node:
-    - pkg: nacelle_monitor
+{extra}    - pkg: nacelle_monitor
       plugin: nacelle::monitor::MonitorComponent
       name: late
       after:
 {conditions}
 """
 
+# Publishes detections, but sees no image.
+BLIND = """\
+    - {pkg: nacelle_detector, plugin: nacelle::detector::DetectorComponent, name: blind, namespace: /blind}
+"""
+
 
 class BringUp(RobotTest):
-    def launch_file(self, name, *conditions):
+    def launch_file(self, name, *conditions, extra=""):
         path = self.folder / f"{name}.launch.yaml"
         lines = "\n".join(f"      - {{{condition}}}" for condition in conditions)
-        path.write_text(LATE.format(robot=LAUNCH_FILE, conditions=lines))
+        path.write_text(LATE.format(robot=LAUNCH_FILE, extra=extra, conditions=lines))
         return path
 
     def devices(self):
@@ -60,12 +65,12 @@ class BringUp(RobotTest):
         self.assertEqual(robot.returncode, 0)
 
     def test_says_what_it_waits_for_and_undoes_everything_when_the_time_is_over(self):
-        file = self.launch_file("stuck", "node: ekf, when: first_message(/nothing), timeout: 3s")
+        file = self.launch_file("stuck", "node: /blind/blind, when: first_message(/blind/detections), timeout: 3s", extra=BLIND)
         robot = self.start(file)
         said = robot.communicate(timeout=60 * SLOW)[1]
         self.assertEqual(robot.returncode, 1, said)
-        self.assertIn("/late waits for first_message(/nothing) of /ekf: nobody publishes /nothing (at most 3 s)", said)
-        self.assertRegex(said, r"stuck\.launch\.yaml:6: component late .*: could not activate: .*stuck\.launch\.yaml:10: waited 3 s for")
+        self.assertIn("/late waits for first_message(/blind/detections) of /blind/blind: no message yet (at most 3 s)", said)
+        self.assertRegex(said, r"stuck\.launch\.yaml:\d+: component late .*: could not activate: .*stuck\.launch\.yaml:\d+: waited 3 s for")
         self.assertEqual(list(self.devices().glob("*")), [], "the devices of the simulated world are gone")
 
     def test_the_same_plan_gives_the_same_log(self):

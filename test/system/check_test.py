@@ -134,9 +134,9 @@ class Explain(RobotTest):
     def test_each_value_has_its_file_and_line(self):
         lines = self.explain("diff_drive", LAUNCH_FILE).splitlines()
         config = pathlib.Path(LAUNCH_FILE).parent / "config/robot.yaml"
-        number = next(i for i, line in enumerate(config.read_text().splitlines(), 1) if "cmd_vel_timeout" in line)
+        number = next(i for i, line in enumerate(config.read_text().splitlines(), 1) if "update_rate" in line)
         at = {line.split(":")[0]: line.split("#")[1].strip() for line in lines}
-        self.assertEqual(at["cmd_vel_timeout"], f"{config}:{number}")
+        self.assertEqual(at["update_rate"], f"{config}:{number}")
         self.assertEqual(at["battery_rate"], "default")
         self.assertRegex(at["serial_port"], r"robot\.launch\.yaml:\d+$")
 

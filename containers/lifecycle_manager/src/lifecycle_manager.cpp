@@ -78,7 +78,7 @@ void LifecycleManager::tell(Entry& entry) {
   entry.step.reset();
 }
 
-std::size_t LifecycleManager::collect(Transition transition) {
+std::size_t LifecycleManager::collect(Transition transition, bool goes_on) {
   std::size_t under_way = 0;
   bool all_before_are_over = true;
   for (auto& entry : entries_) {
@@ -94,10 +94,9 @@ std::size_t LifecycleManager::collect(Transition transition) {
     }
     if (entry.phase == Entry::Phase::UnderWay) {
       ++under_way;
-      if (!entry.was_slow && clock_.now() - entry.began >= kStuckAfter) {
+      if (goes_on && !entry.was_slow && clock_.now() - entry.began >= kStuckAfter) {
         entry.was_slow = true;
-        if (hooks_.on_wait)
-          hooks_.on_wait(entry.node.name, fmt::format("its on_{} has not returned yet", to_text(transition)));
+        if (hooks_.on_wait) hooks_.on_wait(entry.node.name, fmt::format("is still in on_{}", to_text(transition)));
       }
     }
     all_before_are_over = all_before_are_over && entry.phase == Entry::Phase::Over;
@@ -154,12 +153,13 @@ void LifecycleManager::run_phase(Transition transition, Crew& crew, Outcome& res
     entry.outcome = {true, StateId::Unknown, {}};
   }
   std::string interrupted;
+  bool goes_on = true;
   while (true) {
-    const std::size_t under_way = collect(transition);
+    const std::size_t under_way = collect(transition, goes_on);
     if (interrupted.empty() && hooks_.interrupted) interrupted = hooks_.interrupted();
-    const bool goes_on = interrupted.empty() && std::ranges::none_of(entries_, [](const Entry& entry) {
-                           return entry.phase == Entry::Phase::Over && !entry.outcome.success && !entry.left_out;
-                         });
+    goes_on = interrupted.empty() && std::ranges::none_of(entries_, [](const Entry& entry) {
+                return entry.phase == Entry::Phase::Over && !entry.outcome.success && !entry.left_out;
+              });
     bool began = false, waiting = false;
     for (auto& entry : entries_) {
       if (!goes_on || entry.phase != Entry::Phase::Waiting) continue;

@@ -90,8 +90,11 @@ void check_budgets(Evidence& evidence) {
 void check_order(Evidence& evidence) {
   std::vector<std::string> topics, services, frames;
   for (const auto& endpoint : evidence.endpoints) {
-    if (endpoint.publishes) topics.push_back(endpoint.topic);
+    // Everybody's transition_event would hide the topic that is meant.
+    if (endpoint.publishes && !endpoint.topic.ends_with("/transition_event")) topics.push_back(endpoint.topic);
   }
+  std::ranges::sort(topics);
+  topics.erase(std::unique(topics.begin(), topics.end()), topics.end());
   for (const auto& component : evidence.loaded) {
     if (!component.declared) continue;
     services.insert(services.end(), component.declared->services.begin(), component.declared->services.end());

@@ -277,7 +277,7 @@ TEST_F(LifecycleManagerTest, says_which_step_does_not_return) {
   crew.on_wait = [this] { crew.held = waits.empty(); };
   auto manager = manager_of({{"/imu", {}}});
   EXPECT_TRUE(manager.startup(crew).success);
-  EXPECT_THAT(waits, ElementsAre("/imu its on_configure has not returned yet"));
+  EXPECT_THAT(waits, ElementsAre("/imu is still in on_configure"));
 }
 
 TEST_F(LifecycleManagerTest, ends_at_once_when_interrupted_and_undoes) {

@@ -99,7 +99,7 @@ class LifecycleManager {
   [[nodiscard]] Entry* find(const std::string& name);
   void begin(Entry& entry, Transition transition, Crew& crew);
   /// Takes in what has ended, tells what can be told. Returns how many steps are under way.
-  std::size_t collect(Transition transition);
+  std::size_t collect(Transition transition, bool goes_on);
   void tell(Entry& entry);
   [[nodiscard]] Readiness readiness(Entry& entry);
   void run_phase(Transition transition, Crew& crew, Outcome& result);
