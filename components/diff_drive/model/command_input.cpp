@@ -57,7 +57,12 @@ bool CommandInput::take(std::size_t index, const DriveCommand& command) {
   if (!channel.armed) {
     const bool may_arm = !blocked && (settings_.rearm == RearmRule::Fresh || (of_motion && neutral_before));
     if (!may_arm) {
-      if (!of_motion) return false;
+      if (!of_motion) {
+        // A zero needs no rest before it: it stands over inputs of a lower priority (an operator who only stops the robot).
+        channel.command = command;
+        channel.in_force = !blocked && settings_.sources.size() > 1;
+        return false;
+      }
       ++stats_.disarmed;
       channel.disarmed_at = command.received_at;
       channel.was_disarmed = true;
@@ -109,6 +114,7 @@ int CommandInput::lock_priority(const CommandInbox& inbox, MonotonicTime now) co
 
 BodyTwist CommandInput::wanted(MonotonicTime now) {
   const std::size_t before = selected_;
+  const bool was_followed = before != kNobody && channels_[before].armed;  // and not only at zero
   std::size_t best = kNobody;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     Channel& channel = channels_[i];
@@ -121,15 +127,15 @@ BodyTwist CommandInput::wanted(MonotonicTime now) {
   selected_ = best;
   if (best != kNobody) {
     if (before != kNobody && before != best) ++stats_.handovers;
-    state_ = State::Driving;
+    state_ = channels_[best].armed ? State::Driving : State::Waiting;
     return channels_[best].command.wanted;
   }
   if (holds_ != 0) {
     state_ = State::Held;
   } else if (before != kNobody) {
     const bool locked = settings_.sources[before].priority < lock_priority_;
-    state_ = locked ? State::Locked : State::TimedOut;
-    if (!locked) ++stats_.timeouts;
+    state_ = locked ? State::Locked : was_followed ? State::TimedOut : State::Waiting;
+    if (!locked && was_followed) ++stats_.timeouts;
   } else if (state_ == State::Locked && lock_priority_ < 0) {
     state_ = State::Waiting;
   }

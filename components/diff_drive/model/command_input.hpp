@@ -91,7 +91,7 @@ class CommandInput {
  private:
   struct Channel {
     DriveCommand command{};
-    bool in_force = false;
+    bool in_force = false;  // without being armed: a zero
     bool armed = false;
     bool heard = false;           // since arm()
     MonotonicTime restless_at{};  // the last command that was not neutral

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/stop_signal.hpp"
 #include "program.hpp"
@@ -17,7 +16,7 @@ struct Wish {
 };
 
 int run(const Wish& wish) {
-  session::StopSignal stop{session::kill_all_programs};
+  session::StopSignal stop{session::leave_at_once};
   launch::Plan plan;
   plan.file = "nacelle container";
   plan.container.name = wish.name;

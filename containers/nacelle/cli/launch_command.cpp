@@ -8,7 +8,6 @@
 
 #include "commands.hpp"
 #include "nacelle/base/log.hpp"
-#include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/stop_signal.hpp"
 #include "program.hpp"
@@ -53,7 +52,7 @@ void show_arguments(const launch::Plan& plan) {
 
 int run(const Wish& wish) {
   // First of all: from here on no signal ends the process half way.
-  session::StopSignal stop{session::kill_all_programs};
+  session::StopSignal stop{session::leave_at_once};
   die_with_parent(wish.parent_pid);
   auto arguments = launch::parse_arguments(wish.arguments);
   if (!arguments) {

@@ -64,7 +64,7 @@ Composition composition_of(Session& session, const Supervision& supervision) {
     }
     component.plan.target =
         info.managed ? supervision.target_of_restart(info.node).value_or(target_of(info.state)) : TargetState::Active;
-    component.actuator = info.actuator;
+    component.actuator = info.actuator || supervision.was_actuator(info.node);
     composition.components.push_back(std::move(component));
   }
   return composition;

@@ -164,6 +164,7 @@ Result<std::optional<Composition>, Problem> read_composition(const std::string& 
 
 launch::Plan resumed(launch::Plan plan, const Composition& composition, const std::string& file) {
   std::vector<launch::ComponentPlan> components;
+  bool demoted = false;
   for (const auto& held : composition.components) {
     const auto* const written = plan.find(held.plan.full_name());
     launch::ComponentPlan component = held.plan;
@@ -175,9 +176,17 @@ launch::Plan resumed(launch::Plan plan, const Composition& composition, const st
       component.where = {file, 0};
     }
     component.required = false;
-    if (held.actuator && !component.resume_active && component.target == TargetState::Active)
+    if (held.actuator && !component.resume_active && component.target == TargetState::Active) {
       component.target = TargetState::Inactive;
+      demoted = true;
+    }
     components.push_back(std::move(component));
+  }
+  // What moves the robot stands still: the messages and transforms that follow from it would be waited for in vain.
+  if (demoted) {
+    for (auto& component : components) {
+      for (auto& condition : component.after) condition.when = launch::When::Active;
+    }
   }
   plan.components = std::move(components);
   return plan;

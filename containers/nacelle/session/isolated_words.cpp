@@ -191,9 +191,9 @@ std::vector<ParameterFault> faults_from_json(const json& rows) {
 }
 
 json info_to_json(const runtime::ComponentInfo& info) {
-  json row{{"node", info.node},        {"plugin", info.plugin},
-           {"library", info.library},  {"state", static_cast<unsigned>(info.state)},
-           {"managed", info.managed},  {"fault", {info.fault.code, info.fault.text}},
+  json row{{"node", info.node},         {"plugin", info.plugin},
+           {"library", info.library},   {"state", static_cast<unsigned>(info.state)},
+           {"managed", info.managed},   {"fault", {info.fault.code, info.fault.text}},
            {"warnings", info.warnings}, {"actuator", info.actuator}};
   if (!info.declared) return row;
   json& declared = row["declared"];

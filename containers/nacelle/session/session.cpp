@@ -41,6 +41,11 @@ Problem interrupted(const StopSignal& stop) {
 
 }  // namespace
 
+void leave_at_once() noexcept {
+  static_cast<void>(runtime::write_all_safe_stops());
+  kill_all_programs();
+}
+
 Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, StopSignal& stop)
     : plan_(std::move(plan)),
       options_(std::move(options)),
@@ -98,6 +103,7 @@ int Session::run() {
   container_options.value().component_path = options_.places.component_folders;
   container_ = std::make_unique<runtime::Container>(std::move(container_options).value(), clock_);
   supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
+  for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
       [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_);
@@ -147,6 +153,10 @@ Result<void, Problem> Session::look_at_state_file() {
     return err(Problem{state_->path(), "holds the container '" + held.value()->container + "', not this one",
                        "start that one with --name " + held.value()->container + ", or give another --state FILE"});
   }
+  for (const auto& component : held.value()->components) {
+    if (component.actuator) held_actuators_.push_back(component.plan.full_name());
+  }
+  is_resumed_ = true;
   plan_ = resumed(std::move(plan_), *held.value(), state_->path());
   say(fmt::format("nacelle: resuming {} components from {}", plan_.components.size(), state_->path()));
   return {};
@@ -180,7 +190,8 @@ Result<void, Problem> Session::check_the_plan() {
   const auto findings = proof::prove(plan_, options_.places, *container_, loaded_);
   loaded_.clear();
   for (const auto& finding : findings) say("nacelle: " + finding.text());
-  if (proof::has_errors(findings)) {
+  // What ran before the crash comes back as far as it can, though somebody had taken a part of it out.
+  if (proof::has_errors(findings) && !is_resumed_) {
     return err(Problem{"the plan is unsound", proof::summary(findings),
                        "nothing was started; `nacelle check` tells the same without a robot"});
   }
@@ -292,10 +303,7 @@ Result<void, Problem> Session::activate() {
     const auto found = container_->find(node);
     return found ? found.value().state : StateId::Unknown;
   };
-  hooks.interrupted = [this] {
-    return stop_.is_raised() && service_->phase() == Phase::Starting ? fmt::format("interrupted by {}", stop_.name())
-                                                                     : std::string{};
-  };
+  hooks.interrupted = [this] { return why_not_go_up(); };
   hooks.on_begin = [this](const std::string& node, Transition transition) {
     progress(fmt::format("{} {}", nacelle::to_text(transition), node));
   };
@@ -325,6 +333,16 @@ Result<void, Problem> Session::activate() {
   if (component != nullptr)
     problem.where = component->where.text() + ": component " + component->name + " (" + component->plugin + ")";
   return err(problem);
+}
+
+std::string Session::why_not_go_up() {
+  if (service_->phase() != Phase::Starting) return {};
+  std::string why = stop_.is_raised() ? fmt::format("interrupted by {}", stop_.name()) : supervision_->why_to_stop();
+  if (!why.empty()) {
+    container_->write_safe_stops();
+    container_->give_up_transitions_after(kShutdownStepLimit);
+  }
+  return why;
 }
 
 // On a thread of the crew, for several components at once.

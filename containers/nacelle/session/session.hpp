@@ -44,9 +44,13 @@ struct SessionOptions {
   /// control socket, as NAME.composition (in RAM, as a rule).
   std::string state_file;
   bool resume = false;  ///< Bring back what the state file holds, if there is one, instead of the plan's components.
-  std::string transitions_file;  ///< Empty: none (transition_log.hpp).
+  std::string transitions_file;       ///< Empty: none (transition_log.hpp).
   ClockAlarm* clock_alarm = nullptr;  ///< Of the session's clock, outlives the session; null: the kernel's.
 };
+
+/// For StopSignal: what a process that was told to end three times still does, stop frames and the end of its programs.
+/// Async-signal-safe.
+void leave_at_once() noexcept;
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
 ///
@@ -92,6 +96,8 @@ class Session {
   /// Nothing is activated when the plan is unsound; all that is wrong with it has been said then.
   [[nodiscard]] Result<void, Problem> check_the_plan();
   [[nodiscard]] Result<void, Problem> activate();
+  /// Why the bring-up is to end, with the wheels at rest: a signal, or a fault whose policy is stop_robot. Empty: it goes on.
+  [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
   /// Runs until it is to end. Returns what ended it if that is a failure.
@@ -125,8 +131,10 @@ class Session {
 
   std::vector<proof::LoadedComponent> loaded_;  // until the plan is checked
   std::unique_ptr<CompositionFile> state_;
-  bool told_of_state_ = false;  // that the state file cannot be written
-  bool undoing_ = false;        // a failed bring-up: no figures to take
+  bool is_resumed_ = false;
+  std::vector<std::string> held_actuators_;  // of the run that is resumed
+  bool told_of_state_ = false;               // that the state file cannot be written
+  bool undoing_ = false;                     // a failed bring-up: no figures to take
   report::RunReport report_;
   std::string last_messages_json_;
   SteadyState steady_;

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "nacelle/base/reversed.hpp"
-
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/session.hpp"
 
@@ -77,6 +76,9 @@ void Supervision::publish() {
 void Supervision::publish(const Noted& noted) {
   const auto components = session_.container().list();
   topics_.follow(components);
+  for (const auto& info : components) {
+    if (info.actuator) actuators_.insert(info.node);
+  }
   for (const auto& change : noted.states) {
     topics_.publish(change);
     if (change.to == StateId::ErrorProcessing) before_fault_[change.node] = target_from(change.from);
@@ -88,10 +90,26 @@ void Supervision::publish(const Noted& noted) {
 }
 
 void Supervision::work() {
-  const Noted noted = take_noted();
+  Noted noted = take_noted();
   publish(noted);
+  // Who stops the robot has the last word, also over a restart that another fault asks for.
+  std::stable_partition(noted.faults.begin(), noted.faults.end(),
+                        [this](const auto& info) { return !stops_the_robot(info); });
   for (const auto& info : noted.faults) on_fault(info);
   for (const auto& node : restarts_.take_due(clock_.now())) restart(node);
+}
+
+bool Supervision::stops_the_robot(const runtime::ComponentInfo& info) const {
+  return handling_of(info).policy_for(info.actuator) == FaultPolicy::StopRobot;
+}
+
+std::string Supervision::why_to_stop() {
+  const std::vector<runtime::ComponentInfo> faults = noted_.lock()->faults;
+  for (const auto& info : faults) {
+    if (!info.fault.code.empty() && stops_the_robot(info))
+      return fmt::format("{} is faulted ({}: {})", info.node, info.fault.code, info.fault.text);
+  }
+  return {};
 }
 
 std::optional<MonotonicTime> Supervision::next_due() const {
@@ -194,12 +212,18 @@ void Supervision::restart(const std::string& node) {
 void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
   runtime::Container& container = session_.container();
   container.write_safe_stops();
-  std::vector<runtime::ComponentInfo> order;
-  for (const auto& node : reversed(active_order_)) {
-    if (const auto info = container.find(node); info && info.value().state == StateId::Active)
-      order.push_back(info.value());
-  }
-  std::ranges::stable_partition(order, [](const auto& info) { return info.actuator; });
+  // Nothing comes back by itself.
+  restarts_ = {};
+  patients_.clear();
+  std::vector<runtime::ComponentInfo> order = container.list();
+  std::erase_if(order, [](const auto& info) { return !info.managed || info.state != StateId::Active; });
+  // The last one that became active goes first; those of other processes tell no states, and go by their age.
+  const auto place = [this](const auto& info) {
+    return std::ranges::find(active_order_, info.node) - active_order_.begin();
+  };
+  std::ranges::reverse(order);
+  std::ranges::stable_sort(order, [&](const auto& a, const auto& b) { return place(a) > place(b); });
+  std::stable_partition(order.begin(), order.end(), [](const auto& info) { return info.actuator; });
   std::string failed;
   for (const auto& info : order) {
     const auto outcome = container.trigger(info.id, Transition::Deactivate);

@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,11 @@ class Supervision {
   [[nodiscard]] bool has_stopped_the_robot() const { return stopped_by_.has_value(); }
   /// A restart is pending, to this state: what the composition is to come back to. Nothing: the component's own state counts.
   [[nodiscard]] std::optional<launch::TargetState> target_of_restart(const std::string& node) const;
+  /// A fault that work() has not seen yet and whose policy is stop_robot; empty: none. For the bring-up, which it ends.
+  [[nodiscard]] std::string why_to_stop();
+  /// It has registered a stop frame in this run, or had in the run that is resumed.
+  [[nodiscard]] bool was_actuator(const std::string& node) const { return actuators_.count(node) != 0; }
+  void note_actuator(const std::string& node) { actuators_.insert(node); }
   [[nodiscard]] nlohmann::json report() const;
 
  private:
@@ -53,6 +59,7 @@ class Supervision {
     runtime::FaultHandling handling;
   };
   [[nodiscard]] runtime::FaultHandling handling_of(const runtime::ComponentInfo& info) const;
+  [[nodiscard]] bool stops_the_robot(const runtime::ComponentInfo& info) const;
   [[nodiscard]] Noted take_noted();
   void publish(const Noted& noted);
   void on_fault(const runtime::ComponentInfo& info);
@@ -68,6 +75,7 @@ class Supervision {
   std::map<std::string, Patient> patients_;
   std::map<std::string, launch::TargetState> before_fault_;  // the state that error processing took a node from
   std::vector<std::string> active_order_;                    // nodes in the order in which they became active
+  std::set<std::string> actuators_;
   std::optional<std::string> stopped_by_;
   std::optional<MonotonicTime> next_beat_;  // of the diagnostics, while a component is faulted
 };

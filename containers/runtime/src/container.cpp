@@ -165,15 +165,16 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   const bool was_allowed = is_allowed(transition, record->managed->get_current_state().state());
   const bool ended = record->runtime->run_and_wait(
       callback_of(transition),
-      [impl = impl_.get(), record, transition, run] {
+      [impl = impl_.get(), record, transition, run, was_allowed] {
         run->began = true;
+        // A way up begins without the old reason; what goes wrong from here on counts, also on other threads.
+        const bool up = transition == Transition::Configure || transition == Transition::Activate;
+        if (up && was_allowed) *record->fault.lock() = {};
         const StateWatch watch = impl->watch_states(*record);
         run->outcome = record->managed->trigger(transition);
       },
       impl_->commons.clock.now() + limit);
   if (ended) {
-    const bool up = transition == Transition::Configure || transition == Transition::Activate;
-    if (run->outcome.success && up) *record->fault.lock() = {};
     if (!run->outcome.success && was_allowed) impl_->note_failed_transition(*record, transition, run->outcome);
     static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));  // on_configure may have made endpoints
     impl_->note_change();

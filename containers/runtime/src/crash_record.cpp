@@ -31,8 +31,10 @@ constexpr std::array<int, 5> kSignals{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, kSignals.size()> before{};
 std::array<char, 4096> record_file{};
 std::array<char, 64> container_name{};
-std::atomic<bool> installed{false}, crashing{false};
+std::atomic<bool> installed{false};
+std::atomic<pid_t> crashing{0};  // the thread that writes the record
 constexpr std::size_t kFrames = 48;
+constexpr unsigned kRecordSeconds = 3;  // to write the record in
 
 const char* name_of(int number) noexcept {
   switch (number) {
@@ -195,15 +197,31 @@ void write_record(int number, const siginfo_t* info, const void* context, unsign
 }
 
 void on_crash(int number, siginfo_t* info, void* context) {
-  // A second thread that crashes meanwhile has nothing to add, and must not end the process before the record is whole.
-  if (crashing.exchange(true)) {
-    for (;;) ::pause();
+  pid_t nobody = 0;
+  if (const pid_t self = ::gettid(); !crashing.compare_exchange_strong(nobody, self)) {
+    // A second thread that crashes meanwhile has nothing to add, and must not end the process before the record is whole.
+    while (nobody != self) ::pause();
+    // What is being written led to the next crash (a broken stack): the record ends here, and so does the process.
+    static_cast<void>(write_all_safe_stops());
+    ::signal(number, SIG_DFL);
+    sigset_t these;
+    sigemptyset(&these);
+    sigaddset(&these, number);
+    ::pthread_sigmask(SIG_UNBLOCK, &these, nullptr);
+    ::raise(number);
+    ::_exit(128 + number);
   }
   const int saved = errno;
   const unsigned stops = write_all_safe_stops();
+  // Whoever reads stderr may not; a process that is neither dead nor alive would keep the motor board content.
+  ::signal(SIGALRM, SIG_DFL);
+  ::alarm(kRecordSeconds);
   write_record(number, info, context, stops);
+  // Other threads ran on meanwhile: a control loop has written its next command over the stop.
+  static_cast<void>(write_all_safe_stops());
+  ::alarm(0);
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
-  crashing = false;
+  crashing = 0;
   errno = saved;
   // A fault of the code happens again when this returns, and then takes its course; one that was sent has to be sent again.
   if (info->si_code <= 0) ::raise(number);

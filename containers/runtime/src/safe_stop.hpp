@@ -8,6 +8,7 @@
 #include <string>
 
 #include "nacelle/base/bytes.hpp"
+#include "nacelle/runtime/crash_record.hpp"
 
 namespace nacelle::runtime {
 
@@ -25,9 +26,6 @@ struct CrashEntry {
 
 /// The first entry, or null. Async-signal-safe, as everything here that only reads.
 [[nodiscard]] const CrashEntry* first_crash_entry() noexcept;
-/// Writes every registered stop frame of the process; returns how many went out whole. Async-signal-safe.
-unsigned write_all_safe_stops() noexcept;
-
 /// A component's entry, from its host's construction to its end. Threads: one, but write() from any.
 class SafeStop {
  public:

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
@@ -85,7 +86,7 @@ TEST_F(CrashRecordTest, names_component_callback_stream_and_place_after_the_whee
   });
 
   EXPECT_EQ(number, SIGSEGV);
-  EXPECT_EQ(text_of("/line"), "STOP");
+  EXPECT_EQ(text_of("/line"), "STOPSTOP") << "before and after the record";
   EXPECT_EQ(line("container"), "box");
   EXPECT_EQ(line("signal"), "SIGSEGV at address 0x0");
   EXPECT_EQ(line("thread"), "executor");
@@ -116,9 +117,23 @@ TEST_F(CrashRecordTest, an_abort_and_a_signal_from_outside_take_their_course) {
 TEST_F(CrashRecordTest, a_stack_that_is_full_leaves_a_record_too) {
   EXPECT_EQ(signal_of([] { run_on_executor([] { static_cast<void>(deeper(0)); }); }), SIGSEGV);
   EXPECT_EQ(line("component"), "/lidar");
-  EXPECT_EQ(text_of("/line"), "STOP");
+  EXPECT_EQ(text_of("/line"), "STOPSTOP") << "before and after the record";
 }
 #endif
+
+TEST_F(CrashRecordTest, a_stderr_that_nobody_reads_does_not_keep_the_process_alive) {
+  EXPECT_EQ(signal_of([] {
+              std::array<int, 2> ends{};
+              if (::pipe(ends.data()) != 0) ::_exit(1);
+              ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
+              while (::write(ends[1], "x", 1) == 1) {}
+              ::fcntl(ends[1], F_SETFL, 0);
+              ::dup2(ends[1], STDERR_FILENO);
+              std::abort();
+            }),
+            SIGALRM);
+  EXPECT_EQ(text_of("/line").substr(0, 4), "STOP");
+}
 
 TEST_F(CrashRecordTest, the_handlers_from_before_come_back) {
   struct sigaction before {

@@ -20,6 +20,9 @@ class CrashHandler final {
   CrashHandler& operator=(const CrashHandler&) = delete;
 };
 
+/// Writes every registered stop frame of the process; returns how many went out whole. Async-signal-safe.
+unsigned write_all_safe_stops() noexcept;
+
 /// What a record's line says ("component", "callback", ...); empty if the text has no such line. Pure.
 [[nodiscard]] std::string crash_record_line(const std::string& record, const std::string& key);
 

@@ -205,6 +205,25 @@ TEST(CommandInput, the_operators_zero_is_a_command) {
   EXPECT_EQ(rig.input.selected(), kOperator);
 }
 
+TEST(CommandInput, an_operators_zero_stops_navigation_without_a_rest_before_it_and_arms_nothing) {
+  Rig rig{navigation_and_operator(RearmRule::Neutral)};
+  rig.cycle(1s);
+  ASSERT_EQ(rig.say_for(100ms, kNavigation, 0.4), 0.4);
+  rig.say(kOperator, 0.0);
+  EXPECT_EQ(rig.say_for(280ms, kNavigation, 0.4), 0.0);
+  EXPECT_EQ(rig.input.selected(), kOperator);
+  EXPECT_EQ(rig.input.state(), State::Waiting);
+  EXPECT_EQ(rig.say_for(100ms, kNavigation, 0.4), 0.4) << "the operator's timeout is over";
+  EXPECT_EQ(rig.input.stats().timeouts, 0U);
+  // Motion right behind the zero still needs its rest.
+  rig.say(kOperator, 0.0);
+  rig.cycle();
+  Rig impatient{navigation_and_operator(RearmRule::Neutral)};
+  impatient.say(kOperator, 0.0);
+  impatient.cycle();
+  EXPECT_EQ(impatient.say_for(100ms, kOperator, 0.2), 0.0);
+}
+
 TEST(CommandInput, a_lock_blocks_lower_priorities_only) {
   Rig rig{navigation_and_operator()};
   rig.say_for(100ms, kNavigation, 0.4);
