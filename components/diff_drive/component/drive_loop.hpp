@@ -62,7 +62,7 @@ class DriveLoop {
     Duration reopen_limit{};      ///< Zero: a lost line is a fault at once.
   };
   /// What the loop is at, for those who only look. Threads: any.
-  struct Look {
+  struct alignas(4) Look {  // one word, so that every compiler makes its atomic without a lock
     CommandInput::State state = CommandInput::State::Waiting;
     std::uint8_t holds = 0;          ///< Bits of Hold.
     bool waits_for_neutral = false;  ///< Motion is commanded, but not followed until the input was neutral.
