@@ -319,7 +319,9 @@ class Parser {
   Answer power() {
     auto base = atom();
     if (!base || !take("**")) return base;
+    if (++depth_ > kMaxDepth) return err(std::string{"it is nested too deeply"});
     auto exponent = signed_value();  // binds to the right: 2**-1, 2**3**2
+    --depth_;
     if (!exponent) return exponent;
     const auto a = number_of(*base), b = number_of(*exponent);
     if (!a || !b) return no_numbers("**", *base, *exponent);
