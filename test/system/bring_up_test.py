@@ -28,6 +28,10 @@ launch:
 BLIND = """\
     - {pkg: nacelle_detector, plugin: nacelle::detector::DetectorComponent, name: blind, namespace: /blind}
 """
+# Moves something, and fails for good once it is active.
+CRANE = """\
+    - {{pkg: nacelle_test, plugin: nacelle::test::Chaos, name: crane, param: [{{name: stop_file, value: {stop_file}}}, {{name: fail_in, value: activated}}]}}
+"""
 
 
 class BringUp(RobotTest):
@@ -72,6 +76,19 @@ class BringUp(RobotTest):
         self.assertIn("/late waits for first_message(/blind/detections) of /blind/blind: no message yet (at most 3 s)", said)
         self.assertRegex(said, r"stuck\.launch\.yaml:\d+: component late .*: could not activate: .*stuck\.launch\.yaml:\d+: waited 3 s for")
         self.assertEqual(list(self.devices().glob("*")), [], "the devices of the simulated world are gone")
+
+    def test_a_fault_that_stops_the_robot_ends_the_bring_up(self):
+        stop_file = self.folder / "stop"
+        file = self.launch_file(
+            "stopped", "node: /blind/blind, when: first_message(/blind/detections), timeout: 60s", extra=BLIND + CRANE.format(stop_file=stop_file)
+        )
+        begin = time.monotonic()
+        robot = self.start(file)
+        said = robot.communicate(timeout=60 * SLOW)[1]
+        self.assertLess(time.monotonic() - begin, 30 * SLOW, "it does not wait for the rest")
+        self.assertEqual(robot.returncode, 1, said)
+        self.assertIn("/crane is faulted (TOLD_TO: a fault on command)", said)
+        self.assertIn("STOP\n", stop_file.read_text())
 
     def test_the_same_plan_gives_the_same_log(self):
         logs = set()

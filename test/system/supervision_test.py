@@ -187,11 +187,14 @@ class Hangs(ChaosTest):
 
 class StopsTheRobot(ChaosTest):
     def test_a_fault_of_what_moves_something_stops_everything_that_moves(self):
+        self.order("patient", "throw")  # its restart is due after the stop
+        self.last_of("/patient", "EXCEPTION")
         self.order("crane", "throw")
         wait_for("the robot is stopped", lambda: self.faults()["robot_stopped_by"] == "/crane")
         self.assertIn("STOP\n", self.stop_file.read_text())
         rows = {row["node"]: row["state"] for row in json.loads(self.run_program("component", "list", "--json").stdout)["components"]}
         self.assertNotIn("active", rows.values(), rows)
+        self.assertEqual([row for row in self.faults()["components"] if "next_restart_s" in row], [], "nothing comes back by itself")
         self.assertEqual(rows["/diff_drive"], "inactive")
         # It stays to be looked at, and the run says at its end that something went wrong.
         self.robot.send_signal(signal.SIGINT)

@@ -53,7 +53,7 @@ class Chaos final : public LifecycleNode {
  public:
   explicit Chaos(const NodeOptions& options) : LifecycleNode("chaos", options) {
     declare_parameter("stop_file", "");        // makes an actuator of it: where its stop frame goes
-    declare_parameter("fail_in", "");          // "configure" or "activate" throws
+    declare_parameter("fail_in", "");          // "configure" or "activate" throws; "activated": a fault when it is
     declare_parameter("note", "as launched");  // to be set at run time
     alive_ = create_publisher<String>("~/alive", QoS(10));
     beat_ = create_wall_timer(10ms, [this] { say(); });
@@ -76,6 +76,7 @@ class Chaos final : public LifecycleNode {
   }
   CallbackReturn on_activate(const State&) override {
     if (get<std::string>("fail_in") == "activate") throw std::runtime_error("cannot be activated");
+    if (get<std::string>("fail_in") == "activated") fault("TOLD_TO", "a fault on command");
     return CallbackReturn::SUCCESS;
   }
   CallbackReturn on_cleanup(const State&) override {

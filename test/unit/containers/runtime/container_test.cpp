@@ -152,6 +152,15 @@ TEST_F(ContainerTest, a_transition_that_fails_leaves_its_reason_and_is_forgotten
   EXPECT_EQ(container.faults().size(), 1U) << "the history stays";
 }
 
+TEST_F(ContainerTest, a_fault_that_comes_while_a_transition_succeeds_is_kept_and_told) {
+  std::promise<ComponentInfo> told;
+  container.on_fault([&](const ComponentInfo& info) { told.set_value(info); });
+  const auto talker = load("Talker", {{"fault_while_activating", true}});
+  bring_up(talker.id);
+  EXPECT_EQ(told.get_future().get().fault.code, "LINE_LOST");
+  EXPECT_EQ(container.find("talker").value().fault.code, "LINE_LOST");
+}
+
 TEST_F(ContainerTest, a_component_that_refused_a_transition_can_still_fail_for_good) {
   std::promise<ComponentInfo> told;
   container.on_fault([&](const ComponentInfo& info) { told.set_value(info); });

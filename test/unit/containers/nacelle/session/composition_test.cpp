@@ -127,6 +127,13 @@ TEST(Resumed, what_moves_something_comes_back_inactive_unless_its_entry_says_oth
   EXPECT_EQ(resumed({}, held, "state").components[1].target, TargetState::Unconfigured);
 }
 
+TEST(Resumed, nobody_waits_for_what_follows_from_the_motion_of_something_that_stands_still) {
+  Composition held = robot();
+  EXPECT_EQ(resumed({}, held, "state").components[0].after[0].when, launch::When::Active);
+  held.components[1].plan.resume_active = true;
+  EXPECT_EQ(resumed({}, held, "state").components[0].after[0].when, launch::When::FirstMessage);
+}
+
 TEST(CompositionFile, replaces_the_old_one_whole_and_goes_at_an_orderly_end) {
   const TemporaryFolder folder;
   CompositionFile file{folder.path / "robot.composition"};

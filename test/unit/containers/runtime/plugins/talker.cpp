@@ -14,6 +14,7 @@ class Talker final : public LifecycleNode {
     declare_parameter("rate", 100.0,
                       {.description = "Hz", .floating_point_range = FloatingPointRange{1.0, 1000.0, 0.0}});
     declare_parameter("refuse", "");
+    declare_parameter("fault_while_activating", false);
     words_ = create_publisher<std_msgs::msg::String>("words", QoS(1).transient_local());
     ticks_ = create_publisher<std_msgs::msg::String>("ticks", QoS(10));
     timer_ = create_wall_timer(from_seconds(1.0 / get<double>("rate")), [this] {
@@ -40,6 +41,7 @@ class Talker final : public LifecycleNode {
     auto word = words_->borrow();
     word->data = get<std::string>("word");
     words_->publish(std::move(word));
+    if (get<bool>("fault_while_activating")) fault("LINE_LOST", "the cable was pulled");
     return CallbackReturn::SUCCESS;
   }
 
