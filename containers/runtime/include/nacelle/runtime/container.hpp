@@ -273,7 +273,8 @@ class Container final {
   /// The same object that nodes get from Node::shared_object(), or null if nobody has made it.
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name) const;
 
-  /// Writes every registered stop frame, without running component code. Threads: any, but not from a signal handler.
+  /// Counts one of MotionStops and writes every registered stop frame, without running component code: what heeds the count stands
+  /// still until it is activated anew. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
