@@ -24,7 +24,9 @@ struct Wanted {
   std::vector<Priority> priorities;  ///< Threads with SCHED_FIFO.
   bool shares_memory = false;        ///< A component runs in a process of its own.
 };
-/// Devices are the string parameters whose value is a path below /dev.
+/// Takes a string parameter whose value is a path below /dev for a device; each parameter once.
+void want_device(Wanted& wanted, const std::string& node, const std::string& parameter,
+                 const launch::ParameterValue& value);
 [[nodiscard]] Wanted wanted_by(const launch::Plan& plan);
 
 /// Each adds what it found. Pure but for what the machine reads.

@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kAbout = "kernel";
 
 struct Setting {
-  const char* path;   // below /proc/sys
+  const char* path;  // below /proc/sys
   std::int64_t least;
   const char* unit;
   const char* what;  // happens below it
@@ -21,7 +21,8 @@ struct Setting {
 // Messages above 64 kB travel over UDP in fragments; docs.ros.org, "DDS tuning information".
 constexpr Setting kSettings[] = {
     {"net/core/rmem_max", 4 << 20, "B", "large messages from the network overflow the socket"},
-    {"net/ipv4/ipfrag_high_thresh", 4 << 20, "B", "fragments of large messages are dropped while others are put together"},
+    {"net/ipv4/ipfrag_high_thresh", 4 << 20, "B",
+     "fragments of large messages are dropped while others are put together"},
 };
 
 void check_settings(const Machine& machine, Findings& findings) {
@@ -54,9 +55,12 @@ void check_settings(const Machine& machine, Findings& findings) {
 double megabytes_of(const std::string& size, double ram_mb) {
   const auto number = static_cast<double>(leading_number(size).value_or(0));
   switch (size.empty() ? '\0' : size.back()) {
-    case 'k': case 'K': return number * 1024 / 1e6;
-    case 'm': case 'M': return number * 1024 * 1024 / 1e6;
-    case 'g': case 'G': return number * 1024 * 1024 * 1024 / 1e6;
+    case 'k':
+    case 'K': return number * 1024 / 1e6;
+    case 'm':
+    case 'M': return number * 1024 * 1024 / 1e6;
+    case 'g':
+    case 'G': return number * 1024 * 1024 * 1024 / 1e6;
     case '%': return ram_mb * number / 100;
     default: return number / 1e6;
   }
@@ -82,8 +86,11 @@ void check_shared_memory(const Machine& machine, const Wanted& wanted, Findings&
     findings.push_back(std::move(finding));
     return;
   }
-  findings.push_back({wanted.shares_memory ? Severity::Wrong : Severity::Advice, kAbout, "not mounted",
-                      {"/dev/shm", "components in processes of their own cannot share memory", "mount -t tmpfs tmpfs /dev/shm"}});
+  findings.push_back(
+      {wanted.shares_memory ? Severity::Wrong : Severity::Advice,
+       kAbout,
+       "not mounted",
+       {"/dev/shm", "components in processes of their own cannot share memory", "mount -t tmpfs tmpfs /dev/shm"}});
 }
 
 void check_governor(const Machine& machine, Findings& findings) {
@@ -116,7 +123,8 @@ void check_power(const Machine& machine, const Wanted&, Findings& findings) {
       finding.severity = now ? Severity::Wrong : Severity::Advice;
       finding.value = fmt::format("{} (0x{:x})", now ? "under-voltage now" : "under-voltage since boot", bits);
       finding.problem.what = "the board slows down, and its USB devices drop out";
-      finding.problem.way_out = "a supply with 5 V at 3 A (Raspberry Pi 5: 5 A), a short thick cable, motors on another supply";
+      finding.problem.way_out =
+          "a supply with 5 V at 3 A (Raspberry Pi 5: 5 A), a short thick cable, motors on another supply";
     } else if ((bits & 0xA000AUL) != 0) {
       finding.severity = (bits & 0xAUL) != 0 ? Severity::Wrong : Severity::Advice;
       finding.value = fmt::format("slowed down for its temperature (0x{:x})", bits);

@@ -23,8 +23,7 @@ Facts real_facts(std::string version) {
   if (const int answer = ::adjtimex(&state); answer >= 0)
     facts.clock_is_synchronised = answer != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
   struct stat program {};
-  if (::stat("/proc/self/exe", &program) == 0)
-    facts.built = WallTime{std::chrono::seconds{program.st_mtim.tv_sec}};
+  if (::stat("/proc/self/exe", &program) == 0) facts.built = WallTime{std::chrono::seconds{program.st_mtim.tv_sec}};
   if (const char* const domain = std::getenv("ROS_DOMAIN_ID"); domain != nullptr)
     facts.domain = static_cast<int>(leading_number(domain).value_or(0));
   return facts;

@@ -33,7 +33,9 @@ void check_cgroup(const Machine& machine, Findings& findings) {
   if (const auto most = machine.number(folder + "/memory.max")) {  // "max" is no number: no limit
     const double most_mb = static_cast<double>(*most) / kMega;
     const double used_mb = static_cast<double>(machine.number(folder + "/memory.current").value_or(0)) / kMega;
-    Finding finding{Severity::Fine, kAbout, fmt::format("{:.0f} of {:.0f} MB used", used_mb, most_mb),
+    Finding finding{Severity::Fine,
+                    kAbout,
+                    fmt::format("{:.0f} of {:.0f} MB used", used_mb, most_mb),
                     {"limit of the control group", "", ""}};
     if (most_mb - used_mb < 64) {
       finding.severity = Severity::Wrong;
@@ -46,9 +48,12 @@ void check_cgroup(const Machine& machine, Findings& findings) {
   if (quota.size() == 2 && quota[0] != "max") {
     const double cores = static_cast<double>(leading_number(quota[0]).value_or(0)) /
                          static_cast<double>(std::max<std::int64_t>(1, leading_number(quota[1]).value_or(1)));
-    findings.push_back({Severity::Advice, kAbout, fmt::format("{:.2f} cores", cores),
-                        {"CPU limit of the control group", "the kernel stops every thread when the share of a period is used up",
-                         "raise it: CPUQuota= of the service, --cpus of the container"}});
+    findings.push_back(
+        {Severity::Advice,
+         kAbout,
+         fmt::format("{:.2f} cores", cores),
+         {"CPU limit of the control group", "the kernel stops every thread when the share of a period is used up",
+          "raise it: CPUQuota= of the service, --cpus of the container"}});
   }
 }
 
@@ -57,7 +62,8 @@ void check_cgroup(const Machine& machine, Findings& findings) {
 void check_memory(const Machine& machine, const Wanted&, Findings& findings) {
   const auto total = meminfo_mb(machine, "MemTotal"), available = meminfo_mb(machine, "MemAvailable");
   if (total && available) {
-    Finding finding{Severity::Fine, kAbout, fmt::format("{:.0f} of {:.0f} MB available", *available, *total), {"memory", "", ""}};
+    Finding finding{
+        Severity::Fine, kAbout, fmt::format("{:.0f} of {:.0f} MB available", *available, *total), {"memory", "", ""}};
     if (*available < 100) {
       finding.severity = Severity::Wrong;
       finding.problem.what = "the kernel is about to end programs";
@@ -68,7 +74,10 @@ void check_memory(const Machine& machine, const Wanted&, Findings& findings) {
   const auto swap = meminfo_mb(machine, "SwapTotal"), swap_free = meminfo_mb(machine, "SwapFree");
   if (swap && swap_free) {
     const double used = *swap - *swap_free;
-    Finding finding{Severity::Fine, kAbout, *swap < 1 ? "none" : fmt::format("{:.0f} of {:.0f} MB used", used, *swap), {"swap", "", ""}};
+    Finding finding{Severity::Fine,
+                    kAbout,
+                    *swap < 1 ? "none" : fmt::format("{:.0f} of {:.0f} MB used", used, *swap),
+                    {"swap", "", ""}};
     if (used > 64) {
       finding.severity = Severity::Advice;
       finding.problem.what = "a page that must be read back stops its thread for milliseconds";

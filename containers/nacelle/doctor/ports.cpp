@@ -35,7 +35,9 @@ void check_ports(const Machine& machine, const Wanted&, Findings& findings) {
   // RTPS 2.5, 9.6.1: 7400 + 250 * domain; multicast 0 and 1, then 10 + 2 * participant and the next.
   const int domain = machine.facts().domain, first = 7400 + 250 * domain;
   if (domain < 0 || domain > 232) {
-    findings.push_back({Severity::Wrong, "ports", std::to_string(domain),
+    findings.push_back({Severity::Wrong,
+                        "ports",
+                        std::to_string(domain),
                         {"ROS_DOMAIN_ID", "is no domain: its ports would be above 65535", "0 to 101 work everywhere"}});
     return;
   }
@@ -58,16 +60,18 @@ void check_ports(const Machine& machine, const Wanted&, Findings& findings) {
     return join(words);
   };
   for (const auto& [pid, entry] : by_process) {
-    findings.push_back({Severity::Fine, "ports",
-                        fmt::format("{} of domain {} held by {} (pid {})", listed(entry.second), domain,
-                                    entry.first.name, pid),
-                        {where, "", ""}});
+    findings.push_back(
+        {Severity::Fine,
+         "ports",
+         fmt::format("{} of domain {} held by {} (pid {})", listed(entry.second), domain, entry.first.name, pid),
+         {where, "", ""}});
   }
   if (!unknown.empty()) {
-    findings.push_back({Severity::Fine, "ports",
-                        fmt::format("{} of domain {} held by another user's program (sudo shows which)",
-                                    listed(unknown), domain),
-                        {where, "", ""}});
+    findings.push_back(
+        {Severity::Fine,
+         "ports",
+         fmt::format("{} of domain {} held by another user's program (sudo shows which)", listed(unknown), domain),
+         {where, "", ""}});
   }
   if (by_process.empty() && unknown.empty())
     findings.push_back({Severity::Fine, "ports", fmt::format("free (domain {})", domain), {where, "", ""}});

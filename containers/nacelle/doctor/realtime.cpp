@@ -26,7 +26,8 @@ bool has_sys_nice(const Machine& machine) {
 }
 
 constexpr const char* kWayOut =
-    "put '@robot - rtprio 95' and '@robot - memlock unlimited' into /etc/security/limits.d/robot.conf and this user into the "
+    "put '@robot - rtprio 95' and '@robot - memlock unlimited' into /etc/security/limits.d/robot.conf and this user "
+    "into the "
     "group robot, or LimitRTPRIO=95 into the service; then log in again";
 
 }  // namespace
@@ -52,7 +53,9 @@ void check_realtime(const Machine& machine, const Wanted& wanted, Findings& find
   findings.push_back(std::move(rights));
 
   const auto locked = soft_limit(machine, "Max locked memory");
-  Finding memory{Severity::Fine, "realtime", locked ? fmt::format("{:.1f} MB", static_cast<double>(*locked) / 1e6) : "unlimited",
+  Finding memory{Severity::Fine,
+                 "realtime",
+                 locked ? fmt::format("{:.1f} MB", static_cast<double>(*locked) / 1e6) : "unlimited",
                  {"lockable memory", "", ""}};
   if (locked && *locked < 64 * 1000 * 1000 && !wanted.priorities.empty() && !machine.is_root()) {
     memory.severity = Severity::Advice;
