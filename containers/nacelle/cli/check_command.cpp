@@ -107,13 +107,8 @@ std::vector<Row> rows_of(const proof::LoadedComponent& component) {
 }
 
 int explain_parameters(const Wish& wish) {
-  const auto arguments = parse_or_complain(wish.arguments);
-  if (!arguments) return kUsage;
-  const auto loaded = load_inert_launch(wish.file, *arguments);
-  if (!loaded) {
-    for (const auto& problem : loaded.error()) complain(problem);
-    return kFailed;
-  }
+  const auto loaded = open_inert_launch(wish.file, wish.arguments);
+  if (!loaded) return loaded.error();
   const InertLaunch& robot = *loaded.value();
   const proof::LoadedComponent* found = nullptr;
   std::vector<std::string> names;

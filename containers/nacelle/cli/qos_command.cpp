@@ -95,13 +95,8 @@ int explain(const Wish& wish) {
 
 /// Makes every component, which declares its endpoints and touches no hardware (design D3), and starts none.
 int check_launch_file(const Wish& wish) {
-  const auto arguments = parse_or_complain(wish.arguments);
-  if (!arguments) return kUsage;
-  const auto loaded = load_inert_launch(wish.file, *arguments);
-  if (!loaded) {
-    for (const auto& problem : loaded.error()) complain(problem);
-    return kFailed;
-  }
+  const auto loaded = open_inert_launch(wish.file, wish.arguments);
+  if (!loaded) return loaded.error();
   const InertLaunch& robot = *loaded.value();
   for (const auto& component : robot.inert.loaded) {
     if (component.failure)
