@@ -11,6 +11,7 @@
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/message_yaml.hpp"
 #include "nacelle/session/session.hpp"
+#include "nacelle/session/tf_verbs.hpp"
 #include "nacelle/session/verbs.hpp"
 
 namespace nacelle::session {
@@ -128,11 +129,16 @@ json VerbDesk::reply_to(Guest& guest, const json& request) {
     return control::reply_of({"topic " + topic, "nobody publishes or reads it", suggestion(topic, names)});
   }
   const std::string show = request.value("show", "yaml");
-  guest.show = show == "json" ? Show::Json : show == "times" ? Show::Times : Show::Yaml;
+  guest.show = show == "json"         ? Show::Json
+               : show == "times"      ? Show::Times
+               : show == "transforms" ? Show::Transforms
+                                      : Show::Yaml;
+  if (guest.show == Show::Transforms && type->name != std::string_view{kTransformsType})
+    return control::reply_of({"topic " + topic, std::string{"has the type "} + type->name, ""});
   guest.longest = request.value("longest", std::size_t{128});
   // A person reads text slower than a sensor writes it; only the times of `topic hz` must not be lost.
-  guest.tap =
-      std::make_unique<TopicTap>(session_.container().transport(), topic, *type, guest.show == Show::Times ? 1000 : 10);
+  const bool keeps_up = guest.show == Show::Times || guest.show == Show::Transforms;
+  guest.tap = std::make_unique<TopicTap>(session_.container().transport(), topic, *type, keeps_up ? 1000 : 10);
   return {{"ok", true}, {"type", type->name}, {"writers", guest.tap->writer_count()}};
 }
 
@@ -144,6 +150,7 @@ void VerbDesk::stream(Guest& guest) {
     switch (guest.show) {
       case Show::Yaml: append_yaml(text_, guest.tap->type(), block->message, {guest.longest}); break;
       case Show::Json: text_ = msgs::to_json(guest.tap->type(), block->message); break;
+      case Show::Transforms: append_transform_times(text_, *block, session_.container().clock()); break;
       case Show::Times: fmt::format_to(std::back_inserter(text_), "{}", block->info.source_time.nanoseconds()); break;
     }
     drop_reference(*block);

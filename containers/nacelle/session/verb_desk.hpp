@@ -31,7 +31,7 @@ class VerbDesk {
   void serve(const pollfd* waits, std::size_t count);
 
  private:
-  enum class Show { Yaml, Json, Times };
+  enum class Show { Yaml, Json, Times, Transforms };
   struct Guest {
     std::unique_ptr<control::Connection> connection;
     std::unique_ptr<TopicTap> tap;

@@ -7,8 +7,10 @@
 #include <sstream>
 
 #include "nacelle/control/client.hpp"
+#include "nacelle/session/figures_verb.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/session.hpp"
+#include "nacelle/session/tf_verbs.hpp"
 #include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
@@ -217,6 +219,8 @@ json reply_to_verb(Session& session, const std::string& verb, const json& reques
   if (verb == "faults") return session.faults();
   if (verb == "param.set") return set_parameter(session, request);
   if (verb == "topic.list") return list_topics(session);
+  if (verb == "figures") return figures_of(session);
+  if (json answer = reply_to_tf_verb(session, verb, request); !answer.is_null()) return answer;
   if (verb == "shutdown") {
     session.request_shutdown();
     return {{"ok", true}};

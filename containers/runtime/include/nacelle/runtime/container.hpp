@@ -96,6 +96,7 @@ struct ComponentInfo {
   std::vector<std::string> warnings{};
   bool actuator = false;  ///< It has registered a stop frame: it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
+  std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
 };
 
 /// A component became faulted.
