@@ -9,6 +9,7 @@
 #include "contract.hpp"
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/node/transport.hpp"
+#include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "nacelle/runtime/futex.hpp"
 #include "nacelle/runtime/graph_watch.hpp"
@@ -80,6 +81,8 @@ class ReaderQueue {
   /// The totals; what depends on the writers of the moment is left at zero.
   [[nodiscard]] EndpointStatus status() const;
   [[nodiscard]] ReaderCounters counters() const;
+  /// Writes every field.
+  void report(ReaderReport& row) const;
   [[nodiscard]] const DurationHistogram& latency() const { return latency_; }
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
   [[nodiscard]] std::uint64_t id() const { return id_; }
