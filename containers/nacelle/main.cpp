@@ -19,6 +19,9 @@ int main(int argc, char** argv) {
   add_faults_command(root);
   add_topic_commands(root);
   add_qos_commands(root);
+  add_tf_commands(root);
+  add_watch_commands(root);
+  add_doctor_command(root);
   add_estop_command(root);
   add_teleop_command(root);
   add_sim_commands(root);
