@@ -135,7 +135,7 @@ class WithoutContainer(RobotTest):
     def test_the_completion_is_valid_bash(self):
         script = self.expect_exit(self.run_program("completion", "bash"), 0).stdout
         self.assertEqual(subprocess.run(["bash", "-n"], input=script, text=True).returncode, 0)
-        complete = script + f'\nCOMP_WORDS=({PROGRAM} topic e); COMP_CWORD=2; _nacelle; echo "${{COMPREPLY[@]}}"'
+        complete = script + f'\nCOMP_LINE="{PROGRAM} topic e"; COMP_POINT=${{#COMP_LINE}}; _nacelle; echo "${{COMPREPLY[@]}}"'
         self.assertEqual(subprocess.run(["bash", "-c", complete], capture_output=True, text=True).stdout, "echo\n")
 
 
