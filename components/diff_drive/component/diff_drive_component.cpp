@@ -93,12 +93,16 @@ void DiffDriveComponent::listen_to(std::size_t source, const std::string& topic)
   using geometry_msgs::msg::Twist;
   using geometry_msgs::msg::TwistStamped;
   const QoS qos = QoS(kCommandDepth).reliable();
+  const InputOptions& input = options_.inputs[source];
+  SubscriptionOptions said;
+  said.command_timeout = {from_seconds(input.timeout_s), input.timeout_parameter()};
   listeners_.push_back(create_subscription<Twist>(
-      topic, qos, [this, source](const Twist& twist, const MessageInfo& info) { on_twist(source, twist, info); }));
+      topic, qos, [this, source](const Twist& twist, const MessageInfo& info) { on_twist(source, twist, info); },
+      said));
   listeners_.push_back(create_subscription<TwistStamped>(
-      topic, qos, [this, source](const TwistStamped& command, const MessageInfo& info) {
-        on_twist_stamped(source, command, info);
-      }));
+      topic, qos,
+      [this, source](const TwistStamped& command, const MessageInfo& info) { on_twist_stamped(source, command, info); },
+      said));
 }
 
 void DiffDriveComponent::listen_to_lock(std::size_t lock, const std::string& topic) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -108,13 +107,8 @@ std::vector<Row> rows_of(const proof::LoadedComponent& component) {
 }
 
 int explain_parameters(const Wish& wish) {
-  const auto arguments = parse_or_complain(wish.arguments);
-  if (!arguments) return kUsage;
-  const auto loaded = load_inert_launch(wish.file, *arguments);
-  if (!loaded) {
-    for (const auto& problem : loaded.error()) complain(problem);
-    return kFailed;
-  }
+  const auto loaded = open_inert_launch(wish.file, wish.arguments);
+  if (!loaded) return loaded.error();
   const InertLaunch& robot = *loaded.value();
   const proof::LoadedComponent* found = nullptr;
   std::vector<std::string> names;
@@ -150,28 +144,28 @@ int explain_parameters(const Wish& wish) {
 
 }  // namespace
 
-void add_check_commands(CLI::App& app, int& exit_code) {
+void add_check_commands(Command& root) {
   const auto wish = std::make_shared<Wish>();
-  CLI::App* const check = app.add_subcommand("check", "prove a launch file before anything moves");
-  check->add_option("launch_file", wish->file, "a .launch.yaml or .launch.xml file")->required();
-  check->add_option("arguments", wish->arguments, "name:=value for its arguments");
-  check->add_flag("--json", wish->as_json, "print one JSON object: verdict, findings");
-  check->add_option("--graph", wish->graph, "draw the pipeline with the QoS on its edges, to FILE.svg or FILE.dot");
-  check->footer(
+  Command& check = root.add("check", "prove a launch file before anything moves");
+  check.option("launch_file", wish->file, "a .launch.yaml or .launch.xml file").required().names_a(Names::File);
+  check.option("arguments", wish->arguments, "name:=value for its arguments");
+  check.flag("--json", wish->as_json, "print one JSON object: verdict, findings");
+  check.option("--graph", wish->graph, "draw the pipeline with the QoS on its edges, to FILE.svg or FILE.dot")
+      .names_a(Names::File);
+  check.note(
       "Makes every component, which declares what it needs and touches no hardware, and looks at types, quality of\n"
       "service, parameters, frames, order, remaps, libraries, programs and budgets. `nacelle launch` does the same "
       "first.\n"
       "Exit codes: 0 sound (there may be warnings), 1 an error was found, 2 wrong usage.");
-  check->callback([wish, &exit_code] { exit_code = check_launch_file(*wish); });
+  check.runs([wish] { return check_launch_file(*wish); });
 
-  CLI::App* const params = app.add_subcommand("params", "where the parameters of a launch file come from");
-  params->add_option("--explain", wish->node, "the node whose parameters are shown, each with its file and line")
-      ->required();
-  params->add_option("launch_file", wish->file, "a .launch.yaml or .launch.xml file")->required();
-  params->add_option("arguments", wish->arguments, "name:=value for its arguments");
-  params->add_flag("--json", wish->as_json, "print one JSON object: node, parameters");
-  params->footer("Exit codes: 0 shown, 1 there is no such node or file, 2 wrong usage.");
-  params->callback([wish, &exit_code] { exit_code = explain_parameters(*wish); });
+  Command& params = root.add("params", "where the parameters of a launch file come from");
+  params.option("--explain", wish->node, "the node whose parameters are shown, each with its file and line").required();
+  params.option("launch_file", wish->file, "a .launch.yaml or .launch.xml file").required().names_a(Names::File);
+  params.option("arguments", wish->arguments, "name:=value for its arguments");
+  params.flag("--json", wish->as_json, "print one JSON object: node, parameters");
+  params.note("Exit codes: 0 shown, 1 there is no such node or file, 2 wrong usage.");
+  params.runs([wish] { return explain_parameters(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -104,71 +103,61 @@ int set_state(const Wish& wish) {
              [](const json&) { std::printf("Transitioning successful\n"); });
 }
 
-void add_common(CLI::App* command, const std::shared_ptr<Wish>& wish) {
-  command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
-  command->add_flag("--json", wish->as_json, "the answer as JSON");
+/// What is wrong with `text` as name:=value.
+std::string wrong_assignment(const std::string& text) {
+  return text.find(":=") == std::string::npos ? "'" + text + "' has no ':='" : std::string{};
 }
 
 }  // namespace
 
-void add_component_commands(CLI::App& app, int& exit_code) {
-  CLI::App* const group = app.add_subcommand("component", "list, load and unload components of a running container");
-  group->require_subcommand(1);
+void add_component_commands(Command& root) {
+  Command& group = root.add("component", "list, load and unload components of a running container");
   auto wish = std::make_shared<Wish>();
 
-  CLI::App* const list_command = group->add_subcommand(
-      "list", "the loaded components: id, node and state; libraries that are kept, and by whom");
-  add_common(list_command, wish);
-  list_command->add_flag("-v,--verbose", wish->details, "the plugin too");
-  list_command->callback([wish, &exit_code] { exit_code = list(*wish); });
+  Command& list_command =
+      group.add("list", "the loaded components: id, node and state; libraries that are kept, and by whom");
+  add_common_options(list_command, wish->container, wish->as_json);
+  list_command.flag("-v,--verbose", wish->details, "the plugin too");
+  list_command.runs([wish] { return list(*wish); });
 
-  CLI::App* const load_command =
-      group->add_subcommand("load", "load a component of the launch file by name, or any plugin by class");
-  const CLI::Validator assignment{[](const std::string& text) {
-                                    return text.find(":=") == std::string::npos ? "'" + text + "' has no ':='"
-                                                                                : std::string{};
-                                  },
-                                  ""};
-  load_command->add_option("component", wish->name, "NAME of the launch file, or pkg::Class")->required();
-  load_command->add_option("-n,--name", wish->new_name, "the node's name (of a plugin)");
-  load_command->add_option("--namespace", wish->name_space, "the node's namespace (of a plugin)");
-  load_command->add_option("-p,--parameter", wish->parameters, "k:=v")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->check(assignment)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  load_command->add_option("-r,--remap", wish->remaps, "from:=to")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->check(assignment)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  load_command->add_option("--params-file", wish->params_file, "a ROS 2 parameter file")->check(CLI::ExistingFile);
-  add_common(load_command, wish);
-  load_command->callback([wish, &exit_code] { exit_code = load(*wish); });
+  Command& load_command = group.add("load", "load a component of the launch file by name, or any plugin by class");
+  load_command.option("component", wish->name, "NAME of the launch file, or pkg::Class")
+      .required()
+      .names_a(Names::Plugin);
+  load_command.option("-n,--name", wish->new_name, "the node's name (of a plugin)");
+  load_command.option("--namespace", wish->name_space, "the node's namespace (of a plugin)");
+  load_command.option("-p,--parameter", wish->parameters, "k:=v").checked(wrong_assignment);
+  load_command.option("-r,--remap", wish->remaps, "from:=to").checked(wrong_assignment);
+  load_command.option("--params-file", wish->params_file, "a ROS 2 parameter file")
+      .names_a(Names::File)
+      .checked([](const std::string& path) {
+        return std::filesystem::is_regular_file(path) ? std::string{} : "File does not exist: " + path;
+      });
+  add_common_options(load_command, wish->container, wish->as_json);
+  load_command.runs([wish] { return load(*wish); });
 
-  CLI::App* const unload_command = group->add_subcommand("unload", "take a component out, its library too");
-  unload_command->add_option("component", wish->name, "name or id")->required();
-  add_common(unload_command, wish);
-  unload_command->callback([wish, &exit_code] { exit_code = unload(*wish); });
+  Command& unload_command = group.add("unload", "take a component out, its library too");
+  unload_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
+  add_common_options(unload_command, wish->container, wish->as_json);
+  unload_command.runs([wish] { return unload(*wish); });
 }
 
-void add_lifecycle_commands(CLI::App& app, int& exit_code) {
-  CLI::App* const group = app.add_subcommand("lifecycle", "see and change the state of a component");
-  group->require_subcommand(1);
+void add_lifecycle_commands(Command& root) {
+  Command& group = root.add("lifecycle", "see and change the state of a component");
   auto wish = std::make_shared<Wish>();
 
-  CLI::App* const get_command = group->add_subcommand("get", "the state of a component");
-  get_command->add_option("node", wish->name, "name or id")->required();
-  add_common(get_command, wish);
-  get_command->callback([wish, &exit_code] { exit_code = get_state(*wish); });
+  Command& get_command = group.add("get", "the state of a component");
+  get_command.option("node", wish->name, "name or id").required().names_a(Names::Node);
+  add_common_options(get_command, wish->container, wish->as_json);
+  get_command.runs([wish] { return get_state(*wish); });
 
-  CLI::App* const set_command = group->add_subcommand("set", "trigger a transition of a component");
-  set_command->add_option("node", wish->name, "name or id")->required();
-  set_command->add_option("transition", wish->transition, "configure, activate, deactivate, cleanup or shutdown")
-      ->required()
-      ->check(CLI::IsMember({"configure", "activate", "deactivate", "cleanup", "shutdown"}));
-  add_common(set_command, wish);
-  set_command->callback([wish, &exit_code] { exit_code = set_state(*wish); });
+  Command& set_command = group.add("set", "trigger a transition of a component");
+  set_command.option("node", wish->name, "name or id").required().names_a(Names::Node);
+  set_command.option("transition", wish->transition, "configure, activate, deactivate, cleanup or shutdown")
+      .required()
+      .one_of({"configure", "activate", "deactivate", "cleanup", "shutdown"});
+  add_common_options(set_command, wish->container, wish->as_json);
+  set_command.runs([wish] { return set_state(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "commands.hpp"
@@ -35,18 +34,16 @@ int run(const Wish& wish) {
 
 }  // namespace
 
-void add_container_command(CLI::App& app, int& exit_code) {
+void add_container_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  CLI::App* const command =
-      app.add_subcommand("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
-  command->add_option("--name", wish->name, "its name on the control socket")->capture_default_str();
-  command->add_flag("--resume", wish->resume,
-                    "after a crash: the components, parameters and states that the last run had");
-  command->add_option("--state", wish->state_file,
-                      "where the composition is kept (default: beside the control socket)");
-  command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
-  command->footer("What survives a crash, and how: docs/supervision.md in the source tree.");
-  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+  Command& command = root.add("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
+  command.option("--name", wish->name, "its name on the control socket").with_default();
+  command.flag("--resume", wish->resume, "after a crash: the components, parameters and states that the last run had");
+  command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")
+      .names_a(Names::File);
+  command.flag("-v,--verbose", wish->verbose, "a line for each step");
+  command.note("What survives a crash, and how: docs/supervision.md in the source tree.");
+  command.runs([wish] { return run(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "commands.hpp"
@@ -12,7 +11,7 @@ namespace {
 
 struct Wish {
   std::vector<std::string> words;  // perhaps a file, then name:=value
-  double seconds = 0;
+  double seconds = -1;             // not given
   bool twist = false;
   drive::DriveSettings settings;
 };
@@ -40,32 +39,29 @@ int run(Wish& wish) {
 
 }  // namespace
 
-void add_drive_command(CLI::App& app, int& exit_code) {
+void add_drive_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  CLI::App* const command =
-      app.add_subcommand("drive", "drive the simulated robot round a one-metre square and show the figures");
-  command->add_option("words", wish->words, "a launch file (default: the robot's), and name:=value for its arguments");
-  CLI::Option* const duration = command->add_option("--for", wish->seconds, "run this many seconds without driving")
-                                    ->type_name("SECONDS")
-                                    ->check(CLI::Range(0.0, 1e6));
-  CLI::Option* const stay = command->add_flag("--stay", wish->settings.stay, "run without driving until Ctrl-C");
-  duration->excludes(stay);
-  command->add_option("--seed", wish->settings.seed, "the world's random numbers")
-      ->check(CLI::Validator{[](const std::string& text) {
-                               // CLI11's own check would print the largest double.
-                               return text.rfind('-', 0) == 0 ? "must be 0 or more, not " + text : std::string{};
-                             },
-                             ""})
-      ->capture_default_str();
-  command->add_option("--report", wish->settings.report_file, "write the figures to this JSON file");
-  command->add_option("--speed", wish->settings.course.speed_mps, "top speed in m/s")
-      ->check(CLI::Range(0.02, 0.3))
-      ->capture_default_str();
-  command->add_flag("--twist", wish->twist, "send Twist instead of TwistStamped");
-  command->add_flag("-v,--verbose", wish->settings.verbose, "show the container's own lines");
-  command->callback([wish, duration, &exit_code] {
-    if (duration->count() > 0) wish->settings.duration = from_seconds(wish->seconds);
-    exit_code = run(*wish);
+  Command& command = root.add("drive", "drive the simulated robot round a one-metre square and show the figures");
+  command.option("words", wish->words, "a launch file (default: the robot's), and name:=value for its arguments")
+      .names_a(Names::File);
+  command.flag("--stay", wish->settings.stay, "run without driving until Ctrl-C");
+  command.option("--for", wish->seconds, "run this many seconds without driving")
+      .value("SECONDS")
+      .within(0, 1e6)
+      .not_with("--stay");
+  command.option("--seed", wish->settings.seed, "the world's random numbers")
+      .checked([](const std::string& text) {
+        // CLI11's own check would print the largest double.
+        return text.rfind('-', 0) == 0 ? "must be 0 or more, not " + text : std::string{};
+      })
+      .with_default();
+  command.option("--report", wish->settings.report_file, "write the figures to this JSON file").names_a(Names::File);
+  command.option("--speed", wish->settings.course.speed_mps, "top speed in m/s").within(0.02, 0.3).with_default();
+  command.flag("--twist", wish->twist, "send Twist instead of TwistStamped");
+  command.flag("-v,--verbose", wish->settings.verbose, "show the container's own lines");
+  command.runs([wish] {
+    if (wish->seconds >= 0) wish->settings.duration = from_seconds(wish->seconds);
+    return run(*wish);
   });
 }
 

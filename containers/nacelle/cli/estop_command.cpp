@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -87,19 +86,16 @@ int tell(const Wish& wish, bool set) {
 
 }  // namespace
 
-void add_estop_command(CLI::App& app, int& exit_code) {
-  CLI::App* const group =
-      app.add_subcommand("estop", "set or release the emergency stop: the wheels stand still meanwhile");
-  group->require_subcommand(1);
+void add_estop_command(Command& root) {
+  Command& group = root.add("estop", "set or release the emergency stop: the wheels stand still meanwhile");
   auto wish = std::make_shared<Wish>();
   for (const bool set : {true, false}) {
-    CLI::App* const command =
-        set ? group->add_subcommand("set", "stop the wheels at once, until the stop is released")
-            : group->add_subcommand("release", "release it; nothing moves before a new command comes");
-    command->add_option("--topic", wish->topic, "one topic; without it every emergency_stop that a component reads");
-    command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
-    command->add_flag("--json", wish->as_json, "the answer as JSON");
-    command->callback([wish, set, &exit_code] { exit_code = tell(*wish, set); });
+    Command& command = set ? group.add("set", "stop the wheels at once, until the stop is released")
+                           : group.add("release", "release it; nothing moves before a new command comes");
+    command.option("--topic", wish->topic, "one topic; without it every emergency_stop that a component reads")
+        .names_a(Names::Topic);
+    add_common_options(command, wish->container, wish->as_json);
+    command.runs([wish, set] { return tell(*wish, set); });
   }
 }
 

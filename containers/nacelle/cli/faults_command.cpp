@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
 #include <ctime>
@@ -85,13 +84,11 @@ int faults(const Wish& wish) {
 
 }  // namespace
 
-void add_faults_command(CLI::App& app, int& exit_code) {
+void add_faults_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  CLI::App* const command =
-      app.add_subcommand("faults", "the components that cannot go on, why, and what is done about it");
-  command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
-  command->add_flag("--json", wish->as_json, "the answer as JSON");
-  command->callback([wish, &exit_code] { exit_code = faults(*wish); });
+  Command& command = root.add("faults", "the components that cannot go on, why, and what is done about it");
+  add_common_options(command, wish->container, wish->as_json);
+  command.runs([wish] { return faults(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -75,22 +74,24 @@ int run(const Wish& wish) {
 
 }  // namespace
 
-void add_import_command(CLI::App& app, int& exit_code) {
+void add_import_command(Command& root) {
   const auto wish = std::make_shared<Wish>();
-  CLI::App* const command = app.add_subcommand("import", "make a parameter file of ones written for ROS 2 drivers");
+  Command& command = root.add("import", "make a parameter file of ones written for ROS 2 drivers");
   command
-      ->add_option("files", wish->files,
-                   "parameter files of diff_drive_controller and ros2_control, robot_localization,\n"
-                   "teleop_twist_joy, v4l2_camera, usb_cam or an LD06 driver")
-      ->required();
-  command->add_option("-o,--output", wish->output, "write the parameters to this file instead of to stdout");
-  command->add_flag("--json", wish->as_json, "print one JSON object: parameters, keys");
-  command->footer(
+      .option("files", wish->files,
+              "parameter files of diff_drive_controller and ros2_control, robot_localization,\n"
+              "teleop_twist_joy, v4l2_camera, usb_cam or an LD06 driver")
+      .required()
+      .names_a(Names::File);
+  command.option("-o,--output", wish->output, "write the parameters to this file instead of to stdout")
+      .names_a(Names::File);
+  command.flag("--json", wish->as_json, "print one JSON object: parameters, keys");
+  command.note(
       "What became of each key goes to stderr, a line each: kept, translated, dropped, doubted, or added (ROS's "
       "default\n"
       "where Nacelle's is another). A doubted one needs a person; where it is written at all, it may be as a comment.\n"
       "Exit codes: 0 done, 1 a file is no parameter file, 2 wrong usage.");
-  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+  command.runs([wish] { return run(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -25,6 +25,16 @@ Result<std::unique_ptr<InertLaunch>, std::vector<Problem>> load_inert_launch(
   return robot;
 }
 
+Result<std::unique_ptr<InertLaunch>, int> open_inert_launch(const std::string& file,
+                                                            const std::vector<std::string>& words) {
+  const auto arguments = parse_or_complain(words);
+  if (!arguments) return err(kUsage);
+  auto loaded = load_inert_launch(file, *arguments);
+  if (loaded) return std::move(loaded).value();
+  for (const auto& problem : loaded.error()) complain(problem);
+  return err(kFailed);
+}
+
 std::size_t stream_count(const runtime::Container& container) {
   std::vector<runtime::StreamReport> streams;
   container.report_streams(streams);

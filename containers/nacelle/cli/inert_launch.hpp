@@ -28,6 +28,9 @@ struct InertLaunch {
 /// Errors: every problem of the launch file.
 [[nodiscard]] Result<std::unique_ptr<InertLaunch>, std::vector<Problem>> load_inert_launch(
     const std::string& file, const std::map<std::string, std::string>& arguments);
+/// Both at once. Errors: the exit code; every problem has been said on stderr.
+[[nodiscard]] Result<std::unique_ptr<InertLaunch>, int> open_inert_launch(const std::string& file,
+                                                                          const std::vector<std::string>& words);
 [[nodiscard]] std::size_t stream_count(const runtime::Container& container);
 
 }  // namespace nacelle::cli

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "interface_command.hpp"
-
+#include "commands.hpp"
 #include "nacelle/base/bytes.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
-
-#include <CLI/CLI.hpp>
+#include "program.hpp"
 
 #include <iostream>
 #include <iterator>
@@ -26,11 +24,6 @@ struct Wish {
   std::string package;
   bool all = false;
 };
-
-int complain(const Problem& problem) {
-  std::cerr << problem.text() << '\n';
-  return 1;
-}
 
 std::string standard_input() { return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()}; }
 
@@ -94,39 +87,27 @@ int decode(const Wish& wish) {
 
 }  // namespace
 
-std::vector<std::filesystem::path> message_library_directories() {
-  std::error_code unknown;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  if (unknown) return {};
-  const auto prefix = program.parent_path().parent_path();
-  std::vector<std::filesystem::path> directories{prefix / "lib"};
-  for (const auto& entry : std::filesystem::directory_iterator(prefix / "lib", unknown)) {
-    // Debian's multi-architecture folders: lib/aarch64-linux-gnu.
-    if (entry.path().filename().string().ends_with("-linux-gnu")) directories.push_back(entry.path());
-  }
-  return directories;
-}
-
-void add_interface_command(CLI::App& app, int& exit_code, std::vector<std::filesystem::path> library_directories) {
+void add_interface_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  wish->directories = std::move(library_directories);
-  CLI::App* const command = app.add_subcommand("interface", "Message, service and action types, and their wire form");
-  command->require_subcommand(1);
+  wish->directories = message_library_directories();
+  Command& command = root.add("interface", "message, service and action types, and their wire form");
 
-  CLI::App* const list_command = command->add_subcommand("list", "Print the names of the types");
-  list_command->add_option("--package", wish->package, "Only this package's");
-  list_command->add_flag("--all", wish->all, "Also the messages that services and actions consist of");
-  list_command->callback([wish, &exit_code] { exit_code = list(*wish); });
+  Command& list_command = command.add("list", "print the names of the types");
+  list_command.option("--package", wish->package, "only this package's");
+  list_command.flag("--all", wish->all, "also the messages that services and actions consist of");
+  list_command.runs([wish] { return list(*wish); });
 
   const auto add = [&](const char* name, const char* what, int (*run)(const Wish&)) {
-    CLI::App* const one = command->add_subcommand(name, what);
-    one->add_option("TYPE", wish->type, "For example sensor_msgs/msg/Imu or std_srvs/srv/SetBool_Request")->required();
-    one->callback([wish, run, &exit_code] { exit_code = run(*wish); });
+    Command& one = command.add(name, what);
+    one.option("TYPE", wish->type, "for example sensor_msgs/msg/Imu or std_srvs/srv/SetBool_Request")
+        .required()
+        .names_a(Names::Type);
+    one.runs([wish, run] { return run(*wish); });
   };
-  add("show", "Print the definition", &show);
-  add("hash", "Print the RIHS01 hash", &hash);
-  add("encode", "Read JSON, print CDR in hexadecimal", &encode);
-  add("decode", "Read CDR in hexadecimal, print JSON", &decode);
+  add("show", "print the definition", &show);
+  add("hash", "print the RIHS01 hash", &hash);
+  add("encode", "read JSON, print CDR in hexadecimal", &encode);
+  add("decode", "read CDR in hexadecimal, print JSON", &decode);
 }
 
 }  // namespace nacelle::cli

@@ -2,7 +2,6 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "commands.hpp"
@@ -33,14 +32,13 @@ int run(const Wish& wish) {
 
 }  // namespace
 
-void add_isolated_command(CLI::App& app, int& exit_code) {
+void add_isolated_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  CLI::App* const command = app.add_subcommand("isolated", "the process of a component with `isolate: process`");
-  command->group("");
-  command->add_option("--name", wish->name, "the component")->required();
-  command->add_option("--carrier", wish->carrier, "for its streams");
-  command->add_option("--parent", wish->parent_pid, "end when this process ends");
-  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+  Command& command = root.add("isolated", "the process of a component with `isolate: process`").hidden();
+  command.option("--name", wish->name, "the component").required();
+  command.option("--carrier", wish->carrier, "for its streams");
+  command.option("--parent", wish->parent_pid, "end when this process ends");
+  command.runs([wish] { return run(*wish); });
 }
 
 }  // namespace nacelle::cli

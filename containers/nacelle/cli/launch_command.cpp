@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
 #include <map>
@@ -103,34 +102,31 @@ int run(const Wish& wish) {
 
 }  // namespace
 
-void add_launch_command(CLI::App& app, int& exit_code) {
+void add_launch_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  CLI::App* const command =
-      app.add_subcommand("launch", "start the components of a launch file, and run them until Ctrl-C");
-  command->add_option("file", wish->file, "a .launch.yaml, .launch.xml file")->required();
-  command->add_option("arguments", wish->arguments, "name:=value for the file's arguments");
-  command->add_option("--name", wish->name, "the container's name on its control socket (default: the file's)");
-  command->add_option("--report", wish->report_file, "write the run's figures to this JSON file");
+  Command& command = root.add("launch", "start the components of a launch file, and run them until Ctrl-C");
+  command.option("file", wish->file, "a .launch.yaml, .launch.xml file").required().names_a(Names::File);
+  command.option("arguments", wish->arguments, "name:=value for the file's arguments");
+  command.option("--name", wish->name, "the container's name on its control socket (default: the file's)");
+  command.option("--report", wish->report_file, "write the run's figures to this JSON file").names_a(Names::File);
+  command.option("--carrier", wish->carrier, "what moves the streams of components with `isolate: process`: iceoryx")
+      .one_of({"iceoryx"});
   command
-      ->add_option("--carrier", wish->carrier, "what moves the streams of components with `isolate: process`: iceoryx")
-      ->check(CLI::IsMember({"iceoryx"}));
-  command->add_option("--transitions", wish->transitions_file,
-                      "write each step of each component to this file, in the plan's order, and its times to FILE.times");
-  command->add_flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
-  command->add_flag("--resume", wish->resume,
-                    "after a crash: the components, parameters and states that the last run had, not the file's");
-  command->add_option("--state", wish->state_file,
-                      "where the composition is kept (default: beside the control socket)");
-  command->add_flag("-v,--verbose", wish->verbose, "a line for each step");
-  command->add_option("--last-message", wish->last_messages, "put this topic's last message into the report")
-      ->group("")
-      ->expected(1)
-      ->allow_extra_args(false);
-  command->add_option("--test-clock", wish->test_clock, "a fifo that sets the wall clock of this process, for tests")
-      ->group("");
-  command->add_option("--parent", wish->parent_pid, "end when this process ends")->group("");
-  command->footer("How a launch file is written, key by key: docs/launch_files.md in the source tree.");
-  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+      .option("--transitions", wish->transitions_file,
+              "write each step of each component to this file, in the plan's order, and its times to FILE.times")
+      .names_a(Names::File);
+  command.flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
+  command.flag("--resume", wish->resume,
+               "after a crash: the components, parameters and states that the last run had, not the file's");
+  command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")
+      .names_a(Names::File);
+  command.flag("-v,--verbose", wish->verbose, "a line for each step");
+  command.option("--last-message", wish->last_messages, "put this topic's last message into the report").hidden();
+  command.option("--test-clock", wish->test_clock, "a fifo that sets the wall clock of this process, for tests")
+      .hidden();
+  command.option("--parent", wish->parent_pid, "end when this process ends").hidden();
+  command.note("How a launch file is written, key by key: docs/launch_files.md in the source tree.");
+  command.runs([wish] { return run(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -127,64 +126,64 @@ complete -o default -F _nacelle nacelle
 
 }  // namespace
 
-void add_teleop_command(CLI::App& app, int& exit_code) {
+void add_teleop_command(Command& root) {
   auto wish = std::make_shared<TeleopWish>();
-  CLI::App* const command = app.add_subcommand("teleop", "drive with the keys, as in teleop_twist_keyboard");
-  command->add_option("--topic", wish->topic, "where the commands go")->capture_default_str();
-  CLI::Option* const stamped = command->add_flag("--stamped", wish->stamped, "send TwistStamped (the default)");
-  command->add_flag("--twist", wish->twist, "send Twist")->excludes(stamped);
-  command->add_option("--speed", wish->settings.keys.speed_mps, "forward speed in m/s at first")
-      ->check(CLI::Range(0.01, 1.0))
-      ->capture_default_str();
-  command->add_option("--turn", wish->settings.keys.yaw_rate_rps, "turning speed in rad/s at first")
-      ->check(CLI::Range(0.01, 3.0))
-      ->capture_default_str();
-  command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
-  command->callback([wish, &exit_code] { exit_code = run_teleop_command(*wish); });
+  Command& command = root.add("teleop", "drive with the keys, as in teleop_twist_keyboard");
+  command.option("--topic", wish->topic, "where the commands go").with_default().names_a(Names::Topic);
+  command.flag("--stamped", wish->stamped, "send TwistStamped (the default)");
+  command.flag("--twist", wish->twist, "send Twist").not_with("--stamped");
+  command.option("--speed", wish->settings.keys.speed_mps, "forward speed in m/s at first")
+      .within(0.01, 1.0)
+      .with_default();
+  command.option("--turn", wish->settings.keys.yaw_rate_rps, "turning speed in rad/s at first")
+      .within(0.01, 3.0)
+      .with_default();
+  add_container_option(command, wish->container);
+  command.runs([wish] { return run_teleop_command(*wish); });
 }
 
-void add_sim_commands(CLI::App& app, int& exit_code) {
+void add_sim_commands(Command& root) {
   auto wish = std::make_shared<WorldWish>();
-  CLI::App* const group = app.add_subcommand("sim", "the simulated robot");
-  group->require_subcommand(1);
-  CLI::App* const world =
-      group->add_subcommand("world", "run the world: devices appear as lidar, imu and base in a folder, until Ctrl-C");
-  world->add_option("--dir", wish->options.directory, "the folder for the device links; made if missing")->required();
-  world->add_option("--seed", wish->options.settings.seed, "of the world's random numbers")->capture_default_str();
-  world->add_option("--parent", wish->options.parent_pid, "end when this process ends")->group("");
-  world->add_flag("-v,--verbose", wish->verbose, "say at the end how it went");
-  world->callback([wish, &exit_code] {
+  Command& group = root.add("sim", "the simulated robot");
+  Command& world = group.add("world", "run the world: devices appear as lidar, imu and base in a folder, until Ctrl-C");
+  world.option("--dir", wish->options.directory, "the folder for the device links; made if missing")
+      .required()
+      .names_a(Names::File);
+  world.option("--seed", wish->options.settings.seed, "of the world's random numbers").with_default();
+  world.option("--parent", wish->options.parent_pid, "end when this process ends").hidden();
+  world.flag("-v,--verbose", wish->verbose, "say at the end how it went");
+  world.runs([wish] {
     wish->options.end_with_parent = wish->options.parent_pid != 0;
-    exit_code = run_world_command(*wish);
+    return run_world_command(*wish);
   });
 
   auto folder = std::make_shared<std::string>(default_sim_folder());
   auto device = std::make_shared<std::string>();
-  const auto with_folder = [&](const char* name, const char* what) {
-    CLI::App* const command = group->add_subcommand(name, what);
-    command->add_option("--dir", *folder, "the world's folder: the launch file's sim_dir")->capture_default_str();
+  const auto with_folder = [&](const char* name, const char* what) -> Command& {
+    Command& command = group.add(name, what);
+    command.option("--dir", *folder, "the world's folder: the launch file's sim_dir")
+        .with_default()
+        .names_a(Names::File);
     return command;
   };
   for (const bool in : {false, true}) {
-    CLI::App* const command = with_folder(
-        in ? "plug" : "unplug", in ? "put a device's cable back" : "pull a device's cable out of the running world");
-    command->add_option("device", *device, "lidar, imu or base")->required();
-    command->callback([folder, device, in, &exit_code] { exit_code = plug(*folder, *device, in); });
+    Command& command = with_folder(in ? "plug" : "unplug",
+                                   in ? "put a device's cable back" : "pull a device's cable out of the running world");
+    command.option("device", *device, "lidar, imu or base").required().one_of({"lidar", "imu", "base"});
+    command.runs([folder, device, in] { return plug(*folder, *device, in); });
   }
-  CLI::App* const truth =
-      with_folder("truth", "where the simulated robot really is, and what its motor board was told, as JSON");
-  truth->callback([folder, &exit_code] { exit_code = show_truth(*folder); });
+  with_folder("truth", "where the simulated robot really is, and what its motor board was told, as JSON")
+      .runs([folder] { return show_truth(*folder); });
 }
 
-void add_completion_command(CLI::App& app, int& exit_code) {
+void add_completion_command(Command& root) {
   auto shell = std::make_shared<std::string>("bash");
-  CLI::App* const command =
-      app.add_subcommand("completion", "print the completion for a shell:  source <(nacelle completion bash)")
-          ->group("");
-  command->add_option("shell", *shell, "bash")->check(CLI::IsMember({"bash"}));
-  command->callback([shell, &exit_code] {
+  Command& command =
+      root.add("completion", "print the completion for a shell:  source <(nacelle completion bash)").hidden();
+  command.option("shell", *shell, "bash").one_of({"bash"});
+  command.runs([shell] {
     std::fputs(kBashCompletion, stdout);
-    exit_code = kDone;
+    return kDone;
   });
 }
 

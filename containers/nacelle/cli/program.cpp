@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "interface_command.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/qos/profiles.hpp"
 
@@ -70,6 +69,17 @@ std::string first_existing(const std::vector<fs::path>& candidates) {
 int complain(const Problem& problem) {
   std::fprintf(stderr, "nacelle: %s\n", problem.text().c_str());
   return kFailed;
+}
+
+std::vector<fs::path> message_library_directories() {
+  const fs::path libraries = prefix() / "lib";
+  std::vector<fs::path> directories{libraries};
+  std::error_code unknown;
+  for (const auto& entry : fs::directory_iterator(libraries, unknown)) {
+    // Debian's multi-architecture folders: lib/aarch64-linux-gnu.
+    if (entry.path().filename().string().ends_with("-linux-gnu")) directories.push_back(entry.path());
+  }
+  return directories;
 }
 
 session::ProgramPlaces program_places() {
@@ -136,6 +146,15 @@ Result<control::Client, int> connect(const std::string& container_option) {
     return err(kNoContainer);
   }
   return std::move(client).value();
+}
+
+void add_container_option(Command& command, std::string& container) {
+  command.option("--container", container, "which container, if several run (or NACELLE_CONTAINER)");
+}
+
+void add_common_options(Command& command, std::string& container, bool& as_json) {
+  add_container_option(command, container);
+  command.flag("--json", as_json, "the answer as JSON");
 }
 
 void die_with_parent(long parent_pid) {

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "command.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/launch/load_plan.hpp"
-#include "nacelle/session/session.hpp"
+#include "nacelle/session/program_places.hpp"
 
 namespace nacelle::cli {
 
@@ -19,6 +21,9 @@ inline constexpr int kDone = 0, kFailed = 1, kUsage = 2, kNoContainer = 3;
 /// Says it on stderr and returns kFailed.
 int complain(const Problem& problem);
 
+/// Where an installed or freshly built program finds the message packages' libraries: ../lib beside the program, and
+/// ../lib/<architecture> where Debian puts them.
+[[nodiscard]] std::vector<std::filesystem::path> message_library_directories();
 /// Where the running program finds what belongs to it, built or installed.
 [[nodiscard]] session::ProgramPlaces program_places();
 /// The launch file that `nacelle drive` starts unless it is given another one; empty if there is none.
@@ -29,6 +34,10 @@ int complain(const Problem& problem);
 /// A connection to the container that is meant: --container, else NACELLE_CONTAINER, else the only one.
 /// Errors: the exit code; what is wrong has been said on stderr.
 [[nodiscard]] Result<control::Client, int> connect(const std::string& container_option);
+
+/// --container, and with it --json, as every command has them that asks a container.
+void add_container_option(Command& command, std::string& container);
+void add_common_options(Command& command, std::string& container, bool& as_json);
 
 /// The kernel ends this process when its parent dies; at once if it has died before this call.
 void die_with_parent(long parent_pid);

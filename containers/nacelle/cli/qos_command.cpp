@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -96,13 +95,8 @@ int explain(const Wish& wish) {
 
 /// Makes every component, which declares its endpoints and touches no hardware (design D3), and starts none.
 int check_launch_file(const Wish& wish) {
-  const auto arguments = parse_or_complain(wish.arguments);
-  if (!arguments) return kUsage;
-  const auto loaded = load_inert_launch(wish.file, *arguments);
-  if (!loaded) {
-    for (const auto& problem : loaded.error()) complain(problem);
-    return kFailed;
-  }
+  const auto loaded = open_inert_launch(wish.file, wish.arguments);
+  if (!loaded) return loaded.error();
   const InertLaunch& robot = *loaded.value();
   for (const auto& component : robot.inert.loaded) {
     if (component.failure)
@@ -138,29 +132,27 @@ int check_launch_file(const Wish& wish) {
 
 }  // namespace
 
-void add_qos_commands(CLI::App& app, int& exit_code) {
+void add_qos_commands(Command& root) {
   const auto wish = std::make_shared<Wish>();
-  CLI::App* const qos = app.add_subcommand("qos", "what quality of service fits what");
-  qos->require_subcommand(1);
+  Command& qos = root.add("qos", "what quality of service fits what");
 
-  CLI::App* const check = qos->add_subcommand("check", "check every pair of a launch file without starting anything");
-  check->add_option("launch_file", wish->file, "a launch file")->required();
-  check->add_option("arguments", wish->arguments, "name:=value for its arguments");
-  check->add_flag("--json", wish->as_json, "print one JSON object");
-  check->footer("Exit codes: 0 all fit, 1 a pair clashes or a component cannot be made, 2 wrong usage.");
-  check->callback([wish, &exit_code] { exit_code = check_launch_file(*wish); });
+  Command& check = qos.add("check", "check every pair of a launch file without starting anything");
+  check.option("launch_file", wish->file, "a launch file").required().names_a(Names::File);
+  check.option("arguments", wish->arguments, "name:=value for its arguments");
+  check.flag("--json", wish->as_json, "print one JSON object");
+  check.note("Exit codes: 0 all fit, 1 a pair clashes or a component cannot be made, 2 wrong usage.");
+  check.runs([wish] { return check_launch_file(*wish); });
 
-  CLI::App* const explain_one =
-      qos->add_subcommand("explain", "whether a publisher's QoS serves a subscription's: ok, warning or error");
-  explain_one->add_option("--offered", wish->offered, "the publisher's policies, k=v,k=v")->required();
-  explain_one->add_option("--requested", wish->requested, "the subscription's policies, k=v,k=v")->required();
-  explain_one->add_flag("--json", wish->as_json, "print one JSON object: verdict, reasons");
-  explain_one->footer(
+  Command& explain_one = qos.add("explain", "whether a publisher's QoS serves a subscription's: ok, warning or error");
+  explain_one.option("--offered", wish->offered, "the publisher's policies, k=v,k=v").required();
+  explain_one.option("--requested", wish->requested, "the subscription's policies, k=v,k=v").required();
+  explain_one.flag("--json", wish->as_json, "print one JSON object: verdict, reasons");
+  explain_one.note(
       "Keys: reliability (reliable, best_effort, ...), durability (volatile, transient_local, ...), liveliness\n"
       "(automatic, manual_by_topic, ...), deadline and lease (100ms, 1s, infinite). Absent: reliable, volatile, "
       "automatic,\n"
       "infinite. The exit code is 0 whatever the answer, 2 for wrong usage.");
-  explain_one->callback([wish, &exit_code] { exit_code = explain(*wish); });
+  explain_one.runs([wish] { return explain(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -151,48 +150,45 @@ int publish(const Wish& wish) {
 
 }  // namespace
 
-void add_topic_commands(CLI::App& app, int& exit_code) {
-  CLI::App* const group = app.add_subcommand("topic", "list, watch, measure and write topics of a running container");
-  group->require_subcommand(1);
+void add_topic_commands(Command& root) {
+  Command& group = root.add("topic", "list, watch, measure and write topics of a running container");
   auto wish = std::make_shared<Wish>();
-  const auto common = [&wish](CLI::App* command) {
-    command->add_option("--container", wish->container, "which container, if several run (or NACELLE_CONTAINER)");
-    return command;
-  };
 
-  CLI::App* const list_command = common(group->add_subcommand("list", "the topics"));
-  list_command->add_flag("-t,--show-types", wish->with_types, "the types too");
-  list_command->add_flag("--json", wish->as_json, "types and counts as JSON");
-  list_command->callback([wish, &exit_code] { exit_code = list(*wish); });
+  Command& list_command = group.add("list", "the topics");
+  add_container_option(list_command, wish->container);
+  list_command.flag("-t,--show-types", wish->with_types, "the types too");
+  list_command.flag("--json", wish->as_json, "types and counts as JSON");
+  list_command.runs([wish] { return list(*wish); });
 
-  CLI::App* const echo_command = common(group->add_subcommand("echo", "show a topic's messages"));
-  echo_command->add_option("topic", wish->topic)->required();
-  echo_command->add_option("type", wish->type, "of a topic with several: the one to show");
-  echo_command->add_flag("--once", wish->once, "one message, then end");
-  echo_command->add_flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
-  echo_command->add_flag("--json", wish->as_json, "one JSON object a line, always whole");
-  echo_command->callback([wish, &exit_code] { exit_code = echo(*wish); });
+  Command& echo_command = group.add("echo", "show a topic's messages");
+  add_container_option(echo_command, wish->container);
+  echo_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
+  echo_command.option("type", wish->type, "of a topic with several: the one to show").names_a(Names::Type);
+  echo_command.flag("--once", wish->once, "one message, then end");
+  echo_command.flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
+  echo_command.flag("--json", wish->as_json, "one JSON object a line, always whole");
+  echo_command.runs([wish] { return echo(*wish); });
 
-  CLI::App* const hz_command = common(group->add_subcommand("hz", "measure a topic's rate"));
-  hz_command->add_option("topic", wish->topic)->required();
-  hz_command->add_option("type", wish->type, "of a topic with several: the one to measure");
-  hz_command->add_option("-w,--window", wish->window, "how many messages the rate is taken over")
-      ->check(CLI::Range(2, 100000))
-      ->capture_default_str();
-  hz_command->add_flag("--once", wish->once, "one figure, then end");
-  hz_command->callback([wish, &exit_code] { exit_code = hz(*wish); });
+  Command& hz_command = group.add("hz", "measure a topic's rate");
+  add_container_option(hz_command, wish->container);
+  hz_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
+  hz_command.option("type", wish->type, "of a topic with several: the one to measure").names_a(Names::Type);
+  hz_command.option("-w,--window", wish->window, "how many messages the rate is taken over")
+      .within(2, 100000)
+      .with_default();
+  hz_command.flag("--once", wish->once, "one figure, then end");
+  hz_command.runs([wish] { return hz(*wish); });
 
-  CLI::App* const pub_command = common(group->add_subcommand("pub", "publish a message"));
-  pub_command->add_option("topic", wish->topic)->required();
-  pub_command->add_option("type", wish->type, "e.g. geometry_msgs/msg/Twist")->required();
-  pub_command->add_option("message", wish->message, "JSON; missing fields take their defaults");
-  pub_command->add_option("-r,--rate", wish->rate_hz, "messages per second")
-      ->check(CLI::Range(0.001, 1000.0))
-      ->capture_default_str();
-  pub_command->add_option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)");
-  pub_command->add_flag_callback(
+  Command& pub_command = group.add("pub", "publish a message");
+  add_container_option(pub_command, wish->container);
+  pub_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
+  pub_command.option("type", wish->type, "e.g. geometry_msgs/msg/Twist").required().names_a(Names::Type);
+  pub_command.option("message", wish->message, "JSON; missing fields take their defaults");
+  pub_command.option("-r,--rate", wish->rate_hz, "messages per second").within(0.001, 1000).with_default();
+  pub_command.option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)");
+  pub_command.flag(
       "-1,--once", [wish] { wish->times = 1; }, "one message, then end");
-  pub_command->callback([wish, &exit_code] { exit_code = publish(*wish); });
+  pub_command.runs([wish] { return publish(*wish); });
 }
 
 }  // namespace nacelle::cli

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/description/xacro.hpp"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -40,13 +39,13 @@ int run(const Wish& wish) {
 
 }  // namespace
 
-void add_xacro_command(CLI::App& app, int& exit_code) {
+void add_xacro_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  CLI::App* const command = app.add_subcommand("xacro", "print the URDF that a xacro file describes");
-  command->add_option("file", wish->file, "a .xacro file")->required();
-  command->add_option("arguments", wish->arguments, "name:=value for the file's arguments");
-  command->add_option("-o,--output", wish->output, "write to this file instead");
-  command->callback([wish, &exit_code] { exit_code = run(*wish); });
+  Command& command = root.add("xacro", "print the URDF that a xacro file describes");
+  command.option("file", wish->file, "a .xacro file").required().names_a(Names::File);
+  command.option("arguments", wish->arguments, "name:=value for the file's arguments");
+  command.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
+  command.runs([wish] { return run(*wish); });
 }
 
 }  // namespace nacelle::cli

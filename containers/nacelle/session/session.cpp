@@ -419,6 +419,10 @@ std::optional<Problem> Session::serve() {
       const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
+    if (const auto due = desk.next_due()) {
+      const int left_ms = std::max(0, static_cast<int>(std::min<Duration>(*due - clock_.now(), 1h) / 1ms) + 1);
+      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
+    }
     if (::poll(waits.data(), waits.size(), limit_ms) < 0 && errno != EINTR)
       return Problem{"container", "poll failed", ""};
     if (steady_from_ && !steady_.has_begun() && clock_.now() >= *steady_from_) steady_.begin(clock_.now());

@@ -92,6 +92,7 @@ class NodeRuntime {
   [[nodiscard]] const std::atomic<bool>& active() const { return active_; }
   void report_histograms(std::vector<HistogramReport>& out, std::size_t& used) const;
   void report_callbacks(std::vector<CallbackReport>& out, std::size_t& used) const;
+  void report_services(std::vector<ServiceReport>& out) const;
   void report_load(LoadReport& out) const { groups_.executor().report_load(groups_, out); }
   [[nodiscard]] Commons& commons() { return commons_; }
 
@@ -101,6 +102,8 @@ class NodeRuntime {
     virtual ~Port() = default;
     virtual void set_active(bool active) = 0;
     virtual void report(CallbackReport& row) const = 0;
+    /// Returns false for a port that is no end of a service.
+    [[nodiscard]] virtual bool describe(ServiceReport&) const { return false; }
   };
   // Ports enter and leave by themselves.
   void enroll(Port& port);

@@ -57,6 +57,29 @@ bool ServiceDirectory::is_ready(const std::string& name) const {
   return std::any_of(first, last, [](const auto& entry) { return entry.second->is_open(); });
 }
 
+Problem ServiceDirectory::why_not(const std::string& name, const msgs::MessageType& request) const {
+  auto servers = servers_.lock();
+  const auto [first, last] = servers->equal_range(name);
+  std::vector<std::string> others;
+  for (auto it = first; it != last; ++it) {
+    const msgs::MessageType& type = it->second->request_type();
+    if (&type == &request) return {"service " + name, "its node is not active", "see `nacelle lifecycle nodes`"};
+    others.push_back(service_type_of(type));
+  }
+  if (!others.empty())
+    return {"service " + name, "has the type " + join(others, " and ") + ", not " + service_type_of(request), ""};
+  std::vector<std::string> names;
+  for (const auto& [other, server] : *servers) names.push_back(other);
+  return {"service " + name, "no node of this process offers it", suggestion(name, names)};
+}
+
+std::string service_type_of(const msgs::MessageType& request) {
+  constexpr std::string_view kEnding = "_Request";
+  std::string name = request.name;
+  if (name.ends_with(kEnding)) name.resize(name.size() - kEnding.size());
+  return name;
+}
+
 void ServerPort::push(Call call) {
   const MonotonicTime now = clock_.now();
   auto calls = calls_.lock();

@@ -100,6 +100,7 @@ std::unique_ptr<detail::SubscriptionEvents> Node::make_events(EndpointSpec& spec
       std::make_unique<detail::SubscriptionEvents>(*host_, options.callback_group, options.event_callbacks, logger_);
   spec.status_listener = events->listener();
   spec.tells_lost = static_cast<bool>(options.event_callbacks.message_lost_callback);
+  spec.command_timeout = options.command_timeout;
   return events;
 }
 
