@@ -167,6 +167,7 @@ class ServicePort final : public ServiceHandle, private PortBase {
     node_.executor().forget(port_);
     port_.refuse_all();
   }
+  bool send_response(std::int64_t call, void* response) override { return port_.send_response(call, response); }
 
  private:
   void set_active(bool) override {}  // the port looks at the gate itself
