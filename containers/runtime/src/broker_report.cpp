@@ -32,7 +32,8 @@ HandedOver handed_over(const Topic& topic) {
   for (const BrokerWriter* writer : topic.writers_) {
     for (const auto& reader : topic.readers_) {
       if (writer->thread() == 0 || reader->thread() == 0 || !matches(writer->spec(), reader->spec())) continue;
-      ways |= static_cast<unsigned>(writer->thread() == reader->thread() ? HandedOver::Inline : HandedOver::AcrossThreads);
+      ways |=
+          static_cast<unsigned>(writer->thread() == reader->thread() ? HandedOver::Inline : HandedOver::AcrossThreads);
     }
   }
   return static_cast<HandedOver>(ways);
@@ -139,6 +140,22 @@ WiringReport Broker::wiring(const std::string& name, Duration age) const {
     }
   }
   return report;
+}
+
+std::vector<EndpointReport> Broker::endpoints() const {
+  std::vector<EndpointReport> all;
+  const auto add = [&](const EndpointSpec& spec, bool is_writer, std::uint64_t id) {
+    if (is_tool(spec)) return;
+    all.push_back({spec.topic, spec.type->name, spec.type->hash, spec.node, is_writer, spec.via != 0, id,
+                   spec.qos.resolved(), spec.command_timeout});
+  };
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    for (const BrokerWriter* writer : topic->writers_) add(writer->spec(), true, writer->id());
+    for (const auto& reader : topic->readers_) add(reader->spec(), false, reader->id());
+  }
+  return all;
 }
 
 std::vector<std::string> Broker::topics_of(const std::string& node) const {

@@ -88,6 +88,7 @@ struct Container::Impl final : Context {
   [[nodiscard]] std::shared_ptr<ForeignComponent> foreign_component(std::uint64_t id) const;
   /// Why this thread must not wait for the component: it would wait for itself. Empty if it may.
   [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
+  [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what);
   void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
   /// The first reason since it was well is the cause; false for a later one.
   bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);

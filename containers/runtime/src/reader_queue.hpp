@@ -150,8 +150,8 @@ class ReaderQueue {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
   const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
   std::shared_ptr<BufferLender> lender_;
-  std::size_t looked_at_ = 0;          // of those that wait, the oldest
-  std::uint64_t released_early_ = 0;   // looked at, and gone before release()
+  std::size_t looked_at_ = 0;         // of those that wait, the oldest
+  std::uint64_t released_early_ = 0;  // looked at, and gone before release()
 };
 
 inline void ReaderQueue::append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) {

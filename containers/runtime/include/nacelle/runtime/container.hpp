@@ -14,6 +14,7 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/node/graph.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/runtime/introspection.hpp"
 
 namespace nacelle::runtime {
 
@@ -94,7 +95,7 @@ struct ComponentInfo {
   FaultReason fault;                 ///< Why it is faulted; empty code when it is not.
   /// Of load()'s answer only: parameters that were given and that the component does not have.
   std::vector<std::string> warnings{};
-  bool actuator = false;  ///< It has registered a stop frame: it moves something.
+  bool actuator = false;                           ///< It has registered a stop frame: it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
   std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
 };
@@ -258,6 +259,14 @@ class Container final {
   [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
   /// Sets a parameter between two callbacks of the component. Errors: what the component answers; it has none of that name.
   [[nodiscard]] Result<void, Problem> set_parameter(std::uint64_t id, const Parameter& parameter);
+  /// The parameters of a component, read between two of its callbacks; does not wait for that. `then` is called once: on the
+  /// component's executor, or at once with why not. It is not called, and nothing is done, when `asker` has gone or the component
+  /// goes first. Keep it short, and call nothing here.
+  void read_parameters(std::uint64_t id, std::weak_ptr<void> asker, ParametersRead then);
+  /// The same to set them, each on its own as rclcpp does: what one is refused for does not hold up the others. A value that is
+  /// not set undeclares a parameter of dynamic type.
+  void set_parameters(std::uint64_t id, std::vector<Parameter> parameters, std::weak_ptr<void> asker,
+                      ParametersSet then);
   /// What components here have in common beside streams and services, and could not have with another process, in words.
   [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;
@@ -271,6 +280,16 @@ class Container final {
   void give_up_transitions_after(Duration limit);
   /// Whether a node offers a service of that name, whatever its type, and can answer.
   [[nodiscard]] bool service_is_ready(const std::string& name) const;
+
+  /// Sends a request, whose fields are moved out, and tells `on_answer` when the call is not waiting any more: on a thread of the
+  /// server with locks held, so only note it. Errors: no node here offers the service, or not with that type, or it is not active.
+  [[nodiscard]] Result<std::unique_ptr<ServiceCall>, Problem> call_service(const std::string& name,
+                                                                           const msgs::ServiceType& type, void* request,
+                                                                           std::function<void()> on_answer);
+  /// The services of this process: who offers and who calls them. Those of the container's own node too.
+  [[nodiscard]] std::vector<ServiceReport> services() const;
+  /// The ends of streams that belong to nodes, by topic; those of tools are left out.
+  [[nodiscard]] std::vector<EndpointReport> endpoints() const;
 
   /// Pairs that do not match, known since their second end was declared.
   [[nodiscard]] std::vector<ClashReport> clashes() const;
@@ -294,7 +313,8 @@ class Container final {
   /// The same object that nodes get from Node::shared_object(), or null if nobody has made it.
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name) const;
 
-  /// Writes every registered stop frame, without running component code. Threads: any, but not from a signal handler.
+  /// Counts one of MotionStops and writes every registered stop frame, without running component code: what heeds the count stands
+  /// still until it is activated anew. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
