@@ -76,14 +76,9 @@ json texts_of_parameters(const std::map<std::string, ParameterValue>& parameters
 json callbacks_of(Session& session, const std::string& node) {
   std::vector<runtime::CallbackReport> callbacks;
   session.container().report_callbacks(callbacks);
-  // The report has names without namespaces; of two nodes with one name it cannot tell which is meant.
-  const std::string name = node.substr(node.rfind('/') + 1);
-  const auto components = session.container().list();
-  if (std::ranges::count_if(components, [&](const auto& other) { return other.node.ends_with("/" + name); }) != 1)
-    return nullptr;
   json rows = json::array();
   for (const auto& callback : callbacks) {
-    if (callback.node != name) continue;
+    if (callback.node != node) continue;
     rows.push_back({{"kind", callback.kind}, {"name", callback.name}, {"count", callback.count}});
   }
   return rows;
