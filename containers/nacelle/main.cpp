@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   add_lifecycle_commands(root);
   add_faults_command(root);
   add_topic_commands(root);
+  add_action_commands(root);
   add_qos_commands(root);
   add_estop_command(root);
   add_teleop_command(root);

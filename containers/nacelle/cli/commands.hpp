@@ -20,6 +20,7 @@ void add_component_commands(Command& root);
 void add_lifecycle_commands(Command& root);
 void add_interface_command(Command& root);
 void add_topic_commands(Command& root);
+void add_action_commands(Command& root);
 void add_qos_commands(Command& root);
 void add_estop_command(Command& root);
 void add_teleop_command(Command& root);
