@@ -22,6 +22,9 @@ int main(int argc, char** argv) {
   add_service_commands(root);
   add_param_commands(root);
   add_qos_commands(root);
+  add_tf_commands(root);
+  add_watch_commands(root);
+  add_doctor_command(root);
   add_estop_command(root);
   add_teleop_command(root);
   add_sim_commands(root);

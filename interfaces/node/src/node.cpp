@@ -48,6 +48,11 @@ Node::Node(const std::string& default_name, const NodeOptions& options)
 
 Node::~Node() = default;
 
+void Node::close_gate() {
+  for (GateListener* listener : gate_listeners_) listener->before_gate_closes();
+  host_->set_active(false);
+}
+
 void Node::declare_problem(const Problem& problem) const {
   // Components say "node /x, parameter y" or "parameter y" where a check wants y alone, to find its file and line.
   ParameterFault fault{"", problem.what, problem.way_out};
