@@ -53,6 +53,8 @@ Hindrance hindrance_of(const DriveLoop::Look& look) {
   const auto held = [&](Hold why) { return (look.holds & static_cast<std::uint8_t>(why)) != 0; };
   if (held(Hold::LineLost))
     return {"the line to the motor board is gone; it is opened again when it is back", DiagnosticStatus::ERROR};
+  if (held(Hold::Stopped))
+    return {"it was stopped from outside; deactivate it and activate it again", DiagnosticStatus::ERROR};
   if (held(Hold::EmergencyStop))
     return {"the emergency stop is set; `nacelle estop release` releases it", DiagnosticStatus::ERROR};
   if (look.state == CommandInput::State::Locked)
@@ -71,7 +73,9 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
     : LifecycleNode("diff_drive", options),
       options_((declare_options(*this), read_options(*this))),
       command_to_wheel_(create_histogram("command_to_wheel")),
+      motion_stops_(shared_object<MotionStops>(kMotionStopsName, &make_motion_stops)),
       inbox_(options_.inputs.size(), options_.locks.size()) {
+  inbox_.stops_from_outside = &motion_stops_->count;
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));

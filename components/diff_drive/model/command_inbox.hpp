@@ -31,6 +31,8 @@ struct CommandInbox {
   std::deque<Source> sources;  // a deque: its elements neither copy nor move
   std::deque<Lock> locks;
   std::atomic<bool> emergency_stop{false};
+  /// How often the base was stopped from outside of its component; null: nobody does that. Outlives the loop.
+  const std::atomic<std::uint64_t>* stops_from_outside = nullptr;
   std::atomic<std::int64_t> released_at_ns{0};  ///< When emergency_stop became false; written before it.
 };
 

@@ -45,7 +45,7 @@ launch::ComponentPlan plan_of(const runtime::ComponentInfo& info, const runtime:
 }  // namespace
 
 Composition composition_of(Session& session, const Supervision& supervision) {
-  Composition composition{session.options().container_name, {}};
+  Composition composition{session.options().container_name, {}, session.emergency_stops().set()};
   for (const auto& info : session.container().list()) {
     ComposedComponent component;
     const auto request = session.container().request_of(info.id);

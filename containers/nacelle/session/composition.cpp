@@ -115,7 +115,10 @@ ComposedComponent component_of(const json& row, const std::string& file) {
 bool operator==(const ComposedComponent& a, const ComposedComponent& b) { return to_json(a) == to_json(b); }
 
 std::string to_text(const Composition& composition) {
-  json all{{kFormat, kVersion}, {"container", composition.container}, {"components", json::array()}};
+  json all{{kFormat, kVersion},
+           {"container", composition.container},
+           {"components", json::array()},
+           {"emergency_stops", composition.emergency_stops}};
   for (const auto& component : composition.components) all["components"].push_back(to_json(component));
   return all.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -139,6 +142,13 @@ Result<Composition, Problem> parse_composition(std::string_view text, const std:
       for (std::size_t i = 0; i + 1 < composition.components.size(); ++i) {
         if (composition.components[i].plan.full_name() == name) return refuse("holds " + name + " twice");
       }
+    }
+    // Files of before this key have none.
+    for (const json& row : all.value("emergency_stops", json::array())) {
+      const auto& topic = row.get_ref<const std::string&>();
+      if (auto valid = validate_full_topic_name(topic); !valid || composition.emergency_stops.size() >= kMostComponents)
+        return refuse("holds an emergency stop that is no topic: '" + topic.substr(0, 80) + "'");
+      composition.emergency_stops.push_back(topic);
     }
   } catch (const std::exception& e) { return refuse(fmt::format("is damaged: {}", e.what())); }
   return composition;

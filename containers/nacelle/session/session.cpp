@@ -61,6 +61,7 @@ Session::~Session() {
   server_.reset();
   supervision_.reset();
   service_.reset();
+  emergency_stops_.reset();
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
   ::close(fault_event_);
@@ -106,7 +107,12 @@ int Session::run() {
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
-      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_);
+      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_, fault_event_);
+  emergency_stops_ = std::make_unique<EmergencyStops>(*container_);
+  if (auto set = set_held_stops(); !set) {
+    say("nacelle: " + set.error().text());
+    return 1;
+  }
   if (!options_.transitions_file.empty()) {
     auto log = TransitionLog::open(options_.transitions_file, clock_);
     if (!log) {
@@ -156,14 +162,27 @@ Result<void, Problem> Session::look_at_state_file() {
   for (const auto& component : held.value()->components) {
     if (component.actuator) held_actuators_.push_back(component.plan.full_name());
   }
+  held_stops_ = held.value()->emergency_stops;
   is_resumed_ = true;
   plan_ = resumed(std::move(plan_), *held.value(), state_->path());
   say(fmt::format("nacelle: resuming {} components from {}", plan_.components.size(), state_->path()));
   return {};
 }
 
+// An emergency stop is latched: neither the end of who set it nor that of the container releases it.
+Result<void, Problem> Session::set_held_stops() {
+  for (const auto& topic : held_stops_) {
+    if (auto set = service_->set_emergency_stop(topic); !set)
+      return err(Problem{topic, "the emergency stop was set before the crash, and cannot be set again: " + set.error(),
+                         "start without --resume"});
+    say(fmt::format("nacelle: the emergency stop {} was set and still is; `nacelle estop release` releases it", topic));
+  }
+  return {};
+}
+
 void Session::keep_composition() {
   if (service_->phase() != Phase::Running) return;
+  static_cast<void>(emergency_stops_->look());
   auto kept = state_->write(composition_of(*this, *supervision_));
   if (!kept && !told_of_state_) say("nacelle: " + kept.error().text());
   told_of_state_ = !kept;
@@ -402,6 +421,8 @@ std::optional<Problem> Session::serve() {
     waits.push_back({fault_event_, POLLIN, 0});
     waits.push_back({clock_watch.descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
+    const std::size_t stops_at = waits.size();
+    emergency_stops_->append_waits(waits);
     const std::size_t guests_at = waits.size();
     desk.append_waits(waits);
 
@@ -435,6 +456,10 @@ std::optional<Problem> Session::serve() {
     if (waits[3].revents != 0) {
       if (const auto step = clock_watch.look()) say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
     }
+    const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
+                                           waits.begin() + static_cast<std::ptrdiff_t>(guests_at),
+                                           [](const pollfd& wait) { return wait.revents != 0; });
+    if (stop_was_said && emergency_stops_->look()) keep_composition();
     const auto due = supervision_->next_due();
     if (waits[2].revents != 0 || (due && *due <= clock_.now())) {
       supervision_->work();
@@ -459,6 +484,8 @@ std::optional<Problem> Session::serve() {
 void Session::take_down() {
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
+  // First of all the wheels: components that hang may keep the base waiting for its turn.
+  container_->write_safe_stops();
   if (was_running) report_.process = steady_.end(clock_.now());
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);

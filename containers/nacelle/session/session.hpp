@@ -21,6 +21,7 @@
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/clock_watch.hpp"
 #include "nacelle/session/composition.hpp"
+#include "nacelle/session/emergency_stops.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
@@ -70,6 +71,7 @@ class Session {
   [[nodiscard]] runtime::Container& container() { return *container_; }
   [[nodiscard]] const launch::Plan& plan() const { return plan_; }
   [[nodiscard]] const SessionOptions& options() const { return options_; }
+  [[nodiscard]] const EmergencyStops& emergency_stops() const { return *emergency_stops_; }
   [[nodiscard]] Phase phase() const { return service_->phase(); }
   /// Loads what the plan says, in this process or in one of its own.
   /// With `faults`, values that it cannot have are collected there; else the first is why it is not loaded.
@@ -89,6 +91,7 @@ class Session {
   /// Where the state is kept, and what is there to come back to.
   [[nodiscard]] Result<void, Problem> look_at_state_file();
   void keep_composition();
+  [[nodiscard]] Result<void, Problem> set_held_stops();
   [[nodiscard]] Result<void, Problem> bring_up();
   [[nodiscard]] Result<void, Problem> start_programs();
   void start_the_carrier();
@@ -122,6 +125,7 @@ class Session {
   std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;
   std::unique_ptr<Supervision> supervision_;
+  std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
@@ -133,6 +137,7 @@ class Session {
   std::unique_ptr<CompositionFile> state_;
   bool is_resumed_ = false;
   std::vector<std::string> held_actuators_;  // of the run that is resumed
+  std::vector<std::string> held_stops_;      // the emergency stops that were set in it
   bool told_of_state_ = false;               // that the state file cannot be written
   bool undoing_ = false;                     // a failed bring-up: no figures to take
   report::RunReport report_;

@@ -12,6 +12,7 @@
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/message_yaml.hpp"
 #include "nacelle/session/session.hpp"
+#include "nacelle/session/tf_verbs.hpp"
 #include "nacelle/session/verbs.hpp"
 
 namespace nacelle::session {
@@ -64,6 +65,7 @@ VerbDesk::Show VerbDesk::show_of(const std::string& word) {
   if (word == "json") return Show::Json;
   if (word == "times") return Show::Times;
   if (word == "sizes") return Show::Sizes;
+  if (word == "transforms") return Show::Transforms;
   return word == "ages" ? Show::Ages : Show::Yaml;
 }
 
@@ -203,6 +205,8 @@ json VerbDesk::listen(Guest& guest, const json& request) {
                               std::string{"its type "} + type->name + " has no header, and so no stamp",
                               "measure its rate with `nacelle topic hz`"});
   }
+  if (guest.show == Show::Transforms && type->name != std::string_view{kTransformsType})
+    return control::reply_of({"topic " + topic, std::string{"has the type "} + type->name, ""});
   guest.longest = request.value("longest", std::size_t{128});
   // A person reads text slower than a sensor writes it; only what is measured must not be lost.
   const bool measured = guest.show != Show::Yaml && guest.show != Show::Json;
@@ -230,6 +234,7 @@ void VerbDesk::append_item(const Guest& guest, const Block& block) {
     case Show::Json: text_ = msgs::to_json(type, block.message); break;
     case Show::Times: fmt::format_to(out, "{}", at_ns); break;
     case Show::Sizes: fmt::format_to(out, "{} {}", at_ns, type.encoded_size(block.message)); break;
+    case Show::Transforms: append_transform_times(text_, block, session_.container().clock()); break;
     case Show::Ages: {
       // When it was published, on the time line of stamps: it may have waited here for its turn.
       const Clock& clock = session_.container().clock();

@@ -36,7 +36,7 @@ class VerbDesk {
 
  private:
   /// Sizes: "<time> <bytes>", Ages: "<time> <age of header.stamp>", in ns but for the bytes; Times: the time of publish() alone.
-  enum class Show { Yaml, Json, Times, Sizes, Ages };
+  enum class Show { Yaml, Json, Times, Sizes, Ages, Transforms };
   struct Guest {
     std::unique_ptr<control::Connection> connection;
     std::unique_ptr<TopicTap> tap;

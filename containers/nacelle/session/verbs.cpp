@@ -7,11 +7,13 @@
 #include <sstream>
 
 #include "nacelle/control/client.hpp"
+#include "nacelle/session/figures_verb.hpp"
 #include "nacelle/session/graph_verbs.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/parameter_verbs.hpp"
 #include "nacelle/session/service_verbs.hpp"
 #include "nacelle/session/session.hpp"
+#include "nacelle/session/tf_verbs.hpp"
 #include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
@@ -211,6 +213,8 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb == "component.info") return component_info(session, request);
   if (verb.starts_with("param.")) return reply_to_parameter_verb(session, verb, request);
   if (verb == "service.call") return call_service(session, types, request);
+  if (verb == "figures") return figures_of(session);
+  if (verb == "tf.tree" || verb == "tf.lookup") return reply_to_tf_verb(session, verb, request);
   if (verb == "shutdown") {
     session.request_shutdown();
     return json{{"ok", true}};

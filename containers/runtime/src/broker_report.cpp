@@ -181,7 +181,11 @@ void Broker::report(std::vector<StreamReport>& out) const {
     sum.last_ns = topic->gone_.last_ns;
     DurationHistogram latency;
     if (topic->gone_.latency) latency.merge(*topic->gone_.latency);
-    for (const BrokerWriter* writer : topic->writers_) writer->fold_into(sum);
+    std::uint64_t deadline_missed = 0;
+    for (const BrokerWriter* writer : topic->writers_) {
+      writer->fold_into(sum);
+      deadline_missed += writer->deadline_missed();
+    }
     std::size_t readers = 0;
     for (const auto& reader : topic->readers_) {
       if (is_tool(reader->spec())) continue;
@@ -211,10 +215,25 @@ void Broker::report(std::vector<StreamReport>& out) const {
     row.pool_grown = sum.written.pool_grown;
     row.copies = sum.written.copies;
     row.bytes_copied = sum.written.bytes_copied;
+    row.deadline_missed = deadline_missed;
     row.latency_p50 = latency.quantile(0.5);
     row.latency_p99 = latency.quantile(0.99);
     row.latency_max = latency.max();
     row.handed_over = handed_over(*topic);
+  }
+  out.resize(used);
+}
+
+void Broker::report(std::vector<ReaderReport>& out) const {
+  const std::lock_guard lock(mutex_);
+  std::size_t used = 0;
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    for (const auto& reader : topic->readers_) {
+      if (is_tool(reader->spec())) continue;
+      if (used == out.size()) out.emplace_back();
+      reader->report(out[used++]);
+    }
   }
   out.resize(used);
 }

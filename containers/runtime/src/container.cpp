@@ -210,6 +210,8 @@ std::vector<std::string> Container::topics_of(const std::string& node) const {
 
 void Container::report_streams(std::vector<StreamReport>& out) const { impl_->commons.broker.report(out); }
 
+void Container::report_readers(std::vector<ReaderReport>& out) const { impl_->commons.broker.report(out); }
+
 void Container::report_histograms(std::vector<HistogramReport>& out) const {
   const std::lock_guard lock(impl_->mutex);
   std::size_t used = 0;

@@ -20,7 +20,7 @@ class PortBase : public NodeRuntime::Port {
       : node_(node), member_of_(node.group_of(group, kind)), kind_(kind), name_(std::move(name)) {}
 
   void fill(CallbackReport& row, const CallbackStats& stats, const DurationHistogram& latency) const {
-    row.node = node_.identity().name;
+    row.node = node_.groups().name();
     row.kind = kind_;
     row.name = name_;
     row.count = stats.duration.count();
@@ -28,6 +28,7 @@ class PortBase : public NodeRuntime::Port {
     row.duration_p50 = stats.duration.quantile(0.5);
     row.duration_p99 = stats.duration.quantile(0.99);
     row.duration_max = stats.duration.max();
+    row.duration_total = stats.duration.total();
     row.latency_p50 = latency.quantile(0.5);
     row.latency_p99 = latency.quantile(0.99);
     row.latency_max = latency.max();

@@ -11,6 +11,7 @@
 
 #include "frames.hpp"
 #include "nacelle/node/host.hpp"
+#include "nacelle/node/motion_stops.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "safe_stop.hpp"
@@ -21,7 +22,10 @@ namespace nacelle::runtime {
 
 /// What all nodes of a container share.
 struct Commons {
-  explicit Commons(const Clock& c) : clock(c), broker(c, Watching::ByThread) {}
+  explicit Commons(const Clock& c)
+      : clock(c), broker(c, Watching::ByThread), motion_stops(std::make_shared<MotionStops>()) {
+    shared_objects.lock()->emplace(kMotionStopsName, motion_stops);
+  }
   /// The clock of a node: /clock's time for one with use_sim_time.
   [[nodiscard]] const Clock& clock_of(bool uses_sim_time) {
     if (!uses_sim_time) return clock;
@@ -35,6 +39,7 @@ struct Commons {
   ServiceDirectory services;
   FrameRegistry frames;
   Guarded<std::map<std::string, std::shared_ptr<void>>> shared_objects;
+  const std::shared_ptr<MotionStops> motion_stops;  // one of the shared objects
 };
 
 /// A node's host in the container. Ownership: the node's; what it lent to the container is withdrawn in the destructor.

@@ -70,6 +70,22 @@ TEST(DurationHistogram, tells_a_quantile_within_its_bucket_width) {
   EXPECT_EQ(histogram.count(), 10000U);
 }
 
+TEST(DurationHistogram, tells_the_sum_within_half_a_bucket) {
+  DurationHistogram histogram;
+  EXPECT_EQ(histogram.total(), Duration::zero());
+  double exact = 0;
+  std::mt19937 random{7};
+  std::uniform_int_distribution<int> any{1, 1000000};
+  for (int i = 0; i < 1000; ++i) {
+    const int value = any(random);
+    exact += value;
+    histogram.record(Duration{value});
+    ASSERT_NEAR(static_cast<double>(histogram.total().count()), exact, exact / 16 + 1) << i;
+  }
+  histogram.record(Duration::max());
+  EXPECT_EQ(histogram.total(), Duration::max());
+}
+
 TEST(DurationHistogram, takes_zero_and_the_longest_duration) {
   DurationHistogram histogram;
   histogram.record(Duration{0});

@@ -57,6 +57,7 @@ struct ClaimedFrame {
   std::string node, parent, child;
   FrameClaimKind kind = FrameClaimKind::Primary;
   std::string origin;  ///< What one changes if it should not: "parameter publish_tf".
+  bool owns = false;   ///< Of frames()'s answer only: of all that claim the child, this one broadcasts it.
 };
 
 /// What a component's constructor has said of it, beside its endpoints and transforms.
@@ -96,6 +97,7 @@ struct ComponentInfo {
   std::vector<std::string> warnings{};
   bool actuator = false;                           ///< It has registered a stop frame: it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
+  std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
 };
 
 /// A component became faulted.
@@ -143,10 +145,24 @@ struct StreamReport {
   std::uint64_t pool_dry = 0;              ///< Messages that a writer dropped since its pool was dry.
   std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools have made.
   std::uint64_t copies = 0, bytes_copied = 0;
+  std::uint64_t deadline_missed = 0;                     ///< Periods in which a writer broke the deadline it offers.
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start ...
   HandedOver handed_over = HandedOver::Never;            ///< ... this way.
   /// Messages per second between the first and the last publish(); 0 for fewer than two.
   [[nodiscard]] double hz() const;
+};
+
+/// One reader of a stream, with what waits for it.
+struct ReaderReport {
+  std::string topic, type, node;
+  bool other_process = false;  ///< A stand-in: it stands in a process of its own.
+  bool open = true;            ///< The lifecycle gate.
+  bool keeps_all = false;
+  std::size_t waiting = 0;  ///< Messages in its queue now ...
+  std::size_t depth = 0;    ///< ... and how many it takes at most.
+  std::uint64_t delivered = 0, overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0;
+  std::uint64_t deadline_missed = 0;                     ///< Periods without a message, of the deadline that it asks for.
+  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
 };
 
 struct HistogramReport {
@@ -157,12 +173,13 @@ struct HistogramReport {
 
 /// One callback of a component.
 struct CallbackReport {
-  std::string node;
+  std::string node;  ///< "/lidar"
   std::string kind;  ///< "subscription", "timer", "service" or "client"
   std::string name;  ///< The topic or service; a timer's period.
   std::uint64_t count = 0;
   std::uint64_t skipped = 0;                                ///< Ticks that did not run because an earlier one was late.
   Duration duration_p50{}, duration_p99{}, duration_max{};  ///< Start to return.
+  Duration duration_total{};                                ///< Within 6.25 %.
   /// Until the start: from publish(), from the moment at which the timer was due, from the arrival of the call.
   Duration latency_p50{}, latency_p99{}, latency_max{};
 };
@@ -181,6 +198,9 @@ struct LoadReport {
   std::uint64_t callbacks = 0;  ///< That ran.
   std::uint64_t samples = 0;    ///< Of them, measured.
   Duration cpu{};               ///< Estimate: the mean of the samples times the callbacks.
+  std::string executor;         ///< That runs them; "executor" is the shared one.
+  bool own_threads = false;     ///< Nobody else's callbacks run there ...
+  Duration thread_cpu{};        ///< ... so this is what its threads have used, exactly; else zero.
 };
 
 /// A pair of endpoints on one topic that cannot talk, and what would mend it.
@@ -283,6 +303,7 @@ class Container final {
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
   /// Fills the vectors anew, keeping their memory: asking again allocates nothing while the graph stays as it is.
   void report_streams(std::vector<StreamReport>& out) const;
+  void report_readers(std::vector<ReaderReport>& out) const;
   void report_histograms(std::vector<HistogramReport>& out) const;
   void report_callbacks(std::vector<CallbackReport>& out) const;
   void report_threads(std::vector<ThreadReport>& out) const;
@@ -292,7 +313,8 @@ class Container final {
   /// The same object that nodes get from Node::shared_object(), or null if nobody has made it.
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name) const;
 
-  /// Writes every registered stop frame, without running component code. Threads: any, but not from a signal handler.
+  /// Counts one of MotionStops and writes every registered stop frame, without running component code: what heeds the count stands
+  /// still until it is activated anew. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.

@@ -34,6 +34,7 @@ Composition robot() {
   lidar.after = {{"/base", launch::When::FirstMessage, "/odom", 5s, {}}};
   lidar.isolate = launch::Isolation::Process;
   all.components[1].actuator = true;
+  all.emergency_stops = {"/emergency_stop", "/arm/emergency_stop"};
   return all;
 }
 
@@ -75,6 +76,8 @@ TEST(Composition, what_does_not_fit_is_named) {
       {"\"namespace\": \"/\"", "\"namespace\": \"x\"", "the namespace 'x' is not absolute"},
       {"\"threads\": 1", "\"threads\": 0", "out of range"},
       {"\"backoff_ns\": 250000000", "\"backoff_ns\": -1", "'backoff_ns' is negative"},
+      {"\"/arm/emergency_stop\"", "\"no topic\"", "holds an emergency stop that is no topic: 'no topic'"},
+      {"\"/arm/emergency_stop\"", "7", "is damaged"},
       {"\"plugin\": \"pkg::base\"", "\"plugin\": \"\"", "a component has no plugin"},
   };
   for (const auto& change : changes) {
