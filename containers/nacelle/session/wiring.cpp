@@ -56,6 +56,16 @@ std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEn
   return problems;
 }
 
+namespace {
+/// A rule for an action is written for its name, and changes those of all of its parts.
+void add_actions(std::vector<std::string>& names) {
+  for (std::size_t i = 0, n = names.size(); i < n; ++i) {
+    const auto part = names[i].find("/_action/");
+    if (part != std::string::npos) names.push_back(names[i].substr(0, part));
+  }
+}
+}  // namespace
+
 std::vector<Problem> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
                                    const TopicEnds& ends) {
   const std::size_t slash = node.rfind('/');
@@ -67,6 +77,7 @@ std::vector<Problem> unused_remaps(const std::vector<RemapRule>& rules, const st
     std::vector<std::string> names;
     if (rule.kind != RemapKind::Service) names = all_of(ends);
     if (rule.kind != RemapKind::Topic) names.insert(names.end(), ends.services.begin(), ends.services.end());
+    if (rule.kind != RemapKind::Topic) add_actions(names);
     const auto to = expand_topic_name(rule.to, name, name_space);
     if (to && std::find(names.begin(), names.end(), *to) != names.end()) continue;
     const auto from = expand_topic_name(rule.from, name, name_space);

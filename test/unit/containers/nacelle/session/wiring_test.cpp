@@ -55,5 +55,13 @@ TEST(Wiring, reads_relative_names_in_the_namespace_of_the_node) {
   EXPECT_FALSE(unused_remaps({{RemapKind::TopicOrService, "", "laser", "scan"}}, "/lidar", kLidar).empty());
 }
 
+TEST(Wiring, takes_a_remap_of_an_action_for_what_it_is) {
+  const TopicEnds arm{{"/arm/_action/feedback", "/arm/_action/status"}, {}, {"/arm/_action/send_goal"}};
+  EXPECT_TRUE(unused_remaps({{RemapKind::TopicOrService, "", "series", "/arm"}}, "/node", arm).empty());
+  EXPECT_TRUE(unused_remaps({{RemapKind::Service, "", "series", "/arm"}}, "/node", arm).empty());
+  EXPECT_FALSE(unused_remaps({{RemapKind::Topic, "", "series", "/arm"}}, "/node", arm).empty());
+  EXPECT_FALSE(unused_remaps({{RemapKind::TopicOrService, "", "series", "/leg"}}, "/node", arm).empty());
+}
+
 }  // namespace
 }  // namespace nacelle::session
