@@ -7,12 +7,20 @@ import re
 import select
 import shutil
 import signal
+import struct
 import subprocess
 import time
 import unittest
 
-from control import Control
+from control import Control, Sender
 from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, RunningRobotTest, wait_for
+
+
+STRING = "std_msgs/msg/String"
+
+
+def string(text):
+    return b"\0\1\0\0" + struct.pack("<I", len(text) + 1) + text.encode() + b"\0"
 
 
 def read_terminal(master, limit_s, enough):
@@ -119,6 +127,22 @@ class Tools(RunningRobotTest):
         finally:
             self.expect_exit(self.run_program("lifecycle", "set", "monitor_2", "activate"), 0)
 
+    def test_streams_names_the_reader_that_is_late_and_why(self):
+        self.expect_exit(self.run_program("component", "load", "nacelle::test::Chaos", "--name", "chaos"), 0)
+        order = ["spin"]  # callbacks of 100 ms, one after the other, in the node that is to read twenty orders each
+        sender = Sender(self.folder / "nacelle" / "robot.sock", "/chaos/do", STRING, lambda: string(order[0]), rate_hz=200)
+        try:
+            late = wait_for("/chaos is late", lambda: next(
+                (late for row in self.json_of("streams")["streams"] if row["name"] == "/chaos/do" for late in row["late"] if "lost" in late["why"]), None))  # fmt: skip
+            self.assertEqual(late["node"], "/chaos")
+            self.assertRegex(late["why"], r"^\d+ lost.*: (its thread 'executor' is busy|a callback on its thread overstays|its callback )")
+            text = self.expect_exit(self.run_program("streams", "--once"), 0).stdout
+            self.assertRegex(text, r"(?m)^/chaos/do .* overwritten.*\n  /chaos is late: ")
+        finally:
+            order[0] = "reset"
+            sender.stop()
+            self.expect_exit(self.run_program("component", "unload", "chaos"), 0)
+
     def test_top_sorts_components_and_says_where_the_figure_comes_from(self):
         table = self.json_of("top", "--interval", "2")
         rows = {row["node"]: row for row in table["components"]}
@@ -201,7 +225,7 @@ def type_into_bash(test, keys):
         read_terminal(master, 20, lambda text: "sourced\r\n" in text)
         os.write(master, keys.encode())
         typed = keys.rstrip("\t")
-        return read_terminal(master, 20, lambda text: len(text.split(typed, 1)[-1].strip("\a")) > 0 and text.endswith((" ", "/")))
+        return read_terminal(master, 20, lambda text: text.partition(typed)[2].strip("\a") != "" and text.endswith(" "))
     finally:
         bash.kill()
         bash.wait()
