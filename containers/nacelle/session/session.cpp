@@ -96,14 +96,12 @@ int Session::run() {
     return 1;
   }
   const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
-  auto container_options = container_options_of(plan_.container.parameters, plan_.container.where.text());
-  if (!container_options) {
-    say("nacelle: " + container_options.error().text());
-    return 1;
-  }
-  container_options.value().name = options_.container_name;
-  container_options.value().component_path = options_.places.component_folders;
-  container_ = std::make_unique<runtime::Container>(std::move(container_options).value(), clock_);
+  // Where they are wrong, check_the_plan() says so with the rest.
+  const auto asked = container_options_of(plan_.container.parameters, plan_.container.where.text());
+  runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
+  container_options.name = options_.container_name;
+  container_options.component_path = options_.places.component_folders;
+  container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
   supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
@@ -308,6 +306,8 @@ Result<void, Problem> Session::activate() {
            component->target != launch::TargetState::Unconfigured;
   };
   for (const auto& component : plan_.components) {
+    if (component.required && !container_->find(component.full_name()))
+      return err(Problem{component.where.text(), component.full_name() + " was not loaded", "see above"});
     if (!takes_part(component.full_name())) continue;
     lifecycle_manager::ManagedNode node{
         component.full_name(), {}, component.target == launch::TargetState::Active, component.required};
