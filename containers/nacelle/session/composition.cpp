@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 
 #include "nacelle/base/names.hpp"
@@ -198,6 +199,13 @@ launch::Plan resumed(launch::Plan plan, const Composition& composition, const st
       for (auto& condition : component.after) condition.when = launch::When::Active;
     }
   }
+  // Nobody waits for what comes back, and stays, below active.
+  std::set<std::string> below;
+  for (const auto& component : components) {
+    if (component.target != TargetState::Active) below.insert(component.full_name());
+  }
+  for (auto& component : components)
+    std::erase_if(component.after, [&](const auto& condition) { return below.count(condition.node) != 0; });
   plan.components = std::move(components);
   return plan;
 }

@@ -57,6 +57,7 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 }
 
 Session::~Session() {
+  desk_.reset();
   manager_.reset();
   server_.reset();
   supervision_.reset();
@@ -95,14 +96,12 @@ int Session::run() {
     return 1;
   }
   const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
-  auto container_options = container_options_of(plan_.container.parameters, plan_.container.where.text());
-  if (!container_options) {
-    say("nacelle: " + container_options.error().text());
-    return 1;
-  }
-  container_options.value().name = options_.container_name;
-  container_options.value().component_path = options_.places.component_folders;
-  container_ = std::make_unique<runtime::Container>(std::move(container_options).value(), clock_);
+  // Where they are wrong, check_the_plan() says so with the rest.
+  const auto asked = container_options_of(plan_.container.parameters, plan_.container.where.text());
+  runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
+  container_options.name = options_.container_name;
+  container_options.component_path = options_.places.component_folders;
+  container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
   supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
@@ -123,6 +122,8 @@ int Session::run() {
   }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_);
 
+  desk_ = std::make_unique<VerbDesk>(*this);
+
   auto up = bring_up();
   std::optional<Problem> failure;
   if (!up) {
@@ -134,6 +135,7 @@ int Session::run() {
     failure = serve();
     if (failure) say("nacelle: " + failure->text());
   }
+  desk_.reset();
   take_down();
   if (!undoing_ && !write_report()) return 1;
   return failure || supervision_->has_stopped_the_robot() ? 1 : 0;
@@ -290,6 +292,7 @@ Result<void, Problem> Session::load_components() {
       say("nacelle: left out, since it is not required: " + component.full_name());
     }
     composition_changed();
+    answer_guests();
   }
   return {};
 }
@@ -303,6 +306,8 @@ Result<void, Problem> Session::activate() {
            component->target != launch::TargetState::Unconfigured;
   };
   for (const auto& component : plan_.components) {
+    if (component.required && !container_->find(component.full_name()))
+      return err(Problem{component.where.text(), component.full_name() + " was not loaded", "see above"});
     if (!takes_part(component.full_name())) continue;
     lifecycle_manager::ManagedNode node{
         component.full_name(), {}, component.target == launch::TargetState::Active, component.required};
@@ -356,6 +361,7 @@ Result<void, Problem> Session::activate() {
 
 std::string Session::why_not_go_up() {
   if (service_->phase() != Phase::Starting) return {};
+  answer_guests();
   std::string why = stop_.is_raised() ? fmt::format("interrupted by {}", stop_.name()) : supervision_->why_to_stop();
   if (!why.empty()) {
     container_->write_safe_stops();
@@ -407,8 +413,17 @@ void Session::composition_changed() {
   steady_from_ = clock_.now() + kSettling;
 }
 
+// A person who asks what a bring-up waits for is answered while it waits.
+void Session::answer_guests() {
+  std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
+  desk_->append_waits(waits);
+  if (::poll(waits.data(), waits.size(), 0) < 0) return;
+  desk_->serve(waits.data() + 1, waits.size() - 1);
+  if (waits[0].revents == 0) return;
+  for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
+}
+
 std::optional<Problem> Session::serve() {
-  VerbDesk desk{*this};
   const auto kernel_alarm = options_.clock_alarm == nullptr ? make_kernel_clock_alarm() : nullptr;
   ClockWatch clock_watch{clock_, kernel_alarm ? *kernel_alarm : *options_.clock_alarm};
   ClockJumpReport clock_jumps{container_->transport(), options_.container_name};
@@ -424,7 +439,7 @@ std::optional<Problem> Session::serve() {
     const std::size_t stops_at = waits.size();
     emergency_stops_->append_waits(waits);
     const std::size_t guests_at = waits.size();
-    desk.append_waits(waits);
+    desk_->append_waits(waits);
 
     if (!budgets_.empty() && (!next_budget_look_ || clock_.now() >= *next_budget_look_)) {
       for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
@@ -440,7 +455,7 @@ std::optional<Problem> Session::serve() {
       const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
-    if (const auto due = desk.next_due()) {
+    if (const auto due = desk_->next_due()) {
       const int left_ms = std::max(0, static_cast<int>(std::min<Duration>(*due - clock_.now(), 1h) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
@@ -473,9 +488,9 @@ std::optional<Problem> Session::serve() {
       if (program->spec().required) return problem;
       say("nacelle: " + problem.text());
     }
-    desk.serve(waits.data() + guests_at, waits.size() - guests_at);
+    desk_->serve(waits.data() + guests_at, waits.size() - guests_at);
     if (waits[1].revents != 0) {
-      for (auto& handed : server_->take_handed_over()) desk.take(std::move(handed));
+      for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
     }
   }
   return std::nullopt;

@@ -53,6 +53,8 @@ struct SessionOptions {
 /// Async-signal-safe.
 void leave_at_once() noexcept;
 
+class VerbDesk;
+
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
 ///
 /// Threads: one, the main thread; it also serves the slow requests of the control socket.
@@ -103,6 +105,7 @@ class Session {
   [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
+  void answer_guests();
   /// Runs until it is to end. Returns what ended it if that is a failure.
   [[nodiscard]] std::optional<Problem> serve();
   void take_down();
@@ -128,6 +131,7 @@ class Session {
   std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
+  std::unique_ptr<VerbDesk> desk_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;
   runtime::BudgetWatch budgets_{{}};

@@ -54,8 +54,12 @@ json load(Session& session, const runtime::LoadRequest& request, launch::TargetS
   TopicEnds ends = before.added();
   if (const auto& declared = loaded.value().declared)
     ends.services = {declared->services.begin(), declared->services.end()};
-  for (const auto& problem : plan != nullptr ? unused_qos(*plan, ends) : unused_remaps(request.remaps, node, ends))
-    warnings.push_back(problem.text());
+  if (plan != nullptr) {
+    for (const auto& problem : unused_qos(*plan, ends)) warnings.push_back(problem.text());
+  } else if (loaded.value().declared) {
+    for (const auto& unused : unused_remaps(request.remaps, loaded.value().declared->used_remaps, node, ends))
+      warnings.push_back(unused.problem.text());
+  }
   std::string clashes;
   for (const auto& clash : session.container().clashes()) {
     if (clash.writer_node == node || clash.reader_node == node) clashes += (clashes.empty() ? "" : "; ") + clash.text();

@@ -26,14 +26,15 @@ namespace nacelle::runtime {
 /// One component from the begin of its load to the close of its image. The node goes first, the image last.
 struct Record {
   std::uint64_t id = 0;
-  std::string plugin, file;
+  std::string plugin, file, package;
   std::unique_ptr<PluginLibrary> library;
   std::unique_ptr<Executor> own_executor;
   const ComponentClass* made_by = nullptr;
   std::shared_ptr<NodeRuntime> runtime;
   Node* node = nullptr;
   LifecycleNode* managed = nullptr;
-  std::mutex one_at_a_time;  // transitions and unloading of this component
+  std::vector<bool> used_remaps;  // by its constructor
+  std::mutex one_at_a_time;       // transitions and unloading of this component
   Guarded<FaultReason> fault;
   Guarded<LoadRequest> request;  // as it was loaded; its parameters follow what is set
   std::atomic<bool> hung{false};

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "nacelle/node/remap_notes.hpp"
+
 namespace nacelle {
 namespace {
 
@@ -68,12 +70,16 @@ void Node::declare_problem(const Problem& problem) const {
 
 std::string Node::resolve_topic_name(const std::string& name) const {
   const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));
-  return or_throw(remap_topic(full, remaps_, {identity_.name, identity_.name_space, identity_.name}));
+  const RemapContext context{identity_.name, identity_.name_space, identity_.name};
+  RemapNotes::note(full, remaps_, RemapKind::Topic, context);
+  return or_throw(remap_topic(full, remaps_, context));
 }
 
 std::string Node::resolve_service_name(const std::string& name) const {
   const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));
-  return or_throw(remap_service(full, remaps_, {identity_.name, identity_.name_space, identity_.name}));
+  const RemapContext context{identity_.name, identity_.name_space, identity_.name};
+  RemapNotes::note(full, remaps_, RemapKind::Service, context);
+  return or_throw(remap_service(full, remaps_, context));
 }
 
 EndpointSpec Node::endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos,

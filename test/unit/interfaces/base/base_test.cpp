@@ -42,6 +42,8 @@ TEST(NearestName, finds_a_slip_of_the_fingers_and_nothing_else) {
   EXPECT_EQ(nearest_name("port_nam", names), "port_name");
   EXPECT_EQ(nearest_name("braudate", names), "baudrate");
   EXPECT_EQ(nearest_name("exposure", names), "");
+  EXPECT_EQ(nearest_name("port", names), "");
+  EXPECT_EQ(suggestion("port", names), "did you mean 'port_name'?") << "its first word";
 }
 
 TEST(Problem, says_where_what_and_the_way_out) {

@@ -71,6 +71,8 @@ struct Declarations {
   std::vector<std::string> unknown_parameters;  ///< Given, and nobody's.
   std::vector<FrameUse> frame_uses;
   std::vector<std::string> services;  ///< Full names of those that it offers.
+  std::vector<bool> used_remaps;      ///< By the place in LoadRequest::remaps: the rule changed a name.
+  std::string package;                ///< That registers the class.
 };
 
 /// What is to be made of a plugin.
