@@ -47,6 +47,8 @@ class Example:
 
 # In the order of the document; the command's path is what stands in front of options and names. A command that this program
 # does not have is left out, so that the table may run ahead of it. One line is one example.
+# Where the robot itself has none of its kind: components of the tests.
+CHAOS, NO_CHAOS = ("component load nacelle::test::Chaos --name chaos",), ("component unload chaos",)
 SERIES = ("component load nacelle::test::Series --name series",)
 EXAMPLES = (
     Example("launch launch/robot.launch.yaml sim:=true sim_dir:=launch-sim --name second -v", ends=4, lines=14),
@@ -84,11 +86,11 @@ EXAMPLES = (
             after=("component unload series",), lines=40),
     Example("param list lidar"),
     Example("param get lidar frame_id"),
-    Example("param describe lidar frame_id"),
-    Example("param set monitor period_s 2.0"),
+    Example("param describe lidar frame_id range_max"),
+    Example("param set chaos share 0.75", before=CHAOS, after=NO_CHAOS),
     Example("param dump lidar"),
-    Example("param load monitor monitor.yaml", before=("param dump monitor --output monitor.yaml",)),
-    Example("param delete monitor period_s"),
+    Example("param load chaos chaos.yaml", before=CHAOS, after=NO_CHAOS),
+    Example("param delete chaos loose", before=CHAOS, after=NO_CHAOS),
     Example("tf tree"),
     Example("tf echo odom lidar_link --once"),
     Example("tf monitor odom lidar_link --once --interval 2"),
@@ -158,6 +160,7 @@ class Robot(RunningRobotTest):
         (cls.home / "launch").symlink_to(ROOT / "launch")
         (cls.home / "sim").symlink_to(cls.folder / "sim")
         (cls.home / "driver.yaml").write_text("ekf_filter_node:\n  ros__parameters:\n    frequency: 30.0\n    two_d_mode: true\n")
+        (cls.home / "chaos.yaml").write_text("/chaos:\n  ros__parameters:\n    share: 0.25\n")
         (cls.home / "robot.xacro").write_text(
             '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n  <xacro:arg name="width" default="0.2"/>\n'
             '  <link name="base"/>\n  <!-- ${2 * 0.1} -->\n  <link name="wheel_${1 + 1}_$(arg width)"/>\n</robot>\n'
