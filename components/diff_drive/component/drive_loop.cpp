@@ -65,10 +65,7 @@ Result<void, DriveFault> DriveLoop::run() {
 
 Result<void, DriveFault> DriveLoop::listen() {
   while (clock_.now() < due_ && !stop_.load(std::memory_order_relaxed)) {
-    if (inbox_.emergency_stop.load(std::memory_order_acquire) && !input_.is_held(Hold::EmergencyStop)) {
-      input_.hold(Hold::EmergencyStop);
-      static_cast<void>(port_.stop());  // the cycle that follows says it again
-    }
+    if (input_.take_holds(inbox_)) static_cast<void>(port_.stop());  // the cycle that follows says it again
     if (lost_at_) {
       port_.rest_until(due_);
     } else if (const auto heard = port_.read_until(due_, ears_); !heard) {

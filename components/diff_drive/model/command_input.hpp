@@ -18,6 +18,7 @@ enum class RearmRule : std::uint8_t {
 enum class Hold : std::uint8_t {
   EmergencyStop = 1,  ///< Latched until it is released.
   LineLost = 2,       ///< The motor board cannot be told anything.
+  Unguarded = 4,      ///< Nobody who could set the emergency stop is there, and somebody has to be.
 };
 
 /// Decides what the wheels should do now: which of several inputs commands them, and whether any may.
@@ -72,6 +73,8 @@ class CommandInput {
   void hold(Hold why);
   /// Ends a hold; the inputs stay disarmed.
   void release(Hold why, MonotonicTime now);
+  /// Takes the holds that the inbox tells of alone; true if one of them is new. take() does the same.
+  bool take_holds(const CommandInbox& inbox);
   /// Takes what has come. Call it once per cycle, before wanted(). Returns whether a command came into force that was not
   /// before; `newest` is it then.
   bool take(CommandInbox& inbox, MonotonicTime now, DriveCommand& newest);
