@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bring-up as a whole: order by readiness, one log for one plan, an end at any moment. NACELLE_COLD_BRING_UPS: how many."""
+import json
 import os
 import pathlib
 import signal
@@ -31,6 +32,13 @@ BLIND = """\
 # Moves something, and fails for good once it is active.
 CRANE = """\
     - {{pkg: nacelle_test, plugin: nacelle::test::Chaos, name: crane, param: [{{name: stop_file, value: {stop_file}}}, {{name: fail_in, value: activated}}]}}
+"""
+# The same, and well; one that is never configured.
+CALM = """\
+    - {{pkg: nacelle_test, plugin: nacelle::test::Chaos, name: crane, param: [{{name: stop_file, value: {stop_file}}}]}}
+"""
+HANGER = """\
+    - {pkg: nacelle_test, plugin: nacelle::test::Chaos, name: hanger, param: [{name: fail_in, value: configure for ever}]}
 """
 
 
@@ -68,9 +76,16 @@ class BringUp(RobotTest):
         self.end(robot)
         self.assertEqual(robot.returncode, 0)
 
+    def listed_states(self):
+        listed = self.run_program("component", "list", "--json")
+        return {row["node"]: row["state"] for row in json.loads(listed.stdout)["components"] if row["state"] == "inactive"} if listed.returncode == 0 else {}
+
     def test_says_what_it_waits_for_and_undoes_everything_when_the_time_is_over(self):
         file = self.launch_file("stuck", "node: /blind/blind, when: first_message(/blind/detections), timeout: 3s", extra=BLIND)
         robot = self.start(file)
+        listed = wait_for("it answers while it waits", lambda: self.listed_states().get("/late"), 30)
+        self.assertEqual(listed, "inactive")
+        self.assertIsNone(robot.poll())
         said = robot.communicate(timeout=60 * SLOW)[1]
         self.assertEqual(robot.returncode, 1, said)
         self.assertIn("/late waits for first_message(/blind/detections) of /blind/blind: no message yet (at most 3 s)", said)
@@ -89,6 +104,27 @@ class BringUp(RobotTest):
         self.assertEqual(robot.returncode, 1, said)
         self.assertIn("/crane is faulted (TOLD_TO: a fault on command)", said)
         self.assertIn("STOP\n", stop_file.read_text())
+
+    def test_a_signal_beside_a_step_that_hangs_stops_what_moves_and_does_not_wait_for_it(self):
+        stop_file = self.folder / "stop_beside"
+        file = self.launch_file("hanging", "node: lidar, when: active", extra=HANGER + CALM.format(stop_file=stop_file))
+        robot = self.start(file)
+        said = []
+        for line in robot.stderr:
+            said.append(line)
+            if "is still in on_configure" in line:
+                break
+        begin = time.monotonic()
+        robot.send_signal(signal.SIGINT)
+        wait_for("what moves is stopped", lambda: stop_file.exists() and "STOP\n" in stop_file.read_text(), 5)
+        stopped = time.monotonic() - begin
+        more = robot.communicate(timeout=60 * SLOW)[1]
+        took = time.monotonic() - begin
+        self.assertEqual(robot.returncode, 1, "".join(said) + more)
+        print(f"SIGINT beside a hanging on_configure: stopped after {stopped * 1e3:.0f} ms, ended after {took:.1f} s")
+        self.assertLess(stopped, 1 * SLOW)
+        self.assertLess(took, 10 * SLOW)
+        self.assertEqual(list(self.devices().glob("*")), [], "the devices of the simulated world are gone")
 
     def test_the_same_plan_gives_the_same_log(self):
         logs = set()

@@ -18,7 +18,7 @@ using control::reply_of;
 using nlohmann::json;
 
 /// Seconds, or null for "for ever".
-json seconds_or_null(Duration time) { return time == Duration::zero() ? json{nullptr} : json{to_seconds(time)}; }
+json seconds_or_null(Duration time) { return time == Duration::zero() ? json(nullptr) : json(to_seconds(time)); }
 
 json to_json(const QoS& qos) {
   return {{"reliability", to_text(qos.reliability())},
@@ -58,9 +58,10 @@ json node_row(Session& session, const runtime::ComponentInfo& info) {
           {"hidden", false}};
 }
 
-json hidden_row(const std::string& node) {
+/// A node that is no component: the container's own, or one of a tool's.
+json other_row(const std::string& node, bool hidden) {
   return {{"node", node}, {"id", 0},           {"managed", false}, {"state", ""},
-          {"plugin", ""}, {"isolated", false}, {"hidden", true}};
+          {"plugin", ""}, {"isolated", false}, {"hidden", hidden}};
 }
 
 json thread_of(const runtime::ThreadPolicy& thread) {
@@ -76,14 +77,9 @@ json texts_of_parameters(const std::map<std::string, ParameterValue>& parameters
 json callbacks_of(Session& session, const std::string& node) {
   std::vector<runtime::CallbackReport> callbacks;
   session.container().report_callbacks(callbacks);
-  // The report has names without namespaces; of two nodes with one name it cannot tell which is meant.
-  const std::string name = node.substr(node.rfind('/') + 1);
-  const auto components = session.container().list();
-  if (std::ranges::count_if(components, [&](const auto& other) { return other.node.ends_with("/" + name); }) != 1)
-    return nullptr;
   json rows = json::array();
   for (const auto& callback : callbacks) {
-    if (callback.node != name) continue;
+    if (callback.node != node) continue;
     rows.push_back({{"kind", callback.kind}, {"name", callback.name}, {"count", callback.count}});
   }
   return rows;
@@ -111,20 +107,20 @@ json graph_of(Session& session) {
     nodes.push_back(node_row(session, info));
     known.insert(info.node);
   }
-  const auto note = [&](const std::string& node) {
-    if (known.insert(node).second) nodes.push_back(hidden_row(node));
+  const auto note = [&](const std::string& node, bool hidden) {
+    if (known.insert(node).second) nodes.push_back(other_row(node, hidden));
   };
-  for (const auto& end : container.endpoints()) {
-    note(end.node);
-    endpoints.push_back(to_json(end));
-  }
   for (const auto& service : container.services()) {
-    note(service.node);
+    note(service.node, !service.name.starts_with(service.node + "/_container/"));
     services.push_back({{"name", service.name},
                         {"type", service.type},
                         {"node", service.node},
                         {"server", service.is_server},
                         {"open", service.open}});
+  }
+  for (const auto& end : container.endpoints()) {
+    note(end.node, true);
+    endpoints.push_back(to_json(end));
   }
   return {{"ok", true},
           {"container", session.options().container_name},

@@ -9,8 +9,7 @@ class Session;
 
 /// Who is there and what joins them, in one answer; commands and completion pick what they show.
 ///
-///   "nodes"      "node", "id" (0: no component), "managed", "state", "plugin", "isolated", "hidden" (a tool's, or a part of the
-///                container)
+///   "nodes"      "node", "id" (0: no component), "managed", "state", "plugin", "isolated", "hidden" (a tool's)
 ///   "endpoints"  "topic", "type", "hash", "node", "publisher" (else a subscription), "id", "elsewhere" (in another process),
 ///                "qos", and for a reader that stops when messages stop "command_timeout_s" and "command_parameter"
 ///   "services"   "name", "type", "node", "server" (else a client), "open"

@@ -20,7 +20,7 @@ namespace {
 using msgs::Field;
 using msgs::Kind;
 using msgs::Shape;
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;  // values in parentheses: in braces they are an array of one
 using Made = Result<Json, Problem>;
 
 constexpr std::string_view kTime = "builtin_interfaces/msg/Time", kHeader = "std_msgs/msg/Header";
@@ -48,7 +48,7 @@ class Reader {
       const auto field =
           std::ranges::find_if(type.fields, [&](const Field& candidate) { return candidate.name == item.key; });
       // A name that is none is from_json()'s to refuse: it knows the nearest.
-      Made value = field != type.fields.end() ? of_field(item, *field, at) : Made{Json{nullptr}};
+      Made value = field != type.fields.end() ? of_field(item, *field, at) : Made{Json(nullptr)};
       if (!value) return value;
       object[item.key] = std::move(value).value();
     }
@@ -80,9 +80,9 @@ class Reader {
 
   Made one(const YamlNode& node, const Field& field, const std::string& path) {
     if (field.kind == Kind::Message) return message(node, field.message(), path);
-    if (node.is_null() && (field.kind == Kind::String || field.kind == Kind::WString)) return Json{""};
+    if (node.is_null() && (field.kind == Kind::String || field.kind == Kind::WString)) return Json("");
     if (!node.is_scalar()) return refuse(node, path, std::string{"is "} + node.kind_text() + ", not a value");
-    if (field.kind == Kind::String || field.kind == Kind::WString || node.quoted) return Json{node.text};
+    if (field.kind == Kind::String || field.kind == Kind::WString || node.quoted) return Json(node.text);
     return number(node.text);
   }
 
@@ -92,15 +92,15 @@ class Reader {
     std::uint64_t wide = 0;
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), wide);
     if (fault == std::errc{} && end == text.data() + text.size() && (text.size() == 1 || text.front() != '0'))
-      return Json{wide};
+      return Json(wide);
     const launch::ParameterValue value = launch::value_of_scalar(text);
-    if (const auto* const flag = std::get_if<bool>(&value)) return Json{*flag};
-    if (const auto* const whole = std::get_if<std::int64_t>(&value)) return Json{*whole};
+    if (const auto* const flag = std::get_if<bool>(&value)) return Json(*flag);
+    if (const auto* const whole = std::get_if<std::int64_t>(&value)) return Json(*whole);
     const auto* const real = std::get_if<double>(&value);
-    if (real == nullptr) return Json{text};
-    if (std::isnan(*real)) return Json{"NaN"};
-    if (std::isinf(*real)) return Json{*real > 0 ? "Infinity" : "-Infinity"};
-    return Json{*real};
+    if (real == nullptr) return Json(text);
+    if (std::isnan(*real)) return Json("NaN");
+    if (std::isinf(*real)) return Json(*real > 0 ? "Infinity" : "-Infinity");
+    return Json(*real);
   }
 
   const WallTime now_;

@@ -34,6 +34,8 @@ constexpr Duration kBudgetPeriod = 1s;
 constexpr Duration kProgramReadyLimit = 15s;
 constexpr Duration kLastMessageLimit = 500ms;
 constexpr Duration kShutdownStepLimit = 3s;  // a component that hangs holds the others' way down up for no longer
+constexpr Duration kMainThreadLimit =
+    1s;  // a stop signal that it has not obeyed by then finds it in a component's hands
 
 Problem interrupted(const StopSignal& stop) {
   return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
@@ -57,6 +59,8 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 }
 
 Session::~Session() {
+  lookout_.reset();
+  desk_.reset();
   manager_.reset();
   server_.reset();
   supervision_.reset();
@@ -102,6 +106,12 @@ int Session::run() {
   container_options.component_path = options_.places.component_folders;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
   supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
+  lookout_ = std::make_unique<Lookout>(
+      stop_, [this] { return is_going_up_ ? Duration::zero() : kMainThreadLimit; },
+      [this] {
+        container_->stop_what_moves();
+        container_->give_up_transitions_after(kShutdownStepLimit);
+      });
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
@@ -121,7 +131,10 @@ int Session::run() {
   }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_);
 
+  desk_ = std::make_unique<VerbDesk>(*this);
+
   auto up = bring_up();
+  is_going_up_ = false;
   std::optional<Problem> failure;
   if (!up) {
     failure = up.error();
@@ -132,6 +145,7 @@ int Session::run() {
     failure = serve();
     if (failure) say("nacelle: " + failure->text());
   }
+  desk_.reset();
   take_down();
   if (!undoing_ && !write_report()) return 1;
   return failure || supervision_->has_stopped_the_robot() ? 1 : 0;
@@ -283,11 +297,12 @@ Result<void, Problem> Session::load_components() {
     } else {
       entry.failure = loaded.error();
     }
-    if (!component.required && (entry.failure || !entry.faults.empty())) {
+    if (!component.required && (entry.failure || has_errors(entry.faults))) {
       if (loaded) static_cast<void>(container_->unload(loaded.value().id));
       say("nacelle: left out, since it is not required: " + component.full_name());
     }
     composition_changed();
+    answer_guests();
   }
   return {};
 }
@@ -356,9 +371,10 @@ Result<void, Problem> Session::activate() {
 
 std::string Session::why_not_go_up() {
   if (service_->phase() != Phase::Starting) return {};
+  answer_guests();
   std::string why = stop_.is_raised() ? fmt::format("interrupted by {}", stop_.name()) : supervision_->why_to_stop();
   if (!why.empty()) {
-    container_->write_safe_stops();
+    container_->stop_what_moves();
     container_->give_up_transitions_after(kShutdownStepLimit);
   }
   return why;
@@ -407,8 +423,17 @@ void Session::composition_changed() {
   steady_from_ = clock_.now() + kSettling;
 }
 
+// A person who asks what a bring-up waits for is answered while it waits.
+void Session::answer_guests() {
+  std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
+  desk_->append_waits(waits);
+  if (::poll(waits.data(), waits.size(), 0) < 0) return;
+  desk_->serve(waits.data() + 1, waits.size() - 1);
+  if (waits[0].revents == 0) return;
+  for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
+}
+
 std::optional<Problem> Session::serve() {
-  VerbDesk desk{*this};
   const auto kernel_alarm = options_.clock_alarm == nullptr ? make_kernel_clock_alarm() : nullptr;
   ClockWatch clock_watch{clock_, kernel_alarm ? *kernel_alarm : *options_.clock_alarm};
   ClockJumpReport clock_jumps{container_->transport(), options_.container_name};
@@ -424,7 +449,7 @@ std::optional<Problem> Session::serve() {
     const std::size_t stops_at = waits.size();
     emergency_stops_->append_waits(waits);
     const std::size_t guests_at = waits.size();
-    desk.append_waits(waits);
+    desk_->append_waits(waits);
 
     if (!budgets_.empty() && (!next_budget_look_ || clock_.now() >= *next_budget_look_)) {
       for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
@@ -440,7 +465,7 @@ std::optional<Problem> Session::serve() {
       const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
-    if (const auto due = desk.next_due()) {
+    if (const auto due = desk_->next_due()) {
       const int left_ms = std::max(0, static_cast<int>(std::min<Duration>(*due - clock_.now(), 1h) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
@@ -473,15 +498,16 @@ std::optional<Problem> Session::serve() {
       if (program->spec().required) return problem;
       say("nacelle: " + problem.text());
     }
-    desk.serve(waits.data() + guests_at, waits.size() - guests_at);
+    desk_->serve(waits.data() + guests_at, waits.size() - guests_at);
     if (waits[1].revents != 0) {
-      for (auto& handed : server_->take_handed_over()) desk.take(std::move(handed));
+      for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
     }
   }
   return std::nullopt;
 }
 
 void Session::take_down() {
+  lookout_.reset();
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
   // First of all the wheels: components that hang may keep the base waiting for its turn.

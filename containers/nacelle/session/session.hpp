@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -23,6 +24,7 @@
 #include "nacelle/session/composition.hpp"
 #include "nacelle/session/emergency_stops.hpp"
 #include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/session/lookout.hpp"
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "nacelle/session/stop_signal.hpp"
@@ -52,6 +54,8 @@ struct SessionOptions {
 /// For StopSignal: what a process that was told to end three times still does, stop frames and the end of its programs.
 /// Async-signal-safe.
 void leave_at_once() noexcept;
+
+class VerbDesk;
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
 ///
@@ -103,6 +107,7 @@ class Session {
   [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
+  void answer_guests();
   /// Runs until it is to end. Returns what ended it if that is a failure.
   [[nodiscard]] std::optional<Problem> serve();
   void take_down();
@@ -128,6 +133,7 @@ class Session {
   std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
+  std::unique_ptr<VerbDesk> desk_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;
   runtime::BudgetWatch budgets_{{}};
@@ -139,11 +145,13 @@ class Session {
   std::vector<std::string> held_actuators_;  // of the run that is resumed
   std::vector<std::string> held_stops_;      // the emergency stops that were set in it
   bool told_of_state_ = false;               // that the state file cannot be written
+  std::atomic<bool> is_going_up_{true};      // the main thread is in bring_up()
   bool undoing_ = false;                     // a failed bring-up: no figures to take
   report::RunReport report_;
   std::string last_messages_json_;
   SteadyState steady_;
   std::optional<MonotonicTime> steady_from_;
+  std::unique_ptr<Lookout> lookout_;  // until the way down begins
 };
 
 }  // namespace nacelle::session

@@ -12,6 +12,14 @@ std::vector<std::string> all_of(const TopicEnds& ends) {
   return {all.begin(), all.end()};
 }
 
+/// A rule for an action is written for its name, and changes those of all of its parts.
+void add_actions(std::vector<std::string>& names) {
+  for (std::size_t i = 0, n = names.size(); i < n; ++i) {
+    const auto part = names[i].find("/_action/");
+    if (part != std::string::npos) names.push_back(names[i].substr(0, part));
+  }
+}
+
 Problem why_unused(const RemapRule& rule, const std::string& node, const TopicEnds& ends) {
   const std::size_t slash = node.rfind('/');
   const std::string name = node.substr(slash + 1), name_space = slash == 0 ? "/" : node.substr(0, slash);
@@ -22,6 +30,7 @@ Problem why_unused(const RemapRule& rule, const std::string& node, const TopicEn
   std::vector<std::string> names;
   if (rule.kind != RemapKind::Service) names = all_of(ends);
   if (rule.kind != RemapKind::Topic) names.insert(names.end(), ends.services.begin(), ends.services.end());
+  if (rule.kind != RemapKind::Topic) add_actions(names);
   const auto from = expand_topic_name(rule.from, name, name_space), to = expand_topic_name(rule.to, name, name_space);
   const bool is_there = from && std::find(names.begin(), names.end(), *from) != names.end();
   if (from && to && *from == *to && is_there)

@@ -30,7 +30,7 @@ class ContainerServices {
 
  private:
   template <typename S>
-  static void run(void* container, const void* request, void* response);
+  static bool run(void* container, std::int64_t call, const void* request, void* response);
 
   Executor executor_;
   NodeRuntime node_;

@@ -29,6 +29,11 @@ void Container::tell_fault(const ComponentInfo& info, const std::string& callbac
   impl_->note_change();
 }
 
+void Container::tell_state(const StateChange& change) {
+  const std::function<void(const StateChange&)> listener = *impl_->state_listener.lock();
+  if (listener) listener(change);
+}
+
 std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64_t id) const {
   const std::lock_guard lock(mutex);
   const auto found = foreign.find(id);
@@ -38,7 +43,10 @@ std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64
 std::vector<std::string> Container::ties() const {
   std::vector<std::string> ties = impl_->commons.frames.claims();
   auto objects = impl_->commons.shared_objects.lock();
-  for (const auto& [name, object] : *objects) ties.push_back("shares the object '" + name + "'");
+  for (const auto& [name, object] : *objects) {
+    // Each process has its own, and counts what it is told by the other one.
+    if (object != impl_->commons.motion_stops) ties.push_back("shares the object '" + name + "'");
+  }
   return ties;
 }
 

@@ -92,7 +92,9 @@ class ServerPort final : public Executable {
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
   void push(Call call);
-  /// Tells every client that waits that there will be no answer, also the one whose call is being worked on.
+  /// Answers a call that the callback left open: see ServiceHandle.
+  bool send_response(std::int64_t call, void* response);
+  /// Tells every client that waits that there will be no answer, also those whose calls are being worked on or were left open.
   void refuse_all();
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
@@ -108,9 +110,13 @@ class ServerPort final : public Executable {
   const ServiceCallback callback_;
   const std::atomic<bool>& open_;  // the node's lifecycle gate
   const Clock& clock_;
-  void answer_running(const Call& call, std::unique_ptr<AnyMessage> response);
+  struct Open {  // whose callback runs, or has left the answer for later
+    std::int64_t last = 0;
+    std::map<std::int64_t, Asker> calls;  // who takes one out answers it
+  };
+  bool answer_open(std::int64_t call, std::unique_ptr<AnyMessage> response);
   Guarded<std::deque<Waiting>> calls_;
-  Guarded<std::vector<std::pair<const Call*, Asker>>> running_;  // who takes one out answers it
+  Guarded<Open> open_calls_;
   std::atomic<std::size_t> waiting_{0};
   CallbackStats stats_;  // the latency under the lock of calls_
 };

@@ -10,6 +10,8 @@
 //   lie                 a publisher of /scan with another type
 //   spin                a callback that takes 100 ms of CPU, again and again
 //   reset               calm again (where that is possible)
+//
+// Its service ~/answer echoes `data`; asked for false it does not return.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -17,6 +19,7 @@
 #include <memory>
 #include <semaphore>
 #include <std_msgs/msg/string.hpp>
+#include <std_srvs/srv/set_bool.hpp>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -52,12 +55,22 @@ class NoSink final : public io::ByteSink {
 class Chaos final : public LifecycleNode {
  public:
   explicit Chaos(const NodeOptions& options) : LifecycleNode("chaos", options) {
-    declare_parameter("stop_file", "");        // makes an actuator of it: where its stop frame goes
-    declare_parameter("fail_in", "");          // "configure" or "activate" throws; "activated": a fault when it is
+    declare_parameter("stop_file", "");  // makes an actuator of it: where its stop frame goes
+    // "configure" or "activate" throws; "activated": a fault when it is; "configure for ever", "deactivate for ever" do not return
+    declare_parameter("fail_in", "");
     declare_parameter("note", "as launched");  // to be set at run time
+    declare_parameter("share", 0.5,
+                      {.description = "of nothing", .floating_point_range = FloatingPointRange{0.0, 1.0, 0.0}});
+    declare_parameter("loose", 1, {.dynamic_typing = true});
     alive_ = create_publisher<String>("~/alive", QoS(10));
     beat_ = create_wall_timer(10ms, [this] { say(); });
     orders_ = create_subscription<String>("~/do", QoS(10), [this](const String& order) { obey(order.data); });
+    answers_ = create_service<std_srvs::srv::SetBool>(
+        "~/answer", [](const std_srvs::srv::SetBool::Request& request, std_srvs::srv::SetBool::Response& response) {
+          if (!request.data) std::binary_semaphore{0}.acquire();
+          response.success = true;
+          response.message = "it's told";
+        });
   }
   ~Chaos() override {
     if (stop_ >= 0) ::close(stop_);
@@ -65,6 +78,7 @@ class Chaos final : public LifecycleNode {
 
  private:
   CallbackReturn on_configure(const State&) override {
+    if (get<std::string>("fail_in") == "configure for ever") std::binary_semaphore{0}.acquire();
     if (get<std::string>("fail_in") == "configure") throw std::runtime_error("cannot be configured");
     const auto file = get<std::string>("stop_file");
     if (file.empty()) return CallbackReturn::SUCCESS;
@@ -77,6 +91,10 @@ class Chaos final : public LifecycleNode {
   CallbackReturn on_activate(const State&) override {
     if (get<std::string>("fail_in") == "activate") throw std::runtime_error("cannot be activated");
     if (get<std::string>("fail_in") == "activated") fault("TOLD_TO", "a fault on command");
+    return CallbackReturn::SUCCESS;
+  }
+  CallbackReturn on_deactivate(const State&) override {
+    if (get<std::string>("fail_in") == "deactivate for ever") std::binary_semaphore{0}.acquire();
     return CallbackReturn::SUCCESS;
   }
   CallbackReturn on_cleanup(const State&) override {
@@ -129,6 +147,7 @@ class Chaos final : public LifecycleNode {
 
   Publisher<String>::SharedPtr alive_, lie_;
   Subscription<String>::SharedPtr orders_;
+  Service<std_srvs::srv::SetBool>::SharedPtr answers_;
   Timer::SharedPtr beat_, spin_;
   BadLine line_;
   NoSink sink_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -28,9 +29,16 @@ struct PlainCallback {
   void* context = nullptr;
 };
 
-/// Answers a request in place. Lives in the component; called on its executor only.
+/// What a timer counts.
+enum class TimerClock : std::uint8_t {
+  Monotonic,  ///< Real time, which never steps.
+  OfNode      ///< What the node's now() says: /clock for one with use_sim_time, else as Monotonic.
+};
+
+/// Answers a request, in place or later. Lives in the component; called on its executor only.
 struct ServiceCallback {
-  void (*run)(void* context, const void* request, void* response) = nullptr;
+  /// Returns whether `response` is the answer; if not, ServiceHandle::send_response(call, ...) gives it, now or later.
+  bool (*run)(void* context, std::int64_t call, const void* request, void* response) = nullptr;
   void* context = nullptr;
 };
 
@@ -62,6 +70,9 @@ class TimerHandle {
 class ServiceHandle {
  public:
   virtual ~ServiceHandle() = default;
+  /// Answers a call that its callback left open. Moves the fields out of `response`. Returns false if nobody waits for it any
+  /// more. Calls that are open when the handle goes are told that there will be no answer. Threads: any.
+  virtual bool send_response(std::int64_t call, void* response) = 0;
 };
 class ClientHandle {
  public:
@@ -109,7 +120,8 @@ class NodeHost {
   /// To be made before the endpoint that tells its listener, and to outlive it. Runs also behind a closed lifecycle gate.
   [[nodiscard]] virtual std::unique_ptr<StatusEventHandle> create_status_event(
       PlainCallback callback, const CallbackGroup::SharedPtr& group) = 0;
-  [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+  [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(TimerClock clock, Duration period,
+                                                                  PlainCallback callback,
                                                                   const CallbackGroup::SharedPtr& group) = 0;
   [[nodiscard]] virtual std::unique_ptr<ServiceHandle> create_service(const std::string& name,
                                                                       const msgs::MessageType& request,

@@ -22,10 +22,10 @@ const std::vector<FrameEdge> kRobot{{"base_link", "odom", "/ekf", false, 50.0, 0
 TEST(FrameTree, as_text_hangs_each_frame_from_its_parent) {
   EXPECT_EQ(tree_text(kRobot),
             "odom\n"
-            "└─ base_link         50.0 Hz, 12 ms old, /ekf\n"
-            "   ├─ camera_link    static, /transforms\n"
-            "   │  └─ lens        0.5 Hz, 3.1 s old, owner unknown\n"
-            "   └─ lidar_link     static, /transforms\n");
+            "└─ base_link       50.0 Hz, 12 ms old, /ekf\n"
+            "   ├─ camera_link  static, /transforms\n"
+            "   │  └─ lens      0.5 Hz, 3.1 s old, owner unknown\n"
+            "   └─ lidar_link   static, /transforms\n");
 }
 
 TEST(FrameTree, shows_every_tree_and_what_hangs_in_a_circle) {

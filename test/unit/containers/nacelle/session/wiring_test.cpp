@@ -76,5 +76,12 @@ TEST(Wiring, a_remap_for_another_node_is_told) {
                                       "you mean 'lidar'?"}));
 }
 
+TEST(Wiring, an_action_is_a_name_that_a_rule_may_have_meant) {
+  const TopicEnds arm{{"/arm/_action/feedback", "/arm/_action/status"}, {}, {"/arm/_action/send_goal"}};
+  const auto unused = unused_remaps({{RemapKind::Service, "", "arn", "/x"}}, {false}, "/node", arm);
+  ASSERT_EQ(unused.size(), 1U);
+  EXPECT_EQ(unused[0].problem.way_out, "did you mean '/arm'?");
+}
+
 }  // namespace
 }  // namespace nacelle::session
