@@ -25,9 +25,13 @@ std::string without_digits(std::string text) {
   return text;
 }
 
-/// A name that a person may have meant. Two robots' or two sensors' names differ in a number, and are no slip of the pen.
+/// A name that a person may have meant. Two robots' or two sensors' names differ in a number or in a namespace, and are no slip of
+/// the pen.
 std::string slip_of(const std::string& name, std::vector<std::string> others) {
-  std::erase_if(others, [&](const auto& other) { return without_digits(other) == without_digits(name); });
+  const auto parts = std::ranges::count(name, '/');
+  std::erase_if(others, [&](const auto& other) {
+    return std::ranges::count(other, '/') != parts || without_digits(other) == without_digits(name);
+  });
   return nearest_name(name, others);
 }
 
