@@ -17,8 +17,15 @@ int main(int argc, char** argv) {
   add_component_commands(root);
   add_lifecycle_commands(root);
   add_faults_command(root);
+  add_node_commands(root);
   add_topic_commands(root);
+  add_service_commands(root);
+  add_param_commands(root);
+  add_action_commands(root);
   add_qos_commands(root);
+  add_tf_commands(root);
+  add_watch_commands(root);
+  add_doctor_command(root);
   add_estop_command(root);
   add_teleop_command(root);
   add_sim_commands(root);

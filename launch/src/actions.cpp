@@ -98,6 +98,8 @@ void Builder::run_action(const Element& action, Scope& scope) {
     const auto rule = make_remap_rule(*from, *to);
     if (!rule) return report(at(action.line), rule.error());
     scope.remaps.push_back(*rule);
+    scope.remap_lines.push_back(at(action.line));
+    plan_.shared_remaps.push_back({*rule, at(action.line)});
   } else if (name == "set_use_sim_time") {
     if (action.find("value") == nullptr) return;
     scope.parameters.push_back(

@@ -38,6 +38,7 @@ struct Scope {
   std::map<std::string, std::optional<std::string>> environment;  ///< Set to, or unset.
   std::vector<ParameterSource> parameters;
   std::vector<RemapRule> remaps;
+  std::vector<Location> remap_lines;  // beside remaps
 };
 
 /// A launch file while it is worked on.
@@ -117,6 +118,7 @@ class Builder {
   void note_sections(const ParameterSource& source, const std::string& full_name);
   void read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into,
                    std::vector<Location>* lines = nullptr);
+  void check_remaps(const ComponentPlan& component);
   [[nodiscard]] std::string node_namespace(const Element& element, Scope& scope);
 
   // finish.cpp

@@ -12,21 +12,23 @@ void Builder::component(const Element& element, Scope& scope) {
   ComponentPlan made;
   made.where = at(element.line);
   made.package = text(element, "pkg", scope).value_or("");
-  made.plugin = text(element, "plugin", scope).value_or("");
-  if (element.find("plugin") != nullptr && made.plugin.empty())
-    report(at(element.find("plugin")->line), "'plugin' names no class");
-  made.name = text(element, "name", scope).value_or("");
-  if (element.find("name") != nullptr) {
-    if (auto ok = validate_node_name(made.name); !ok) report(at(element.find("name")->line), ok.error());
+  const auto plugin = text(element, "plugin", scope), name = text(element, "name", scope);  // none: that has been told
+  if (plugin && plugin->empty()) report(at(element.find("plugin")->line), "'plugin' names no class");
+  if (name) {
+    if (auto ok = validate_node_name(*name); !ok) report(at(element.find("name")->line), ok.error());
   }
+  made.plugin = plugin.value_or("");
+  made.name = name.value_or("");
   made.namespace_ = node_namespace(element, scope);
 
   std::vector<ParameterSource> sources = scope.parameters;
   read_parameters(element, scope, "", sources);
   made.parameters = resolve(sources, made.full_name());
   made.remaps = scope.remaps;
-  made.remap_lines.resize(made.remaps.size());
+  made.remap_lines = scope.remap_lines;
+  made.shared_remaps = made.remaps.size();
   read_remaps(element, scope, made.remaps, &made.remap_lines);
+  check_remaps(made);
   made.required = flag(element, "required", true, scope);
   if (const auto isolate = word(element, "isolate", {"none", "process"}, scope))
     made.isolate = static_cast<Isolation>(*isolate);

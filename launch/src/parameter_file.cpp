@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 
 namespace nacelle::launch {
 namespace {
@@ -34,6 +35,13 @@ bool is_word(std::string_view part) {
   });
 }
 
+/// Whether the marker, or something that is meant to be it, stands anywhere.
+bool has_marker(const YamlNode& node) {
+  return std::any_of(node.items.begin(), node.items.end(), [](const YamlNode& item) {
+    return item.key == kMarker || !nearest_name(item.key, {std::string(kMarker)}).empty() || has_marker(item);
+  });
+}
+
 class Reader {
  public:
   explicit Reader(const std::string& file) : file_(file) {}
@@ -41,6 +49,7 @@ class Reader {
   void read(const YamlNode& root) {
     if (root.is_null()) return;
     if (!root.is_map()) return report(root.line, std::string("expected a map of nodes, found ") + root.kind_text());
+    refuse_repeated(root);
     for (const YamlNode& node : root.items) read_node("", node);
   }
   std::vector<ParameterSection> sections;
@@ -52,6 +61,18 @@ class Reader {
     problems.push_back({file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)});
   }
 
+  void refuse_repeated(const YamlNode& map) {
+    std::map<std::string_view, int> first;
+    for (const YamlNode& item : map.items) {
+      const auto [known, is_new] = first.emplace(item.key, item.key_line);
+      if (!is_new)
+        report(item.key_line,
+               "the key '" + item.key + "' stands here a second time; the first is at line " +
+                   std::to_string(known->second),
+               "leave one of them out");
+    }
+  }
+
   // A key above ros__parameters; the recursion is as deep as the document, which parse_yaml() bounds.
   void read_node(const std::string& above, const YamlNode& node) {
     if (node.key == kMarker) {
@@ -59,6 +80,8 @@ class Reader {
         return report(node.key_line, "'ros__parameters' stands below no node", "write '/**:' above it");
       return read_section(above, node);
     }
+    if (!above.empty() && !nearest_name(node.key, {std::string(kMarker)}).empty())
+      return report(node.key_line, "'" + node.key + "' is no part of a node's name", "did you mean 'ros__parameters'?");
     std::string pattern = above;
     for (const auto part : parts_of(node.key)) {
       if (part != "*" && part != "**" && !is_word(part)) {
@@ -75,6 +98,7 @@ class Reader {
       return report(node.key_line, "'" + node.key + "' is a node or namespace and needs a map, not " + node.kind_text(),
                     "parameters stand below 'ros__parameters'");
     }
+    refuse_repeated(node);
     for (const YamlNode& below : node.items) read_node(pattern, below);
   }
 
@@ -89,6 +113,7 @@ class Reader {
     if (node.is_null()) return;
     if (!node.is_map())
       return report(node.line, std::string("'ros__parameters' needs a map of parameters, not ") + node.kind_text());
+    refuse_repeated(node);
     for (const YamlNode& parameter : node.items) read_parameter("", parameter, section->parameters);
   }
 
@@ -100,6 +125,7 @@ class Reader {
     if (node.is_null())
       return report(node.key_line, "the parameter '" + name + "' has no value", "write '' for an empty text");
     if (node.is_map()) {
+      refuse_repeated(node);
       for (const YamlNode& below : node.items) read_parameter(name, below, into);
       return;
     }
@@ -167,6 +193,13 @@ std::vector<Parameter> ParameterFile::parameters_for(std::string_view node_full_
 Result<ParameterFile, std::vector<Problem>> read_parameter_tree(const YamlNode& root, const std::string& file_name) {
   Reader reader(file_name);
   reader.read(root);
+  // One word about the whole file instead of one for each of its lines.
+  if (!reader.problems.empty() && root.is_map() && !root.items.empty() && !has_marker(root)) {
+    return err(std::vector<Problem>{
+        {file_name + ":" + std::to_string(root.items.front().key_line),
+         "the file has no 'ros__parameters': it is of ROS 1's form, or no parameter file",
+         "write '<node>:' and below it 'ros__parameters:' above the values, or '/**:' for every node"}});
+  }
   if (!reader.problems.empty()) return err(std::move(reader.problems));
   return ParameterFile(std::move(reader.sections));
 }

@@ -156,6 +156,21 @@ void Builder::read_remaps(const Element& element, Scope& scope, std::vector<Rema
   }
 }
 
+// rcl would rename the node; the rest of the plan (after, qos, parameters) would still mean the old name.
+void Builder::check_remaps(const ComponentPlan& component) {
+  for (std::size_t i = 0; i < component.remaps.size(); ++i) {
+    const RemapRule& rule = component.remaps[i];
+    if (rule.kind != RemapKind::NodeName && rule.kind != RemapKind::Namespace) continue;
+    if (!rule.node.empty() && rule.node != component.name) continue;
+    const bool is_name = rule.kind == RemapKind::NodeName;
+    const bool shared = i < component.shared_remaps;
+    report(shared ? component.where : component.remap_lines[i],
+           std::string("a remap of ") + (is_name ? "'__node'" : "'__ns'") + " cannot rename a composable_node" +
+               (shared ? ": the set_remap is at " + component.remap_lines[i].text() : ""),
+           is_name ? "write name: " + rule.to : "write namespace: " + rule.to);
+  }
+}
+
 std::string Builder::node_namespace(const Element& element, Scope& scope) {
   const auto own = text(element, "namespace", scope);
   std::string full = join_namespaces(scope.namespace_, own.value_or(""));

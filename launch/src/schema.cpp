@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <map>
 #include <sstream>
 
@@ -97,6 +98,17 @@ const std::map<std::string, Rule>& rules() {
   return all;
 }
 
+struct OtherWord {
+  std::string_view other;
+  const char* word;
+};
+constexpr std::array kOtherWords{OtherWord{"params", "param"},     OtherWord{"parameters", "param"},
+                                 OtherWord{"remappings", "remap"}, OtherWord{"remaps", "remap"},
+                                 OtherWord{"package", "pkg"},      OtherWord{"executable", "exec"},
+                                 OtherWord{"arguments", "args"},   OtherWord{"class", "plugin"},
+                                 OtherWord{"node_name", "name"},   OtherWord{"node_namespace", "namespace"},
+                                 OtherWord{"depends_on", "after"}, OtherWord{"extra_arguments", "extra_arg"}};
+
 bool holds(const std::vector<std::string>& list, const std::string& name) {
   return std::find(list.begin(), list.end(), name) != list.end();
 }
@@ -134,12 +146,27 @@ class Checker {
   // A refusal's text is "<what>; <way out>" already.
   void refuse(int line, const std::string& name, const char* why) { report(line, "'" + name + "' is refused: " + why); }
 
+  static std::string unknown_text(const Element& element, const std::string& name) {
+    const bool action = element.name == "launch" || element.name == "group";
+    return std::string("unknown ") + (action ? "action" : "key") + " '" + name + "' in '" + element.name + "'";
+  }
+
   void unknown(const Element& element, const std::string& name, int line, const Rule& rule) {
     std::vector<std::string> known = rule.attributes;
-    known.insert(known.end(), rule.children.begin(), rule.children.end());
-    const bool action = element.name == "launch" || element.name == "group";
-    report(line, std::string("unknown ") + (action ? "action" : "key") + " '" + name + "' in '" + element.name + "'",
-           suggestion(name, known));
+    for (const auto& child : rule.children) {
+      if (!holds(known, child)) known.push_back(child);  // some may be either
+    }
+    // What a Python launch file, or another tool, calls them.
+    std::vector<std::string> others;
+    for (const auto& [other, word] : kOtherWords) {
+      if (holds(known, word)) others.emplace_back(other);
+    }
+    if (nearest_name(name, known).empty()) {
+      const auto other = std::ranges::find(kOtherWords, nearest_name(name, others), &OtherWord::other);
+      if (other != kOtherWords.end())
+        return report(line, unknown_text(element, name), "did you mean '" + std::string(other->word) + "'?");
+    }
+    report(line, unknown_text(element, name), suggestion(name, known));
   }
 
   void check_attribute(const Element& element, const Attribute& attribute, const Rule& rule) {

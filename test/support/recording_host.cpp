@@ -35,6 +35,7 @@ struct RecordingContext::State {
   };
   struct Server {
     ServiceCallback callback;
+    const msgs::MessageType* response;
     const bool* active;
   };
   struct Wakeup final : ReadyListener {
@@ -70,6 +71,9 @@ struct RecordingContext::State {
   std::list<SubscriptionHandle*> ports;
   std::list<Timer*> timers;
   std::map<std::string, Server> servers;
+  std::int64_t last_call = 0, open_call = 0;  // the one that is being made, 0 once it is answered
+  const msgs::MessageType* open_type = nullptr;
+  void* open_response = nullptr;
   std::map<std::string, std::unique_ptr<Writer>> injectors;
   std::vector<FaultReason> faults;
   std::vector<Claimed> frames;
@@ -114,15 +118,21 @@ class RecordingHost final : public NodeHost {
     return std::make_shared<Group>(type);  // one thread: it changes nothing
   }
   std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType&,
-                                                const msgs::MessageType&, ServiceCallback callback,
+                                                const msgs::MessageType& response, ServiceCallback callback,
                                                 const CallbackGroup::SharedPtr&) override {
     struct Handle final : ServiceHandle {
       Handle(RecordingContext::State& s, std::string n) : state(s), name(std::move(n)) {}
       ~Handle() override { state.servers.erase(name); }
+      bool send_response(std::int64_t call, void* response) override {
+        if (call != state.open_call) return false;
+        state.open_type->move_assign(state.open_response, response);
+        state.open_call = 0;
+        return true;
+      }
       RecordingContext::State& state;
       std::string name;
     };
-    state_.servers[name] = {callback, &active_};
+    state_.servers[name] = {callback, &response, &active_};
     return std::make_unique<Handle>(state_, name);
   }
   std::unique_ptr<ClientHandle> create_client(const std::string&, const msgs::MessageType&, const msgs::MessageType&,
@@ -307,8 +317,14 @@ bool RecordingContext::wait_for(const std::string& topic, std::size_t messages, 
 bool RecordingContext::call(const std::string& service, void* request, void* response) {
   const auto found = state_->servers.find(service);
   if (found == state_->servers.end() || !*found->second.active) return false;
-  found->second.callback.run(found->second.callback.context, request, response);
-  return true;
+  const std::int64_t call = ++state_->last_call;
+  state_->open_call = call;
+  state_->open_type = found->second.response;
+  state_->open_response = response;
+  const bool in_place = found->second.callback.run(found->second.callback.context, call, request, response);
+  const bool answered = in_place || state_->open_call == 0;
+  state_->open_call = 0;
+  return answered;
 }
 
 std::vector<FaultReason> RecordingContext::faults() const {

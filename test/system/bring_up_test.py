@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bring-up as a whole: order by readiness, one log for one plan, an end at any moment. NACELLE_COLD_BRING_UPS: how many."""
+import json
 import os
 import pathlib
 import signal
@@ -75,9 +76,16 @@ class BringUp(RobotTest):
         self.end(robot)
         self.assertEqual(robot.returncode, 0)
 
+    def listed_states(self):
+        listed = self.run_program("component", "list", "--json")
+        return {row["node"]: row["state"] for row in json.loads(listed.stdout)["components"] if row["state"] == "inactive"} if listed.returncode == 0 else {}
+
     def test_says_what_it_waits_for_and_undoes_everything_when_the_time_is_over(self):
         file = self.launch_file("stuck", "node: /blind/blind, when: first_message(/blind/detections), timeout: 3s", extra=BLIND)
         robot = self.start(file)
+        listed = wait_for("it answers while it waits", lambda: self.listed_states().get("/late"), 30)
+        self.assertEqual(listed, "inactive")
+        self.assertIsNone(robot.poll())
         said = robot.communicate(timeout=60 * SLOW)[1]
         self.assertEqual(robot.returncode, 1, said)
         self.assertIn("/late waits for first_message(/blind/detections) of /blind/blind: no message yet (at most 3 s)", said)

@@ -52,6 +52,8 @@ class Check(RobotTest):
                 outcome = self.check("--json", file.name, code=1, cwd=BROKEN)
                 answer = json.loads(outcome.stdout)
                 self.assertEqual(answer["verdict"], "error")
+                # A part of a robot reads what its other parts publish: that warns, and is none of these mistakes.
+                answer["findings"] = [f for f in answer["findings"] if (f["severity"], f["about"]) != ("warning", "stream")]
                 found = [f"{f['about']}: {f['where']}: {f['what']}" + ("; " + f["way_out"] if f["way_out"] else "")
                          for f in answer["findings"]]  # fmt: skip
                 self.assertEqual(len(found), 1, found)
@@ -92,6 +94,38 @@ class Check(RobotTest):
         outcome = self.check(self.write("optional.launch.yaml", LIDAR.format(more=more, required="false")))
         self.assertRegex(outcome.stdout, r"^warning: .*scan_points")
         self.assertIn("1 warning", outcome.stdout)
+
+    def found(self, text, code=0):
+        outcome = self.check("--json", self.write("found.launch.yaml", text), code=code)
+        return [(f["severity"], f["about"], f["what"], f["way_out"]) for f in json.loads(outcome.stdout)["findings"]]
+
+    def test_what_nobody_publishes_warns_unless_it_comes_from_outside(self):
+        ekf = "{pkg: nacelle_ekf, plugin: 'nacelle::ekf::EkfComponent', name: ekf, param: [{name: odom0, value: /odom}]}"
+        base = "{pkg: nacelle_diff_drive, plugin: 'nacelle::diff_drive::DiffDriveComponent', name: base, param: [{name: left_wheel_names, value: [a]}, {name: right_wheel_names, value: [b]}]}"
+        head = "launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n"
+        self.assertEqual(self.found(head + f"    - {ekf}\n"), [
+            ("warning", "stream", "/ekf reads '/odom' (nav_msgs/msg/Odometry), which nobody publishes", "of its type there is /odometry/filtered")])  # fmt: skip
+        self.assertEqual([f for f in self.found(head + f"    - {base}\n") if f[1] == "stream"], [], "commands come from people and programs")
+
+    def test_what_an_optional_component_has_part_in_only_warns(self):
+        text = (BROKEN / "reliability.launch.yaml").read_text()
+        first = text.index("      name: ")
+        end = text.index("\n", first)
+        optional = text[:end] + "\n      required: false" + text[end:]
+        self.assertEqual({f[0] for f in self.found(optional) if f[1] == "qos"}, {"warning"})
+
+    def test_a_class_of_another_package_warns(self):
+        text = LIDAR.format(more="", required="true").replace("pkg: nacelle_lidar", "pkg: nacelle_lidr")
+        self.assertEqual(self.found(text), [
+            ("warning", "plugin", "/lidar: the class nacelle::lidar::LidarComponent is not of the package 'nacelle_lidr'", "write pkg: nacelle_lidar")])  # fmt: skip
+
+    def test_every_wrong_parameter_of_the_container_is_told(self):
+        text = LIDAR.format(more="", required="true").replace("    name: c\n", "    name: c\n    param: [{name: hang_aftr, value: 3.0}, {name: hang_after, value: -1}]\n")
+        found = self.found(text, code=1)
+        self.assertEqual([f[1] for f in found], ["parameter", "parameter"], found)
+        outcome = self.expect_exit(self.run_program("launch", self.folder / "found.launch.yaml"), 1)
+        self.assertIn("found.launch.yaml:5: the container has no parameter 'hang_aftr'; did you mean 'hang_after'?", outcome.stderr)
+        self.assertIn("found.launch.yaml:5: parameter 'hang_after' of the container must be seconds", outcome.stderr)
 
     def test_starts_no_program_and_makes_no_socket(self):
         before = sorted(self.folder.rglob("*"))
@@ -179,10 +213,17 @@ class Import(RobotTest):
         nodes = {"diff_drive": "diff_drive::DiffDrive", "odometry": "odometry::Odometry", "ekf": "ekf::Ekf", "lidar": "lidar::Lidar",
                  "lidar_2": "lidar::Lidar", "camera": "camera::Camera", "v4l2_camera": "camera::Camera"}  # fmt: skip
         launch.write_text("launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n" + "".join(
-            f"    - {{pkg: nacelle, plugin: 'nacelle::{plugin}Component', name: {node}, param: [{{from: imported.yaml}}]}}\n" for node, plugin in nodes.items()))
+            f"    - {{pkg: nacelle_{plugin.split(':')[0]}, plugin: 'nacelle::{plugin}Component', name: {node}, param: [{{from: imported.yaml}}]}}\n" for node, plugin in nodes.items()))
         outcome = self.run_program("check", launch, "--json")
-        findings = [f for f in json.loads(outcome.stdout)["findings"] if f["about"] != "frame"]
+        findings = [f for f in json.loads(outcome.stdout)["findings"] if f["about"] not in ("frame", "stream")]
         self.assertEqual(findings, [], outcome.stdout)
+
+    def test_writes_over_no_file_that_it_reads(self):
+        path = self.folder / "mine.yaml"
+        path.write_text("ekf: {ros__parameters: {frequency: 30.0}}\n")
+        outcome = self.expect_exit(self.run_program("import", path, "-o", path), 1)
+        self.assertRegex(outcome.stderr, r"mine\.yaml: would be written over .*; give another -o FILE")
+        self.assertEqual(path.read_text(), "ekf: {ros__parameters: {frequency: 30.0}}\n")
 
     def test_a_file_that_is_none_is_a_problem_with_its_line(self):
         path = self.folder / "none.yaml"

@@ -57,9 +57,11 @@ class StopTest(RobotTest):
         cls.start_robot()
 
     @classmethod
-    def start_robot(cls):
+    def start_robot(cls, *more):
         source = pathlib.Path(LAUNCH_FILE)
         text = source.read_text()
+        text = text.replace("      name: diff_drive\n", "      name: diff_drive\n      resume: active\n")
+        assert "resume: active" in text
         if cls.PLUGIN:
             text = text.replace("plugin: nacelle::diff_drive::DiffDriveComponent", f"plugin: {cls.PLUGIN}")
         file = cls.folder / "stop.launch.yaml"
@@ -67,7 +69,7 @@ class StopTest(RobotTest):
         ports = [f"{name}_port:={cls.sim}/{name}" for name in ("lidar", "imu", "base")]
         cls.robot = cls.start_program(
             "launch", file, "sim:=false", "camera_device:=pattern", *ports, f"config:={source.parent}/config/robot.yaml",
-            f"description:={source.parent}/robot.urdf", "--name", "robot", stdout=cls.log)
+            f"description:={source.parent}/robot.urdf", "--name", "robot", *more, stdout=cls.log)
         wait_for("the base is active", lambda: cls.state_of_the_base() == "active", 60)
         wait_for("the robot is running", lambda: "components active" in (cls.folder / "log").read_text().split("-- ")[-1], 60)
         cls.socket = cls.folder / "nacelle" / "robot.sock"
@@ -342,6 +344,36 @@ class Line(StopTest):
         return {row["name"]: row for row in json.loads(self.expect_exit(self.run_program("topic", "list", "--json"), 0).stdout)}
 
 
+class Frozen(StopTest):
+    def test_a_container_that_was_stopped_follows_nobody_who_did_not_rest(self):
+        sender = self.sender()
+        self.moving()
+        watchdog_stops = self.truth.watchdog_stops
+        os.kill(self.robot.pid, signal.SIGSTOP)
+        try:
+            self.zero_after(time.monotonic_ns(), WATCHDOG_S + CYCLE_S, "container stopped (board's watchdog)")
+        finally:
+            os.kill(self.robot.pid, signal.SIGCONT)
+        self.assertEqual(self.truth.watchdog_stops, watchdog_stops + 1)
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+
+class Interrupted(StopTest):
+    CHAOS = "nacelle::test::Chaos"
+
+    def test_the_wheels_stop_before_anybody_else_is_waited_for(self):
+        self.expect_exit(self.run_program("component", "load", self.CHAOS, "--name", "slow"), 0)
+        self.sender()
+        self.moving()
+        # It will not answer for as long as the container waits for it.
+        self.expect_exit(self.run_program("topic", "pub", "--once", "/slow/do", "std_msgs/msg/String", '{"data": "hang"}'), 0)
+        self.robot.send_signal(signal.SIGINT)
+        self.zero_after(time.monotonic_ns(), CYCLE_S, "SIGINT while a component hangs")
+        starts = self.truth.starts
+        self.robot.wait(30 * SLOW)
+        self.assertEqual(self.truth.starts, starts)
+
+
 class Killed(StopTest):
     def test_the_container_is_killed_and_its_successor_moves_nothing_by_itself(self):
         self.sender()
@@ -360,6 +392,27 @@ class Killed(StopTest):
         self.assertEqual(self.truth.starts, starts)
         self.sender()
         self.moving()
+
+    def test_an_emergency_stop_outlives_the_container(self):
+        """The base comes back active by itself: `resume: active`."""
+        self.sender()
+        self.moving()
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        wait_for("it stands", lambda: not self.truth.moves())
+        state = self.folder / "nacelle" / "robot.composition"
+        wait_for("it is kept", lambda: json.loads(state.read_text())["emergency_stops"] == ["/emergency_stop"])
+        os.kill(self.robot.pid, signal.SIGKILL)
+        self.robot.wait()
+        for sender in self.senders:
+            sender.stop()
+        self.log.write("-- \n")
+        self.log.flush()
+        type(self).start_robot("--resume")
+        sender = self.sender()
+        self.nothing_moves(2 * TIMEOUT_S)
+        self.assertIn("the emergency stop /emergency_stop was set and still is", (self.folder / "log").read_text())
+        self.expect_exit(self.run_program("estop", "release"), 0)
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
 
 
 class Hung(StopTest):

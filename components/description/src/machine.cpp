@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -24,9 +25,20 @@ Result<std::string, Problem> read_whole(const std::string& path) {
   return text;
 }
 
+void append_folders(const char* variable, std::vector<std::string>& folders) {
+  const char* const value = std::getenv(variable);
+  std::string_view rest = value == nullptr ? "" : value;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(':'), rest.size());
+    if (end != 0) folders.emplace_back(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+}
+
 }  // namespace
 
 XacroEnvironment machine(std::vector<std::string> prefixes) {
+  for (const char* const variable : {"NACELLE_PREFIX_PATH", "AMENT_PREFIX_PATH"}) append_folders(variable, prefixes);
   return {read_whole,
           [prefixes = std::move(prefixes)](const std::string& package) {
             for (const auto& prefix : prefixes) {

@@ -49,7 +49,11 @@ std::string Texts::substitution(const std::string& text) {
   if (name == "find" || name == "find-pkg-share") {
     needs(1);
     std::string folder = environment_.find_package ? environment_.find_package(words[1]) : std::string{};
-    if (folder.empty()) trail_.fail("there is no package '" + words[1] + "'");
+    if (folder.empty())
+      trail_.fail("there is no package '" + words[1] + "'",
+                  "it is looked for as share/" + words[1] +
+                      " below the folders of NACELLE_PREFIX_PATH and AMENT_PREFIX_PATH; $(dirname) "
+                      "is the folder of the file itself");
     return folder;
   }
   if (name == "env") {

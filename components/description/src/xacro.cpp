@@ -89,6 +89,12 @@ class Expander {
     allow_only(element, {"filename", "optional"});
     std::string name = required(element, "filename", scope);
     const bool optional = element.Attribute("optional") != nullptr && condition(element, "optional", scope);
+    if (constexpr std::string_view kScheme = "package://"; name.starts_with(kScheme)) {
+      const std::string path = name.substr(kScheme.size());
+      const std::size_t slash = std::min(path.find('/'), path.size());
+      trail_.fail("'" + name.substr(0, 80) + "' is an address for meshes; an include takes a path",
+                  "write $(find " + path.substr(0, slash) + ")" + path.substr(slash));
+    }
     if (!name.starts_with('/'))
       name = (std::filesystem::path(trail_.file()).parent_path() / name).lexically_normal().string();
     for (const auto& step : trail_.steps()) {
@@ -228,6 +234,12 @@ class Expander {
       is_local = word == "local";
     }
     Property made;
+    for (const char* const text : {element.Attribute("value"), element.Attribute("default")}) {
+      // A property that nobody reads would hide it until somebody does.
+      if (text != nullptr && std::string_view{text}.find("load_yaml(") != std::string_view::npos)
+        trail_.fail("property '" + name.substr(0, 60) + "': load_yaml is not available",
+                    "write its values as properties");
+    }
     if (const char* value = element.Attribute("value")) {
       made.text = value;
       // What leaves its scope is evaluated here, where its names are known.

@@ -53,6 +53,8 @@ Hindrance hindrance_of(const DriveLoop::Look& look) {
   const auto held = [&](Hold why) { return (look.holds & static_cast<std::uint8_t>(why)) != 0; };
   if (held(Hold::LineLost))
     return {"the line to the motor board is gone; it is opened again when it is back", DiagnosticStatus::ERROR};
+  if (held(Hold::Stopped))
+    return {"it was stopped from outside; deactivate it and activate it again", DiagnosticStatus::ERROR};
   if (held(Hold::EmergencyStop))
     return {"the emergency stop is set; `nacelle estop release` releases it", DiagnosticStatus::ERROR};
   if (held(Hold::Unguarded))
@@ -75,7 +77,9 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
       described_(read_described_base(*this)),
       options_((declare_options(*this, described_.defaults), read_options(*this))),
       command_to_wheel_(create_histogram("command_to_wheel")),
+      motion_stops_(shared_object<MotionStops>(kMotionStopsName, &make_motion_stops)),
       inbox_(options_.inputs.size(), options_.locks.size()) {
+  inbox_.stops_from_outside = &motion_stops_->count;
   for (const auto& problem : described_.problems) declare_problem(problem);
   for (const auto& warning : described_.warnings) declare_warning(warning);
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
@@ -100,12 +104,16 @@ void DiffDriveComponent::listen_to(std::size_t source, const std::string& topic)
   using geometry_msgs::msg::Twist;
   using geometry_msgs::msg::TwistStamped;
   const QoS qos = QoS(kCommandDepth).reliable();
+  const InputOptions& input = options_.inputs[source];
+  SubscriptionOptions said;
+  said.command_timeout = {from_seconds(input.timeout_s), input.timeout_parameter()};
   listeners_.push_back(create_subscription<Twist>(
-      topic, qos, [this, source](const Twist& twist, const MessageInfo& info) { on_twist(source, twist, info); }));
+      topic, qos, [this, source](const Twist& twist, const MessageInfo& info) { on_twist(source, twist, info); },
+      said));
   listeners_.push_back(create_subscription<TwistStamped>(
-      topic, qos, [this, source](const TwistStamped& command, const MessageInfo& info) {
-        on_twist_stamped(source, command, info);
-      }));
+      topic, qos,
+      [this, source](const TwistStamped& command, const MessageInfo& info) { on_twist_stamped(source, command, info); },
+      said));
 }
 
 void DiffDriveComponent::listen_to_lock(std::size_t lock, const std::string& topic) {

@@ -16,6 +16,7 @@
 #include "diff_drive/component/drive_topics.hpp"
 #include "diff_drive/model/emergency_latch.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/node/motion_stops.hpp"
 
 namespace nacelle::diff_drive {
 
@@ -73,6 +74,7 @@ class DiffDriveComponent : public LifecycleNode {
   DiffDriveOptions options_;
   DriveSetup setup_;
   DurationHistogram& command_to_wheel_;
+  const std::shared_ptr<MotionStops> motion_stops_;
   DriveTopics::Publishers publishers_;
   std::shared_ptr<Publisher<geometry_msgs::msg::TwistStamped>> limited_velocity_;
   std::shared_ptr<Publisher<diagnostic_msgs::msg::DiagnosticArray>> diagnostics_;

@@ -356,6 +356,7 @@ Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std
   setup.loop.period = period_of(options.update_rate_hz);
   setup.loop.input = input_settings(options);
   setup.loop.reopen_limit = from_seconds(options.reopen_timeout_s);
+  setup.loop.motor_watchdog = from_seconds(options.motor_watchdog_s);
   setup.loop.silence_limit = from_seconds(options.port_timeout_s);
   setup.publish_period = period_of(options.publish_rate_hz);
   setup.battery_period = period_of(options.battery_rate_hz);

@@ -27,6 +27,10 @@ struct InputOptions {
   std::string topic;  ///< Takes Twist and TwistStamped.
   double timeout_s = 0.5;
   std::int64_t priority = 0;
+  /// The parameter that sets timeout_s.
+  [[nodiscard]] std::string timeout_parameter() const {
+    return name.empty() ? "cmd_vel_timeout" : "topics." + name + ".timeout";
+  }
 };
 /// A topic that locks inputs of a lower priority, as twist_mux's `locks.NAME`.
 struct LockOptions {

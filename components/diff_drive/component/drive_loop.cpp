@@ -2,6 +2,7 @@
 #include "diff_drive/component/drive_loop.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "nacelle/base/expect.hpp"
 
@@ -10,6 +11,16 @@ namespace {
 
 // udev makes a line's link some tens of milliseconds after the device; a failed attempt costs one system call.
 constexpr Duration kReopenPeriod = 100ms;
+
+/// The shortest time after which a stop is due that only a loop that runs can make.
+Duration absence_limit_of(const DriveLoop::Settings& settings) {
+  Duration limit = settings.motor_watchdog > Duration::zero() ? settings.motor_watchdog : Duration::max();
+  for (const auto& source : settings.input.sources) {
+    if (source.timeout > Duration::zero()) limit = std::min(limit, source.timeout);
+  }
+  if (limit == Duration::max()) limit = CommandInput::kNeutralWithoutTimeout;
+  return std::max(limit, 2 * settings.period);
+}
 
 }  // namespace
 
@@ -25,6 +36,7 @@ const char* code_of(DriveFault::Kind kind) {
 DriveLoop::DriveLoop(const Settings& settings, BasePort& port, const Clock& clock, CommandInbox& inbox,
                      DriveObserver& observer)
     : settings_(settings),
+      absence_limit_(absence_limit_of(settings)),
       port_(port),
       clock_(clock),
       inbox_(inbox),
@@ -45,7 +57,10 @@ void DriveLoop::arm(MonotonicTime now) {
   lost_at_.reset();
   limiter_.reset();
   unwritten_.reset();
+  input_.release(Hold::Stopped, now);
+  stops_at_arm_ = stops_from_outside();
   due_ = now + settings_.period;
+  cycled_at_ = now;
   heard_at_ = now;
   written_at_ = now;
   stop_.store(false);
@@ -63,9 +78,22 @@ Result<void, DriveFault> DriveLoop::run() {
   return {};
 }
 
+std::uint64_t DriveLoop::stops_from_outside() const {
+  return inbox_.stops_from_outside == nullptr ? 0 : inbox_.stops_from_outside->load();
+}
+
+void DriveLoop::heed_stops() {
+  bool is_new = input_.take_holds(inbox_);
+  if (stops_from_outside() != stops_at_arm_ && !input_.is_held(Hold::Stopped)) {
+    input_.hold(Hold::Stopped);
+    is_new = true;
+  }
+  if (is_new) static_cast<void>(port_.stop());  // the cycle that follows says it again
+}
+
 Result<void, DriveFault> DriveLoop::listen() {
   while (clock_.now() < due_ && !stop_.load(std::memory_order_relaxed)) {
-    if (input_.take_holds(inbox_)) static_cast<void>(port_.stop());  // the cycle that follows says it again
+    heed_stops();
     if (lost_at_) {
       port_.rest_until(due_);
     } else if (const auto heard = port_.read_until(due_, ears_); !heard) {
@@ -121,6 +149,12 @@ Result<void, DriveFault> DriveLoop::cycle() {
   if (stop_.load(std::memory_order_relaxed)) return {};
 
   const MonotonicTime now = clock_.now();
+  heed_stops();
+  if (now - std::exchange(cycled_at_, now) > absence_limit_) {
+    input_.forget(now);
+    limiter_.reset();
+    unwritten_.reset();
+  }
   const double step_s = elapsed_periods(now) * to_seconds(settings_.period);
   ++stats_.cycles;
   const BodyTwist twist = next_twist(now, step_s);

@@ -46,6 +46,8 @@ struct DriveFault {
 /// interrupted for it.
 /// A line that is lost is opened again as soon as it is back, for as long as Settings::reopen_limit; what was commanded
 /// before does not go on then (CommandInput).
+/// A loop that was itself away (a stopped process, a starved machine) for as long as a command may be old, or as the board's own
+/// watchdog waits, begins anew: the wheels have been told zero meanwhile, or should have been.
 ///
 /// Cycles end at absolute instants of the monotonic clock; a late one does not move those that follow. Between them the
 /// loop waits on the feedback itself, so every line is read, and stamped, when it arrives, by this one thread.
@@ -60,6 +62,7 @@ class DriveLoop {
     CommandInput::Settings input;
     Duration silence_limit = 1s;  ///< Zero: the board may be silent, and the line stuck, for ever.
     Duration reopen_limit{};      ///< Zero: a lost line is a fault at once.
+    Duration motor_watchdog{};    ///< After so long without a command the board stops by itself; zero: it does not.
   };
   /// What the loop is at, for those who only look. Threads: any.
   struct alignas(4) Look {  // one word, so that every compiler makes its atomic without a lock
@@ -107,6 +110,9 @@ class DriveLoop {
   };
 
   [[nodiscard]] Result<void, DriveFault> listen();
+  /// Stops that do not wait for the end of a cycle.
+  void heed_stops();
+  [[nodiscard]] std::uint64_t stops_from_outside() const;
   [[nodiscard]] double elapsed_periods(MonotonicTime now);
   [[nodiscard]] Result<void, DriveFault> drive(const BodyTwist& twist);
   /// The line is gone: a fault if nobody wants it back, else the beginning of the wait for it.
@@ -116,6 +122,7 @@ class DriveLoop {
   [[nodiscard]] BodyTwist next_twist(MonotonicTime now, double step_s);
 
   const Settings settings_;
+  const Duration absence_limit_;
   BasePort& port_;
   const Clock& clock_;
   CommandInbox& inbox_;
@@ -128,6 +135,8 @@ class DriveLoop {
   BaseFault line_fault_ = BaseFault::LineLost;
   std::optional<DriveCommand> unwritten_;  // in force, but no frame has carried it yet
   MonotonicTime due_{};
+  MonotonicTime cycled_at_{};
+  std::uint64_t stops_at_arm_ = 0;
   MonotonicTime heard_at_{};
   MonotonicTime written_at_{};
   std::atomic<bool> stop_{false};

@@ -43,6 +43,8 @@ struct CommandInbox {
   std::deque<Lock> locks;
   HoldFlag emergency_stop;
   HoldFlag unguarded;
+  /// How often the base was stopped from outside of its component; null: nobody does that. Outlives the loop.
+  const std::atomic<std::uint64_t>* stops_from_outside = nullptr;
 };
 
 }  // namespace nacelle::diff_drive

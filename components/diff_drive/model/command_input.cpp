@@ -21,6 +21,16 @@ void CommandInput::arm(MonotonicTime now) {
   state_ = holds_ != 0 ? State::Held : State::Waiting;
 }
 
+void CommandInput::forget(MonotonicTime now) {
+  const bool was_driving = selected_ != kNobody && channels_[selected_].armed;
+  arm(now);
+  // Unlike at an activation, the senders may have been there before.
+  for (Channel& channel : channels_) channel.heard = true;
+  if (!was_driving || holds_ != 0) return;
+  state_ = State::TimedOut;
+  ++stats_.timeouts;
+}
+
 void CommandInput::hold(Hold why) {
   holds_ |= static_cast<std::uint8_t>(why);
   disarm_all();

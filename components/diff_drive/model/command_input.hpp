@@ -18,7 +18,8 @@ enum class RearmRule : std::uint8_t {
 enum class Hold : std::uint8_t {
   EmergencyStop = 1,  ///< Latched until it is released.
   LineLost = 2,       ///< The motor board cannot be told anything.
-  Unguarded = 4,      ///< Nobody who could set the emergency stop is there, and somebody has to be.
+  Stopped = 4,        ///< Stopped from outside (MotionStops), until the next activation.
+  Unguarded = 8,      ///< Nobody who could set the emergency stop is there, and somebody has to be.
 };
 
 /// Decides what the wheels should do now: which of several inputs commands them, and whether any may.
@@ -71,6 +72,8 @@ class CommandInput {
   /// Starts anew: what was received before `now` counts no more. Holds stay.
   void arm(MonotonicTime now);
   void hold(Hold why);
+  /// Nobody listened for a while that ends now: a stop. What was received before counts no more, and no input is known to be neutral.
+  void forget(MonotonicTime now);
   /// Ends a hold; the inputs stay disarmed.
   void release(Hold why, MonotonicTime now);
   /// Takes the holds that the inbox tells of alone; true if one of them is new. take() does the same.

@@ -29,6 +29,9 @@ void write_block(const StateCovariance& covariance, int first, int size, std::ar
 
 EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", options) {
   declare_ekf_parameters(*this);
+  for (const auto& [name, input] : parameters_of_absent_inputs(*this))
+    declare_problem({"parameter " + name, "parameter '" + name + "' belongs to " + input + ", which is not given",
+                     "give " + input + " its topic, or leave it out"});
   buffer_ =
       shared_object<spatial::TransformBuffer>(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer);
   odometry_ = create_publisher<nav_msgs::msg::Odometry>("odometry/filtered", QoS(10));

@@ -90,6 +90,23 @@ std::vector<std::string> inputs_behind_a_gap(const Node& node) {
   return behind;
 }
 
+std::vector<std::pair<std::string, std::string>> parameters_of_absent_inputs(const Node& node) {
+  std::vector<std::pair<std::string, std::string>> found;
+  for (const std::string& name : node.parameters().unused_overrides()) {
+    for (const Stem& stem : kStems) {
+      const std::string word = stem.word;
+      if (!name.starts_with(word)) continue;
+      const std::size_t end = std::min(name.find_first_not_of("0123456789", word.size()), name.size());
+      if (end == word.size() || end == name.size() || name[end] != '_') continue;
+      std::string input = name.substr(0, end);
+      // One that is given, and has no such parameter, is another matter.
+      if (node.parameters().overrides().count(input) == 0 && !node.has_parameter(input))
+        found.emplace_back(name, std::move(input));
+    }
+  }
+  return found;
+}
+
 void declare_ekf_parameters(Node& node) {
   const EkfOptions d;
   node.declare_parameter("frequency", d.frequency_hz, say("Outputs per second, Hz."));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ekf/component/ekf_options.hpp"
@@ -20,5 +21,8 @@ struct NamedInput {
 
 /// What is behind the last gap in a numbering ("odom2" without "odom1"): misspelt, most likely.
 [[nodiscard]] std::vector<std::string> inputs_behind_a_gap(const Node& node);
+
+/// Parameters of inputs that are not given ("imu0_config" without "imu0"), each with its input's name.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> parameters_of_absent_inputs(const Node& node);
 
 }  // namespace nacelle::ekf

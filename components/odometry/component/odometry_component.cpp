@@ -34,8 +34,10 @@ OdometryComponent::OdometryComponent(const NodeOptions& options) : LifecycleNode
   reset_ = create_service<std_srvs::srv::Empty>(
       "reset_odom", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { reset_pose(); });
   if (get<bool>("enable_odom_tf")) {
-    claim_ = claim_frame(get<std::string>("odom_frame_id"), get<std::string>("base_frame_id"), FrameClaimKind::Fallback,
-                         "parameter enable_odom_tf");
+    // Where nobody asked for it, it yields to a filter; who writes it beside one has asked for two owners.
+    const bool asked = parameters().overrides().count("enable_odom_tf") != 0;
+    claim_ = claim_frame(get<std::string>("odom_frame_id"), get<std::string>("base_frame_id"),
+                         asked ? FrameClaimKind::Primary : FrameClaimKind::Fallback, "parameter enable_odom_tf");
   }
   declare_frame_use(get<std::string>("odom_frame_id"), "odom_frame_id");
   declare_frame_use(get<std::string>("base_frame_id"), "base_frame_id");

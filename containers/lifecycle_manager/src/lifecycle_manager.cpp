@@ -12,8 +12,8 @@ namespace nacelle::lifecycle_manager {
 namespace {
 
 constexpr Duration kStuckAfter = 2s;
-constexpr Duration kLookPeriod = 10ms;     // at conditions, which nobody announces
-constexpr Duration kNoticePeriod = 500ms;  // at steps that take long, to say so
+constexpr Duration kLookPeriod = 10ms;    // at conditions, which nobody announces
+constexpr Duration kNoticePeriod = 50ms;  // at steps that take long, and so that Hooks::interrupted is asked as often
 
 enum class Level { Unconfigured, Inactive, Active };
 

@@ -15,15 +15,23 @@ void add_container_command(Command& root);
 void add_faults_command(Command& root);
 /// What a launch file's `isolate: process` starts; not for people.
 void add_isolated_command(Command& root);
+void add_doctor_command(Command& root);
 void add_drive_command(Command& root);
 void add_component_commands(Command& root);
 void add_lifecycle_commands(Command& root);
 void add_interface_command(Command& root);
+void add_node_commands(Command& root);
+void add_param_commands(Command& root);
+void add_service_commands(Command& root);
+void add_tf_commands(Command& root);
 void add_topic_commands(Command& root);
+void add_action_commands(Command& root);
 void add_qos_commands(Command& root);
 void add_estop_command(Command& root);
 void add_teleop_command(Command& root);
 void add_sim_commands(Command& root);
+/// `streams` and `top`.
+void add_watch_commands(Command& root);
 void add_xacro_command(Command& root);
 void add_completion_command(Command& root);
 

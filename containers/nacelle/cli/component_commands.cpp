@@ -2,10 +2,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 
+#include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/runtime/plugin_library.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -17,7 +19,7 @@ using nlohmann::json;
 constexpr Duration kComponentLimit = 90s;
 
 struct Wish {
-  std::string container, name, new_name, name_space, params_file, transition;
+  std::string container, name, new_name, name_space, params_file;
   std::vector<std::string> parameters, remaps;
   bool as_json = false, details = false;
 };
@@ -38,8 +40,6 @@ int ask(const Wish& wish, const json& request, const std::function<void(const js
   }
   return kDone;
 }
-
-std::string text_of(const json& row, const char* key) { return row.value(key, ""); }
 
 int list(const Wish& wish) {
   return ask(wish, {{"verb", "component.list"}}, [&](const json& reply) {
@@ -92,15 +92,85 @@ int unload(const Wish& wish) {
   });
 }
 
-int get_state(const Wish& wish) {
-  return ask(wish, {{"verb", "lifecycle.get"}, {"name", wish.name}}, [](const json& reply) {
-    std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["id"].get<int>());
+std::string words_of_thread(const json& thread) {
+  if (!thread["own"].get<bool>()) return "the shared one";
+  std::string words = "its own";
+  if (const auto threads = thread["threads"].get<unsigned>(); threads != 1)
+    words = std::to_string(threads) + " of " + words;
+  if (const int priority = thread["priority"].get<int>(); priority != 0)
+    words += ", priority " + std::to_string(priority);
+  if (!thread["cpus"].empty()) words += ", cpus " + thread["cpus"].dump();
+  return words;
+}
+
+void print_given(const json& reply) {
+  for (const auto& rule : reply["remaps"]) std::printf("  remap: %s\n", rule.get<std::string>().c_str());
+  for (const auto& qos : reply["qos_overrides"]) {
+    std::printf("  qos of: %s of %s\n", qos["publisher"].get<bool>() ? "publisher" : "subscription",
+                text_of(qos, "topic").c_str());
+  }
+  if (!reply["parameters"].empty()) std::printf("  parameters given:\n");
+  for (const auto& [name, value] : reply["parameters"].items())
+    std::printf("    %s: %s\n", name.c_str(), value.dump().c_str());
+  std::printf("  thread: %s\n", words_of_thread(reply["thread"]).c_str());
+  const json& on_fault = reply["on_fault"];
+  const std::string policy = text_of(on_fault, "policy");
+  std::printf("  on fault: %s", policy.c_str());
+  if (policy == "restart")
+    std::printf(", at most %u times, %g s before each", on_fault["max_restarts"].get<unsigned>(),
+                on_fault["backoff_s"].get<double>());
+  std::printf("\n");
+}
+
+void print_callbacks(const json& callbacks) {
+  std::map<std::string, std::size_t> counts;
+  for (const auto& callback : callbacks) ++counts[text_of(callback, "kind")];
+  std::vector<std::string> words;
+  for (const auto& [kind, count] : counts)
+    words.push_back(std::to_string(count) + " " + kind + (count == 1 ? "" : "s"));
+  if (!words.empty()) std::printf("  callbacks: %s\n", join(words).c_str());
+}
+
+int info(const Wish& wish) {
+  return ask(wish, {{"verb", "component.info"}, {"name", wish.name}}, [](const json& reply) {
+    std::printf("%s\n  id: %d\n  plugin: %s\n  library: %s\n", text_of(reply, "node").c_str(), reply["id"].get<int>(),
+                text_of(reply, "plugin").c_str(), text_of(reply, "library").c_str());
+    if (reply["managed"].get<bool>()) {
+      std::printf("  state: %s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
+    } else {
+      std::printf("  state: none, a plain node\n");
+    }
+    std::printf("  process: %s\n", reply["isolated"].get<bool>() ? "its own" : "the container's");
+    std::printf("  namespace: %s\n", text_of(reply, "namespace").c_str());
+    if (reply.contains("thread")) print_given(reply);
+    if (reply["callbacks"].is_array()) print_callbacks(reply["callbacks"]);
+    if (reply.contains("fault"))
+      std::printf("  faulted: %s: %s\n", text_of(reply["fault"], "code").c_str(),
+                  text_of(reply["fault"], "text").c_str());
+    std::printf("  faults so far: %zu\n", reply["faults"].size());
   });
 }
 
-int set_state(const Wish& wish) {
-  return ask(wish, {{"verb", "lifecycle.set"}, {"name", wish.name}, {"transition", wish.transition}},
-             [](const json&) { std::printf("Transitioning successful\n"); });
+/// Needs no container: what is installed where launch files' plugins are looked for.
+int types(const Wish& wish) {
+  const auto places = program_places();
+  runtime::PluginIndex index{places.component_folders};
+  const auto entries = index.entries();
+  if (entries.empty()) {
+    return complain({"components", "no plugin is installed in " + join(places.component_folders, ":"),
+                     "set NACELLE_COMPONENT_PATH to where they are"});
+  }
+  json rows = json::array();
+  std::string package;
+  for (const auto& entry : entries) {
+    rows.push_back({{"package", entry.package}, {"plugin", entry.class_name}, {"library", entry.file}});
+    if (wish.as_json) continue;
+    if (entry.package != package) std::printf("%s\n", entry.package.c_str());
+    std::printf("  %s\n", entry.class_name.c_str());
+    package = entry.package;
+  }
+  if (wish.as_json) std::printf("%s\n", rows.dump().c_str());
+  return kDone;
 }
 
 /// What is wrong with `text` as name:=value.
@@ -119,6 +189,15 @@ void add_component_commands(Command& root) {
   add_common_options(list_command, wish->container, wish->as_json);
   list_command.flag("-v,--verbose", wish->details, "the plugin too");
   list_command.runs([wish] { return list(*wish); });
+
+  Command& info_command = group.add("info", "where a component comes from, what it was given, how it runs");
+  info_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
+  add_common_options(info_command, wish->container, wish->as_json);
+  info_command.runs([wish] { return info(*wish); });
+
+  Command& types_command = group.add("types", "the plugins that are installed, by package; needs no container");
+  types_command.flag("--json", wish->as_json, "as JSON, with the libraries");
+  types_command.runs([wish] { return types(*wish); });
 
   Command& load_command = group.add("load", "load a component of the launch file by name, or any plugin by class");
   load_command.option("component", wish->name, "NAME of the launch file, or pkg::Class")
@@ -140,24 +219,6 @@ void add_component_commands(Command& root) {
   unload_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
   add_common_options(unload_command, wish->container, wish->as_json);
   unload_command.runs([wish] { return unload(*wish); });
-}
-
-void add_lifecycle_commands(Command& root) {
-  Command& group = root.add("lifecycle", "see and change the state of a component");
-  auto wish = std::make_shared<Wish>();
-
-  Command& get_command = group.add("get", "the state of a component");
-  get_command.option("node", wish->name, "name or id").required().names_a(Names::Node);
-  add_common_options(get_command, wish->container, wish->as_json);
-  get_command.runs([wish] { return get_state(*wish); });
-
-  Command& set_command = group.add("set", "trigger a transition of a component");
-  set_command.option("node", wish->name, "name or id").required().names_a(Names::Node);
-  set_command.option("transition", wish->transition, "configure, activate, deactivate, cleanup or shutdown")
-      .required()
-      .one_of({"configure", "activate", "deactivate", "cleanup", "shutdown"});
-  add_common_options(set_command, wish->container, wish->as_json);
-  set_command.runs([wish] { return set_state(*wish); });
 }
 
 }  // namespace nacelle::cli

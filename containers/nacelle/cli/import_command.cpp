@@ -34,6 +34,7 @@ std::optional<std::string> text_of(const std::string& path) {
 std::string header(const Wish& wish) { return "# Written by `nacelle import " + join(wish.files, " ") + "`.\n"; }
 
 int run(const Wish& wish) {
+  if (const auto ok = ros_import::may_write(wish.output, wish.files); !ok) return complain(ok.error());
   ros_import::Imported imported;
   bool failed = false;
   for (const auto& path : wish.files) {

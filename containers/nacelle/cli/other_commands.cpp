@@ -88,42 +88,6 @@ int show_truth(const std::string& directory) {
   return kDone;
 }
 
-// Words only: names of nodes and topics come from the running container.
-constexpr const char* kBashCompletion = R"BASH(_nacelle() {
-  local current=${COMP_WORDS[COMP_CWORD]} words="" program=${COMP_WORDS[0]}
-  case $COMP_CWORD in
-    1) words="launch check params import container drive component lifecycle faults topic qos estop teleop sim interface xacro --help --version" ;;
-    2)
-      case ${COMP_WORDS[1]} in
-        component) words="list load unload" ;;
-        lifecycle) words="get set" ;;
-        topic) words="list echo hz pub" ;;
-        qos) words="check explain" ;;
-        estop) words="set release" ;;
-        sim) words="world plug unplug truth" ;;
-        interface) words="list show hash encode decode" ;;
-        drive) words="--for --stay --seed --report --verbose" ;;
-      esac ;;
-    *)
-      case ${COMP_WORDS[1]}:${COMP_WORDS[2]} in
-        topic:echo | topic:hz | topic:pub) words="$("$program" topic list 2>/dev/null)" ;;
-        component:unload | lifecycle:get) words="$("$program" component list 2>/dev/null | awk '$1 ~ /^[0-9]+$/ { print $2 }')" ;;
-        lifecycle:set)
-          if ((COMP_CWORD == 3)); then
-            words="$("$program" component list 2>/dev/null | awk '$1 ~ /^[0-9]+$/ { print $2 }')"
-          else
-            words="configure activate deactivate cleanup shutdown"
-          fi ;;
-        interface:show | interface:hash | interface:encode | interface:decode) words="$("$program" interface list 2>/dev/null)" ;;
-        qos:explain) words="--offered --requested --json" ;;
-        drive:*) words="--for --stay --seed --report --verbose" ;;
-      esac ;;
-  esac
-  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
-}
-complete -o default -F _nacelle nacelle
-)BASH";
-
 }  // namespace
 
 void add_teleop_command(Command& root) {
@@ -174,17 +138,6 @@ void add_sim_commands(Command& root) {
   }
   with_folder("truth", "where the simulated robot really is, and what its motor board was told, as JSON")
       .runs([folder] { return show_truth(*folder); });
-}
-
-void add_completion_command(Command& root) {
-  auto shell = std::make_shared<std::string>("bash");
-  Command& command =
-      root.add("completion", "print the completion for a shell:  source <(nacelle completion bash)").hidden();
-  command.option("shell", *shell, "bash").one_of({"bash"});
-  command.runs([shell] {
-    std::fputs(kBashCompletion, stdout);
-    return kDone;
-  });
 }
 
 }  // namespace nacelle::cli

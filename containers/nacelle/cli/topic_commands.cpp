@@ -1,151 +1,241 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-#include <poll.h>
+#include "topic_commands.hpp"
 
-#include <array>
-#include <charconv>
-#include <cmath>
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
-#include <deque>
-#include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <set>
 
+#include "asking.hpp"
 #include "commands.hpp"
-#include "nacelle/msgs/any_message.hpp"
-#include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/session/stop_signal.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
 namespace {
 
 using nlohmann::json;
+using Wish = TopicWish;
 
-constexpr Duration kAnswerLimit = 10s;
+std::vector<std::string> topics_with(const json& endpoints, const std::function<bool(const json&)>& fits) {
+  return texts_of(endpoints, "topic", fits);
+}
 
-struct Wish {
-  std::string container, topic, type, message = "{}";
-  bool as_json = false, with_types = false, once = false, full = false;
-  double rate_hz = 1.0;
-  std::size_t window = 1000, times = 0;
-};
+std::vector<std::string> types_of(const json& endpoints, const std::string& topic) {
+  return texts_of(endpoints, "type", [&](const json& end) { return end["topic"] == topic; });
+}
+
+/// ros2's second form of the list: who publishes, who reads.
+void print_both_sides(const json& endpoints, bool all) {
+  for (const bool publisher : {true, false}) {
+    std::printf(publisher ? "Published topics:\n" : "\nSubscribed topics:\n");
+    const auto of_side = [&](const json& end) {
+      return end["publisher"] == publisher && (all || !is_hidden(text_of(end, "topic")));
+    };
+    for (const auto& topic : topics_with(endpoints, of_side)) {
+      const auto count = std::ranges::count_if(
+          endpoints, [&](const json& end) { return end["topic"] == topic && end["publisher"] == publisher; });
+      std::printf(" * %s [%s] %zd %s%s\n", topic.c_str(), join(types_of(endpoints, topic)).c_str(), count,
+                  publisher ? "publisher" : "subscriber", count == 1 ? "" : "s");
+    }
+  }
+}
 
 int list(const Wish& wish) {
-  auto client = connect(wish.container);
-  if (!client) return client.error();
-  auto reply = client.value().call({{"verb", "topic.list"}}, kAnswerLimit);
-  if (!reply) return complain(reply.error());
+  if (wish.as_json && !wish.only_count) {
+    return ask(wish.container, {{"verb", "topic.list"}}, false,
+               [](const json& reply) { std::printf("%s\n", reply["topics"].dump().c_str()); });
+  }
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  const json& endpoints = graph.value()["endpoints"];
+  const auto names =
+      topics_with(endpoints, [&](const json& end) { return wish.all || !is_hidden(text_of(end, "topic")); });
+  if (wish.verbose) {
+    print_both_sides(endpoints, wish.all);
+  } else if (wish.with_types && !wish.only_count) {
+    // As ros2 does: each name once, with all of its types.
+    for (const auto& name : names) std::printf("%s [%s]\n", name.c_str(), join(types_of(endpoints, name)).c_str());
+  } else {
+    print_names(names, wish.only_count, wish.as_json);
+  }
+  return kDone;
+}
+
+std::string upper(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+std::string words_of_time(const json& seconds) {
+  if (seconds.is_null()) return "Infinite";
+  return std::to_string(from_seconds(seconds.get<double>()).count()) + " nanoseconds";
+}
+
+/// As ros2 prints an identifier: bytes in hexadecimal with dots.
+std::string words_of_id(std::uint64_t id) {
+  std::string text;
+  for (int shift = 56; shift >= 0; shift -= 8) {
+    char byte[4];
+    std::snprintf(byte, sizeof byte, "%02x%s", static_cast<unsigned>(id >> shift & 0xFFU), shift == 0 ? "" : ".");
+    text += byte;
+  }
+  return text;
+}
+
+void print_end(const json& end) {
+  const std::string node = text_of(end, "node");
+  const auto slash = node.rfind('/');
+  const json& qos = end["qos"];
+  std::printf("Node name: %s\nNode namespace: %s\nTopic type: %s\nTopic type hash: %s\nEndpoint type: %s\nGID: %s\n",
+              node.substr(slash + 1).c_str(), slash == 0 ? "/" : node.substr(0, slash).c_str(),
+              text_of(end, "type").c_str(), text_of(end, "hash").c_str(),
+              end["publisher"].get<bool>() ? "PUBLISHER" : "SUBSCRIPTION",
+              words_of_id(end["id"].get<std::uint64_t>()).c_str());
+  std::string history = upper(text_of(qos, "history"));
+  if (history == "KEEP_LAST") history += " (" + qos["depth"].dump() + ")";
+  std::printf(
+      "QoS profile:\n  Reliability: %s\n  History (Depth): %s\n  Durability: %s\n  Lifespan: %s\n"
+      "  Deadline: %s\n  Liveliness: %s\n  Liveliness lease duration: %s\n",
+      upper(text_of(qos, "reliability")).c_str(), history.c_str(), upper(text_of(qos, "durability")).c_str(),
+      words_of_time(qos["lifespan_s"]).c_str(), words_of_time(qos["deadline_s"]).c_str(),
+      upper(text_of(qos, "liveliness")).c_str(), words_of_time(qos["liveliness_lease_s"]).c_str());
+  if (end.contains("command_timeout_s"))
+    std::printf("Command timeout: %g s (parameter %s)\n", end["command_timeout_s"].get<double>(),
+                text_of(end, "command_parameter").c_str());
+  if (end["elsewhere"].get<bool>()) std::printf("Process: another one\n");
+  std::printf("\n");
+}
+
+/// One type as it is; several as Python's list, as ros2 prints them.
+std::string words_of_types(const std::vector<std::string>& types) {
+  return types.size() == 1 ? types.front() : "['" + join(types, "', '") + "']";
+}
+
+int info(const Wish& wish) {
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  const json& endpoints = graph.value()["endpoints"];
+  const std::string topic = absolute(wish.topic);
+  const auto types = types_of(endpoints, topic);
+  if (types.empty()) return complain_unknown("topic", topic, topics_with(endpoints, [](const json&) { return true; }));
+  json publishers = json::array(), subscriptions = json::array();
+  for (const auto& end : endpoints) {
+    if (end["topic"] == topic) (end["publisher"].get<bool>() ? publishers : subscriptions).push_back(end);
+  }
   if (wish.as_json) {
-    std::printf("%s\n", reply.value()["topics"].dump().c_str());
+    std::printf("%s\n",
+                json{{"topic", topic}, {"types", types}, {"publishers", publishers}, {"subscriptions", subscriptions}}
+                    .dump()
+                    .c_str());
     return kDone;
   }
-  // As ros2 does: each name once, with all of its types.
-  std::map<std::string, std::set<std::string>> types;
-  for (const auto& row : reply.value()["topics"]) types[row["name"]].insert(row["type"].get<std::string>());
-  for (const auto& [name, of_name] : types) {
-    const std::string all = join({of_name.begin(), of_name.end()});
-    std::printf(wish.with_types ? "%s [%s]\n" : "%s\n", name.c_str(), all.c_str());
-  }
+  const char* const gap = wish.verbose ? "\n" : "";
+  std::printf("Type: %s\n%sPublisher count: %zu\n%s", words_of_types(types).c_str(), gap, publishers.size(), gap);
+  if (wish.verbose) std::ranges::for_each(publishers, print_end);
+  std::printf("Subscription count: %zu\n%s", subscriptions.size(), gap);
+  if (wish.verbose) std::ranges::for_each(subscriptions, print_end);
   return kDone;
 }
 
-std::string absolute(const std::string& topic) { return topic.rfind('/', 0) == 0 ? topic : "/" + topic; }
-
-/// Listens to a topic and gives each item to `take` until that answers false, a signal comes or the container ends.
-template <typename Take>
-int listen(const Wish& wish, const char* show, Take&& take) {
-  const session::StopSignal stop;
-  auto client = connect(wish.container);
-  if (!client) return client.error();
-  json request{{"verb", "topic.listen"}, {"topic", absolute(wish.topic)}, {"show", show}};
-  if (!wish.type.empty()) request["type"] = wish.type;
-  request["longest"] = wish.full ? 0 : 128;
-  auto reply = client.value().call(request, kAnswerLimit);
-  if (!reply) return complain(reply.error());
-  while (!stop.is_raised()) {
-    // First what is here already: a latched topic's message may have come in one piece with the reply, and be the last.
-    while (true) {
-      auto frame = client.value().receive(0ns);
-      if (!frame) return stop.is_raised() ? kDone : complain(frame.error());
-      if (!frame.value()) break;
-      if (frame.value()->kind == control::FrameKind::Item && !take(as_text(frame.value()->payload))) return kDone;
-    }
-    std::array<pollfd, 2> waits{pollfd{stop.descriptor(), POLLIN, 0}, pollfd{client.value().descriptor(), POLLIN, 0}};
-    ::poll(waits.data(), waits.size(), -1);
-  }
+int show_type(const Wish& wish) {
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  const json& endpoints = graph.value()["endpoints"];
+  const auto types = types_of(endpoints, absolute(wish.topic));
+  if (types.empty())
+    return complain_unknown("topic", absolute(wish.topic), topics_with(endpoints, [](const json&) { return true; }));
+  print_names(types, false, wish.as_json);
   return kDone;
 }
 
-int echo(const Wish& wish) {
-  return listen(wish, wish.as_json ? "json" : "yaml", [&](std::string_view text) {
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fputs(wish.as_json ? "\n" : "---\n", stdout);
-    std::fflush(stdout);
-    return !wish.once;
-  });
-}
-
-int hz(const Wish& wish) {
-  std::deque<double> times_s;
-  double shown_at_s = 0;
-  return listen(wish, "times", [&](std::string_view text) {
-    std::int64_t ns = 0;
-    if (std::from_chars(text.data(), text.data() + text.size(), ns).ec != std::errc{}) return true;
-    const double now_s = static_cast<double>(ns) * 1e-9;
-    times_s.push_back(now_s);
-    if (times_s.size() > wish.window + 1) times_s.pop_front();
-    if (shown_at_s == 0) shown_at_s = now_s;
-    if (now_s - shown_at_s < 1.0 || times_s.size() < 2) return true;
-    shown_at_s = now_s;
-    const double n = static_cast<double>(times_s.size() - 1), mean_s = (times_s.back() - times_s.front()) / n;
-    double least_s = INFINITY, most_s = 0, squares = 0;
-    for (std::size_t i = 1; i < times_s.size(); ++i) {
-      const double gap_s = times_s[i] - times_s[i - 1];
-      least_s = std::min(least_s, gap_s);
-      most_s = std::max(most_s, gap_s);
-      squares += (gap_s - mean_s) * (gap_s - mean_s);
-    }
-    // ros2 topic hz's lines.
-    std::printf("average rate: %.3f\n\tmin: %.3fs max: %.3fs std dev: %.5fs window: %zu\n", 1.0 / mean_s, least_s,
-                most_s, std::sqrt(squares / n), times_s.size() - 1);
-    std::fflush(stdout);
-    return !wish.once;
-  });
-}
-
-int publish(const Wish& wish) {
-  const session::StopSignal stop;
+int find(const Wish& wish) {
   msgs::TypeLibrary library{program_places().message_folders};
-  auto type = library.message(wish.type);
+  auto type = library.message(full_type_name(wish.type, "msg"));
   if (!type) return complain(type.error());
-  msgs::AnyMessage message{*type.value()};
-  if (auto read = msgs::from_json(wish.message, *type.value(), message.get()); !read) return complain(read.error());
-  const Bytes cdr = message.encoded();
-
-  auto client = connect(wish.container);
-  if (!client) return client.error();
-  auto handle = client.value().open_writer(absolute(wish.topic), wish.type, kAnswerLimit);
-  if (!handle) return complain(handle.error());
-  const SystemClock clock;
-  MonotonicTime next = clock.now();
-  const Duration period = from_seconds(1.0 / wish.rate_hz);
-  for (std::size_t sent = 0; !stop.is_raised() && (wish.times == 0 || sent < wish.times); ++sent) {
-    if (auto done = client.value().publish(handle.value(), cdr); !done) return complain(done.error());
-    std::printf("publishing #%zu: %s\n", sent + 1, wish.message.c_str());
-    std::fflush(stdout);
-    // Refusals come as faults; asking for something shows that the message was taken.
-    if (auto taken = client.value().stats(kAnswerLimit); !taken) return complain(taken.error());
-    if (wish.times != 0 && sent + 1 == wish.times) break;
-    next += period;
-    while (!stop.is_raised() && clock.now() < next) {
-      pollfd wait{stop.descriptor(), POLLIN, 0};
-      ::poll(&wait, 1, static_cast<int>((next - clock.now()) / 1ms) + 1);
-    }
-  }
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  const auto fits = [&](const json& end) {
+    return text_of(end, "type") == type.value()->name && (wish.all || !is_hidden(text_of(end, "topic")));
+  };
+  print_names(topics_with(graph.value()["endpoints"], fits), wish.only_count, wish.as_json);
   return kDone;
+}
+
+using WishPointer = std::shared_ptr<Wish>;
+
+void add_lists(Command& group, const WishPointer& wish) {
+  Command& list_command = group.add("list", "the topics");
+  list_command.flag("-t,--show-types", wish->with_types, "the types too");
+  list_command.flag("-c,--count-topics", wish->only_count, "only how many");
+  list_command.flag("-v,--verbose", wish->verbose, "what is published and what is read, by how many");
+  list_command.flag("--include-hidden-topics", wish->all, "those whose name has a part that begins with '_' too");
+  add_common_options(list_command, wish->container, wish->as_json);
+  list_command.runs([wish] { return list(*wish); });
+
+  Command& info_command = group.add("info", "the type of a topic, and how many publish and read it");
+  info_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
+  info_command.flag("-v,--verbose", wish->verbose, "each end: its node, and its quality of service in force");
+  add_common_options(info_command, wish->container, wish->as_json);
+  info_command.runs([wish] { return info(*wish); });
+
+  Command& type_command = group.add("type", "the type of a topic");
+  type_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
+  add_common_options(type_command, wish->container, wish->as_json);
+  type_command.runs([wish] { return show_type(*wish); });
+
+  Command& find_command = group.add("find", "the topics of a type");
+  find_command.option("type", wish->type, "e.g. sensor_msgs/msg/LaserScan").required().names_a(Names::Type);
+  find_command.flag("-c,--count-topics", wish->only_count, "only how many");
+  find_command.flag("--include-hidden-topics", wish->all, "those whose name has a part that begins with '_' too");
+  add_common_options(find_command, wish->container, wish->as_json);
+  find_command.runs([wish] { return find(*wish); });
+}
+
+void add_listeners(Command& group, const WishPointer& wish) {
+  Command& echo_command = group.add("echo", "show a topic's messages");
+  echo_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
+  echo_command.option("type", wish->type, "of a topic with several: the one to show").names_a(Names::Type);
+  echo_command.flag("--once", wish->once, "one message, then end");
+  echo_command.flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
+  add_common_options(echo_command, wish->container, wish->as_json);
+  echo_command.runs([wish] { return echo_topic(*wish); });
+
+  const auto add = [&](const char* name, const char* what, std::size_t window, int (*measure)(const Wish&)) {
+    Command& command = group.add(name, what);
+    // A target of its own: the three have defaults of their own.
+    auto own = std::make_shared<Wish>();
+    own->window = window;
+    command.option("topic", own->topic, "").required().names_a(Names::Topic);
+    command.option("type", own->type, "of a topic with several: the one to measure").names_a(Names::Type);
+    command.option("-w,--window", own->window, "how many messages it is taken over").within(2, 100000).with_default();
+    command.flag("--once", own->once, "one figure, then end");
+    add_common_options(command, own->container, own->as_json);
+    command.runs([own, measure] { return measure(*own); });
+  };
+  add("hz", "measure a topic's rate", 1000, measure_rate);
+  add("bw", "measure how many bytes a topic brings", 100, measure_bandwidth);
+  add("delay", "measure how old the stamps of a topic's headers are when it is published", 1000, measure_delay);
+}
+
+void add_publisher(Command& group, const WishPointer& wish) {
+  Command& command = group.add("pub", "publish a message");
+  command.option("topic", wish->topic, "").required().names_a(Names::Topic);
+  command.option("type", wish->type, "e.g. geometry_msgs/msg/Twist").required().names_a(Names::Type);
+  command.option(
+      "message", wish->message,
+      "YAML or JSON: {linear: {x: 0.1}}; missing fields take their defaults; a header may be auto, a stamp now");
+  command.option("-r,--rate", wish->rate_hz, "messages per second").within(0.001, 1000).with_default();
+  command.option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)");
+  command.flag(
+      "-1,--once", [wish] { wish->times = 1; }, "one message, then end");
+  command.option("-w,--wait-matching-subscriptions", wish->readers, "first wait until so many read it").value("N");
+  command.option("--max-wait-time-secs", wish->longest_wait_s, "give that up after so long (0: never)")
+      .value("SECONDS")
+      .within(0, 86400);
+  command.option("-p,--print", wish->print_every, "show every N-th message only").value("N").with_default();
+  add_common_options(command, wish->container, wish->as_json);
+  command.runs([wish] { return publish_topic(*wish); });
 }
 
 }  // namespace
@@ -153,42 +243,9 @@ int publish(const Wish& wish) {
 void add_topic_commands(Command& root) {
   Command& group = root.add("topic", "list, watch, measure and write topics of a running container");
   auto wish = std::make_shared<Wish>();
-
-  Command& list_command = group.add("list", "the topics");
-  add_container_option(list_command, wish->container);
-  list_command.flag("-t,--show-types", wish->with_types, "the types too");
-  list_command.flag("--json", wish->as_json, "types and counts as JSON");
-  list_command.runs([wish] { return list(*wish); });
-
-  Command& echo_command = group.add("echo", "show a topic's messages");
-  add_container_option(echo_command, wish->container);
-  echo_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
-  echo_command.option("type", wish->type, "of a topic with several: the one to show").names_a(Names::Type);
-  echo_command.flag("--once", wish->once, "one message, then end");
-  echo_command.flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
-  echo_command.flag("--json", wish->as_json, "one JSON object a line, always whole");
-  echo_command.runs([wish] { return echo(*wish); });
-
-  Command& hz_command = group.add("hz", "measure a topic's rate");
-  add_container_option(hz_command, wish->container);
-  hz_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
-  hz_command.option("type", wish->type, "of a topic with several: the one to measure").names_a(Names::Type);
-  hz_command.option("-w,--window", wish->window, "how many messages the rate is taken over")
-      .within(2, 100000)
-      .with_default();
-  hz_command.flag("--once", wish->once, "one figure, then end");
-  hz_command.runs([wish] { return hz(*wish); });
-
-  Command& pub_command = group.add("pub", "publish a message");
-  add_container_option(pub_command, wish->container);
-  pub_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
-  pub_command.option("type", wish->type, "e.g. geometry_msgs/msg/Twist").required().names_a(Names::Type);
-  pub_command.option("message", wish->message, "JSON; missing fields take their defaults");
-  pub_command.option("-r,--rate", wish->rate_hz, "messages per second").within(0.001, 1000).with_default();
-  pub_command.option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)");
-  pub_command.flag(
-      "-1,--once", [wish] { wish->times = 1; }, "one message, then end");
-  pub_command.runs([wish] { return publish(*wish); });
+  add_lists(group, wish);
+  add_listeners(group, wish);
+  add_publisher(group, wish);
 }
 
 }  // namespace nacelle::cli

@@ -42,9 +42,29 @@ std::string place_named_in(const launch::ComponentPlan& plan, const std::string&
   return plan.where.text();
 }
 
+void check_package(const LoadedComponent& component, Evidence& evidence) {
+  const launch::ComponentPlan& plan = *component.plan;
+  if (!component.declared || plan.package.empty() || component.declared->package.empty() ||
+      plan.package == component.declared->package)
+    return;
+  evidence.find(About::Plugin,
+                {plan.where.text(),
+                 plan.full_name() + ": the class " + plan.plugin + " is not of the package '" + plan.package + "'",
+                 "write pkg: " + component.declared->package},
+                Severity::Warning);
+}
+
 }  // namespace
 
 Severity severity_of(const launch::ComponentPlan& plan) { return plan.required ? Severity::Error : Severity::Warning; }
+
+Severity severity_of(const launch::Plan& plan, const std::vector<std::string>& nodes) {
+  const bool optional = std::ranges::any_of(nodes, [&](const std::string& node) {
+    const launch::ComponentPlan* const component = plan.find(node);
+    return component != nullptr && !component->required;
+  });
+  return optional ? Severity::Warning : Severity::Error;
+}
 
 void check_programs(Evidence& evidence) {
   for (const auto& program : evidence.plan.programs) {
@@ -62,6 +82,7 @@ void check_programs(Evidence& evidence) {
 void check_components(Evidence& evidence) {
   for (const LoadedComponent& component : evidence.loaded) {
     check_parameters(component, evidence);
+    check_package(component, evidence);
     // A constructor that stumbles over a default in the place of a refused value would tell a consequence.
     if (!component.failure || has_errors(component.faults)) continue;
     const Problem& failure = *component.failure;

@@ -16,8 +16,9 @@ class Snapshot final : public GraphListener {
   void on_made(const EndpointInfo& endpoint) noexcept override {
     const EndpointSpec& spec = endpoint.spec;
     if (spec.node.empty()) return;
-    endpoints_.lock()->push_back(
-        {spec.node, spec.topic, spec.type == nullptr ? "" : spec.type->name, endpoint.is_writer, spec.qos.resolved()});
+    endpoints_.lock()->push_back({spec.node, spec.topic, spec.type == nullptr ? "" : spec.type->name,
+                                  endpoint.is_writer, spec.qos.resolved(),
+                                  spec.command_timeout.after > Duration::zero(), spec.via != 0});
   }
   void on_gone(std::uint64_t) noexcept override {}
   void on_gate(std::uint64_t, bool) noexcept override {}

@@ -14,6 +14,8 @@ struct Endpoint {
   std::string node, topic, type;
   bool publishes = false;
   QoS qos{10};
+  bool is_command = false;  ///< A reader that stops something when the messages stop.
+  bool is_apart = false;    ///< Of another process: what its code says of it beside the QoS is not known here.
 };
 
 /// Every endpoint of a graph, but for those of tools; by topic, publishers first, then by node. Threads: any.

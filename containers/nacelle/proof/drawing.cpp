@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "nacelle/node/action_names.hpp"
 #include "nacelle/qos/text.hpp"
 
 namespace nacelle::proof {
@@ -164,9 +165,13 @@ Drawing draw(const std::vector<Endpoint>& endpoints, const std::vector<std::stri
     return found->second;
   };
   for (const auto& endpoint : endpoints) {
-    const std::size_t node = vertex(false, endpoint.node), topic = vertex(true, endpoint.topic);
+    // An action is one thing; its feedback stands for all of it, and goes from the server to the client.
+    const auto action = action::action_of_topic(endpoint.topic, endpoint.type);
+    if (!action && action::is_action_part(endpoint.topic)) continue;
+    const std::string &name = action ? action->name : endpoint.topic, &type = action ? action->type : endpoint.type;
+    const std::size_t node = vertex(false, endpoint.node), topic = vertex(true, name);
     auto& detail = drawing.vertices[topic].detail;
-    if (detail.find(endpoint.type) == std::string::npos) detail += (detail.empty() ? "" : ", ") + endpoint.type;
+    if (detail.find(type) == std::string::npos) detail += (detail.empty() ? "" : ", ") + type;
     const bool is_bad = std::ranges::find(bad, endpoint.topic + " " + endpoint.node) != bad.end();
     drawing.edges.push_back(
         {endpoint.publishes ? node : topic, endpoint.publishes ? topic : node, to_text(endpoint.qos), is_bad});

@@ -17,6 +17,8 @@ const char* to_text(About about) {
     case About::Parameter: return "parameter";
     case About::Type: return "type";
     case About::Qos: return "qos";
+    case About::Stream: return "stream";
+    case About::Service: return "service";
     case About::Remap: return "remap";
     case About::Frame: return "frame";
     case About::Budget: return "budget";

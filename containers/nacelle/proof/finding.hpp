@@ -23,6 +23,8 @@ enum class About : std::uint8_t {
   Parameter,   ///< A value, a name that nobody has, a section for nobody, a file that a parameter names.
   Type,        ///< Two ends of a topic with two types.
   Qos,         ///< Two ends whose quality of service does not fit, or a `qos:` of no topic.
+  Stream,      ///< A subscription that nobody feeds.
+  Service,     ///< A client of a service that nobody offers.
   Remap,       ///< A rule that hits nothing.
   Frame,       ///< A frame with two parents, a tree in pieces, data in a frame that nobody broadcasts.
   Budget,      ///< A limit that the wiring cannot keep.

@@ -48,7 +48,7 @@ std::vector<Finding> copies_between_processes(const launch::Plan& plan, runtime:
     if (here > *budget.max_copies || here + apart.size() <= *budget.max_copies)
       continue;  // told without isolation, or kept
     findings.push_back(
-        {Severity::Error,
+        {severity_of_budget(plan, budget.where),
          About::Budget,
          {budget.where,
           "max_copies " + std::to_string(*budget.max_copies) + " of " + budget.topic +
@@ -86,11 +86,17 @@ std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlace
                   {plan.file, "there is nothing to start",
                    "it needs a node_container with composable_node, a node or an executable (is an `if` false?)"});
   }
+  const auto options = session::container_options_of(plan.container.parameters, plan.container.where.text());
+  if (!options) {
+    for (const auto& problem : options.error()) evidence.find(About::Parameter, problem);
+  }
   check_programs(evidence);
   check_components(evidence);
   check_sections(evidence);
   check_pairs(evidence);
   check_topics(evidence);
+  check_subscriptions(evidence);
+  check_clients(evidence);
   check_budgets(evidence);
   check_frames(evidence);
   check_order(evidence);

@@ -27,6 +27,10 @@ struct Evidence {
 
 /// A launch goes on without a component that is not required.
 [[nodiscard]] Severity severity_of(const launch::ComponentPlan& plan);
+/// The same of several nodes: what one of them is optional for is optional.
+[[nodiscard]] Severity severity_of(const launch::Plan& plan, const std::vector<std::string>& nodes);
+/// Of a budget, which is told by its place.
+[[nodiscard]] Severity severity_of_budget(const launch::Plan& plan, const std::string& where);
 
 // components.cpp
 void check_programs(Evidence& evidence);
@@ -37,6 +41,10 @@ void check_sections(Evidence& evidence);
 void check_pairs(Evidence& evidence);
 void check_topics(Evidence& evidence);
 void check_budgets(Evidence& evidence);
+// feeds.cpp
+void check_subscriptions(Evidence& evidence);
+void check_clients(Evidence& evidence);
+// order.cpp
 void check_order(Evidence& evidence);
 // frames.cpp
 void check_frames(Evidence& evidence);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rules about what flows between components: types, quality of service, names, limits, conditions.
+// Rules about what flows between components: types, quality of service, names, limits.
 #include <algorithm>
 
-#include "nacelle/base/names.hpp"
 #include "nacelle/proof/rules.hpp"
 
 namespace nacelle::proof {
@@ -17,6 +16,47 @@ std::string place_of_end(const launch::Plan& plan, const std::string& node, cons
     if (entry.topic == topic && entry.side == side) return entry.where.text();
   }
   return component->where.text();
+}
+
+/// A set_remap that fits no node of all that it stands above.
+void check_shared_remaps(Evidence& evidence) {
+  for (const auto& shared : evidence.plan.shared_remaps) {
+    const auto uses = [&](const LoadedComponent& component) {
+      const launch::ComponentPlan& plan = *component.plan;
+      if (!component.declared) return true;  // who knows
+      for (std::size_t i = 0; i < plan.shared_remaps && i < component.declared->used_remaps.size(); ++i) {
+        if (component.declared->used_remaps[i] && plan.remap_lines[i] == shared.where) return true;
+      }
+      return false;
+    };
+    const auto gets = [&](const launch::ProgramPlan& program) {  // nobody knows the names of a program's topics
+      return std::ranges::find(program.ros_arguments, to_text(shared.rule)) != program.ros_arguments.end();
+    };
+    if (std::ranges::any_of(evidence.loaded, uses) || std::ranges::any_of(evidence.plan.programs, gets)) continue;
+    std::vector<std::string> names;
+    std::vector<std::string> nodes;
+    for (const auto& component : evidence.loaded) {
+      nodes.push_back(component.plan->name);
+      const session::TopicEnds ends = evidence.ends_of(component);
+      for (const auto* const some : {&ends.published, &ends.subscribed, &ends.services})
+        names.insert(names.end(), some->begin(), some->end());
+    }
+    std::ranges::sort(names);
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    const std::string& from = shared.rule.from;
+    const bool of_nobody = !shared.rule.node.empty() && std::ranges::find(nodes, shared.rule.node) == nodes.end();
+    // The names are absolute, and the rule is read in each node's namespace: near ones only, no list.
+    const std::string near = nearest_name(from.starts_with('/') ? from : "/" + from, names);
+    evidence.find(
+        About::Remap,
+        {shared.where.text(),
+         of_nobody
+             ? "the set_remap of '" + from + "' is for a node '" + shared.rule.node + "', which is not there"
+             : "no node has a topic or service '" + from + "': remapping it to '" + shared.rule.to + "' has no effect",
+         of_nobody      ? suggestion(shared.rule.node, nodes)
+         : near.empty() ? "it stands above the nodes that it means, in their group or file"
+                        : "did you mean '" + near + "'?"});
+  }
 }
 
 }  // namespace
@@ -34,7 +74,8 @@ void check_pairs(Evidence& evidence) {
       what += ", though " + std::to_string(clash.other_writers) + " other publisher(s) serve it";
     evidence.find(type ? About::Type : About::Qos,
                   {place_of_end(evidence.plan, clash.reader_node, clash.topic, launch::Side::Subscription),
-                   std::move(what), clash.change});
+                   std::move(what), clash.change},
+                  severity_of(evidence.plan, {clash.writer_node, clash.reader_node}));
   }
 }
 
@@ -45,14 +86,17 @@ void check_topics(Evidence& evidence) {
     const Severity severity = severity_of(*component.plan);
     for (auto& problem : session::unused_qos(*component.plan, ends))
       evidence.find(About::Qos, std::move(problem), severity);
-    const auto& remaps = component.plan->remaps;
-    const auto& lines = component.plan->remap_lines;
-    for (std::size_t i = 0; i < remaps.size() && i < lines.size(); ++i) {
-      if (lines[i].file.empty()) continue;  // a set_remap: it fits one node of several
-      for (auto& problem : session::unused_remaps({remaps[i]}, component.plan->full_name(), ends))
-        evidence.find(About::Remap, {lines[i].text(), std::move(problem.what), std::move(problem.way_out)}, severity);
+    const launch::ComponentPlan& plan = *component.plan;
+    for (auto& unused : session::unused_remaps(plan.remaps, component.declared->used_remaps, plan.full_name(), ends)) {
+      if (unused.rule < plan.shared_remaps) continue;  // fits one node of several
+      const bool has_line = unused.rule < plan.remap_lines.size();
+      evidence.find(About::Remap,
+                    {(has_line ? plan.remap_lines[unused.rule] : plan.where).text(), std::move(unused.problem.what),
+                     std::move(unused.problem.way_out)},
+                    severity);
     }
   }
+  check_shared_remaps(evidence);
 }
 
 std::vector<runtime::StreamBudget> stream_budgets(const launch::Plan& plan, const runtime::Container& container) {
@@ -68,6 +112,15 @@ std::vector<runtime::StreamBudget> stream_budgets(const launch::Plan& plan, cons
   return budgets;
 }
 
+Severity severity_of_budget(const launch::Plan& plan, const std::string& where) {
+  for (const auto& component : plan.components) {
+    for (const auto& budget : component.budgets) {
+      if (budget.where.text() == where) return severity_of(component);
+    }
+  }
+  return Severity::Error;
+}
+
 void check_budgets(Evidence& evidence) {
   for (const LoadedComponent& component : evidence.loaded) {
     if (!component.declared) continue;
@@ -80,57 +133,14 @@ void check_budgets(Evidence& evidence) {
       evidence.find(About::Budget,
                     {budget.where.text(),
                      component.plan->full_name() + " has no topic '" + budget.topic + "': this budget limits nothing",
-                     suggestion(budget.topic, topics)});
+                     suggestion(budget.topic, topics)},
+                    severity_of(*component.plan));
     }
   }
   const runtime::BudgetWatch watch{stream_budgets(evidence.plan, evidence.container)};
-  for (auto& problem : watch.check_wiring(evidence.container)) evidence.find(About::Budget, std::move(problem));
-}
-
-void check_order(Evidence& evidence) {
-  std::vector<std::string> topics, services, frames;
-  for (const auto& endpoint : evidence.endpoints) {
-    // Everybody's transition_event would hide the topic that is meant.
-    if (endpoint.publishes && !endpoint.topic.ends_with("/transition_event")) topics.push_back(endpoint.topic);
-  }
-  std::ranges::sort(topics);
-  topics.erase(std::unique(topics.begin(), topics.end()), topics.end());
-  for (const auto& component : evidence.loaded) {
-    if (!component.declared) continue;
-    services.insert(services.end(), component.declared->services.begin(), component.declared->services.end());
-  }
-  for (const auto& frame : evidence.container.frames()) frames.insert(frames.end(), {frame.parent, frame.child});
-  const auto holds = [](const std::vector<std::string>& all, const std::string& name) {
-    return std::ranges::find(all, name) != all.end();
-  };
-  for (const auto& component : evidence.plan.components) {
-    for (const auto& after : component.after) {
-      const auto cannot = [&](const std::string& waits_for, const std::string& why, std::string way_out) {
-        evidence.find(About::Order, {after.where.text(), component.full_name() + " waits for " + waits_for + ", " + why,
-                                     std::move(way_out)});
-      };
-      if (after.when == launch::When::FirstMessage || after.when == launch::When::Service) {
-        if (after.detail.empty()) continue;
-        const auto& all = after.when == launch::When::Service ? services : topics;
-        // As the waiting component would write it, or as the one that is waited for.
-        const launch::ComponentPlan* const other = evidence.plan.find(after.node);
-        const auto own = expand_topic_name(after.detail, component.name, component.namespace_);
-        const auto others = other == nullptr ? own : expand_topic_name(after.detail, other->name, other->namespace_);
-        if ((own && holds(all, *own)) || (others && holds(all, *others))) continue;
-        const bool service = after.when == launch::When::Service;
-        cannot((service ? "the service '" : "a message on '") + after.detail + "'",
-               service ? "which nobody offers" : "which nobody publishes", suggestion(own ? *own : after.detail, all));
-      }
-      if (after.when == launch::When::Tf && !frames.empty()) {
-        const auto arrow = after.detail.find("->");
-        if (arrow == std::string::npos) continue;
-        for (const auto& frame : {after.detail.substr(0, arrow), after.detail.substr(arrow + 2)}) {
-          if (!holds(frames, frame))
-            cannot("the transform " + after.detail, "and nobody broadcasts the frame '" + frame + "'",
-                   suggestion(frame, frames));
-        }
-      }
-    }
+  for (auto& problem : watch.check_wiring(evidence.container)) {
+    const Severity severity = severity_of_budget(evidence.plan, problem.where);
+    evidence.find(About::Budget, std::move(problem), severity);
   }
 }
 

@@ -110,6 +110,7 @@ constexpr std::array kJointStateBroadcaster{
 // --- robot_localization ---------------------------------------------------------------------------------------------------
 
 constexpr std::string_view kOnlyFalse = "Nacelle's filter serves false only";
+constexpr std::string_view kUnscented = "of the unscented filter; Nacelle's is the extended one, with the other keys";
 constexpr std::array kEkf{
     Key{"frequency"},
     Key{"sensor_timeout"},
@@ -130,7 +131,7 @@ constexpr std::array kEkf{
     Key{"initial_estimate_covariance"},
     Key{"initial_state"},
     Key{"history_length"},
-    Key{"debug_out_file"},
+    Key{"debug_out_file", Dropped, "", "", "of debug, which Nacelle's filter does not have"},
     Key{"control_timeout"},
     Key{"control_config"},
     Key{"acceleration_limits"},
@@ -144,6 +145,9 @@ constexpr std::array kEkf{
     Key{"reset_on_time_jump", Kept, "", "", kOnlyFalse},
     Key{"debug", Kept, "", "", kOnlyFalse},
     Key{"base_link_frame_output", Doubted, "", "", "the estimate is published for base_link_frame"},
+    Key{"alpha", Doubted, "", "", kUnscented},
+    Key{"kappa", Doubted, "", "", kUnscented},
+    Key{"beta", Doubted, "", "", kUnscented},
     Key{"base_footprint_frame", Dropped, "", "", "read by nobody any more"},
     Key{"tf_prefix", Doubted, "", "", "write the prefix into the frames' names"},
     Key{"disabled_at_startup", Doubted, "", "", "`autostart: inactive` in the launch file keeps the filter waiting"},
@@ -184,6 +188,26 @@ constexpr std::array kEkf{
 };
 constexpr std::array kEkfDefaults{
     Default{"", "two_d_mode", "false", "robot_localization's default; Nacelle's is true"},
+};
+
+constexpr std::string_view kNoNavsat =
+    "Nacelle has no navsat_transform: run robot_localization's, and give its odometry/gps to the filter";
+constexpr std::array kNavsat{
+    Key{"delay", Doubted, "", "", kNoNavsat},
+    Key{"frequency", Doubted, "", "", kNoNavsat},
+    Key{"magnetic_declination_radians", Doubted, "", "", kNoNavsat},
+    Key{"yaw_offset", Doubted, "", "", kNoNavsat},
+    Key{"zero_altitude", Doubted, "", "", kNoNavsat},
+    Key{"publish_filtered_gps", Doubted, "", "", kNoNavsat},
+    Key{"use_odometry_yaw", Doubted, "", "", kNoNavsat},
+    Key{"wait_for_datum", Doubted, "", "", kNoNavsat},
+    Key{"datum", Doubted, "", "", kNoNavsat},
+    Key{"broadcast_utm_transform", Doubted, "", "", kNoNavsat},
+    Key{"broadcast_utm_transform_as_parent_frame", Doubted, "", "", kNoNavsat},
+    Key{"broadcast_cartesian_transform", Doubted, "", "", kNoNavsat},
+    Key{"broadcast_cartesian_transform_as_parent_frame", Doubted, "", "", kNoNavsat},
+    Key{"use_local_cartesian", Doubted, "", "", kNoNavsat},
+    Key{"transform_timeout", Doubted, "", "", kNoNavsat},
 };
 
 // --- teleop_twist_joy -----------------------------------------------------------------------------------------------------
@@ -328,6 +352,8 @@ constexpr std::array kLd06{
     Key{"comm.serial_port", Translated, "", "port_name"},
     Key{"comm.baudrate", Translated, "", "port_baudrate"},
     Key{"comm.timeout_msec", Dropped, "", "", "silence_limit (s) is what Nacelle has"},
+    Key{"comm.direct_serial", Dropped, "", "", "a UART and a USB adapter are opened alike"},
+    Key{"comm.sync_mode", Dropped, "", "", "the driver waits for the device's bytes, always"},
     Key{"comm.direction", Dropped, "", "", "the LiDAR only sends"},
     Key{"general.debug_mode", Dropped, "", "", "`nacelle launch -v` is what Nacelle has"},
     Key{"lidar.model", Translated, "", "product_name"},
@@ -348,6 +374,7 @@ constexpr std::array kDrivers{
     Driver{"controller_manager", "controller_manager", "diff_drive", kControllerManager},
     Driver{"joint_state_broadcaster", "joint_state_broadcaster joint_broad", "", kJointStateBroadcaster},
     Driver{"robot_localization", "ekf ukf robot_localization", "ekf", kEkf, kEkfDefaults},
+    Driver{"navsat_transform", "navsat", "", kNavsat},
     Driver{"teleop_twist_joy", "teleop", "", kTeleop},
     Driver{"joy", "joy_node game_controller", "", kJoy},
     Driver{"v4l2_camera", "v4l2", "camera", kV4l2},

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <optional>
 
@@ -126,7 +127,15 @@ class Translator {
   void translate(const Parameter& parameter) {
     const Key* key = find_key(driver_, parameter.name);
     if (key == nullptr) key = find_common_key(parameter.name);
+    if (key == nullptr && is_control(parameter)) {
+      put(own_node_, {parameter.name, parameter.value, ""});
+      return note(
+          Fate::Kept, parameter,
+          own_name(parameter.name) + ": " + launch::to_text(parameter.value) + " (" + std::string{kControlText} + ")");
+    }
     if (key == nullptr) return unknown(parameter);
+    if (const std::string input = input_not_given(parameter.name); !input.empty())
+      return note(Fate::Dropped, parameter, fmt::format("belongs to {}, which the file does not give", input));
     if (key->fate == Fate::Dropped) return note(Fate::Dropped, parameter, std::string{key->text});
     const bool is_kept = key->fate == Fate::Kept || key->fate == Fate::Translated || !key->nodes.empty();
     if (!is_kept) return doubt(*key, parameter);
@@ -153,6 +162,33 @@ class Translator {
     note(fate, parameter, std::move(said));
   }
 
+  /// v4l2_camera makes a parameter of each control of the camera.
+  [[nodiscard]] bool is_control(const Parameter& parameter) const {
+    if (driver_.name != "v4l2_camera" || parameter.name.size() > kLongestName) return false;
+    const bool is_number =
+        std::get_if<std::int64_t>(&parameter.value) != nullptr || std::get_if<bool>(&parameter.value) != nullptr;
+    return is_number && nearest_name(parameter.name, names_near(parameter.name)).empty();
+  }
+
+  /// robot_localization reads imu0_config where imu0 is given only: "imu0"; empty for any other key.
+  [[nodiscard]] std::string input_not_given(const std::string& name) const {
+    if (driver_.name != "robot_localization") return {};
+    for (const std::string_view stem : {"odom", "pose", "twist", "imu"}) {
+      if (!name.starts_with(stem)) continue;
+      const std::size_t end = std::min(name.find_first_not_of("0123456789", stem.size()), name.size());
+      if (end == stem.size() || end == name.size() || name[end] != '_') continue;
+      std::string input = name.substr(0, end);
+      const bool given =
+          std::ranges::any_of(section_.parameters, [&](const auto& other) { return other.name == input; });
+      return given ? std::string{} : input;
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::string own_name(const std::string& parameter) const {
+    return prefix_ + own_node_ + "." + parameter;
+  }
+
   /// Keys that are harmless at their usual value and matter at the other one.
   void doubt(const Key& key, const Parameter& parameter) {
     const bool usual =
@@ -164,20 +200,26 @@ class Translator {
          usual ? "at its default, which is what Nacelle does" : std::string{key.text});
   }
 
-  void unknown(const Parameter& parameter) {
+  /// The driver's keys as they would be written here: odom# with the number of the misspelt key.
+  [[nodiscard]] std::vector<std::string> names_near(const std::string& misspelt) const {
     std::vector<std::string> names;
     for (const Key& key : driver_.keys) {
       if (key.name.find('*') != std::string_view::npos || key.fate == Fate::Dropped) continue;
       std::string name{key.name};
-      // As it would be written here: odom# with the number of the misspelt key.
-      const std::size_t digit = parameter.name.find_first_of("0123456789");
+      const std::size_t digit = misspelt.find_first_of("0123456789");
       if (const std::size_t hash = name.find('#'); hash != std::string::npos)
-        name.replace(hash, 1, 1, digit == std::string::npos ? '0' : parameter.name[digit]);
+        name.replace(hash, 1, 1, digit == std::string::npos ? '0' : misspelt[digit]);
       names.push_back(std::move(name));
     }
-    const std::string near = parameter.name.size() > kLongestName ? std::string{} : nearest_name(parameter.name, names);
+    return names;
+  }
+
+  void unknown(const Parameter& parameter) {
+    const std::string near =
+        parameter.name.size() > kLongestName ? std::string{} : nearest_name(parameter.name, names_near(parameter.name));
     if (near.empty())
-      return note(Fate::Doubted, parameter, fmt::format("{} has no such key: ROS ignores it, too", driver_.name));
+      return note(Fate::Doubted, parameter,
+                  fmt::format("Nacelle knows no such key of {}: not translated", driver_.name));
     note(Fate::Doubted, parameter,
          fmt::format("{} has no such key and ignores it; did you mean '{}'?", driver_.name, near));
     const Key* const key = find_key(driver_, near);
@@ -355,6 +397,15 @@ Result<void, std::vector<Problem>> import_file(std::string_view text, const std:
       into.notes.push_back({Fate::Doubted, parameter.where.text(), section.pattern, parameter.name,
                             "the node is none of " + join(names) + ": not translated"});
     }
+  }
+  return {};
+}
+
+Result<void, Problem> may_write(const std::string& output, const std::vector<std::string>& inputs) {
+  for (const auto& input : inputs) {
+    std::error_code none;
+    if (input == output || std::filesystem::equivalent(input, output, none))
+      return err(Problem{output, "would be written over " + input + ", of which it is made", "give another -o FILE"});
   }
   return {};
 }

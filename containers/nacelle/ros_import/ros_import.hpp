@@ -56,4 +56,7 @@ struct Imported {
 [[nodiscard]] Result<void, std::vector<Problem>> import_file(std::string_view text, const std::string& file_name,
                                                              Imported& into);
 
+/// The way out if the result would be written over a file that it is made of; the same file under another name, too.
+[[nodiscard]] Result<void, Problem> may_write(const std::string& output, const std::vector<std::string>& inputs);
+
 }  // namespace nacelle::ros_import

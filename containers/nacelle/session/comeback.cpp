@@ -45,7 +45,7 @@ launch::ComponentPlan plan_of(const runtime::ComponentInfo& info, const runtime:
 }  // namespace
 
 Composition composition_of(Session& session, const Supervision& supervision) {
-  Composition composition{session.options().container_name, {}};
+  Composition composition{session.options().container_name, {}, session.emergency_stops().set()};
   for (const auto& info : session.container().list()) {
     ComposedComponent component;
     const auto request = session.container().request_of(info.id);
@@ -82,38 +82,6 @@ std::string summary_of_crash(const std::string& crash_file) {
   const std::string component = line("component"), callback = line("callback"), library = line("library");
   return fmt::format("{} in {}{}{} (all of it: {})", line("signal"), component.empty() ? library : component,
                      callback.empty() ? "" : ", ", callback, crash_file);
-}
-
-Result<runtime::ContainerOptions, Problem> container_options_of(const std::vector<launch::Parameter>& parameters,
-                                                                const std::string& where) {
-  runtime::ContainerOptions options;
-  for (const auto& parameter : parameters) {
-    if (parameter.name == "use_sim_time") continue;  // every node of a launch file may be given it
-    Duration* const limit = parameter.name == "hang_after"           ? &options.hang_after
-                            : parameter.name == "handover_after"     ? &options.handover_after
-                            : parameter.name == "transition_timeout" ? &options.transition_timeout
-                                                                     : nullptr;
-    const std::string at = where + ", parameter " + parameter.name + " of the container";
-    if (limit == nullptr) {
-      return err(Problem{at, "there is no such parameter",
-                         suggestion(parameter.name, {"hang_after", "handover_after", "transition_timeout"})});
-    }
-    double seconds = 0;
-    if (const auto* const real = std::get_if<double>(&parameter.value)) seconds = *real;
-    if (const auto* const whole = std::get_if<std::int64_t>(&parameter.value)) seconds = static_cast<double>(*whole);
-    if (!(seconds >= 0.001 && seconds <= 3600)) {
-      return err(Problem{at,
-                         fmt::format("must be seconds from 0.001 to 3600, not {}", nacelle::to_text(parameter.value)),
-                         "leave it out for the default"});
-    }
-    *limit = from_seconds(seconds);
-  }
-  if (options.hang_after <= options.handover_after) {
-    return err(Problem{where,
-                       "hang_after must be longer than handover_after, or no callback could be late without hanging",
-                       "the defaults are 1.5 and 0.02"});
-  }
-  return options;
 }
 
 }  // namespace nacelle::session

@@ -23,9 +23,4 @@ class Supervision;
 /// "SIGSEGV in /lidar, subscription /scan (all of it: FILE)"; empty if there is no record.
 [[nodiscard]] std::string summary_of_crash(const std::string& crash_file);
 
-/// The container's own parameters, in seconds: `hang_after`, `handover_after`, `transition_timeout`. Errors: another name, or no
-/// positive number.
-[[nodiscard]] Result<runtime::ContainerOptions, Problem> container_options_of(
-    const std::vector<launch::Parameter>& parameters, const std::string& where);
-
 }  // namespace nacelle::session

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 
 #include "nacelle/base/names.hpp"
@@ -115,7 +116,10 @@ ComposedComponent component_of(const json& row, const std::string& file) {
 bool operator==(const ComposedComponent& a, const ComposedComponent& b) { return to_json(a) == to_json(b); }
 
 std::string to_text(const Composition& composition) {
-  json all{{kFormat, kVersion}, {"container", composition.container}, {"components", json::array()}};
+  json all{{kFormat, kVersion},
+           {"container", composition.container},
+           {"components", json::array()},
+           {"emergency_stops", composition.emergency_stops}};
   for (const auto& component : composition.components) all["components"].push_back(to_json(component));
   return all.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -139,6 +143,13 @@ Result<Composition, Problem> parse_composition(std::string_view text, const std:
       for (std::size_t i = 0; i + 1 < composition.components.size(); ++i) {
         if (composition.components[i].plan.full_name() == name) return refuse("holds " + name + " twice");
       }
+    }
+    // Files of before this key have none.
+    for (const json& row : all.value("emergency_stops", json::array())) {
+      const auto& topic = row.get_ref<const std::string&>();
+      if (auto valid = validate_full_topic_name(topic); !valid || composition.emergency_stops.size() >= kMostComponents)
+        return refuse("holds an emergency stop that is no topic: '" + topic.substr(0, 80) + "'");
+      composition.emergency_stops.push_back(topic);
     }
   } catch (const std::exception& e) { return refuse(fmt::format("is damaged: {}", e.what())); }
   return composition;
@@ -188,6 +199,13 @@ launch::Plan resumed(launch::Plan plan, const Composition& composition, const st
       for (auto& condition : component.after) condition.when = launch::When::Active;
     }
   }
+  // Nobody waits for what comes back, and stays, below active.
+  std::set<std::string> below;
+  for (const auto& component : components) {
+    if (component.target != TargetState::Active) below.insert(component.full_name());
+  }
+  for (auto& component : components)
+    std::erase_if(component.after, [&](const auto& condition) { return below.count(condition.node) != 0; });
   plan.components = std::move(components);
   return plan;
 }

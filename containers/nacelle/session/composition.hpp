@@ -23,6 +23,7 @@ struct ComposedComponent {
 struct Composition {
   std::string container;
   std::vector<ComposedComponent> components;  ///< In the order in which they were loaded.
+  std::vector<std::string> emergency_stops;   ///< Topics on which a stop is set (emergency_stops.hpp).
   friend bool operator==(const Composition&, const Composition&) = default;
 };
 

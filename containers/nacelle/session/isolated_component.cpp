@@ -85,6 +85,10 @@ Result<void, Problem> IsolatedComponent::spawn() {
   };
   options.on_note = [this](const std::string& note) { on_note(note); };
   options.on_end = [this](const Problem& problem) { on_end(problem); };
+  {
+    const std::lock_guard lock(mutex_);
+    process_ = program_->pid();
+  }
   link_ = std::make_unique<Link>(container_.graph(), clock_, ends[0], std::move(options));
   link_->start();
   return {};
@@ -173,6 +177,7 @@ void IsolatedComponent::on_end(const Problem& problem) {
     const std::lock_guard lock(mutex_);
     gone_ = true;
     how_ = how;
+    process_ = 0;
     info_.state = info_.managed ? StateId::Finalized : StateId::Unknown;
     info_.fault = {"PROCESS_ENDED", fmt::format("its process {}", how)};
     faulted = info_;
@@ -192,7 +197,9 @@ void IsolatedComponent::tell_fault(const runtime::ComponentInfo& faulted, const 
 
 runtime::ComponentInfo IsolatedComponent::info() const {
   const std::lock_guard lock(mutex_);
-  return info_;
+  runtime::ComponentInfo now = info_;
+  now.process = process_;
+  return now;
 }
 
 TransitionOutcome IsolatedComponent::trigger(Transition transition) {

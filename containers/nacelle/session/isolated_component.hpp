@@ -66,6 +66,7 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   std::uint64_t next_call_ = 1;
   std::unique_ptr<nlohmann::json> answer_;
   bool gone_ = false, closing_ = false;
+  std::int32_t process_ = 0;  // its number, while it lives
   std::string how_;  // it ended
 
   std::mutex process_mutex_;

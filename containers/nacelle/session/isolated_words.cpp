@@ -199,7 +199,10 @@ json info_to_json(const runtime::ComponentInfo& info) {
            {"warnings", info.warnings}, {"actuator", info.actuator}};
   if (!info.declared) return row;
   json& declared = row["declared"];
-  declared = {{"unknown", info.declared->unknown_parameters}, {"services", info.declared->services}};
+  declared = {{"unknown", info.declared->unknown_parameters},
+              {"services", info.declared->services},
+              {"used_remaps", info.declared->used_remaps},
+              {"package", info.declared->package}};
   declared["names"] = declared["frames"] = json::array();
   for (const auto& parameter : info.declared->parameters) declared["names"].push_back(parameter.name);
   for (const auto& use : info.declared->frame_uses) declared["frames"].push_back({use.frame, use.parameter});
@@ -222,6 +225,8 @@ runtime::ComponentInfo info_from_json(const json& row) {
   for (const auto& name : from.at("names")) declared->parameters.push_back({name.get<std::string>(), {}, false});
   declared->unknown_parameters = from.at("unknown").get<std::vector<std::string>>();
   declared->services = from.at("services").get<std::vector<std::string>>();
+  declared->used_remaps = from.at("used_remaps").get<std::vector<bool>>();
+  declared->package = from.at("package").get<std::string>();
   for (const auto& use : from.at("frames"))
     declared->frame_uses.push_back({use.at(0).get<std::string>(), use.at(1).get<std::string>()});
   info.declared = std::move(declared);

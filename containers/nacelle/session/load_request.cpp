@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/session/load_request.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -86,6 +87,47 @@ Result<ProgramSpec, Problem> program_spec_of(const launch::ProgramPlan& plan, co
       plan.where.text(),
       "program '" + plan.executable + "' of package '" + plan.package + "' is not there (looked for " + looked + ")",
       "install it, or add its prefix to NACELLE_PREFIX_PATH"});
+}
+
+Result<runtime::ContainerOptions, std::vector<Problem>> container_options_of(
+    const std::vector<launch::Parameter>& parameters, const std::string& where) {
+  runtime::ContainerOptions options;
+  std::vector<Problem> problems;
+  std::string place_of_limits = where;
+  for (const auto& parameter : parameters) {
+    if (parameter.name == "use_sim_time") continue;  // every node of a launch file may be given it
+    Duration* const limit = parameter.name == "hang_after"           ? &options.hang_after
+                            : parameter.name == "handover_after"     ? &options.handover_after
+                            : parameter.name == "transition_timeout" ? &options.transition_timeout
+                                                                     : nullptr;
+    const std::string at = parameter.where.file.empty() ? where : parameter.where.text();
+    if (limit == nullptr) {
+      problems.push_back({at, "the container has no parameter '" + parameter.name + "'",
+                          suggestion(parameter.name, {"hang_after", "handover_after", "transition_timeout"})});
+      continue;
+    }
+    double seconds = 0;
+    if (const auto* const real = std::get_if<double>(&parameter.value)) seconds = *real;
+    if (const auto* const whole = std::get_if<std::int64_t>(&parameter.value)) seconds = static_cast<double>(*whole);
+    if (!(seconds >= 0.001 && seconds <= 3600)) {
+      problems.push_back({at,
+                          fmt::format("parameter '{}' of the container must be seconds from 0.001 to 3600, not {}",
+                                      parameter.name, nacelle::to_text(parameter.value)),
+                          "leave it out for the default"});
+      continue;
+    }
+    *limit = from_seconds(seconds);
+    if (limit != &options.transition_timeout) place_of_limits = at;
+  }
+  // A refused limit's default would be compared: a consequence.
+  if (problems.empty() && options.hang_after <= options.handover_after) {
+    problems.push_back(
+        {place_of_limits,
+         "hang_after of the container must be longer than handover_after, or no callback could be late without hanging",
+         "the defaults are 1.5 and 0.02"});
+  }
+  if (!problems.empty()) return err(std::move(problems));
+  return options;
 }
 
 }  // namespace nacelle::session

@@ -24,4 +24,9 @@ namespace nacelle::session {
                                                            const std::string& own_program,
                                                            const std::vector<std::string>& prefixes);
 
+/// The container's own parameters, in seconds: `hang_after`, `handover_after`, `transition_timeout`. Errors: all that is wrong, each
+/// where the parameter stands (`where` for one without a place): another name, no positive number. Pure.
+[[nodiscard]] Result<runtime::ContainerOptions, std::vector<Problem>> container_options_of(
+    const std::vector<launch::Parameter>& parameters, const std::string& where);
+
 }  // namespace nacelle::session

@@ -92,6 +92,30 @@ std::vector<NamedThread> living_threads() {
   return threads;
 }
 
+namespace {
+
+std::optional<Duration> cpu_in(const std::string& stat_file) {
+  std::array<char, 1024> room{};
+  const auto stat = parse_stat_line(read_small(stat_file.c_str(), room));
+  const long ticks_per_second = ::sysconf(_SC_CLK_TCK);
+  if (!stat || ticks_per_second <= 0) return std::nullopt;
+  return from_seconds(static_cast<double>(stat->user_ticks + stat->system_ticks) /
+                      static_cast<double>(ticks_per_second));
+}
+
+}  // namespace
+
+std::optional<Usage> usage_of_process(int pid) {
+  const std::string folder = "/proc/" + std::to_string(pid);
+  const auto cpu = cpu_in(folder + "/stat");
+  std::array<char, 128> room{};
+  const auto pages = nth_number(read_small((folder + "/statm").c_str(), room), 1);
+  if (!cpu || !pages) return std::nullopt;
+  return Usage{*cpu, *pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE))};
+}
+
+std::optional<Duration> cpu_of_thread(int tid) { return cpu_in("/proc/self/task/" + std::to_string(tid) + "/stat"); }
+
 std::map<std::string, double> allocation_rates(const AllocationSnapshot& before, const AllocationSnapshot& after,
                                                const std::vector<NamedThread>& threads, double seconds) {
   const auto sum_of = [](const AllocationSnapshot& snapshot, int tid) {

@@ -33,6 +33,13 @@ struct NamedThread {
   int tid = 0;
   std::string name;
 };
+/// CPU time and memory of a process, or CPU time of a thread of this process (10 ms steps). Errors: nothing when it has ended.
+struct Usage {
+  Duration cpu{};
+  std::uint64_t rss_bytes = 0;  ///< Of a process.
+};
+[[nodiscard]] std::optional<Usage> usage_of_process(int pid);
+[[nodiscard]] std::optional<Duration> cpu_of_thread(int tid);
 /// The threads of this process that live now.
 [[nodiscard]] std::vector<NamedThread> living_threads();
 

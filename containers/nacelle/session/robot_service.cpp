@@ -2,10 +2,13 @@
 #include "nacelle/session/robot_service.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/msgs/any_message.hpp"
+#include "nacelle/msgs/json.hpp"
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/session/process_figures.hpp"
 
@@ -27,8 +30,12 @@ bool is_emergency_stop(std::string_view topic, std::string_view type) {
 }
 
 RobotService::RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
-                           void (*on_shutdown)(void*), void* context)
-    : container_(container), types_(message_folders), on_shutdown_(on_shutdown), context_(context) {
+                           void (*on_shutdown)(void*), void* context, int emergency_event)
+    : container_(container),
+      types_(message_folders),
+      on_shutdown_(on_shutdown),
+      context_(context),
+      emergency_event_(emergency_event) {
   streams_.reserve(64);
 }
 
@@ -69,7 +76,21 @@ const char* RobotService::publish(const control::Publication& publication) {
     return msgs::explain(decoded.error());
   }
   static_cast<void>(open.writer->publish(*block));
+  if (!open.latched_topic.empty()) {
+    const std::uint64_t one = 1;
+    static_cast<void>(!::write(emergency_event_, &one, sizeof one));
+  }
   return nullptr;
+}
+
+Result<void, std::string> RobotService::set_emergency_stop(const std::string& topic) {
+  const auto handle = open_writer({topic, kEmergencyStopType});
+  if (!handle) return err(handle.error());
+  msgs::AnyMessage stop{*writers_[handle.value()].type};
+  if (auto read = msgs::from_json(R"({"data":true})", stop.type(), stop.get()); !read) return err(read.error().text());
+  const Bytes cdr = stop.encoded();
+  const char* const refused = publish({handle.value(), cdr});
+  return refused == nullptr ? Result<void, std::string>{} : err(std::string{refused});
 }
 
 control::TransformAnswer RobotService::lookup(control::NamePair target_and_source) {

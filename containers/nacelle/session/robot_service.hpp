@@ -33,14 +33,17 @@ inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmerg
 class RobotService final : public control::FastService {
  public:
   /// `on_shutdown` is called on the control thread when a client wants the end; it only notes it.
+  /// `emergency_event` is an eventfd that is told when a client has said something of an emergency stop; it outlives this.
   RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
-               void (*on_shutdown)(void*), void* context);
+               void (*on_shutdown)(void*), void* context, int emergency_event);
 
   [[nodiscard]] Result<std::uint16_t, std::string> open_writer(control::NamePair topic_and_type) override;
   void close_writer(std::uint16_t handle) override;
   [[nodiscard]] const char* publish(const control::Publication& publication) override;
   [[nodiscard]] control::TransformAnswer lookup(control::NamePair target_and_source) override;
   void append_stats(std::string& out) override;
+  /// As a client would. Before there are clients. Errors: why it is not set.
+  [[nodiscard]] Result<void, std::string> set_emergency_stop(const std::string& topic);
   void request_shutdown() override { on_shutdown_(context_); }
 
   void set_phase(Phase phase) { phase_ = phase; }
@@ -60,6 +63,7 @@ class RobotService final : public control::FastService {
   msgs::TypeLibrary types_;
   void (*on_shutdown_)(void*);
   void* context_;
+  int emergency_event_;
   std::atomic<Phase> phase_{Phase::Starting};
   Guarded<std::string> nodes_json_{std::in_place, "[]"};
   std::array<OpenWriter, 64> writers_;

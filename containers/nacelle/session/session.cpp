@@ -60,10 +60,12 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 
 Session::~Session() {
   lookout_.reset();
+  desk_.reset();
   manager_.reset();
   server_.reset();
   supervision_.reset();
   service_.reset();
+  emergency_stops_.reset();
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
   ::close(fault_event_);
@@ -97,14 +99,12 @@ int Session::run() {
     return 1;
   }
   const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
-  auto container_options = container_options_of(plan_.container.parameters, plan_.container.where.text());
-  if (!container_options) {
-    say("nacelle: " + container_options.error().text());
-    return 1;
-  }
-  container_options.value().name = options_.container_name;
-  container_options.value().component_path = options_.places.component_folders;
-  container_ = std::make_unique<runtime::Container>(std::move(container_options).value(), clock_);
+  // Where they are wrong, check_the_plan() says so with the rest.
+  const auto asked = container_options_of(plan_.container.parameters, plan_.container.where.text());
+  runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
+  container_options.name = options_.container_name;
+  container_options.component_path = options_.places.component_folders;
+  container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
   supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
   lookout_ = std::make_unique<Lookout>(
       stop_, [this] { return is_going_up_ ? Duration::zero() : kMainThreadLimit; },
@@ -115,7 +115,12 @@ int Session::run() {
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
-      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_);
+      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_, fault_event_);
+  emergency_stops_ = std::make_unique<EmergencyStops>(*container_);
+  if (auto set = set_held_stops(); !set) {
+    say("nacelle: " + set.error().text());
+    return 1;
+  }
   if (!options_.transitions_file.empty()) {
     auto log = TransitionLog::open(options_.transitions_file, clock_);
     if (!log) {
@@ -125,6 +130,8 @@ int Session::run() {
     transitions_ = std::move(log).value();
   }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_);
+
+  desk_ = std::make_unique<VerbDesk>(*this);
 
   auto up = bring_up();
   is_going_up_ = false;
@@ -138,6 +145,7 @@ int Session::run() {
     failure = serve();
     if (failure) say("nacelle: " + failure->text());
   }
+  desk_.reset();
   take_down();
   if (!undoing_ && !write_report()) return 1;
   return failure || supervision_->has_stopped_the_robot() ? 1 : 0;
@@ -166,14 +174,27 @@ Result<void, Problem> Session::look_at_state_file() {
   for (const auto& component : held.value()->components) {
     if (component.actuator) held_actuators_.push_back(component.plan.full_name());
   }
+  held_stops_ = held.value()->emergency_stops;
   is_resumed_ = true;
   plan_ = resumed(std::move(plan_), *held.value(), state_->path());
   say(fmt::format("nacelle: resuming {} components from {}", plan_.components.size(), state_->path()));
   return {};
 }
 
+// An emergency stop is latched: neither the end of who set it nor that of the container releases it.
+Result<void, Problem> Session::set_held_stops() {
+  for (const auto& topic : held_stops_) {
+    if (auto set = service_->set_emergency_stop(topic); !set)
+      return err(Problem{topic, "the emergency stop was set before the crash, and cannot be set again: " + set.error(),
+                         "start without --resume"});
+    say(fmt::format("nacelle: the emergency stop {} was set and still is; `nacelle estop release` releases it", topic));
+  }
+  return {};
+}
+
 void Session::keep_composition() {
   if (service_->phase() != Phase::Running) return;
+  static_cast<void>(emergency_stops_->look());
   auto kept = state_->write(composition_of(*this, *supervision_));
   if (!kept && !told_of_state_) say("nacelle: " + kept.error().text());
   told_of_state_ = !kept;
@@ -281,6 +302,7 @@ Result<void, Problem> Session::load_components() {
       say("nacelle: left out, since it is not required: " + component.full_name());
     }
     composition_changed();
+    answer_guests();
   }
   return {};
 }
@@ -294,6 +316,8 @@ Result<void, Problem> Session::activate() {
            component->target != launch::TargetState::Unconfigured;
   };
   for (const auto& component : plan_.components) {
+    if (component.required && !container_->find(component.full_name()))
+      return err(Problem{component.where.text(), component.full_name() + " was not loaded", "see above"});
     if (!takes_part(component.full_name())) continue;
     lifecycle_manager::ManagedNode node{
         component.full_name(), {}, component.target == launch::TargetState::Active, component.required};
@@ -347,6 +371,7 @@ Result<void, Problem> Session::activate() {
 
 std::string Session::why_not_go_up() {
   if (service_->phase() != Phase::Starting) return {};
+  answer_guests();
   std::string why = stop_.is_raised() ? fmt::format("interrupted by {}", stop_.name()) : supervision_->why_to_stop();
   if (!why.empty()) {
     container_->stop_what_moves();
@@ -398,8 +423,17 @@ void Session::composition_changed() {
   steady_from_ = clock_.now() + kSettling;
 }
 
+// A person who asks what a bring-up waits for is answered while it waits.
+void Session::answer_guests() {
+  std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
+  desk_->append_waits(waits);
+  if (::poll(waits.data(), waits.size(), 0) < 0) return;
+  desk_->serve(waits.data() + 1, waits.size() - 1);
+  if (waits[0].revents == 0) return;
+  for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
+}
+
 std::optional<Problem> Session::serve() {
-  VerbDesk desk{*this};
   const auto kernel_alarm = options_.clock_alarm == nullptr ? make_kernel_clock_alarm() : nullptr;
   ClockWatch clock_watch{clock_, kernel_alarm ? *kernel_alarm : *options_.clock_alarm};
   ClockJumpReport clock_jumps{container_->transport(), options_.container_name};
@@ -412,8 +446,10 @@ std::optional<Problem> Session::serve() {
     waits.push_back({fault_event_, POLLIN, 0});
     waits.push_back({clock_watch.descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
+    const std::size_t stops_at = waits.size();
+    emergency_stops_->append_waits(waits);
     const std::size_t guests_at = waits.size();
-    desk.append_waits(waits);
+    desk_->append_waits(waits);
 
     if (!budgets_.empty() && (!next_budget_look_ || clock_.now() >= *next_budget_look_)) {
       for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
@@ -429,6 +465,10 @@ std::optional<Problem> Session::serve() {
       const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
+    if (const auto due = desk_->next_due()) {
+      const int left_ms = std::max(0, static_cast<int>(std::min<Duration>(*due - clock_.now(), 1h) / 1ms) + 1);
+      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
+    }
     if (::poll(waits.data(), waits.size(), limit_ms) < 0 && errno != EINTR)
       return Problem{"container", "poll failed", ""};
     if (steady_from_ && !steady_.has_begun() && clock_.now() >= *steady_from_) steady_.begin(clock_.now());
@@ -441,6 +481,10 @@ std::optional<Problem> Session::serve() {
     if (waits[3].revents != 0) {
       if (const auto step = clock_watch.look()) say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
     }
+    const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
+                                           waits.begin() + static_cast<std::ptrdiff_t>(guests_at),
+                                           [](const pollfd& wait) { return wait.revents != 0; });
+    if (stop_was_said && emergency_stops_->look()) keep_composition();
     const auto due = supervision_->next_due();
     if (waits[2].revents != 0 || (due && *due <= clock_.now())) {
       supervision_->work();
@@ -454,9 +498,9 @@ std::optional<Problem> Session::serve() {
       if (program->spec().required) return problem;
       say("nacelle: " + problem.text());
     }
-    desk.serve(waits.data() + guests_at, waits.size() - guests_at);
+    desk_->serve(waits.data() + guests_at, waits.size() - guests_at);
     if (waits[1].revents != 0) {
-      for (auto& handed : server_->take_handed_over()) desk.take(std::move(handed));
+      for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
     }
   }
   return std::nullopt;
@@ -466,6 +510,8 @@ void Session::take_down() {
   lookout_.reset();
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
+  // First of all the wheels: components that hang may keep the base waiting for its turn.
+  container_->write_safe_stops();
   if (was_running) report_.process = steady_.end(clock_.now());
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);

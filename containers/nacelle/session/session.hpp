@@ -22,6 +22,7 @@
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/clock_watch.hpp"
 #include "nacelle/session/composition.hpp"
+#include "nacelle/session/emergency_stops.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/lookout.hpp"
 #include "nacelle/session/program_places.hpp"
@@ -54,6 +55,8 @@ struct SessionOptions {
 /// Async-signal-safe.
 void leave_at_once() noexcept;
 
+class VerbDesk;
+
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
 ///
 /// Threads: one, the main thread; it also serves the slow requests of the control socket.
@@ -72,6 +75,7 @@ class Session {
   [[nodiscard]] runtime::Container& container() { return *container_; }
   [[nodiscard]] const launch::Plan& plan() const { return plan_; }
   [[nodiscard]] const SessionOptions& options() const { return options_; }
+  [[nodiscard]] const EmergencyStops& emergency_stops() const { return *emergency_stops_; }
   [[nodiscard]] Phase phase() const { return service_->phase(); }
   /// Loads what the plan says, in this process or in one of its own.
   /// With `faults`, values that it cannot have are collected there; else the first is why it is not loaded.
@@ -91,6 +95,7 @@ class Session {
   /// Where the state is kept, and what is there to come back to.
   [[nodiscard]] Result<void, Problem> look_at_state_file();
   void keep_composition();
+  [[nodiscard]] Result<void, Problem> set_held_stops();
   [[nodiscard]] Result<void, Problem> bring_up();
   [[nodiscard]] Result<void, Problem> start_programs();
   void start_the_carrier();
@@ -102,6 +107,7 @@ class Session {
   [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
+  void answer_guests();
   /// Runs until it is to end. Returns what ended it if that is a failure.
   [[nodiscard]] std::optional<Problem> serve();
   void take_down();
@@ -124,8 +130,10 @@ class Session {
   std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;
   std::unique_ptr<Supervision> supervision_;
+  std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
+  std::unique_ptr<VerbDesk> desk_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;
   runtime::BudgetWatch budgets_{{}};
@@ -135,6 +143,7 @@ class Session {
   std::unique_ptr<CompositionFile> state_;
   bool is_resumed_ = false;
   std::vector<std::string> held_actuators_;  // of the run that is resumed
+  std::vector<std::string> held_stops_;      // the emergency stops that were set in it
   bool told_of_state_ = false;               // that the state file cannot be written
   std::atomic<bool> is_going_up_{true};      // the main thread is in bring_up()
   bool undoing_ = false;                     // a failed bring-up: no figures to take

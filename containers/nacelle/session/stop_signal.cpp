@@ -20,7 +20,7 @@ std::atomic<int> first_signal{0};
 std::atomic<int> signals_seen{0};
 std::atomic<void (*)() noexcept> emergency_exit{nullptr};
 std::array<int, 2> pipe_ends{-1, -1};
-constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
 std::array<struct sigaction, kSignals.size()> before{};
 struct sigaction pipe_before {};
 static_assert(std::atomic<int>::is_always_lock_free);
@@ -77,6 +77,7 @@ const char* StopSignal::name() const {
     case SIGINT: return "SIGINT";
     case SIGTERM: return "SIGTERM";
     case SIGHUP: return "SIGHUP";
+    case SIGQUIT: return "SIGQUIT";
     default: return "a request";
   }
 }

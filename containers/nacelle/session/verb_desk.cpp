@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,7 @@
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/message_yaml.hpp"
 #include "nacelle/session/session.hpp"
+#include "nacelle/session/tf_verbs.hpp"
 #include "nacelle/session/verbs.hpp"
 
 namespace nacelle::session {
@@ -30,7 +32,42 @@ std::vector<std::string> types_of(const runtime::Container& container, const std
   return types;
 }
 
+const msgs::Field* field_of(const msgs::MessageType& type, std::string_view name, std::string_view type_name) {
+  for (const msgs::Field& field : type.fields) {
+    if (field.name == name && field.shape == msgs::Shape::Single && field.message != nullptr &&
+        field.message().name == type_name)
+      return &field;
+  }
+  return nullptr;
+}
+
+const msgs::Field* header_of(const msgs::MessageType& type) { return field_of(type, "header", "std_msgs/msg/Header"); }
+
+bool has_header(const msgs::MessageType& type) { return header_of(type) != nullptr; }
+
+/// header.stamp of a message that has one.
+std::int64_t stamp_ns(const msgs::MessageType& type, const void* message) {
+  const msgs::Field& header = *header_of(type);
+  const msgs::Field& stamp = *field_of(header.message(), "stamp", "builtin_interfaces/msg/Time");
+  const auto* const at = static_cast<const std::uint8_t*>(message) + header.offset + stamp.offset;
+  std::int32_t seconds = 0;
+  std::uint32_t nanoseconds = 0;
+  for (const msgs::Field& field : stamp.message().fields) {
+    if (field.kind == msgs::Kind::Int32) std::memcpy(&seconds, at + field.offset, sizeof seconds);
+    if (field.kind == msgs::Kind::Uint32) std::memcpy(&nanoseconds, at + field.offset, sizeof nanoseconds);
+  }
+  return seconds * std::int64_t{1'000'000'000} + nanoseconds;
+}
+
 }  // namespace
+
+VerbDesk::Show VerbDesk::show_of(const std::string& word) {
+  if (word == "json") return Show::Json;
+  if (word == "times") return Show::Times;
+  if (word == "sizes") return Show::Sizes;
+  if (word == "transforms") return Show::Transforms;
+  return word == "ages" ? Show::Ages : Show::Yaml;
+}
 
 VerbDesk::VerbDesk(Session& session) : session_(session), types_(session.options().places.message_folders) {}
 VerbDesk::~VerbDesk() = default;
@@ -45,30 +82,50 @@ void VerbDesk::take(control::ControlServer::HandedOver handed) {
 void VerbDesk::append_waits(std::vector<pollfd>& waits) const {
   for (const Guest& guest : guests_) {
     const bool slow = guest.connection->is_slow();
-    const int events = (slow ? 0 : POLLIN) | (guest.connection->wants_to_write() ? POLLOUT : 0);
+    const int events = (slow || guest.late ? 0 : POLLIN) | (guest.connection->wants_to_write() ? POLLOUT : 0);
     waits.push_back({guest.connection->descriptor(), static_cast<short>(events), 0});
     // A slow guest's messages wait in the tap's queue, and there the oldest give way.
     waits.push_back({guest.tap && !slow ? guest.tap->descriptor() : -1, POLLIN, 0});
+    waits.push_back({guest.late ? guest.late->bell->descriptor() : -1, POLLIN, 0});
   }
 }
 
 void VerbDesk::serve(const pollfd* waits, std::size_t count) {
-  for (std::size_t i = 0; i < count / 2; ++i) {
+  constexpr std::size_t kEach = 3;  // as append_waits() has them
+  for (std::size_t i = 0; i < count / kEach; ++i) {
     Guest& guest = guests_[i];
-    const short events = waits[2 * i].revents;
+    const short events = waits[kEach * i].revents;
     if ((events & (POLLERR | POLLNVAL)) != 0) guest.gone = true;
-    if (!guest.gone && (events & (POLLIN | POLLHUP)) != 0) {
+    if (guest.late) {
+      if ((events & POLLHUP) != 0) guest.gone = true;  // nobody waits for the answer any more
+      if (!guest.gone) finish(guest, waits[kEach * i + 2].revents != 0);
+    } else if (!guest.gone && (events & (POLLIN | POLLHUP)) != 0) {
       guest.gone = !guest.connection->read_some();
       if (!guest.gone) read(guest);
     }
-    if (!guest.gone && waits[2 * i + 1].revents != 0) stream(guest);
+    if (!guest.gone && waits[kEach * i + 1].revents != 0) stream(guest);
     if (!guest.gone) guest.gone = !guest.connection->write_some();
   }
   std::erase_if(guests_, [](const Guest& guest) { return guest.gone; });
 }
 
+std::optional<MonotonicTime> VerbDesk::next_due() const {
+  std::optional<MonotonicTime> next;
+  for (const Guest& guest : guests_) {
+    if (guest.late && (!next || guest.late->due < *next)) next = guest.late->due;
+  }
+  return next;
+}
+
+void VerbDesk::finish(Guest& guest, bool answered) {
+  if (!answered && session_.container().clock().now() < guest.late->due) return;
+  const std::unique_ptr<LateReply> late = std::move(guest.late);
+  send(guest, answered ? late->finish() : control::reply_of(late->too_late));
+  if (!guest.gone) read(guest);  // requests that came right behind
+}
+
 void VerbDesk::read(Guest& guest) {
-  while (!guest.gone && !guest.connection->is_slow()) {
+  while (!guest.gone && !guest.late && !guest.connection->is_slow()) {
     auto frame = guest.connection->in.next();
     if (!frame) {
       guest.gone = true;
@@ -87,9 +144,13 @@ void VerbDesk::read(Guest& guest) {
 
 void VerbDesk::answer(Guest& guest, const std::string& request_text) {
   const json request = json::parse(request_text, nullptr, false);
-  json reply;
+  Answer reply;
   try {
-    reply = request.is_object() ? reply_to(guest, request) : control::reply_of({"request", "is not a JSON object", ""});
+    if (request.is_object()) {
+      reply = reply_to(guest, request);
+    } else {
+      reply = control::reply_of({"request", "is not a JSON object", ""});
+    }
   } catch (const json::exception& e) {
     // A field of another type than it should be: the client's fault, told to the client.
     const std::string_view text = e.what();  // "[json.exception.type_error.302] type must be ..."
@@ -97,15 +158,26 @@ void VerbDesk::answer(Guest& guest, const std::string& request_text) {
     reply = control::reply_of({"request", std::string{text.substr(end == std::string_view::npos ? 0 : end + 2)},
                                "use the `nacelle` that started the container"});
   }
+  if (auto* const late = std::get_if<std::unique_ptr<LateReply>>(&reply)) {
+    guest.late = std::move(*late);
+  } else {
+    send(guest, std::get<json>(reply));
+  }
+}
+
+void VerbDesk::send(Guest& guest, const json& reply) {
   control::append_frame(guest.connection->out, control::FrameKind::Reply,
                         reply.dump(-1, ' ', false, json::error_handler_t::replace));
   if (!guest.gone) guest.gone = !guest.connection->write_some();
 }
 
-json VerbDesk::reply_to(Guest& guest, const json& request) {
+Answer VerbDesk::reply_to(Guest& guest, const json& request) {
   const std::string verb = request.value("verb", "");
-  if (verb != "topic.listen") return reply_to_verb(session_, verb, request);
+  if (verb == "topic.listen") return listen(guest, request);
+  return reply_to_verb(session_, types_, verb, request);
+}
 
+json VerbDesk::listen(Guest& guest, const json& request) {
   const std::string topic = request.value("topic", "");
   const msgs::MessageType* type = nullptr;
   // A name may carry two types (cmd_vel does); then the one that is meant can be given.
@@ -127,12 +199,18 @@ json VerbDesk::reply_to(Guest& guest, const json& request) {
     for (const auto& stream : streams) names.push_back(stream.name);
     return control::reply_of({"topic " + topic, "nobody publishes or reads it", suggestion(topic, names)});
   }
-  const std::string show = request.value("show", "yaml");
-  guest.show = show == "json" ? Show::Json : show == "times" ? Show::Times : Show::Yaml;
+  guest.show = show_of(request.value("show", "yaml"));
+  if (guest.show == Show::Ages && !has_header(*type)) {
+    return control::reply_of({"topic " + topic,
+                              std::string{"its type "} + type->name + " has no header, and so no stamp",
+                              "measure its rate with `nacelle topic hz`"});
+  }
+  if (guest.show == Show::Transforms && type->name != std::string_view{kTransformsType})
+    return control::reply_of({"topic " + topic, std::string{"has the type "} + type->name, ""});
   guest.longest = request.value("longest", std::size_t{128});
-  // A person reads text slower than a sensor writes it; only the times of `topic hz` must not be lost.
-  guest.tap =
-      std::make_unique<TopicTap>(session_.container().transport(), topic, *type, guest.show == Show::Times ? 1000 : 10);
+  // A person reads text slower than a sensor writes it; only what is measured must not be lost.
+  const bool measured = guest.show != Show::Yaml && guest.show != Show::Json;
+  guest.tap = std::make_unique<TopicTap>(session_.container().transport(), topic, *type, measured ? 1000 : 10);
   return {{"ok", true}, {"type", type->name}, {"writers", guest.tap->writer_count()}};
 }
 
@@ -141,13 +219,29 @@ void VerbDesk::stream(Guest& guest) {
     Block* const block = guest.tap->take();
     if (block == nullptr) break;
     text_.clear();
-    switch (guest.show) {
-      case Show::Yaml: append_yaml(text_, guest.tap->type(), block->message, {guest.longest}); break;
-      case Show::Json: text_ = msgs::to_json(guest.tap->type(), block->message); break;
-      case Show::Times: fmt::format_to(std::back_inserter(text_), "{}", block->info.source_time.nanoseconds()); break;
-    }
+    append_item(guest, *block);
     drop_reference(*block);
     control::append_frame(guest.connection->out, control::FrameKind::Item, text_);
+  }
+}
+
+void VerbDesk::append_item(const Guest& guest, const Block& block) {
+  const msgs::MessageType& type = guest.tap->type();
+  const std::int64_t at_ns = block.info.source_time.nanoseconds();
+  const auto out = std::back_inserter(text_);
+  switch (guest.show) {
+    case Show::Yaml: append_yaml(text_, type, block.message, {guest.longest}); break;
+    case Show::Json: text_ = msgs::to_json(type, block.message); break;
+    case Show::Times: fmt::format_to(out, "{}", at_ns); break;
+    case Show::Sizes: fmt::format_to(out, "{} {}", at_ns, type.encoded_size(block.message)); break;
+    case Show::Transforms: append_transform_times(text_, block, session_.container().clock()); break;
+    case Show::Ages: {
+      // When it was published, on the time line of stamps: it may have waited here for its turn.
+      const Clock& clock = session_.container().clock();
+      const std::int64_t wall_ns = (clock.wall_now() - (clock.now() - block.info.source_time)).nanoseconds();
+      fmt::format_to(out, "{} {}", at_ns, wall_ns - stamp_ns(type, block.message));
+      break;
+    }
   }
 }
 

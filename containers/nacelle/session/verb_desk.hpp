@@ -5,11 +5,13 @@
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "nacelle/control/server.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "nacelle/session/late_reply.hpp"
 #include "nacelle/session/topic_tap.hpp"
 
 namespace nacelle::session {
@@ -29,21 +31,30 @@ class VerbDesk {
   /// What to wait for; the same order is expected by serve().
   void append_waits(std::vector<pollfd>& waits) const;
   void serve(const pollfd* waits, std::size_t count);
+  /// When serve() has something to do though nothing happens: somebody has waited long enough.
+  [[nodiscard]] std::optional<MonotonicTime> next_due() const;
 
  private:
-  enum class Show { Yaml, Json, Times };
+  /// Sizes: "<time> <bytes>", Ages: "<time> <age of header.stamp>", in ns but for the bytes; Times: the time of publish() alone.
+  enum class Show { Yaml, Json, Times, Sizes, Ages, Transforms };
   struct Guest {
     std::unique_ptr<control::Connection> connection;
     std::unique_ptr<TopicTap> tap;
+    std::unique_ptr<LateReply> late;  // its next request is not looked at before this one is answered
     Show show = Show::Yaml;
     std::size_t longest = 128;
     bool gone = false;
   };
 
+  [[nodiscard]] static Show show_of(const std::string& word);
   void answer(Guest& guest, const std::string& request);
-  [[nodiscard]] nlohmann::json reply_to(Guest& guest, const nlohmann::json& request);
+  [[nodiscard]] Answer reply_to(Guest& guest, const nlohmann::json& request);
+  [[nodiscard]] nlohmann::json listen(Guest& guest, const nlohmann::json& request);
+  void send(Guest& guest, const nlohmann::json& reply);
+  void finish(Guest& guest, bool answered);
   void read(Guest& guest);
   void stream(Guest& guest);
+  void append_item(const Guest& guest, const Block& block);
 
   Session& session_;
   msgs::TypeLibrary types_;

@@ -7,8 +7,13 @@
 #include <sstream>
 
 #include "nacelle/control/client.hpp"
+#include "nacelle/session/figures_verb.hpp"
+#include "nacelle/session/graph_verbs.hpp"
 #include "nacelle/session/load_request.hpp"
+#include "nacelle/session/parameter_verbs.hpp"
+#include "nacelle/session/service_verbs.hpp"
 #include "nacelle/session/session.hpp"
+#include "nacelle/session/tf_verbs.hpp"
 #include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
@@ -49,8 +54,12 @@ json load(Session& session, const runtime::LoadRequest& request, launch::TargetS
   TopicEnds ends = before.added();
   if (const auto& declared = loaded.value().declared)
     ends.services = {declared->services.begin(), declared->services.end()};
-  for (const auto& problem : plan != nullptr ? unused_qos(*plan, ends) : unused_remaps(request.remaps, node, ends))
-    warnings.push_back(problem.text());
+  if (plan != nullptr) {
+    for (const auto& problem : unused_qos(*plan, ends)) warnings.push_back(problem.text());
+  } else if (loaded.value().declared) {
+    for (const auto& unused : unused_remaps(request.remaps, loaded.value().declared->used_remaps, node, ends))
+      warnings.push_back(unused.problem.text());
+  }
   std::string clashes;
   for (const auto& clash : session.container().clashes()) {
     if (clash.writer_node == node || clash.reader_node == node) clashes += (clashes.empty() ? "" : "; ") + clash.text();
@@ -164,18 +173,6 @@ json lifecycle_set(Session& session, const json& request) {
   return {{"ok", true}, {"node", component.value().node}, {"state", nacelle::to_text(outcome.state)}};
 }
 
-json set_parameter(Session& session, const json& request) {
-  auto component = session.container().find(request.value("name", ""));
-  if (!component) return reply_of(component.error());
-  auto parameter = launch::parse_parameter_assignment(request.value("assignment", ""));
-  if (!parameter) return reply_of({request.value("assignment", ""), parameter.error().what, parameter.error().way_out});
-  const auto [name, value] = parameter.value();
-  if (auto set = session.container().set_parameter(component.value().id, {name, value}); !set)
-    return reply_of(set.error());
-  session.composition_changed();
-  return {{"ok", true}, {"node", component.value().node}, {"name", name}};
-}
-
 json list_topics(Session& session) {
   std::vector<runtime::StreamReport> streams;
   session.container().report_streams(streams);
@@ -198,12 +195,12 @@ json list_topics(Session& session) {
 
 bool changes_something(const std::string& verb) {
   return verb == "component.load" || verb == "component.load_plugin" || verb == "component.unload" ||
-         verb == "lifecycle.set" || verb == "param.set";
+         verb == "lifecycle.set" || verb == "param.set" || verb == "param.delete" || verb == "service.call";
 }
 
 }  // namespace
 
-json reply_to_verb(Session& session, const std::string& verb, const json& request) {
+Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
   if (changes_something(verb) && session.phase() != Phase::Running) {
     return reply_of({"container " + session.options().container_name, std::string{"it is "} + to_text(session.phase()),
                      "try again when it is running"});
@@ -215,11 +212,16 @@ json reply_to_verb(Session& session, const std::string& verb, const json& reques
   if (verb == "lifecycle.get") return lifecycle_get(session, request);
   if (verb == "lifecycle.set") return lifecycle_set(session, request);
   if (verb == "faults") return session.faults();
-  if (verb == "param.set") return set_parameter(session, request);
   if (verb == "topic.list") return list_topics(session);
+  if (verb == "graph") return graph_of(session);
+  if (verb == "component.info") return component_info(session, request);
+  if (verb.starts_with("param.")) return reply_to_parameter_verb(session, verb, request);
+  if (verb == "service.call") return call_service(session, types, request);
+  if (verb == "figures") return figures_of(session);
+  if (verb == "tf.tree" || verb == "tf.lookup") return reply_to_tf_verb(session, verb, request);
   if (verb == "shutdown") {
     session.request_shutdown();
-    return {{"ok", true}};
+    return json{{"ok", true}};
   }
   return reply_of(
       {"request '" + verb + "'", "is unknown to this container", "use the `nacelle` that started the container"});

@@ -4,12 +4,17 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/session/late_reply.hpp"
+
 namespace nacelle::session {
 
 class Session;
 
-/// Carries out one request of the control socket and says how it went. May take as long as a component takes.
+/// Carries out one request of the control socket and says how it went. Loading, unloading and transitions take as long as a component
+/// takes; what else waits for one is answered later.
 /// Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
-[[nodiscard]] nlohmann::json reply_to_verb(Session& session, const std::string& verb, const nlohmann::json& request);
+[[nodiscard]] Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb,
+                                   const nlohmann::json& request);
 
 }  // namespace nacelle::session

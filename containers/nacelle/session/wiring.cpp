@@ -12,6 +12,39 @@ std::vector<std::string> all_of(const TopicEnds& ends) {
   return {all.begin(), all.end()};
 }
 
+/// A rule for an action is written for its name, and changes those of all of its parts.
+void add_actions(std::vector<std::string>& names) {
+  for (std::size_t i = 0, n = names.size(); i < n; ++i) {
+    const auto part = names[i].find("/_action/");
+    if (part != std::string::npos) names.push_back(names[i].substr(0, part));
+  }
+}
+
+Problem why_unused(const RemapRule& rule, const std::string& node, const TopicEnds& ends) {
+  const std::size_t slash = node.rfind('/');
+  const std::string name = node.substr(slash + 1), name_space = slash == 0 ? "/" : node.substr(0, slash);
+  if (!rule.node.empty() && rule.node != name) {
+    return {"-r " + to_text(rule), "the rule is for a node '" + rule.node + "', and this one is '" + name + "'",
+            suggestion(rule.node, {name})};
+  }
+  std::vector<std::string> names;
+  if (rule.kind != RemapKind::Service) names = all_of(ends);
+  if (rule.kind != RemapKind::Topic) names.insert(names.end(), ends.services.begin(), ends.services.end());
+  if (rule.kind != RemapKind::Topic) add_actions(names);
+  const auto from = expand_topic_name(rule.from, name, name_space), to = expand_topic_name(rule.to, name, name_space);
+  const bool is_there = from && std::find(names.begin(), names.end(), *from) != names.end();
+  if (from && to && *from == *to && is_there)
+    return {"-r " + to_text(rule), "'" + rule.from + "' is remapped to itself", "leave the rule out"};
+  // A name that the node has anyway is no better one.
+  std::erase_if(names, [&](const auto& other) { return to && other == *to; });
+  const char* const kind = rule.kind == RemapKind::Service ? "service"
+                           : rule.kind == RemapKind::Topic ? "topic"
+                                                           : "topic or service";
+  return {"-r " + to_text(rule),
+          node + " has no " + kind + " '" + rule.from + "': remapping it to '" + rule.to + "' has no effect",
+          suggestion(from ? *from : rule.from, names)};
+}
+
 }  // namespace
 
 GraphBefore::GraphBefore(const runtime::Container& container) : container_(container), before_(count()) {}
@@ -56,29 +89,25 @@ std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEn
   return problems;
 }
 
-std::vector<Problem> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
-                                   const TopicEnds& ends) {
-  const std::size_t slash = node.rfind('/');
-  const std::string name = node.substr(slash + 1), name_space = slash == 0 ? "/" : node.substr(0, slash);
-  std::vector<Problem> problems;
-  for (const auto& rule : rules) {
-    if (rule.kind == RemapKind::NodeName || rule.kind == RemapKind::Namespace) continue;
-    if (!rule.node.empty() && rule.node != name) continue;
-    std::vector<std::string> names;
-    if (rule.kind != RemapKind::Service) names = all_of(ends);
-    if (rule.kind != RemapKind::Topic) names.insert(names.end(), ends.services.begin(), ends.services.end());
-    const auto to = expand_topic_name(rule.to, name, name_space);
-    if (to && std::find(names.begin(), names.end(), *to) != names.end()) continue;
-    const auto from = expand_topic_name(rule.from, name, name_space);
-    const char* const kind = rule.kind == RemapKind::Service ? "service"
-                             : rule.kind == RemapKind::Topic ? "topic"
-                                                             : "topic or service";
-    problems.push_back(
-        {"-r " + to_text(rule),
-         node + " has no " + kind + " '" + rule.from + "': remapping it to '" + rule.to + "' has no effect",
-         suggestion(from ? *from : rule.from, names)});
+std::vector<UnusedRemap> unused_remaps(const std::vector<RemapRule>& rules, const std::vector<bool>& used,
+                                       const std::string& node, const TopicEnds& ends) {
+  std::vector<UnusedRemap> unused;
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    const bool renames_node = rules[i].kind == RemapKind::NodeName || rules[i].kind == RemapKind::Namespace;
+    if (renames_node || (i < used.size() && used[i])) continue;
+    const auto before = std::find_if(rules.begin(), rules.begin() + static_cast<std::ptrdiff_t>(i),
+                                     [&](const RemapRule& other) { return other.from == rules[i].from; });
+    const auto first = static_cast<std::size_t>(before - rules.begin());
+    if (first < i && first < used.size() && used[first]) {
+      unused.push_back({i,
+                        {"-r " + to_text(rules[i]),
+                         node + " remaps '" + rules[i].from + "' twice: the first rule wins, to '" + before->to + "'",
+                         "leave one of them out"}});
+    } else {
+      unused.push_back({i, why_unused(rules[i], node, ends)});
+    }
   }
-  return problems;
+  return unused;
 }
 
 }  // namespace nacelle::session

@@ -35,8 +35,13 @@ class GraphBefore {
 
 /// What the launch file says of topics that the component does not have, each with file and line. Pure.
 [[nodiscard]] std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends);
-/// Remap rules that changed no topic and no service of the node; `where` is the rule, as one types it. Pure.
-[[nodiscard]] std::vector<Problem> unused_remaps(const std::vector<RemapRule>& rules, const std::string& node,
-                                                 const TopicEnds& ends);
+/// A remap rule that changed no name; `where` of the problem is the rule, as one types it.
+struct UnusedRemap {
+  std::size_t rule = 0;  ///< Its place.
+  Problem problem;
+};
+/// Those that are not marked in `used` (runtime::Declarations::used_remaps). Pure.
+[[nodiscard]] std::vector<UnusedRemap> unused_remaps(const std::vector<RemapRule>& rules, const std::vector<bool>& used,
+                                                     const std::string& node, const TopicEnds& ends);
 
 }  // namespace nacelle::session

@@ -39,7 +39,8 @@ HandedOver handed_over(const Topic& topic) {
   for (const BrokerWriter* writer : topic.writers_) {
     for (const auto& reader : topic.readers_) {
       if (writer->thread() == 0 || reader->thread() == 0 || !matches(writer->spec(), reader->spec())) continue;
-      ways |= static_cast<unsigned>(writer->thread() == reader->thread() ? HandedOver::Inline : HandedOver::AcrossThreads);
+      ways |=
+          static_cast<unsigned>(writer->thread() == reader->thread() ? HandedOver::Inline : HandedOver::AcrossThreads);
     }
   }
   return static_cast<HandedOver>(ways);
@@ -148,6 +149,22 @@ WiringReport Broker::wiring(const std::string& name, Duration age) const {
   return report;
 }
 
+std::vector<EndpointReport> Broker::endpoints() const {
+  std::vector<EndpointReport> all;
+  const auto add = [&](const EndpointSpec& spec, bool is_writer, std::uint64_t id) {
+    if (is_tool(spec)) return;
+    all.push_back({spec.topic, spec.type->name, spec.type->hash, spec.node, is_writer, spec.via != 0, id,
+                   spec.qos.resolved(), spec.command_timeout});
+  };
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    for (const BrokerWriter* writer : topic->writers_) add(writer->spec(), true, writer->id());
+    for (const auto& reader : topic->readers_) add(reader->spec(), false, reader->id());
+  }
+  return all;
+}
+
 std::vector<std::string> Broker::topics_of(const std::string& node) const {
   std::vector<std::string> names;
   const std::lock_guard lock(mutex_);
@@ -171,7 +188,11 @@ void Broker::report(std::vector<StreamReport>& out) const {
     sum.last_ns = topic->gone_.last_ns;
     DurationHistogram latency;
     if (topic->gone_.latency) latency.merge(*topic->gone_.latency);
-    for (const BrokerWriter* writer : topic->writers_) writer->fold_into(sum);
+    std::uint64_t deadline_missed = 0;
+    for (const BrokerWriter* writer : topic->writers_) {
+      writer->fold_into(sum);
+      deadline_missed += writer->deadline_missed();
+    }
     std::size_t readers = 0;
     for (const auto& reader : topic->readers_) {
       if (is_tool(reader->spec())) continue;
@@ -201,10 +222,25 @@ void Broker::report(std::vector<StreamReport>& out) const {
     row.pool_grown = sum.written.pool_grown;
     row.copies = sum.written.copies;
     row.bytes_copied = sum.written.bytes_copied;
+    row.deadline_missed = deadline_missed;
     row.latency_p50 = latency.quantile(0.5);
     row.latency_p99 = latency.quantile(0.99);
     row.latency_max = latency.max();
     row.handed_over = handed_over(*topic);
+  }
+  out.resize(used);
+}
+
+void Broker::report(std::vector<ReaderReport>& out) const {
+  const std::lock_guard lock(mutex_);
+  std::size_t used = 0;
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    for (const auto& reader : topic->readers_) {
+      if (is_tool(reader->spec())) continue;
+      if (used == out.size()) out.emplace_back();
+      reader->report(out[used++]);
+    }
   }
   out.resize(used);
 }

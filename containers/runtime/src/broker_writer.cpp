@@ -282,6 +282,11 @@ EndpointStatus BrokerWriter::status() const {
   return status;
 }
 
+std::uint64_t BrokerWriter::deadline_missed() const {
+  const std::lock_guard lock(contract_mutex_);
+  return totals_.deadline_missed;
+}
+
 void BrokerWriter::fold_into(Topic::Totals& totals) const {
   const WriterCounters mine = counters();
   totals.written.published += mine.published;

@@ -49,6 +49,7 @@ class BrokerWriter final : public ProxyWriter {
   /// Under the topic's lock.
   MonotonicTime watch(MonotonicTime now);
   void fold_into(Topic::Totals& totals) const;
+  [[nodiscard]] std::uint64_t deadline_missed() const;
   void note_matched();
   void note_clash(const std::string& policy, std::string text);
   /// Something that is computed when asked for (matched) has changed.

@@ -219,6 +219,8 @@ std::vector<std::string> Container::topics_of(const std::string& node) const {
 
 void Container::report_streams(std::vector<StreamReport>& out) const { impl_->commons.broker.report(out); }
 
+void Container::report_readers(std::vector<ReaderReport>& out) const { impl_->commons.broker.report(out); }
+
 void Container::report_histograms(std::vector<HistogramReport>& out) const {
   const std::lock_guard lock(impl_->mutex);
   std::size_t used = 0;
@@ -266,40 +268,6 @@ std::optional<LoadRequest> Container::request_of(std::uint64_t id) const {
   const auto record = impl_->record(id);
   if (!record) return std::nullopt;
   return *record->request.lock();
-}
-
-Result<void, Problem> Container::set_parameter(std::uint64_t id, const Parameter& parameter) {
-  const auto record = impl_->record(id);
-  if (!record)
-    return err(
-        Problem{"component " + std::to_string(id), "is not loaded in this process", "see `nacelle component list`"});
-  const std::string node = record->runtime->identity().fully_qualified();
-  if (std::string why = impl_->why_not_wait_for(*record); !why.empty())
-    return err(Problem{node, "its parameters cannot be set from here", std::move(why)});
-  const std::lock_guard alone(record->one_at_a_time);
-  if (record->node == nullptr || record->given_up || record->hung)
-    return err(Problem{node, "is not there any more, or hangs", "see `nacelle faults`"});
-  const auto result = std::make_shared<Result<void, Problem>>();
-  const bool ended = record->runtime->run_and_wait(
-      "set_parameters",
-      [record, parameter, node, result] {
-        auto& store = record->node->parameters();
-        const std::string where = node + ", parameter " + parameter.get_name();
-        if (!store.has(parameter.get_name())) {
-          *result = err(Problem{where, "there is no such parameter", suggestion(parameter.get_name(), store.list())});
-          return;
-        }
-        try {
-          const auto set = store.set_atomically({parameter});
-          if (!set.successful) *result = err(Problem{where, set.reason, ""});
-        } catch (const std::exception& e) { *result = err(Problem{where, e.what(), ""}); }
-      },
-      impl_->deadline());
-  if (!ended) return err(Problem{node, "its callbacks leave no time to set a parameter", "see `nacelle faults`"});
-  if (!*result) return err(result->error());
-  record->request.lock()->parameters[parameter.get_name()] = parameter.get_parameter_value();
-  impl_->note_change();
-  return {};
 }
 
 }  // namespace nacelle::runtime

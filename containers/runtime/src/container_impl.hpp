@@ -26,14 +26,15 @@ namespace nacelle::runtime {
 /// One component from the begin of its load to the close of its image. The node goes first, the image last.
 struct Record {
   std::uint64_t id = 0;
-  std::string plugin, file;
+  std::string plugin, file, package;
   std::unique_ptr<PluginLibrary> library;
   std::unique_ptr<Executor> own_executor;
   const ComponentClass* made_by = nullptr;
   std::shared_ptr<NodeRuntime> runtime;
   Node* node = nullptr;
   LifecycleNode* managed = nullptr;
-  std::mutex one_at_a_time;  // transitions and unloading of this component
+  std::vector<bool> used_remaps;  // by its constructor
+  std::mutex one_at_a_time;       // transitions and unloading of this component
   Guarded<FaultReason> fault;
   Guarded<LoadRequest> request;  // as it was loaded; its parameters follow what is set
   std::atomic<bool> hung{false};
@@ -88,6 +89,7 @@ struct Container::Impl final : Context {
   [[nodiscard]] std::shared_ptr<ForeignComponent> foreign_component(std::uint64_t id) const;
   /// Why this thread must not wait for the component: it would wait for itself. Empty if it may.
   [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
+  [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what);
   void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
   /// The first reason since it was well is the cause; false for a later one.
   bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);

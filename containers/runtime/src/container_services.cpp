@@ -107,9 +107,10 @@ void answer(Container& container, const ListNodes::Request&, ListNodes::Response
 }  // namespace
 
 template <typename S>
-void ContainerServices::run(void* container, const void* request, void* response) {
+bool ContainerServices::run(void* container, std::int64_t, const void* request, void* response) {
   answer(*static_cast<Container*>(container), *static_cast<const typename S::Request*>(request),
          *static_cast<typename S::Response*>(response));
+  return true;
 }
 
 ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name)

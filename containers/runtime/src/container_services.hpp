@@ -26,9 +26,11 @@ class ContainerServices {
   ContainerServices(const ContainerServices&) = delete;
   ContainerServices& operator=(const ContainerServices&) = delete;
 
+  void report_services(std::vector<ServiceReport>& out) const { node_.report_services(out); }
+
  private:
   template <typename S>
-  static void run(void* container, const void* request, void* response);
+  static bool run(void* container, std::int64_t call, const void* request, void* response);
 
   Executor executor_;
   NodeRuntime node_;

@@ -310,6 +310,12 @@ void Executor::report_load(const NodeGroups& node, LoadReport& out) const {
   out.node = node.name_;
   out.callbacks = node.planned_ - node.until_sample_;
   out.samples = node.samples_;
+  out.executor = name_;
+  out.own_threads = policy_.own;
+  out.thread_cpu = Duration::zero();
+  for (const auto& worker : workers_) {
+    if (policy_.own && worker->thread_id != 0) out.thread_cpu += cpu_time_of(worker->cpu_clock);
+  }
   out.cpu = node.samples_ == 0 ? Duration::zero()
                                : Duration{static_cast<Duration::rep>(static_cast<double>(node.sampled_cpu_.count()) /
                                                                      static_cast<double>(node.samples_) *

@@ -94,13 +94,15 @@ void Container::Impl::note_change() const {
 }
 
 void Container::Impl::write_safe_stops() const {
+  commons.motion_stops->count.fetch_add(1);
   const std::lock_guard lock(mutex);
   for (const auto& [id, record] : records) record->runtime->write_safe_stop();
 }
 
-// A stop frame alone would hold until the next command: whoever deactivates the components may be busy for seconds. With its gate
-// closed, the base has nothing to follow but the timeout of the last command.
+// A stop frame alone would hold until the next command: whoever deactivates the components may be busy for seconds. A base that
+// heeds MotionStops commands nothing more; one that does not has its gate closed, and follows its last command until that is too old.
 void Container::Impl::stop_what_moves() const {
+  commons.motion_stops->count.fetch_add(1);
   std::vector<std::shared_ptr<NodeRuntime>> movers;
   std::vector<std::shared_ptr<ForeignComponent>> others;
   {

@@ -43,7 +43,10 @@ std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64
 std::vector<std::string> Container::ties() const {
   std::vector<std::string> ties = impl_->commons.frames.claims();
   auto objects = impl_->commons.shared_objects.lock();
-  for (const auto& [name, object] : *objects) ties.push_back("shares the object '" + name + "'");
+  for (const auto& [name, object] : *objects) {
+    // Each process has its own, and counts what it is told by the other one.
+    if (object != impl_->commons.motion_stops) ties.push_back("shares the object '" + name + "'");
+  }
   return ties;
 }
 

@@ -57,7 +57,10 @@ std::unique_ptr<FrameClaim> FrameRegistry::claim(ClaimedFrame frame) {
 std::vector<ClaimedFrame> FrameRegistry::list() const {
   std::vector<ClaimedFrame> frames;
   auto list = claims_->list.lock();
-  for (const auto& entry : *list) frames.push_back(entry.frame);
+  for (const auto& entry : *list) {
+    frames.push_back(entry.frame);
+    frames.back().owns = entry.owner->load(std::memory_order_relaxed);
+  }
   return frames;
 }
 

@@ -6,6 +6,7 @@
 
 #include "container_impl.hpp"
 #include "host.hpp"
+#include "nacelle/node/remap_notes.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -81,12 +82,14 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   Node* node = nullptr;
   std::string failed;
   making = {&record, &executor_for(record, request), uses_sim_time(request)};
+  const RemapNotes remap_notes{request.remaps.size()};
   try {
     node = record.made_by->create(node_options);
   } catch (const std::exception& e) { failed = e.what(); } catch (...) {
     failed = "an exception that is no std::exception";
   }
   making = {};
+  record.used_remaps = remap_notes.used();
   if (node == nullptr || !record.runtime) {
     if (node != nullptr) record.made_by->destroy(node);
     record.failure = Problem{"", "its constructor failed: " + (failed.empty() ? "it made no node" : failed), ""};
@@ -109,6 +112,8 @@ std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Recor
     all->parameters.push_back({name, store.get(name), store.overrides().count(name) != 0});
   all->unknown_parameters = store.unused_overrides();
   all->frame_uses = record.node->frame_uses();
+  all->used_remaps = record.used_remaps;
+  all->package = record.package;
   std::vector<CallbackReport> callbacks;
   std::size_t used = 0;
   record.runtime->report_callbacks(callbacks, used);
@@ -242,6 +247,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   const auto record = std::make_shared<Record>();
   record->plugin = request.plugin;
   record->file = entry->file;
+  record->package = entry->package;
   *record->request.lock() = request;
   const Deadline deadline = impl_->deadline();
   record->errand =

@@ -20,7 +20,7 @@ class PortBase : public NodeRuntime::Port {
       : node_(node), member_of_(node.group_of(group, kind)), kind_(kind), name_(std::move(name)) {}
 
   void fill(CallbackReport& row, const CallbackStats& stats, const DurationHistogram& latency) const {
-    row.node = node_.identity().name;
+    row.node = node_.groups().name();
     row.kind = kind_;
     row.name = name_;
     row.count = stats.duration.count();
@@ -28,6 +28,7 @@ class PortBase : public NodeRuntime::Port {
     row.duration_p50 = stats.duration.quantile(0.5);
     row.duration_p99 = stats.duration.quantile(0.99);
     row.duration_max = stats.duration.max();
+    row.duration_total = stats.duration.total();
     row.latency_p50 = latency.quantile(0.5);
     row.latency_p99 = latency.quantile(0.99);
     row.latency_max = latency.max();
@@ -208,10 +209,15 @@ class ServicePort final : public ServiceHandle, private PortBase {
     node_.executor().forget(port_);
     port_.refuse_all();
   }
+  bool send_response(std::int64_t call, void* response) override { return port_.send_response(call, response); }
 
  private:
   void set_active(bool) override {}  // the port looks at the gate itself
   void report(CallbackReport& row) const override { fill(row, port_.stats(), port_.stats().latency); }
+  bool describe(ServiceReport& row) const override {
+    row = {name_, service_type_of(port_.request_type()), node_.identity().fully_qualified(), true, port_.is_open()};
+    return true;
+  }
   ServerPort port_;
 };
 
@@ -242,6 +248,10 @@ class ClientEnd final : public ClientHandle, private PortBase {
  private:
   void set_active(bool) override {}
   void report(CallbackReport& row) const override { fill(row, port_.stats(), port_.stats().latency); }
+  bool describe(ServiceReport& row) const override {
+    row = {name_, service_type_of(request_), node_.identity().fully_qualified(), false, true};
+    return true;
+  }
   const msgs::MessageType& request_;
   ClientPort port_;
   std::int64_t next_ = 1;
@@ -430,6 +440,14 @@ void NodeRuntime::report_callbacks(std::vector<CallbackReport>& out, std::size_t
   for (const Port* port : ports_) {
     if (used == out.size()) out.emplace_back();
     port->report(out[used++]);
+  }
+}
+
+void NodeRuntime::report_services(std::vector<ServiceReport>& out) const {
+  const std::lock_guard lock(mutex_);
+  for (const Port* port : ports_) {
+    ServiceReport row;
+    if (port->describe(row)) out.push_back(std::move(row));
   }
 }
 

@@ -11,6 +11,7 @@
 
 #include "frames.hpp"
 #include "nacelle/node/host.hpp"
+#include "nacelle/node/motion_stops.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "patience.hpp"
@@ -22,7 +23,10 @@ namespace nacelle::runtime {
 
 /// What all nodes of a container share.
 struct Commons {
-  explicit Commons(const Clock& c) : clock(c), broker(c, Watching::ByThread) {}
+  explicit Commons(const Clock& c)
+      : clock(c), broker(c, Watching::ByThread), motion_stops(std::make_shared<MotionStops>()) {
+    shared_objects.lock()->emplace(kMotionStopsName, motion_stops);
+  }
   /// The clock of nodes with use_sim_time.
   [[nodiscard]] SimClock& simulated() {
     auto sim = sim_clock.lock();
@@ -35,6 +39,7 @@ struct Commons {
   ServiceDirectory services;
   FrameRegistry frames;
   Guarded<std::map<std::string, std::shared_ptr<void>>> shared_objects;
+  const std::shared_ptr<MotionStops> motion_stops;  // one of the shared objects
 };
 
 /// A node's host in the container. Ownership: the node's; what it lent to the container is withdrawn in the destructor.
@@ -92,6 +97,7 @@ class NodeRuntime {
   [[nodiscard]] const std::atomic<bool>& active() const { return active_; }
   void report_histograms(std::vector<HistogramReport>& out, std::size_t& used) const;
   void report_callbacks(std::vector<CallbackReport>& out, std::size_t& used) const;
+  void report_services(std::vector<ServiceReport>& out) const;
   void report_load(LoadReport& out) const { groups_.executor().report_load(groups_, out); }
   [[nodiscard]] Commons& commons() { return commons_; }
 
@@ -101,6 +107,8 @@ class NodeRuntime {
     virtual ~Port() = default;
     virtual void set_active(bool active) = 0;
     virtual void report(CallbackReport& row) const = 0;
+    /// Returns false for a port that is no end of a service.
+    [[nodiscard]] virtual bool describe(ServiceReport&) const { return false; }
   };
   // Ports enter and leave by themselves.
   void enroll(Port& port);

@@ -207,7 +207,9 @@ void PluginIndex::read() {
       any_line_of(file, [&](const std::string& name, const std::string& library, const std::string& line) {
         const auto same = [&](const Known& known) { return known.entry.class_name == name; };
         if (std::ranges::none_of(known_, same))
-          known_.push_back({{name, (std::filesystem::path(folder) / library).string()}, file.string(), line});
+          known_.push_back({{name, (std::filesystem::path(folder) / library).string(), file.filename().string()},
+                            file.string(),
+                            line});
         return false;
       });
     }
@@ -235,12 +237,18 @@ std::optional<PluginEntry> PluginIndex::find(const std::string& class_name) {
   return hit->entry;
 }
 
-std::vector<std::string> PluginIndex::class_names() {
+std::vector<PluginEntry> PluginIndex::entries() {
   const std::lock_guard lock(mutex_);
   stamps_ = stamps();
   read();
+  std::vector<PluginEntry> all;
+  for (const auto& known : known_) all.push_back(known.entry);
+  return all;
+}
+
+std::vector<std::string> PluginIndex::class_names() {
   std::vector<std::string> names;
-  for (const auto& known : known_) names.push_back(known.entry.class_name);
+  for (auto& entry : entries()) names.push_back(std::move(entry.class_name));
   return names;
 }
 

@@ -279,6 +279,29 @@ ReaderCounters ReaderQueue::counters() const {
   return all;
 }
 
+void ReaderQueue::report(ReaderReport& row) const {
+  row.topic = spec_.topic;
+  row.type = spec_.type->name;
+  row.node = spec_.node;
+  row.other_process = spec_.via != 0;
+  row.keeps_all = keep_all_;
+  row.depth = limit_;
+  const ReaderCounters all = counters();
+  row.delivered = all.delivered;
+  row.overwritten = all.overwritten;
+  row.full = all.full;
+  row.inactive = all.inactive;
+  row.expired = all.expired;
+  row.discarded = all.discarded;
+  row.latency_p50 = latency_.quantile(0.5);
+  row.latency_p99 = latency_.quantile(0.99);
+  row.latency_max = latency_.max();
+  const std::lock_guard lock(*mutex_);
+  row.open = enabled_;
+  row.waiting = waiting_.load(std::memory_order_relaxed);
+  row.deadline_missed = totals_.deadline_missed;
+}
+
 bool ReaderQueue::is_enabled() const {
   const std::lock_guard lock(*mutex_);
   return enabled_;

@@ -9,6 +9,7 @@
 #include "contract.hpp"
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/node/transport.hpp"
+#include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "nacelle/runtime/futex.hpp"
 #include "nacelle/runtime/graph_watch.hpp"
@@ -80,6 +81,8 @@ class ReaderQueue {
   /// The totals; what depends on the writers of the moment is left at zero.
   [[nodiscard]] EndpointStatus status() const;
   [[nodiscard]] ReaderCounters counters() const;
+  /// Writes every field.
+  void report(ReaderReport& row) const;
   [[nodiscard]] const DurationHistogram& latency() const { return latency_; }
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
   [[nodiscard]] std::uint64_t id() const { return id_; }
@@ -147,8 +150,8 @@ class ReaderQueue {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
   const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
   std::shared_ptr<BufferLender> lender_;
-  std::size_t looked_at_ = 0;          // of those that wait, the oldest
-  std::uint64_t released_early_ = 0;   // looked at, and gone before release()
+  std::size_t looked_at_ = 0;         // of those that wait, the oldest
+  std::uint64_t released_early_ = 0;  // looked at, and gone before release()
 };
 
 inline void ReaderQueue::append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) {

@@ -7,11 +7,13 @@
 namespace nacelle::runtime {
 namespace {
 
-void answer(const Asker& asker, std::unique_ptr<AnyMessage> response) {
+bool answer(const Asker& asker, std::unique_ptr<AnyMessage> response) {
   const auto client = asker.client.lock();
-  if (!client) return;
+  if (!client) return false;
   auto port = client->lock();  // held while pushing, so that the client cannot go meanwhile
-  if (*port != nullptr) (*port)->push(asker.sequence, std::move(response));
+  if (*port == nullptr) return false;
+  (*port)->push(asker.sequence, std::move(response));
+  return true;
 }
 
 }  // namespace
@@ -55,6 +57,29 @@ bool ServiceDirectory::is_ready(const std::string& name) const {
   return std::any_of(first, last, [](const auto& entry) { return entry.second->is_open(); });
 }
 
+Problem ServiceDirectory::why_not(const std::string& name, const msgs::MessageType& request) const {
+  auto servers = servers_.lock();
+  const auto [first, last] = servers->equal_range(name);
+  std::vector<std::string> others;
+  for (auto it = first; it != last; ++it) {
+    const msgs::MessageType& type = it->second->request_type();
+    if (&type == &request) return {"service " + name, "its node is not active", "see `nacelle lifecycle nodes`"};
+    others.push_back(service_type_of(type));
+  }
+  if (!others.empty())
+    return {"service " + name, "has the type " + join(others, " and ") + ", not " + service_type_of(request), ""};
+  std::vector<std::string> names;
+  for (const auto& [other, server] : *servers) names.push_back(other);
+  return {"service " + name, "no node of this process offers it", suggestion(name, names)};
+}
+
+std::string service_type_of(const msgs::MessageType& request) {
+  constexpr std::string_view kEnding = "_Request";
+  std::string name = request.name;
+  if (name.ends_with(kEnding)) name.resize(name.size() - kEnding.size());
+  return name;
+}
+
 void ServerPort::push(Call call) {
   const MonotonicTime now = clock_.now();
   auto calls = calls_.lock();
@@ -80,21 +105,32 @@ void ServerPort::execute(MonotonicTime now) {
     answer(call.asker, nullptr);
     return;
   }
-  running_.lock()->emplace_back(&call, call.asker);
+  std::int64_t number = 0;
+  {
+    auto open = open_calls_.lock();
+    number = ++open->last;
+    open->calls.emplace(number, call.asker);
+  }
   auto response = std::make_unique<AnyMessage>(response_);
   try {
-    callback_.run(callback_.context, call.request.get(), response->get());
+    if (!callback_.run(callback_.context, number, call.request.get(), response->get())) return;
   } catch (...) {
-    answer_running(call, nullptr);
+    answer_open(number, nullptr);
     throw;  // the executor makes it the component's fault
   }
-  answer_running(call, std::move(response));
+  answer_open(number, std::move(response));
 }
 
-void ServerPort::answer_running(const Call& call, std::unique_ptr<AnyMessage> response) {
-  // The asker may have been told meanwhile that there will be no answer.
-  const bool waits = std::erase_if(*running_.lock(), [&](const auto& entry) { return entry.first == &call; }) != 0;
-  if (waits) answer(call.asker, std::move(response));
+bool ServerPort::answer_open(std::int64_t call, std::unique_ptr<AnyMessage> response) {
+  // The asker may have its answer, or have been told that there will be none.
+  const auto taken = open_calls_.lock()->calls.extract(call);
+  return !taken.empty() && answer(taken.mapped(), std::move(response));
+}
+
+bool ServerPort::send_response(std::int64_t call, void* response) {
+  auto moved = std::make_unique<AnyMessage>(response_);
+  response_.move_assign(moved->get(), response);
+  return answer_open(call, std::move(moved));
 }
 
 void ServerPort::refuse_all() {
@@ -104,9 +140,9 @@ void ServerPort::refuse_all() {
     calls->swap(waiting);
     waiting_.store(0, std::memory_order_release);
   }
-  std::vector<std::pair<const Call*, Asker>> running;
-  running_.lock()->swap(running);
-  for (const auto& entry : running) answer(entry.second, nullptr);
+  std::map<std::int64_t, Asker> open;
+  open_calls_.lock()->calls.swap(open);
+  for (const auto& entry : open) answer(entry.second, nullptr);
   for (const Waiting& refused : waiting) answer(refused.call.asker, nullptr);
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/problem.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/node/host.hpp"
 #include "nacelle/runtime/executor.hpp"
@@ -39,12 +40,19 @@ class AnyMessage {
   void* memory_;
 };
 
-class ClientPort;
 class ServerPort;
 
-/// Who waits for an answer.
+/// Takes the answers of calls. Threads: the server's, with locks held: only note it and return.
+class AnswerTaker {
+ public:
+  virtual ~AnswerTaker() = default;
+  /// A null response: there will be none.
+  virtual void push(std::int64_t sequence, std::unique_ptr<AnyMessage> response) = 0;
+};
+
+/// Who waits for an answer. The pointer is null once nobody does any more.
 struct Asker {
-  std::weak_ptr<Guarded<ClientPort*>> client;
+  std::weak_ptr<Guarded<AnswerTaker*>> client;
   std::int64_t sequence;
 };
 
@@ -53,6 +61,9 @@ struct Call {
   Asker asker;
   AnyMessage request;
 };
+
+/// "std_srvs/srv/SetBool" from its request's type.
+[[nodiscard]] std::string service_type_of(const msgs::MessageType& request);
 
 /// Who answers which service of the container. Threads: any.
 class ServiceDirectory {
@@ -63,6 +74,8 @@ class ServiceDirectory {
   [[nodiscard]] bool send(const std::string& name, const msgs::MessageType& request, Call call);
   [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request) const;
   [[nodiscard]] bool is_ready(const std::string& name) const;
+  /// Why a call would go nowhere: no such service, another type, a server that is not active.
+  [[nodiscard]] Problem why_not(const std::string& name, const msgs::MessageType& request) const;
 
  private:
   Guarded<std::multimap<std::string, ServerPort*>> servers_;
@@ -79,7 +92,9 @@ class ServerPort final : public Executable {
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
   void push(Call call);
-  /// Tells every client that waits that there will be no answer, also the one whose call is being worked on.
+  /// Answers a call that the callback left open: see ServiceHandle.
+  bool send_response(std::int64_t call, void* response);
+  /// Tells every client that waits that there will be no answer, also those whose calls are being worked on or were left open.
   void refuse_all();
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
@@ -95,39 +110,43 @@ class ServerPort final : public Executable {
   const ServiceCallback callback_;
   const std::atomic<bool>& open_;  // the node's lifecycle gate
   const Clock& clock_;
-  void answer_running(const Call& call, std::unique_ptr<AnyMessage> response);
+  struct Open {  // whose callback runs, or has left the answer for later
+    std::int64_t last = 0;
+    std::map<std::int64_t, Asker> calls;  // who takes one out answers it
+  };
+  bool answer_open(std::int64_t call, std::unique_ptr<AnyMessage> response);
   Guarded<std::deque<Waiting>> calls_;
-  Guarded<std::vector<std::pair<const Call*, Asker>>> running_;  // who takes one out answers it
+  Guarded<Open> open_calls_;
   std::atomic<std::size_t> waiting_{0};
   CallbackStats stats_;  // the latency under the lock of calls_
 };
 
 /// A client's queue of responses.
-class ClientPort final : public Executable {
+class ClientPort final : public Executable, private AnswerTaker {
  public:
   ClientPort(CallbackGroup& group, ResponseCallback callback, const Clock& clock)
       : Executable(group),
         callback_(callback),
-        self_(std::make_shared<Guarded<ClientPort*>>(std::in_place, this)),
+        self_(std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this))),
         clock_(clock) {
     keep_stats_in(stats_);
   }
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
-  void push(std::int64_t sequence, std::unique_ptr<AnyMessage> response);
   /// After this no server reaches the port any more.
   void detach() { *self_->lock() = nullptr; }
-  [[nodiscard]] std::weak_ptr<Guarded<ClientPort*>> handle() const { return self_; }
+  [[nodiscard]] std::weak_ptr<Guarded<AnswerTaker*>> handle() const { return self_; }
   [[nodiscard]] const CallbackStats& stats() const { return stats_; }
 
  private:
+  void push(std::int64_t sequence, std::unique_ptr<AnyMessage> response) override;
   struct Answer {
     std::int64_t sequence;
     std::unique_ptr<AnyMessage> response;  // null: there will be none
     MonotonicTime since;
   };
   const ResponseCallback callback_;
-  const std::shared_ptr<Guarded<ClientPort*>> self_;
+  const std::shared_ptr<Guarded<AnswerTaker*>> self_;
   const Clock& clock_;
   Guarded<std::deque<Answer>> answers_;
   std::atomic<std::size_t> waiting_{0};

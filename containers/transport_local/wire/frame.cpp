@@ -188,6 +188,8 @@ std::optional<EndpointFrame> read_endpoint(const LinkFrame& frame) {
   endpoint.type = fields.text();
   endpoint.hash = fields.text();
   endpoint.node = fields.text();
+  endpoint.command_timeout = fields.duration();
+  endpoint.command_parameter = fields.text();
   if (!fields.all_read() || endpoint.id == 0 || endpoint.topic.empty() || endpoint.type.empty()) return std::nullopt;
   return endpoint;
 }
@@ -260,6 +262,8 @@ void append_endpoint(Bytes& out, const EndpointFrame& endpoint) {
   put_text(out, endpoint.type);
   put_text(out, endpoint.hash);
   put_text(out, endpoint.node);
+  put(out, endpoint.command_timeout.count());
+  put_text(out, endpoint.command_parameter);
   end_frame(out, begin);
 }
 

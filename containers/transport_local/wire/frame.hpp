@@ -37,8 +37,9 @@ namespace nacelle::transport_local {
 //   Note       N  for whoever owns the link: any bytes
 //
 //   endpoint      id, u8 open, u8 history, reliability, durability, liveliness, u64 depth, u64 max_samples,
-//                 i64 deadline, lifespan, lease in ns (0: infinite), text topic, type, type hash, node ("" for a tool)
-inline constexpr std::uint16_t kLinkVersion = 1;
+//                 i64 deadline, lifespan, lease in ns (0: infinite), text topic, type, type hash, node ("" for a tool),
+//                 i64 command timeout in ns (0: none), text its parameter
+inline constexpr std::uint16_t kLinkVersion = 2;
 inline constexpr std::size_t kLinkHeaderBytes = 5;
 /// Longest payload: a message of 256 MiB. Memory is taken as bytes arrive, not as they are announced.
 inline constexpr std::size_t kLongestLinkPayload = std::size_t{256} << 20U;
@@ -110,6 +111,8 @@ struct EndpointFrame {
   bool open = true;
   QoS qos{1};
   std::string topic, type, hash, node;
+  Duration command_timeout{};  ///< EndpointSpec::command_timeout.
+  std::string command_parameter;
 };
 struct DataFrame {
   std::uint64_t writer = 0, sequence = 0;

@@ -27,6 +27,20 @@ Duration DurationHistogram::quantile(double share) const {
   return max();
 }
 
+Duration DurationHistogram::total() const {
+  const auto most_ns = static_cast<double>(max().count());
+  double sum_ns = 0;
+  for (std::size_t i = 0; i < kBuckets; ++i) {
+    const std::uint64_t n = buckets_[i].load(std::memory_order_relaxed);
+    if (n == 0) continue;
+    const double lower = i == 0 ? 0.0 : static_cast<double>(upper_edge(i - 1) + 1);
+    sum_ns += static_cast<double>(n) * std::min((lower + static_cast<double>(upper_edge(i))) / 2, most_ns);
+  }
+  // The nearest double to the longest duration is beyond it.
+  return sum_ns < static_cast<double>(Duration::max().count()) ? Duration{static_cast<std::int64_t>(sum_ns)}
+                                                               : Duration::max();
+}
+
 void DurationHistogram::merge(const DurationHistogram& other) {
   for (std::size_t i = 0; i < kBuckets; ++i) {
     buckets_[i].fetch_add(other.buckets_[i].load(std::memory_order_relaxed), std::memory_order_relaxed);

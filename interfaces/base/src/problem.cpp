@@ -22,6 +22,17 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
+/// "port_name" for "port": somebody wrote the first word only.
+std::string shortest_with_prefix(std::string_view wrong, const std::vector<std::string>& candidates) {
+  std::string best;
+  for (const auto& candidate : candidates) {
+    if (wrong.size() < 3 || candidate.size() <= wrong.size() || !candidate.starts_with(wrong)) continue;
+    if (std::string_view{"_./"}.find(candidate[wrong.size()]) == std::string_view::npos) continue;
+    if (best.empty() || candidate.size() < best.size()) best = candidate;
+  }
+  return best;
+}
+
 }  // namespace
 
 std::string Problem::text() const {
@@ -48,6 +59,8 @@ std::string nearest_name(std::string_view wrong, const std::vector<std::string>&
 
 std::string suggestion(std::string_view wrong, const std::vector<std::string>& candidates) {
   if (const auto near = nearest_name(wrong, candidates); !near.empty()) return "did you mean '" + near + "'?";
+  if (const auto whole = shortest_with_prefix(wrong, candidates); !whole.empty())
+    return "did you mean '" + whole + "'?";
   if (candidates.empty()) return {};
   return (candidates.size() == 1 ? "the only choice is " : "one of ") + join(candidates);
 }

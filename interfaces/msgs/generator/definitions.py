@@ -24,7 +24,8 @@ TIME = 'builtin_interfaces/msg/Time'
 
 
 # The packages of the messages that ROS 2 adds to services and actions.
-_USED_BY_KIND = {'srv': {'service_msgs'}, 'action': {'service_msgs', 'unique_identifier_msgs', 'builtin_interfaces'}}
+_USED_BY_KIND = {'srv': {'service_msgs'},
+                 'action': {'action_msgs', 'service_msgs', 'unique_identifier_msgs', 'builtin_interfaces'}}
 
 
 def find(directory):

@@ -25,6 +25,8 @@ def _includes(definition):
                 package, kind, stem = field.type.message.split('/')
                 if kind == 'msg':  # Derived parts are in this very file.
                     paths.add(cpp.header_path(package, kind, stem))
+    if isinstance(definition.content, Action):
+        paths |= {'action_msgs/msg/goal_status_array.hpp', 'action_msgs/srv/cancel_goal.hpp'}
     return sorted(paths)
 
 
@@ -68,6 +70,11 @@ def _action(action):
     name = action.name.split('/')[-1]
     return [f'/// {action.name}', f'struct {name} {{', *(f'  using {part} = {name}_{part};' for part in (
         'Goal', 'Result', 'Feedback', 'SendGoal', 'GetResult', 'FeedbackMessage')),
+            '  /// What the parts of every action are, in the names that rclcpp_action uses.', '  struct Impl {',
+            f'    using SendGoalService = {name}_SendGoal;', f'    using GetResultService = {name}_GetResult;',
+            f'    using FeedbackMessage = {name}_FeedbackMessage;',
+            '    using CancelGoalService = ::action_msgs::srv::CancelGoal;',
+            '    using GoalStatusMessage = ::action_msgs::msg::GoalStatusArray;', '  };',
             f'  {_VISIBLE} static const nacelle::msgs::ActionType& action_type();', '};', '']
 
 

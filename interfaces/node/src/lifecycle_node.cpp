@@ -126,15 +126,15 @@ TransitionOutcome LifecycleNode::trigger(Transition transition) {
     case Transition::Activate:
       host().set_active(true);
       result = guarded(&LifecycleNode::on_activate, from);
-      if (result != CallbackReturn::SUCCESS) host().set_active(false);
+      if (result != CallbackReturn::SUCCESS) close_gate();
       break;
     case Transition::Deactivate:
-      host().set_active(false);
+      close_gate();
       result = guarded(&LifecycleNode::on_deactivate, from);
       if (result == CallbackReturn::FAILURE) host().set_active(true);
       break;
     case Transition::Shutdown:
-      host().set_active(false);
+      close_gate();
       result = guarded(&LifecycleNode::on_shutdown, from);
       break;
   }
@@ -148,7 +148,7 @@ TransitionOutcome LifecycleNode::trigger(Transition transition) {
 
 TransitionOutcome LifecycleNode::run_error_processing(StateId from) {
   std::string cause = reason_.empty() ? "a callback returned ERROR without a reason" : reason_;
-  host().set_active(false);
+  close_gate();
   enter(StateId::ErrorProcessing);
   const bool recovered = guarded(&LifecycleNode::on_error, from) == CallbackReturn::SUCCESS;
   enter(recovered ? StateId::Unconfigured : StateId::Finalized);

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "nacelle/node/remap_notes.hpp"
+
 namespace nacelle {
 namespace {
 
@@ -48,6 +50,11 @@ Node::Node(const std::string& default_name, const NodeOptions& options)
 
 Node::~Node() = default;
 
+void Node::close_gate() {
+  for (GateListener* listener : gate_listeners_) listener->before_gate_closes();
+  host_->set_active(false);
+}
+
 ParameterFault Node::fault_of(const Problem& problem) const {
   // What a parameter's file says is found there: "robot.urdf:12".
   const auto colon = problem.where.rfind(':');
@@ -76,12 +83,16 @@ void Node::declare_warning(const Problem& problem) const {
 
 std::string Node::resolve_topic_name(const std::string& name) const {
   const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));
-  return or_throw(remap_topic(full, remaps_, {identity_.name, identity_.name_space, identity_.name}));
+  const RemapContext context{identity_.name, identity_.name_space, identity_.name};
+  RemapNotes::note(full, remaps_, RemapKind::Topic, context);
+  return or_throw(remap_topic(full, remaps_, context));
 }
 
 std::string Node::resolve_service_name(const std::string& name) const {
   const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));
-  return or_throw(remap_service(full, remaps_, {identity_.name, identity_.name_space, identity_.name}));
+  const RemapContext context{identity_.name, identity_.name_space, identity_.name};
+  RemapNotes::note(full, remaps_, RemapKind::Service, context);
+  return or_throw(remap_service(full, remaps_, context));
 }
 
 EndpointSpec Node::endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos,
@@ -108,6 +119,7 @@ std::unique_ptr<detail::SubscriptionEvents> Node::make_events(EndpointSpec& spec
       std::make_unique<detail::SubscriptionEvents>(*host_, options.callback_group, options.event_callbacks, logger_);
   spec.status_listener = events->listener();
   spec.tells_lost = static_cast<bool>(options.event_callbacks.message_lost_callback);
+  spec.command_timeout = options.command_timeout;
   return events;
 }
 

@@ -145,6 +145,11 @@ const ParameterDescriptor& ParameterStore::describe(const std::string& name) con
   return entries_.at(name).descriptor;
 }
 
+ParameterType ParameterStore::declared_type(const std::string& name) const {
+  static_cast<void>(get(name));
+  return entries_.at(name).type;
+}
+
 SetParametersResult ParameterStore::set_atomically(const std::vector<Parameter>& parameters) {
   std::vector<Parameter> wanted;
   for (const auto& parameter : parameters) {

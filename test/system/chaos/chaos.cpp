@@ -10,6 +10,8 @@
 //   lie                 a publisher of /scan with another type
 //   spin                a callback that takes 100 ms of CPU, again and again
 //   reset               calm again (where that is possible)
+//
+// Its service ~/answer echoes `data`; asked for false it does not return.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -17,6 +19,7 @@
 #include <memory>
 #include <semaphore>
 #include <std_msgs/msg/string.hpp>
+#include <std_srvs/srv/set_bool.hpp>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -56,9 +59,18 @@ class Chaos final : public LifecycleNode {
     // "configure" or "activate" throws; "activated": a fault when it is; "configure for ever", "deactivate for ever" do not return
     declare_parameter("fail_in", "");
     declare_parameter("note", "as launched");  // to be set at run time
+    declare_parameter("share", 0.5,
+                      {.description = "of nothing", .floating_point_range = FloatingPointRange{0.0, 1.0, 0.0}});
+    declare_parameter("loose", 1, {.dynamic_typing = true});
     alive_ = create_publisher<String>("~/alive", QoS(10));
     beat_ = create_wall_timer(10ms, [this] { say(); });
     orders_ = create_subscription<String>("~/do", QoS(10), [this](const String& order) { obey(order.data); });
+    answers_ = create_service<std_srvs::srv::SetBool>(
+        "~/answer", [](const std_srvs::srv::SetBool::Request& request, std_srvs::srv::SetBool::Response& response) {
+          if (!request.data) std::binary_semaphore{0}.acquire();
+          response.success = true;
+          response.message = "it's told";
+        });
   }
   ~Chaos() override {
     if (stop_ >= 0) ::close(stop_);
@@ -135,6 +147,7 @@ class Chaos final : public LifecycleNode {
 
   Publisher<String>::SharedPtr alive_, lie_;
   Subscription<String>::SharedPtr orders_;
+  Service<std_srvs::srv::SetBool>::SharedPtr answers_;
   Timer::SharedPtr beat_, spin_;
   BadLine line_;
   NoSink sink_;

@@ -212,8 +212,42 @@ TEST(Mistakes, across_files_are_told_with_each_files_name) {
       "b.launch.py: a launch file in Python is a program, which Nacelle does not run; write the same in YAML or XML\n");
   EXPECT_EQ(
       told(with_components("    - {pkg: p, plugin: a::A, name: one, param: [{from: p.yaml}]}\n"), {},
-           {{"p.yaml", "one:\n  rate: 5\n"}}),
+           {{"p.yaml", "one:\n  rate: 5\n/**: {ros__parameters: {x: 1}}\n"}}),
       "p.yaml:2: 'rate' is a node or namespace and needs a map, not text; parameters stand below 'ros__parameters'\n");
+}
+
+TEST(Mistakes, a_parameter_file_of_ros_1_is_told_once) {
+  EXPECT_EQ(told(with_components("    - {pkg: p, plugin: a::A, name: one, param: [{from: p.yaml}]}\n"), {},
+                 {{"p.yaml", "frequency: 30\ntwo_d_mode: true\none:\n  rate: 5\n"}}),
+            "p.yaml:1: the file has no 'ros__parameters': it is of ROS 1's form, or no parameter file; write '<node>:' "
+            "and below it 'ros__parameters:' above the values, or '/**:' for every node\n");
+}
+
+TEST(Mistakes, words_of_other_tools_are_known) {
+  for (const char* const word : {"prams", "params", "parameters"}) {
+    EXPECT_EQ(told_of(std::string{word} + ": [{name: a, value: 1}]"),
+              "a.launch.yaml:8: unknown key '" + std::string{word} + "' in 'composable_node'; did you mean 'param'?\n");
+  }
+  const std::string all = told_of("zzzzzzzz: 1");
+  for (const std::string word : {" after", " thread", " on_fault"})
+    EXPECT_EQ(all.find(word), all.rfind(word)) << all;  // once, though they may be a value or a map
+}
+
+TEST(Mistakes, a_misspelt_variable_is_told_once) {
+  EXPECT_EQ(told("launch:\n- arg: {name: mode, default: fast}\n- node_container: {name: c, namespace: '', "
+                 "composable_node: [{pkg: n, plugin: 'a::A', name: 'x_$(var mde)'}]}"),
+            "a.launch.yaml:3: there is no launch configuration 'mde'; did you mean 'mode'?\n");
+}
+
+TEST(Mistakes, a_component_is_not_renamed_by_a_remap) {
+  EXPECT_EQ(told_of("remap: [{from: __node, to: other}]"),
+            "a.launch.yaml:8: a remap of '__node' cannot rename a composable_node; write name: other\n");
+  EXPECT_EQ(told_of("remap: [{from: __ns, to: /arm}]"),
+            "a.launch.yaml:8: a remap of '__ns' cannot rename a composable_node; write namespace: /arm\n");
+  EXPECT_EQ(told("launch:\n- set_remap: {from: __name, to: other}\n- node_container: {name: c, namespace: '', "
+                 "composable_node: [{pkg: n, plugin: 'a::A', name: x}]}"),
+            "a.launch.yaml:3: a remap of '__node' cannot rename a composable_node: the set_remap is at "
+            "a.launch.yaml:2; write name: other\n");
 }
 
 TEST(Mistakes, of_a_whole_plan_are_told) {

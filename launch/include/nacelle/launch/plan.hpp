@@ -86,8 +86,8 @@ struct ComponentPlan {
   std::string namespace_;             ///< Absolute.
   std::vector<Parameter> parameters;  ///< Each name once, with the value that won.
   std::vector<RemapRule> remaps;      ///< In the order in which they are tried.
-  std::vector<Location>
-      remap_lines;  ///< Of each remap; without a file for a set_remap's, which need not fit every node.
+  std::vector<Location> remap_lines;  ///< Of each remap.
+  std::size_t shared_remaps = 0;      ///< So many of them, at the front, are set_remap's and need not fit every node.
   std::vector<Parameter> extra_arguments;
   std::vector<TopicQos> qos;
   std::vector<AfterCondition> after;
@@ -152,6 +152,12 @@ struct MessagePlan {
   Location where;
 };
 
+/// A set_remap, for all nodes below it.
+struct SharedRemap {
+  RemapRule rule;
+  Location where;
+};
+
 /// A section of a parameter file that gives its values to nobody.
 struct UnusedSection {
   std::string pattern;
@@ -167,6 +173,7 @@ struct Plan {
   std::vector<ArgumentPlan> arguments;  ///< Of all files, each name once.
   std::vector<MessagePlan> messages;
   std::vector<UnusedSection> unused_sections;
+  std::vector<SharedRemap> shared_remaps;
 
   [[nodiscard]] const ComponentPlan* find(std::string_view full_name) const;
 };

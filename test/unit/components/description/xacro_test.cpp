@@ -2,7 +2,11 @@
 #include "nacelle/description/xacro.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
 #include <tinyxml2.h>
+#include <cstdlib>
+#include <filesystem>
 
 #include <memory>
 
@@ -171,6 +175,28 @@ TEST(Xacro, lets_recursion_end_where_a_condition_says_so) {
   EXPECT_EQ(made("<xacro:macro name=\"count\" params=\"n\"><xacro:if value=\"${n > 0}\"><i n=\"${n}\"/>"
                  "<xacro:count n=\"${n-1}\"/></xacro:if></xacro:macro><xacro:count n=\"3\"/>"),
             "<i n=\"3\"/><i n=\"2\"/><i n=\"1\"/>");
+}
+
+TEST(Xacro, what_is_not_available_is_told_where_it_stands) {
+  EXPECT_EQ(made("<xacro:property name=\"cfg\" value=\"${xacro.load_yaml('a.yaml')}\"/>"),
+            "/r/robot.xacro:2: property 'cfg': load_yaml is not available; write its values as properties");
+  EXPECT_EQ(made("<xacro:include filename=\"package://arm/urdf/a.xacro\"/>"),
+            "/r/robot.xacro:2: 'package://arm/urdf/a.xacro' is an address for meshes; an include takes a path; write "
+            "$(find arm)/urdf/a.xacro");
+  EXPECT_EQ(made("<xacro:include filename=\"$(find pk)/a.xacro\"/>"),
+            "/r/robot.xacro:2: there is no package 'pk'; it is looked for as share/pk below the folders of "
+            "NACELLE_PREFIX_PATH and AMENT_PREFIX_PATH; $(dirname) is the folder of the file itself");
+}
+
+TEST(XacroMachine, finds_packages_of_an_installed_ros) {
+  const auto folder = std::filesystem::temp_directory_path() / ("nacelle_xacro_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder / "share/arm_description");
+  ::setenv("AMENT_PREFIX_PATH", ("/no/such/prefix:" + folder.string()).c_str(), 1);
+  const auto environment = machine({});
+  ::unsetenv("AMENT_PREFIX_PATH");
+  EXPECT_EQ(environment.find_package("arm_description"), (folder / "share/arm_description").string());
+  EXPECT_EQ(environment.find_package("leg_description"), "");
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

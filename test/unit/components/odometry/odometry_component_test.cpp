@@ -92,6 +92,13 @@ TEST_F(OdometryNode, broadcasts_the_transform_while_nobody_else_owns_the_frame) 
   EXPECT_EQ(context_.published<Odometry>("/odom").size(), 6U) << "the topic goes on";
 }
 
+TEST_F(OdometryNode, yields_to_nobody_where_the_transform_is_asked_for) {
+  options_.append_parameter_override("enable_odom_tf", true);
+  start();
+  ASSERT_EQ(context_.frames().size(), 1U);
+  EXPECT_EQ(context_.frames()[0].kind, FrameClaimKind::Primary);
+}
+
 TEST_F(OdometryNode, broadcasts_nothing_when_told_so) {
   options_.append_parameter_override("enable_odom_tf", false);
   start();

@@ -35,6 +35,36 @@ struct Fixture : ::testing::Test {
 };
 using BrokerTest = Fixture;
 
+TEST_F(BrokerTest, a_reader_that_is_behind_is_told_with_its_queue_and_losses) {
+  auto writer = broker.create_writer(image_spec(QoS(10).deadline(100ms), "/camera"));
+  auto slow = broker.create_reader(image_spec(QoS(3).deadline(100ms), "/slow"), Taking::Share, nullptr);
+  auto closed = broker.create_reader(image_spec(QoS(5), "/closed"), Taking::Share, nullptr);
+  auto tool = broker.create_reader(image_spec(QoS(5), ""), Taking::Share, nullptr);
+  closed->set_enabled(false);
+  for (int i = 0; i < 5; ++i) writer->publish(*writer->borrow());
+  drop_reference(*slow->take());
+  clock.advance(250ms);
+  broker.watch(clock.now());
+
+  std::vector<ReaderReport> readers;
+  broker.report(readers);
+
+  ASSERT_EQ(readers.size(), 2U) << "a tool is left out";
+  EXPECT_EQ(readers[0].node, "/slow");
+  EXPECT_EQ(readers[0].topic, "/image");
+  EXPECT_EQ(readers[0].type, "sensor_msgs/msg/Image");
+  EXPECT_EQ(readers[0].depth, 3U);
+  EXPECT_EQ(readers[0].waiting, 2U);
+  EXPECT_EQ(readers[0].delivered, 1U);
+  EXPECT_EQ(readers[0].overwritten, 2U);
+  EXPECT_EQ(readers[0].deadline_missed, 2U);
+  EXPECT_TRUE(readers[0].open);
+  EXPECT_EQ(readers[1].node, "/closed");
+  EXPECT_EQ(readers[1].inactive, 5U);
+  EXPECT_FALSE(readers[1].open);
+  EXPECT_EQ(stream("/image").deadline_missed, 2U);
+}
+
 TEST_F(BrokerTest, every_reader_sees_the_writers_payload_address_and_nothing_is_copied) {
   auto writer = broker.create_writer(image_spec(10, "/camera"));
   std::vector<std::unique_ptr<Reader>> readers;

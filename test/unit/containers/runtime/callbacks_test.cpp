@@ -124,7 +124,9 @@ TEST_F(CallbacksTest, every_callback_thread_and_component_is_accounted_for) {
   const auto* client = find(callbacks, "client", "/answer");
   ASSERT_TRUE(ask != nullptr && answer != nullptr && client != nullptr);
   for (const CallbackReport* row : {ticks, ask, answer, client}) {
-    EXPECT_EQ(row->node, "juggler");
+    EXPECT_EQ(row->node, "/juggler");
+    EXPECT_GT(row->duration_total, 0ns) << row->kind;
+    EXPECT_LE(row->duration_total, row->duration_max * static_cast<Duration::rep>(row->count)) << row->kind;
     EXPECT_GE(row->count, 1U) << row->kind;
     EXPECT_GT(row->duration_max, 0ns) << row->kind;
     EXPECT_GE(row->duration_max, row->duration_p99) << row->kind;
@@ -142,11 +144,27 @@ TEST_F(CallbacksTest, every_callback_thread_and_component_is_accounted_for) {
   EXPECT_GE(loads[0].callbacks, 100U);
   EXPECT_GE(loads[0].samples, 2U);
   EXPECT_GT(loads[0].cpu, 0ns);
+  EXPECT_TRUE(loads[0].own_threads);
+  EXPECT_GT(loads[0].thread_cpu, 0ns);
+  EXPECT_EQ(loads[1].executor, "executor");
+  EXPECT_FALSE(loads[1].own_threads);
+  EXPECT_EQ(loads[1].thread_cpu, 0ns) << "what its neighbours use is not its own";
+
+  std::vector<ReaderReport> readers;
+  container.report_readers(readers);
+  const auto asked = std::ranges::find(readers, "/ask", &ReaderReport::topic);
+  ASSERT_NE(asked, readers.end());
+  EXPECT_EQ(asked->node, "/juggler");
+  EXPECT_EQ(asked->delivered, 1U);
+  EXPECT_EQ(asked->waiting, 0U);
+  EXPECT_GT(asked->depth, 0U);
+  EXPECT_TRUE(asked->open);
 
   const test::AllocationGuard guard;
   container.report_callbacks(callbacks);
   container.report_threads(threads);
   container.report_loads(loads);
+  container.report_readers(readers);
   EXPECT_EQ(guard.count(), 0U) << "asking again allocates nothing";
 }
 

@@ -271,6 +271,7 @@ TEST_F(LoadingTest, a_frame_that_two_nodes_broadcast_is_told_with_both) {
       "off");
   ASSERT_THAT(container.frames(), SizeIs(2));
   EXPECT_EQ(container.frames()[1].node, "/second");
+  EXPECT_NE(container.frames()[0].owns, container.frames()[1].owns) << "one of them broadcasts it";
   static_cast<void>(container.unload(first.id));
   EXPECT_THAT(container.frame_conflicts(), IsEmpty());
   static_cast<void>(container.unload(second.id));

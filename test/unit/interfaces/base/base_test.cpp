@@ -42,6 +42,8 @@ TEST(NearestName, finds_a_slip_of_the_fingers_and_nothing_else) {
   EXPECT_EQ(nearest_name("port_nam", names), "port_name");
   EXPECT_EQ(nearest_name("braudate", names), "baudrate");
   EXPECT_EQ(nearest_name("exposure", names), "");
+  EXPECT_EQ(nearest_name("port", names), "");
+  EXPECT_EQ(suggestion("port", names), "did you mean 'port_name'?") << "its first word";
 }
 
 TEST(Problem, says_where_what_and_the_way_out) {
@@ -68,6 +70,22 @@ TEST(DurationHistogram, tells_a_quantile_within_its_bucket_width) {
   }
   EXPECT_EQ(histogram.max().count(), values.back());
   EXPECT_EQ(histogram.count(), 10000U);
+}
+
+TEST(DurationHistogram, tells_the_sum_within_half_a_bucket) {
+  DurationHistogram histogram;
+  EXPECT_EQ(histogram.total(), Duration::zero());
+  double exact = 0;
+  std::mt19937 random{7};
+  std::uniform_int_distribution<int> any{1, 1000000};
+  for (int i = 0; i < 1000; ++i) {
+    const int value = any(random);
+    exact += value;
+    histogram.record(Duration{value});
+    ASSERT_NEAR(static_cast<double>(histogram.total().count()), exact, exact / 16 + 1) << i;
+  }
+  histogram.record(Duration::max());
+  EXPECT_EQ(histogram.total(), Duration::max());
 }
 
 TEST(DurationHistogram, takes_zero_and_the_longest_duration) {

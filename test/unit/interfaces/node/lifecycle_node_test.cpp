@@ -85,12 +85,8 @@ TEST(LifecycleMachine, goes_where_ros_2_goes) {
     const auto outcome = probe.trigger(row.transition);
     EXPECT_EQ(outcome.state, row.expected) << to_text(row.transition) << " " << static_cast<int>(row.answer);
     EXPECT_EQ(outcome.success, row.answer == CallbackReturn::SUCCESS);
-    if (row.answer == CallbackReturn::FAILURE) {
-      EXPECT_EQ(outcome.reason, "refused");
-    }
-    if (row.answer == CallbackReturn::ERROR) {
-      EXPECT_EQ(outcome.reason, "broken");
-    }
+    if (row.answer == CallbackReturn::FAILURE) { EXPECT_EQ(outcome.reason, "refused"); }
+    if (row.answer == CallbackReturn::ERROR) { EXPECT_EQ(outcome.reason, "broken"); }
   }
 }
 

@@ -22,7 +22,8 @@ struct XacroEnvironment {
   std::function<std::optional<std::string>(const std::string& name)> variable;
 };
 
-/// Files of this machine (at most 16 MiB each), its environment variables; a package is <prefix>/share/<package>.
+/// Files of this machine (at most 16 MiB each), its environment variables; a package is <prefix>/share/<package>, also
+/// below the folders of NACELLE_PREFIX_PATH and AMENT_PREFIX_PATH.
 [[nodiscard]] XacroEnvironment machine(std::vector<std::string> prefixes = {"/usr", "/usr/local"});
 
 /// What came out of a xacro file.

@@ -54,7 +54,9 @@ class Broker final : public Graph {
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   void report(std::vector<StreamReport>& out) const;
+  void report(std::vector<ReaderReport>& out) const;
   [[nodiscard]] WiringReport wiring(const std::string& name, Duration age) const;
+  [[nodiscard]] std::vector<EndpointReport> endpoints() const;
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& name) const;
 

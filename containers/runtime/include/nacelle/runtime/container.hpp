@@ -14,6 +14,7 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/node/graph.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/runtime/introspection.hpp"
 
 namespace nacelle::runtime {
 
@@ -56,6 +57,7 @@ struct ClaimedFrame {
   std::string node, parent, child;
   FrameClaimKind kind = FrameClaimKind::Primary;
   std::string origin;  ///< What one changes if it should not: "parameter publish_tf".
+  bool owns = false;   ///< Of frames()'s answer only: of all that claim the child, this one broadcasts it.
 };
 
 /// What a component's constructor has said of it, beside its endpoints and transforms.
@@ -69,6 +71,8 @@ struct Declarations {
   std::vector<std::string> unknown_parameters;  ///< Given, and nobody's.
   std::vector<FrameUse> frame_uses;
   std::vector<std::string> services;  ///< Full names of those that it offers.
+  std::vector<bool> used_remaps;      ///< By the place in LoadRequest::remaps: the rule changed a name.
+  std::string package;                ///< That registers the class.
 };
 
 /// What is to be made of a plugin.
@@ -93,8 +97,9 @@ struct ComponentInfo {
   FaultReason fault;                 ///< Why it is faulted; empty code when it is not.
   /// Of load()'s answer only: parameters that were given and that the component does not have.
   std::vector<std::string> warnings{};
-  bool actuator = false;  ///< It has registered a stop frame: it moves something.
+  bool actuator = false;                           ///< It has registered a stop frame: it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
+  std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
 };
 
 /// A component became faulted.
@@ -142,10 +147,24 @@ struct StreamReport {
   std::uint64_t pool_dry = 0;              ///< Messages that a writer dropped since its pool was dry.
   std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools have made.
   std::uint64_t copies = 0, bytes_copied = 0;
+  std::uint64_t deadline_missed = 0;                     ///< Periods in which a writer broke the deadline it offers.
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start ...
   HandedOver handed_over = HandedOver::Never;            ///< ... this way.
   /// Messages per second between the first and the last publish(); 0 for fewer than two.
   [[nodiscard]] double hz() const;
+};
+
+/// One reader of a stream, with what waits for it.
+struct ReaderReport {
+  std::string topic, type, node;
+  bool other_process = false;  ///< A stand-in: it stands in a process of its own.
+  bool open = true;            ///< The lifecycle gate.
+  bool keeps_all = false;
+  std::size_t waiting = 0;  ///< Messages in its queue now ...
+  std::size_t depth = 0;    ///< ... and how many it takes at most.
+  std::uint64_t delivered = 0, overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0;
+  std::uint64_t deadline_missed = 0;                     ///< Periods without a message, of the deadline that it asks for.
+  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
 };
 
 struct HistogramReport {
@@ -156,12 +175,13 @@ struct HistogramReport {
 
 /// One callback of a component.
 struct CallbackReport {
-  std::string node;
+  std::string node;  ///< "/lidar"
   std::string kind;  ///< "subscription", "timer", "service" or "client"
   std::string name;  ///< The topic or service; a timer's period.
   std::uint64_t count = 0;
   std::uint64_t skipped = 0;                                ///< Ticks that did not run because an earlier one was late.
   Duration duration_p50{}, duration_p99{}, duration_max{};  ///< Start to return.
+  Duration duration_total{};                                ///< Within 6.25 %.
   /// Until the start: from publish(), from the moment at which the timer was due, from the arrival of the call.
   Duration latency_p50{}, latency_p99{}, latency_max{};
 };
@@ -180,6 +200,9 @@ struct LoadReport {
   std::uint64_t callbacks = 0;  ///< That ran.
   std::uint64_t samples = 0;    ///< Of them, measured.
   Duration cpu{};               ///< Estimate: the mean of the samples times the callbacks.
+  std::string executor;         ///< That runs them; "executor" is the shared one.
+  bool own_threads = false;     ///< Nobody else's callbacks run there ...
+  Duration thread_cpu{};        ///< ... so this is what its threads have used, exactly; else zero.
 };
 
 /// A pair of endpoints on one topic that cannot talk, and what would mend it.
@@ -240,6 +263,14 @@ class Container final {
   [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
   /// Sets a parameter between two callbacks of the component. Errors: what the component answers; it has none of that name.
   [[nodiscard]] Result<void, Problem> set_parameter(std::uint64_t id, const Parameter& parameter);
+  /// The parameters of a component, read between two of its callbacks; does not wait for that. `then` is called once: on the
+  /// component's executor, or at once with why not. It is not called, and nothing is done, when `asker` has gone or the component
+  /// goes first. Keep it short, and call nothing here.
+  void read_parameters(std::uint64_t id, std::weak_ptr<void> asker, ParametersRead then);
+  /// The same to set them, each on its own as rclcpp does: what one is refused for does not hold up the others. A value that is
+  /// not set undeclares a parameter of dynamic type.
+  void set_parameters(std::uint64_t id, std::vector<Parameter> parameters, std::weak_ptr<void> asker,
+                      ParametersSet then);
   /// What components here have in common beside streams and services, and could not have with another process, in words.
   [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;
@@ -254,6 +285,16 @@ class Container final {
   /// Whether a node offers a service of that name, whatever its type, and can answer.
   [[nodiscard]] bool service_is_ready(const std::string& name) const;
 
+  /// Sends a request, whose fields are moved out, and tells `on_answer` when the call is not waiting any more: on a thread of the
+  /// server with locks held, so only note it. Errors: no node here offers the service, or not with that type, or it is not active.
+  [[nodiscard]] Result<std::unique_ptr<ServiceCall>, Problem> call_service(const std::string& name,
+                                                                           const msgs::ServiceType& type, void* request,
+                                                                           std::function<void()> on_answer);
+  /// The services of this process: who offers and who calls them. Those of the container's own node too.
+  [[nodiscard]] std::vector<ServiceReport> services() const;
+  /// The ends of streams that belong to nodes, by topic; those of tools are left out.
+  [[nodiscard]] std::vector<EndpointReport> endpoints() const;
+
   /// Pairs that do not match, known since their second end was declared.
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   /// Frames with two parents or two owners: both, and what makes each of them broadcast it.
@@ -266,6 +307,7 @@ class Container final {
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
   /// Fills the vectors anew, keeping their memory: asking again allocates nothing while the graph stays as it is.
   void report_streams(std::vector<StreamReport>& out) const;
+  void report_readers(std::vector<ReaderReport>& out) const;
   void report_histograms(std::vector<HistogramReport>& out) const;
   void report_callbacks(std::vector<CallbackReport>& out) const;
   void report_threads(std::vector<ThreadReport>& out) const;
@@ -275,7 +317,8 @@ class Container final {
   /// The same object that nodes get from Node::shared_object(), or null if nobody has made it.
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name) const;
 
-  /// Writes every registered stop frame, without running component code. Threads: any, but not from a signal handler.
+  /// Counts one of MotionStops and writes every registered stop frame, without running component code: what heeds the count stands
+  /// still until it is activated anew. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
   /// What moves something hears no commands from now on, and its stop frame is written; those of other processes too. Waits for
   /// nobody. Threads: any, but not from a signal handler.

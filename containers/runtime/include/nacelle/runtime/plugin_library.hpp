@@ -46,6 +46,7 @@ class PluginLibrary {
 /// One line of a plugin folder's index/.
 struct PluginEntry {
   std::string class_name, file;
+  std::string package{};  ///< The index file's name.
 };
 
 /// The plugins that folders offer, the first folder winning: <folder>/index/* has lines of "class;library".
@@ -57,6 +58,8 @@ class PluginIndex {
   explicit PluginIndex(std::vector<std::string> folders) : folders_(std::move(folders)) {}
   [[nodiscard]] std::optional<PluginEntry> find(const std::string& class_name);
   [[nodiscard]] std::vector<std::string> class_names();
+  /// All that is installed, in the order of folders, index files and lines.
+  [[nodiscard]] std::vector<PluginEntry> entries();
   [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
 
  private:

@@ -25,7 +25,7 @@ struct Problem {
 /// Source: Damerau-Levenshtein distance (optimal string alignment), at most a third of the longer text.
 [[nodiscard]] std::string nearest_name(std::string_view wrong, const std::vector<std::string>& candidates);
 
-/// "did you mean 'x'?", or "one of a, b, c" when nothing is near; empty without candidates.
+/// "did you mean 'x'?", also where only the first word of 'x' is written, or "one of a, b, c"; empty without candidates.
 [[nodiscard]] std::string suggestion(std::string_view wrong, const std::vector<std::string>& candidates);
 
 /// "a, b and c"; empty for none.

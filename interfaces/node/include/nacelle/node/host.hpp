@@ -35,9 +35,10 @@ enum class TimerClock : std::uint8_t {
   OfNode      ///< What the node's now() says: /clock for one with use_sim_time, else as Monotonic.
 };
 
-/// Answers a request in place. Lives in the component; called on its executor only.
+/// Answers a request, in place or later. Lives in the component; called on its executor only.
 struct ServiceCallback {
-  void (*run)(void* context, const void* request, void* response) = nullptr;
+  /// Returns whether `response` is the answer; if not, ServiceHandle::send_response(call, ...) gives it, now or later.
+  bool (*run)(void* context, std::int64_t call, const void* request, void* response) = nullptr;
   void* context = nullptr;
 };
 
@@ -69,6 +70,9 @@ class TimerHandle {
 class ServiceHandle {
  public:
   virtual ~ServiceHandle() = default;
+  /// Answers a call that its callback left open. Moves the fields out of `response`. Returns false if nobody waits for it any
+  /// more. Calls that are open when the handle goes are told that there will be no answer. Threads: any.
+  virtual bool send_response(std::int64_t call, void* response) = 0;
 };
 class ClientHandle {
  public:

@@ -25,6 +25,13 @@ struct FrameUse {
   std::string frame, parameter;
 };
 
+/// Told before a lifecycle node's gate closes, while what it publishes and answers still leaves. Runs on the node's executor, alone.
+class GateListener {
+ public:
+  virtual ~GateListener() = default;
+  virtual void before_gate_closes() noexcept = 0;
+};
+
 /// A named participant of the graph, in rclcpp's words. Always active; most components are LifecycleNodes.
 ///
 /// Publishers, subscriptions, services, parameters and frames are declared in the constructor, which touches no hardware.
@@ -84,7 +91,8 @@ class Node {
     return create_timer_of(TimerClock::OfNode, period, std::forward<F>(callback), group);
   }
 
-  /// The callback takes (const S::Request&, S::Response&).
+  /// The callback takes (const S::Request&, S::Response&); or (const RequestId&, const S::Request&), and the answer follows with
+  /// Service::send_response().
   template <typename S, typename F>
   std::shared_ptr<Service<S>> create_service(const std::string& name, F&& callback,
                                              CallbackGroup::SharedPtr group = nullptr) {
@@ -173,6 +181,10 @@ class Node {
   std::shared_ptr<T> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) {
     return std::static_pointer_cast<T>(host_->shared_object(name, make));
   }
+  /// For what has to end when the node is deactivated (action servers). The listener leaves before it goes.
+  void add_gate_listener(GateListener& listener) { gate_listeners_.push_back(&listener); }
+  void remove_gate_listener(GateListener& listener) { std::erase(gate_listeners_, &listener); }
+
   DurationHistogram& create_histogram(const std::string& name) { return host_->create_histogram(name); }
   void register_safe_stop(int descriptor, ByteView frame) { host_->register_safe_stop(descriptor, frame); }
   void clear_safe_stop() { host_->clear_safe_stop(); }
@@ -183,6 +195,7 @@ class Node {
 
  protected:
   [[nodiscard]] NodeHost& host() { return *host_; }
+  void close_gate();
 
  private:
   [[nodiscard]] ParameterFault fault_of(const Problem& problem) const;
@@ -209,6 +222,7 @@ class Node {
   std::vector<QosOverride> qos_overrides_;
   ParameterStore parameters_;
   std::vector<FrameUse> frame_uses_;
+  std::vector<GateListener*> gate_listeners_;
   std::unique_ptr<NodeHost> host_;
 };
 

@@ -166,6 +166,7 @@ class ParameterStore {
   [[nodiscard]] bool has(const std::string& name) const { return entries_.count(name) != 0; }
   [[nodiscard]] const ParameterValue& get(const std::string& name) const;
   [[nodiscard]] const ParameterDescriptor& describe(const std::string& name) const;
+  [[nodiscard]] ParameterType declared_type(const std::string& name) const;
   /// All or nothing; refusals come with the reason in rclcpp's words.
   SetParametersResult set_atomically(const std::vector<Parameter>& parameters);
   void undeclare(const std::string& name);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <future>
 #include <map>
@@ -8,11 +9,17 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "nacelle/node/host.hpp"
 
 namespace nacelle {
+
+/// Which request of a service a response is for, as rmw_request_id_t. Valid for the service that it came from.
+struct RequestId {
+  std::int64_t sequence_number = 0;
+};
 
 /// Answers requests of one service; see Node::create_service().
 template <typename S>
@@ -21,6 +28,11 @@ class Service {
   using SharedPtr = std::shared_ptr<Service>;
   virtual ~Service() = default;
   [[nodiscard]] const std::string& get_service_name() const { return name_; }
+  /// Answers a request whose callback took a RequestId in place of a response. Returns false if nobody waits for it (any more).
+  /// Requests that are not answered when the service goes are told that there will be no answer. Threads: any.
+  bool send_response(const RequestId& request, typename S::Response response) {
+    return handle_->send_response(request.sequence_number, &response);
+  }
 
  protected:
   explicit Service(std::string name) : name_(std::move(name)) {}
@@ -36,9 +48,22 @@ class CallbackService final : public Service<S> {
   CallbackService(std::string name, F callback) : Service<S>(std::move(name)), callback_(std::move(callback)) {}
   ~CallbackService() override { this->handle_.reset(); }
   void attach(std::unique_ptr<ServiceHandle> handle) { this->handle_ = std::move(handle); }
-  static void run(void* context, const void* request, void* response) {
-    static_cast<CallbackService*>(context)->callback_(*static_cast<const typename S::Request*>(request),
-                                                      *static_cast<typename S::Response*>(response));
+  static bool run(void* context, std::int64_t call, const void* request, void* response) {
+    using Request = typename S::Request;
+    using Response = typename S::Response;
+    auto& callback = static_cast<CallbackService*>(context)->callback_;
+    const auto& asked = *static_cast<const Request*>(request);
+    if constexpr (std::is_invocable_v<F&, const Request&, Response&>) {
+      callback(asked, *static_cast<Response*>(response));
+      return true;
+    } else {
+      static_assert(
+          std::is_invocable_v<F&, const RequestId&, const Request&>,
+          "a service's callback takes (const S::Request&, S::Response&), or (const RequestId&, const S::Request&) "
+          "if it answers later with send_response()");
+      callback(RequestId{call}, asked);
+      return false;
+    }
   }
 
  private:
@@ -97,6 +122,8 @@ class Client {
 
   [[nodiscard]] const std::string& get_service_name() const { return name_; }
   [[nodiscard]] bool service_is_ready() const { return handle_->service_is_ready(); }
+  /// Why the callback that runs on this thread must not wait for a response. Empty: it may.
+  [[nodiscard]] std::string why_not_wait() const { return handle_->why_not_wait(); }
   /// Sends the request. Errors: false if no server is there; the callback will not be called then.
   bool async_send_request(typename S::Request request, OnResponse on_response) {
     // The response may come on another thread before we have noted whom it is for.

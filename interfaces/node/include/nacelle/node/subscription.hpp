@@ -54,6 +54,7 @@ inline constexpr Taking kTaking = std::is_same_v<std::remove_cvref_t<Argument>, 
 struct SubscriptionOptions {
   CallbackGroup::SharedPtr callback_group;  ///< Null: the node's own.
   SubscriptionEventCallbacks event_callbacks;
+  CommandTimeout command_timeout{};  ///< Ours: said by whoever stops something when the messages stop.
 };
 
 class SubscriptionBase {

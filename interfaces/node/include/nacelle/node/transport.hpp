@@ -33,6 +33,12 @@ class StatusListener {
   virtual void on_status() noexcept = 0;
 };
 
+/// How long a reader follows the last message when no other comes; then it stops what it moves (a base and its velocity command).
+struct CommandTimeout {
+  Duration after{};       ///< Zero: it has none.
+  std::string parameter;  ///< Of the reader's node; sets it, in seconds.
+};
+
 /// One end of a stream as the graph sees it.
 struct EndpointSpec {
   std::string topic;                        ///< Fully qualified name, e.g. "/camera/image_raw".
@@ -49,6 +55,8 @@ struct EndpointSpec {
   /// The link that made it as the stand-in for an endpoint of another process (graph.hpp); 0: an endpoint of this process.
   /// Stand-ins of one link do not match each other.
   std::uint32_t via = 0;
+  /// Of a reader, for tools that publish: they say when they are too slow for it.
+  CommandTimeout command_timeout{};
 };
 
 /// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the

@@ -157,7 +157,7 @@ TEST(DriveLoop, an_emergency_stop_is_on_the_wire_in_the_same_cycle_and_stays) {
   LoopRig rig{with_limits(1.0, 5.0, -1.0)};
   rig.command(0.5);
   rig.cycles(20);
-  rig.inbox.emergency_stop = true;
+  rig.inbox.emergency_stop.set();
   rig.command(0.5);
   rig.cycles(1);
   EXPECT_EQ(rig.port.commands.back(), WheelRates{});
@@ -168,6 +168,62 @@ TEST(DriveLoop, an_emergency_stop_is_on_the_wire_in_the_same_cycle_and_stays) {
   }
   EXPECT_EQ(rig.loop.look().state, CommandInput::State::Held);
   EXPECT_EQ(rig.loop.look().holds, static_cast<std::uint8_t>(Hold::EmergencyStop));
+}
+
+TEST(DriveLoop, a_stop_from_outside_holds_until_it_is_armed_anew) {
+  LoopRig rig;
+  std::atomic<std::uint64_t> stops{3};
+  rig.inbox.stops_from_outside = &stops;
+  rig.loop.arm(rig.clock.now());
+  rig.command(0.3);
+  rig.cycles(1);
+  ASSERT_NE(rig.port.commands.back(), WheelRates{});
+  const int told = rig.port.stops;
+  ++stops;
+  rig.command(0.3);
+  rig.cycles(1);
+  EXPECT_GT(rig.port.stops, told);
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+  EXPECT_EQ(rig.loop.look().holds, static_cast<std::uint8_t>(Hold::Stopped));
+  rig.cycles(100);
+  rig.command(0.3);
+  rig.cycles(1);
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+
+  rig.loop.arm(rig.clock.now());
+  rig.command(0.3);
+  rig.cycles(1);
+  EXPECT_NE(rig.port.commands.back(), WheelRates{});
+}
+
+// A stopped process, a suspended machine: commands that lay in the queues meanwhile are no sign that somebody wants motion now.
+TEST(DriveLoop, after_an_absence_the_inputs_must_have_been_neutral) {
+  DriveLoop::Settings settings;
+  settings.input.rearm = RearmRule::Neutral;
+  settings.motor_watchdog = 300ms;  // shorter than the input's timeout
+  LoopRig rig{settings};
+  rig.cycles(26);
+  rig.command(0.3);
+  rig.cycles(1);
+  ASSERT_NE(rig.port.commands.back(), WheelRates{});
+  rig.port.late = 280ms;  // and a cycle itself: at the limit
+  rig.cycles(1);
+  ASSERT_NE(rig.port.commands.back(), WheelRates{});
+  rig.command(0.3);
+  rig.port.late = 281ms;
+  rig.cycles(1);
+  rig.port.late = {};
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+  EXPECT_EQ(rig.loop.look().state, CommandInput::State::TimedOut);
+  for (int i = 0; i < 50; ++i) {
+    rig.command(0.3);
+    rig.cycles(1);
+    ASSERT_EQ(rig.port.commands.back(), WheelRates{}) << "a sender that goes on is not followed";
+  }
+  rig.cycles(26);
+  rig.command(0.3);
+  rig.cycles(1);
+  EXPECT_NE(rig.port.commands.back(), WheelRates{});
 }
 
 TEST(DriveLoop, a_lost_line_is_opened_again_and_what_was_commanded_does_not_go_on) {

@@ -49,6 +49,19 @@ TEST(Drawing, a_chain_of_a_thousand_steps_has_a_column_for_each) {
   EXPECT_EQ(vertex(draw(endpoints), "/n500").column, 1000);
 }
 
+TEST(Drawing, shows_an_action_as_one_thing_from_its_server_to_its_client) {
+  const std::string feedback = "example_interfaces/action/Fibonacci_FeedbackMessage";
+  const std::string status = "action_msgs/msg/GoalStatusArray";
+  const Drawing drawing = draw({{"/arm", "/series/_action/feedback", feedback, true, QoS(10).resolved()},
+                                {"/planner", "/series/_action/feedback", feedback, false, QoS(10).resolved()},
+                                {"/arm", "/series/_action/status", status, true, QoS(1).resolved()},
+                                {"/planner", "/series/_action/status", status, false, QoS(1).resolved()}});
+  EXPECT_EQ(drawing.vertices.size(), 3U);
+  EXPECT_EQ(vertex(drawing, "/series").detail, "example_interfaces/action/Fibonacci");
+  EXPECT_EQ(vertex(drawing, "/arm").column, 0);
+  EXPECT_EQ(vertex(drawing, "/planner").column, 2);
+}
+
 TEST(Drawing, is_the_same_for_the_same_endpoints) {
   const std::vector<Endpoint> endpoints{end("/lidar", "/scan", true), end("/monitor", "/scan", false)};
   EXPECT_EQ(to_svg(draw(endpoints)), to_svg(draw(endpoints)));

@@ -49,7 +49,8 @@ TEST(RunReport, has_the_keys_and_units_that_others_read) {
   EXPECT_EQ(stream["dropped"], nlohmann::json({{"overwritten", 3}}));
   EXPECT_EQ(stream["copies"], 0);
   EXPECT_EQ(stream["bytes_copied"], 0);
-  EXPECT_EQ(stream["latency_us"], nlohmann::json({{"p50", 5.0}, {"p99", 70.0}, {"max", 900.0}, {"handed_over", "across threads"}}));
+  EXPECT_EQ(stream["latency_us"],
+            nlohmann::json({{"p50", 5.0}, {"p99", 70.0}, {"max", 900.0}, {"handed_over", "across threads"}}));
   EXPECT_TRUE(json["drive"].is_null());
   EXPECT_EQ(json["command_to_wheel_ms"], nlohmann::json({{"p50", 4.0}, {"p99", 12.0}}));
   EXPECT_EQ(json["process"]["cpu_percent"], 12.5);

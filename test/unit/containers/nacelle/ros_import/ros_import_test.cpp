@@ -156,5 +156,50 @@ TEST(RosImport, every_row_says_what_becomes_of_its_key) {
   }
 }
 
+TEST(RosImport, navsat_is_no_filter) {
+  const Imported result =
+      imported("navsat_transform: {ros__parameters: {frequency: 30.0, delay: 3.0, yaw_offset: 1.57}}");
+  EXPECT_EQ(result.yaml(), "");
+  EXPECT_THAT(note_of(result, "frequency"), HasSubstr("doubted: "));
+  EXPECT_THAT(note_of(result, "yaw_offset"), HasSubstr("Nacelle has no navsat_transform"));
+}
+
+TEST(RosImport, what_only_an_unscented_filter_has_is_said_to_be_its) {
+  const Imported result = imported("ukf_filter_node: {ros__parameters: {frequency: 30.0, alpha: 0.001}}");
+  EXPECT_THAT(note_of(result, "alpha"), HasSubstr("of the unscented filter"));
+}
+
+TEST(RosImport, numbers_and_switches_of_v4l2_camera_are_controls) {
+  const Imported result = imported("v4l2_camera: {ros__parameters: {led1_mode: 1, brightnes: 5, camera_name: cam}}");
+  EXPECT_THAT(result.yaml(), HasSubstr("    led1_mode: 1\n"));
+  EXPECT_THAT(note_of(result, "led1_mode"), HasSubstr("kept: "));
+  EXPECT_THAT(note_of(result, "brightnes"), HasSubstr("did you mean 'brightness'?"));
+  EXPECT_THAT(note_of(result, "camera_name"), HasSubstr("Nacelle knows no such key"));
+}
+
+TEST(RosImport, what_belongs_to_an_input_that_is_not_given_is_dropped) {
+  const Imported result =
+      imported("ekf: {ros__parameters: {odom0: odom, odom0_queue_size: 2, imu0_config: [true], imu0_queue_size: 2}}");
+  EXPECT_THAT(result.yaml(), Not(HasSubstr("imu0")));
+  EXPECT_THAT(result.yaml(), HasSubstr("odom0_queue_size: 2"));
+  EXPECT_EQ(note_of(result, "imu0_config"),
+            "dropped: old.yaml:1: /ekf.imu0_config: belongs to imu0, which the file does not give");
+}
+
+TEST(RosImport, says_what_is_not_used_though_it_could_be_written) {
+  EXPECT_THAT(note_of(imported("ekf: {ros__parameters: {debug_out_file: /tmp/x}}"), "debug_out_file"),
+              HasSubstr("dropped: "));
+  const Imported lidar = imported("ldlidar_node: {ros__parameters: {comm: {direct_serial: true, sync_mode: true}}}");
+  EXPECT_THAT(note_of(lidar, "comm.direct_serial"), HasSubstr("dropped: "));
+  EXPECT_THAT(note_of(lidar, "comm.sync_mode"), HasSubstr("dropped: "));
+}
+
+TEST(RosImport, does_not_write_over_what_it_reads) {
+  EXPECT_FALSE(may_write("a.yaml", {"b.yaml", "a.yaml"}));
+  EXPECT_FALSE(may_write("/proc/self/../self/status", {"/proc/self/status"})) << "another name of the same file";
+  EXPECT_TRUE(may_write("c.yaml", {"b.yaml", "a.yaml"}));
+  EXPECT_TRUE(may_write("", {"a.yaml"}));
+}
+
 }  // namespace
 }  // namespace nacelle::ros_import

@@ -73,5 +73,32 @@ TEST(ProgramSpec, a_program_of_a_package_is_looked_for_in_the_prefixes) {
   EXPECT_EQ(found.value().path, path);
 }
 
+TEST(ContainerParameters, are_seconds_in_a_range) {
+  const auto options = container_options_of(
+      {{.name = "hang_after", .value = 0.5}, {.name = "transition_timeout", .value = std::int64_t{5}}}, "f:1");
+  ASSERT_TRUE(options);
+  EXPECT_EQ(options->hang_after, 500ms);
+  EXPECT_EQ(options->transition_timeout, 5s);
+  EXPECT_EQ(options->handover_after, runtime::ContainerOptions{}.handover_after);
+}
+
+TEST(ContainerParameters, are_all_told_where_each_stands) {
+  const auto options = container_options_of({{.name = "hang_afer", .value = 0.5, .where = {"a.yaml", 3}},
+                                             {.name = "hang_after", .value = -1.0, .where = {"a.yaml", 4}},
+                                             {.name = "transition_timeout", .value = "long"}},
+                                            "f:1");
+  ASSERT_FALSE(options);
+  ASSERT_EQ(options.error().size(), 3);
+  EXPECT_EQ(options.error()[0].text(),
+            "a.yaml:3: the container has no parameter 'hang_afer'; did you mean 'hang_after'?");
+  EXPECT_EQ(options.error()[1].text(),
+            "a.yaml:4: parameter 'hang_after' of the container must be seconds from 0.001 to 3600, not -1.0; leave it "
+            "out for the default");
+  EXPECT_EQ(options.error()[2].where, "f:1");
+  const auto shorter = container_options_of({{.name = "hang_after", .value = 0.01, .where = {"a.yaml", 5}}}, "f:1");
+  ASSERT_FALSE(shorter);
+  EXPECT_EQ(shorter.error().at(0).where, "a.yaml:5");
+}
+
 }  // namespace
 }  // namespace nacelle::session

@@ -34,25 +34,54 @@ TEST(Wiring, tells_of_a_quality_of_service_for_a_topic_that_the_component_does_n
           "'subscription'"}));
 }
 
+std::vector<std::string> remaps_told(const std::vector<RemapRule>& rules, const std::vector<bool>& used,
+                                     const std::string& node) {
+  std::vector<std::string> lines;
+  for (const auto& unused : unused_remaps(rules, used, node, kLidar))
+    lines.push_back(std::to_string(unused.rule) + " " + unused.problem.text());
+  return lines;
+}
+
 TEST(Wiring, tells_of_a_remap_that_changed_nothing) {
   const std::vector<RemapRule> rules{{RemapKind::TopicOrService, "", "scan", "/front/scan"},
                                      {RemapKind::TopicOrService, "", "diagnostisc", "/x"},
                                      {RemapKind::Topic, "", "nosuch", "/y"},
                                      {RemapKind::Service, "", "reset", "/z"},
-                                     {RemapKind::Service, "", "rest", "/w"}};
-  EXPECT_EQ(texts(unused_remaps(rules, "/lidar", kLidar)),
+                                     {RemapKind::Service, "", "rest", "/w"},
+                                     {RemapKind::TopicOrService, "", "scan", "/other"}};
+  EXPECT_EQ(remaps_told(rules, {true, false, false, true, false, false}, "/lidar"),
             (std::vector<std::string>{
-                "-r diagnostisc:=/x: /lidar has no topic or service 'diagnostisc': remapping it to '/x' has no effect; "
-                "did you mean '/diagnostics'?",
-                "-r rostopic://nosuch:=/y: /lidar has no topic 'nosuch': remapping it to '/y' has no effect; one of "
+                "1 -r diagnostisc:=/x: /lidar has no topic or service 'diagnostisc': remapping it to '/x' has no "
+                "effect; did you mean '/diagnostics'?",
+                "2 -r rostopic://nosuch:=/y: /lidar has no topic 'nosuch': remapping it to '/y' has no effect; one of "
                 "/diagnostics, /front/scan, /tf",
-                "-r rosservice://rest:=/w: /lidar has no service 'rest': remapping it to '/w' has no effect; the only "
-                "choice is /z"}));
+                "4 -r rosservice://rest:=/w: /lidar has no service 'rest': remapping it to '/w' has no effect; the "
+                "only choice is /z",
+                "5 -r scan:=/other: /lidar remaps 'scan' twice: the first rule wins, to '/front/scan'; leave one of "
+                "them out"}));
 }
 
-TEST(Wiring, reads_relative_names_in_the_namespace_of_the_node) {
-  EXPECT_TRUE(unused_remaps({{RemapKind::TopicOrService, "", "laser", "scan"}}, "/front/lidar", kLidar).empty());
-  EXPECT_FALSE(unused_remaps({{RemapKind::TopicOrService, "", "laser", "scan"}}, "/lidar", kLidar).empty());
+TEST(Wiring, a_remap_to_a_topic_that_is_there_anyway_is_no_hit) {
+  EXPECT_EQ(remaps_told({{RemapKind::TopicOrService, "", "diagnostisc", "/diagnostics"}}, {false}, "/lidar"),
+            (std::vector<std::string>{
+                "0 -r diagnostisc:=/diagnostics: /lidar has no topic or service 'diagnostisc': remapping it to "
+                "'/diagnostics' has no effect; one of /front/scan, /tf, /z"}));
+  EXPECT_EQ(remaps_told({{RemapKind::TopicOrService, "", "tf", "/tf"}}, {false}, "/lidar"),
+            (std::vector<std::string>{"0 -r tf:=/tf: 'tf' is remapped to itself; leave the rule out"}));
+}
+
+TEST(Wiring, a_remap_for_another_node_is_told) {
+  EXPECT_EQ(remaps_told({{RemapKind::TopicOrService, "lidr", "scan", "/x"}}, {false}, "/lidar"),
+            (std::vector<std::string>{"0 -r lidr:scan:=/x: the rule is for a node 'lidr', and this one is 'lidar'; did "
+                                      "you mean 'lidar'?"}));
+}
+
+TEST(Wiring, takes_a_remap_of_an_action_for_what_it_is) {
+  const TopicEnds arm{{"/arm/_action/feedback", "/arm/_action/status"}, {}, {"/arm/_action/send_goal"}};
+  EXPECT_TRUE(unused_remaps({{RemapKind::TopicOrService, "", "series", "/arm"}}, "/node", arm).empty());
+  EXPECT_TRUE(unused_remaps({{RemapKind::Service, "", "series", "/arm"}}, "/node", arm).empty());
+  EXPECT_FALSE(unused_remaps({{RemapKind::Topic, "", "series", "/arm"}}, "/node", arm).empty());
+  EXPECT_FALSE(unused_remaps({{RemapKind::TopicOrService, "", "series", "/leg"}}, "/node", arm).empty());
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ Bytes conversation() {
   append_hello(out, "iceoryx");
   append_endpoint(out, {7, true, true, QoS(KeepAll{}).max_samples(3).deadline(100ms).transient_local(), "/chat",
                         "std_msgs/msg/String", "RIHS01_ab", "/writer"});
-  append_endpoint(out, {8, false, false, QoS(5).best_effort(), "/chat", "std_msgs/msg/String", "RIHS01_ab", ""});
+  append_endpoint(out, {8, false, false, QoS(5).best_effort(), "/chat", "std_msgs/msg/String", "RIHS01_ab", "", 500ms,
+                        "cmd_vel_timeout"});
   std::uint8_t* const cdr = append_data(out, {7, 42, 1'000, 2'000, {}}, {8, 9}, 3);
   std::copy_n("abc", 3, cdr);
   append_id_and_count(out, LinkFrameKind::Taken, 8, 1);
@@ -76,6 +77,9 @@ TEST(LinkFrames, carry_every_field) {
   ASSERT_TRUE(reader);
   EXPECT_FALSE(reader->is_writer || reader->open);
   EXPECT_EQ(reader->qos.resolved(), QoS(5).best_effort().resolved());
+  EXPECT_EQ(reader->command_timeout, Duration{500ms});
+  EXPECT_EQ(reader->command_parameter, "cmd_vel_timeout");
+  EXPECT_EQ(writer->command_timeout, Duration::zero());
   std::vector<std::uint64_t> readers;
   const auto data = read_data(frame_at(bytes, 3).payload, readers);
   ASSERT_TRUE(data);

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+
+#include "nacelle/node/action_goal.hpp"
+
+namespace nacelle::cli {
+
+/// Who offers an action and who calls it.
+struct ActionEnds {
+  std::set<std::string> types;
+  std::map<std::string, std::string> servers, clients;  ///< Node to type.
+};
+/// Every action of the container's graph (session/graph_verbs.hpp), by name. As in ROS 2 the feedback topic tells: who publishes
+/// it is a server, who reads it a client.
+[[nodiscard]] std::map<std::string, ActionEnds> actions_of(const nlohmann::json& graph);
+
+/// What `action send_goal` was asked for.
+struct GoalWish {
+  std::string container, action, type, goal = "{}";
+  bool as_json = false, feedback = false, from_stdin = false;
+  double timeout_s = 0;  ///< 0: none.
+};
+/// Sends the goal, shows what comes of it and waits for its end; the first signal cancels it. Returns the exit code.
+[[nodiscard]] int send_goal(const GoalWish& wish);
+
+}  // namespace nacelle::cli

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "asking.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+
+#include "program.hpp"
+
+namespace nacelle::cli {
+
+using nlohmann::json;
+
+int ask(const std::string& container, const json& request, bool as_json, const std::function<void(const json&)>& show,
+        Duration limit) {
+  auto client = connect(container);
+  if (!client) return client.error();
+  auto reply = client.value().call(request, limit);
+  if (!reply) return complain(reply.error());
+  if (as_json) {
+    reply.value().erase("ok");
+    std::printf("%s\n", reply.value().dump().c_str());
+  } else {
+    show(reply.value());
+  }
+  return kDone;
+}
+
+Result<json, int> graph_of(const std::string& container) {
+  auto client = connect(container);
+  if (!client) return err(client.error());
+  auto reply = client.value().call({{"verb", "graph"}}, kAnswerLimit);
+  if (!reply) return err(complain(reply.error()));
+  return std::move(reply).value();
+}
+
+std::string absolute(const std::string& name) { return name.rfind('/', 0) == 0 ? name : "/" + name; }
+
+std::string full_type_name(const std::string& type, const char* kind) {
+  if (std::ranges::count(type, '/') != 1) return type;
+  const auto slash = type.find('/');
+  return type.substr(0, slash + 1) + kind + type.substr(slash);
+}
+
+bool is_hidden(const std::string& name) { return name.find("/_") != std::string::npos; }
+
+std::string text_of(const json& row, const char* key) { return row.value(key, ""); }
+
+std::vector<std::string> texts_of(const json& rows, const char* key, const std::function<bool(const json&)>& fits) {
+  std::set<std::string> texts;
+  for (const auto& row : rows) {
+    if (fits(row)) texts.insert(text_of(row, key));
+  }
+  return {texts.begin(), texts.end()};
+}
+
+Result<json, int> node_of(const json& graph, const std::string& name_or_id) {
+  std::vector<json> hits;
+  for (const auto& row : graph["nodes"]) {
+    const std::string node = text_of(row, "node");
+    if (node == name_or_id) return json(row);
+    const auto id = row["id"].get<std::uint64_t>();
+    if (node.substr(node.rfind('/') + 1) == name_or_id || (id != 0 && std::to_string(id) == name_or_id))
+      hits.push_back(row);
+  }
+  if (hits.size() == 1) return std::move(hits.front());
+  if (hits.empty())
+    return err(
+        complain_unknown("node", name_or_id, texts_of(graph["nodes"], "node", [](const json&) { return true; })));
+  std::vector<std::string> choices;
+  for (const auto& hit : hits) choices.push_back(text_of(hit, "node"));
+  return err(
+      complain({"node '" + name_or_id + "'", "could be any of " + join(choices), "give the full name or the id"}));
+}
+
+int complain_unknown(const std::string& what, const std::string& name, const std::vector<std::string>& names) {
+  return complain({what + " '" + name + "'", "is not there", suggestion(name, names)});
+}
+
+void print_names(const std::vector<std::string>& names, bool only_count, bool as_json) {
+  if (as_json) {
+    std::printf("%s\n", (only_count ? json(names.size()) : json(names)).dump().c_str());
+  } else if (only_count) {
+    std::printf("%zu\n", names.size());
+  } else {
+    for (const auto& name : names) std::printf("%s\n", name.c_str());
+  }
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/control/client.hpp"
+
+// What commands share that ask a container.
+namespace nacelle::cli {
+
+inline constexpr Duration kAnswerLimit = 10s;
+
+/// One request; on success `show` prints the reply, or the reply is printed as JSON. Returns the exit code.
+int ask(const std::string& container, const nlohmann::json& request, bool as_json,
+        const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
+
+/// The container's graph (session/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
+[[nodiscard]] Result<nlohmann::json, int> graph_of(const std::string& container);
+
+/// "/scan" from "scan".
+[[nodiscard]] std::string absolute(const std::string& name);
+/// "std_srvs/srv/Empty" from ros2's short "std_srvs/Empty"; `kind` is "msg" or "srv".
+[[nodiscard]] std::string full_type_name(const std::string& type, const char* kind);
+/// As ros2: a name is hidden if one of its parts begins with '_'.
+[[nodiscard]] bool is_hidden(const std::string& name);
+/// The text under a key, or nothing.
+[[nodiscard]] std::string text_of(const nlohmann::json& row, const char* key);
+/// The different texts under a key of rows that fit, sorted.
+[[nodiscard]] std::vector<std::string> texts_of(const nlohmann::json& rows, const char* key,
+                                                const std::function<bool(const nlohmann::json&)>& fits);
+/// The node of the graph that a person means: full name, name without namespace if it is the only one, or id.
+/// Errors: the exit code; the nearest name has been said on stderr.
+[[nodiscard]] Result<nlohmann::json, int> node_of(const nlohmann::json& graph, const std::string& name_or_id);
+/// Says that there is no such thing, and the nearest that there is. Returns kFailed.
+int complain_unknown(const std::string& what, const std::string& name, const std::vector<std::string>& names);
+
+/// Each on a line, or their number alone; as JSON a list or a number.
+void print_names(const std::vector<std::string>& names, bool only_count, bool as_json);
+
+}  // namespace nacelle::cli

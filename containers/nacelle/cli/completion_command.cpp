@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// `completion` and what it calls, and the man page: everything that is made of the tree of commands.
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "completion.hpp"
+#include "man_page.hpp"
+#include "nacelle/control/socket_path.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/runtime/plugin_library.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+// Somebody waits with a finger on the tab key.
+constexpr Duration kAnswerLimit = 200ms;
+
+struct Wish {
+  std::string shell = "bash", output;
+  std::vector<std::string> words;
+};
+
+std::vector<std::string> container_names() {
+  std::vector<std::string> names;
+  for (const auto& found : control::running_containers(control::socket_places_from_environment()))
+    names.push_back(found.name);
+  return names;
+}
+
+/// The answer of the container that is meant; null if there is none, or it takes too long.
+json ask(const std::string& container, const json& request) {
+  std::optional<std::string> wanted;
+  if (!container.empty()) wanted = container;
+  if (const char* const variable = std::getenv("NACELLE_CONTAINER");
+      !wanted && variable != nullptr && *variable != '\0')
+    wanted = variable;
+  const auto found =
+      control::choose_container(control::running_containers(control::socket_places_from_environment()), wanted);
+  if (!found) return nullptr;
+  auto client = control::Client::connect(found.value().path);
+  if (!client) return nullptr;
+  auto reply = client.value().call(request, kAnswerLimit);
+  return reply ? reply.value() : json{nullptr};
+}
+
+std::vector<std::string> texts(const json& reply, const char* list, std::initializer_list<const char*> keys) {
+  std::vector<std::string> all;
+  if (!reply.is_object() || !reply.contains(list)) return all;
+  for (const auto& row : reply[list]) {
+    for (const char* const key : keys) {
+      const std::string text = row.value(key, "");
+      // A part that begins with '_' is not for people.
+      if (!text.empty() && text.find("/_") == std::string::npos) all.push_back(text);
+    }
+  }
+  return all;
+}
+
+/// An action's goals go through the service <action>/_action/send_goal.
+std::vector<std::string> actions(const json& graph) {
+  constexpr std::string_view kEnd = "/_action/send_goal";
+  std::vector<std::string> all;
+  if (!graph.is_object() || !graph.contains("services")) return all;
+  for (const auto& row : graph["services"]) {
+    const std::string name = row.value("name", "");
+    if (name.size() > kEnd.size() && name.compare(name.size() - kEnd.size(), kEnd.size(), kEnd) == 0)
+      all.push_back(name.substr(0, name.size() - kEnd.size()));
+  }
+  return all;
+}
+
+std::vector<std::string> types(std::string_view kind) {
+  msgs::TypeLibrary library{program_places().message_folders};
+  std::vector<std::string> all;
+  for (const auto& package : library.packages()) {
+    auto names = library.names(package, false);
+    if (!names) continue;
+    for (const auto& name : names.value()) {
+      if (name.find(kind) != std::string::npos) all.push_back(name);
+    }
+  }
+  return all;
+}
+
+std::vector<std::string> names_for(const NameQuestion& question) {
+  const auto ask_it = [&](const json& request) { return ask(question.container, request); };
+  switch (question.names) {
+    case Names::Topic: return texts(ask_it({{"verb", "topic.list"}}), "topics", {"name"});
+    case Names::Node: return texts(ask_it({{"verb", "component.list"}}), "components", {"node"});
+    case Names::Service: return texts(ask_it({{"verb", "graph"}}), "services", {"name"});
+    case Names::Action: return actions(ask_it({{"verb", "graph"}}));
+    case Names::Frame: return texts(ask_it({{"verb", "tf.tree"}}), "frames", {"child", "parent"});
+    case Names::Parameter: {
+      if (question.positional.empty()) return {};
+      return texts(ask_it({{"verb", "param.list"}, {"name", question.positional.front()}}), "parameters", {"name"});
+    }
+    case Names::Type: return types("/msg/");
+    case Names::ServiceType: return types("/srv/");
+    case Names::ActionType: return types("/action/");
+    case Names::Plugin: return runtime::PluginIndex{program_places().component_folders}.class_names();
+    case Names::Nothing:
+    case Names::File: break;
+  }
+  return {};
+}
+
+int complete(const Command& root, const Wish& wish) {
+  std::vector<std::string> seen;
+  for (const auto& candidate : completions(root, wish.words, names_for, container_names)) {
+    if (std::find(seen.begin(), seen.end(), candidate.word) != seen.end()) continue;
+    seen.push_back(candidate.word);
+    std::printf("%s\t%s\n", candidate.word.c_str(), candidate.what.c_str());
+  }
+  return kDone;
+}
+
+int write(const std::string& output, const std::string& text) {
+  if (output.empty()) return std::fputs(text.c_str(), stdout) >= 0 ? kDone : kFailed;
+  std::ofstream file{output, std::ios::trunc};
+  file << text;
+  file.flush();
+  return file ? kDone : complain({output, "cannot be written", "is the folder there, and yours?"});
+}
+
+json tree_of(const Command& command) {
+  json below = json::array();
+  for (const Command& one : command.subcommands()) {
+    if (!one.is_hidden()) below.push_back(tree_of(one));
+  }
+  return {{"name", command.name()}, {"what", command.what()}, {"subcommands", std::move(below)}};
+}
+
+}  // namespace
+
+void add_completion_command(Command& root) {
+  auto wish = std::make_shared<Wish>();
+  Command& completion =
+      root.add("completion", "print the completion for a shell:  source <(nacelle completion bash)").hidden();
+  completion.option("shell", wish->shell, "bash, zsh or fish").one_of({"bash", "zsh", "fish"});
+  completion.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
+  completion.runs([wish] { return write(wish->output, completion_script(wish->shell)); });
+
+  Command& asked = root.add("__complete", "what may follow these words").hidden();
+  asked.option("words", wish->words, "behind --, the last one being written");
+  asked.runs([wish, &root] { return complete(root, *wish); });
+
+  Command& manual = root.add("man-page", "print the manual page, in roff").hidden();
+  manual.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
+  manual.runs([wish, &root] { return write(wish->output, man_page(root, NACELLE_VERSION)); });
+
+  Command& tree = root.add("command-tree", "print the names of all commands, as JSON").hidden();
+  tree.runs([&root] { return write("", tree_of(root).dump() + "\n"); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "inert_launch.hpp"
+#include "nacelle/control/socket_path.hpp"
+#include "nacelle/doctor/checks.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using doctor::Finding;
+using doctor::Findings;
+using doctor::Severity;
+using nlohmann::json;
+
+struct Wish {
+  std::string file;
+  std::vector<std::string> arguments;
+  bool as_json = false;
+};
+
+/// The devices of the plan, and those that a component takes by itself where the file names none.
+doctor::Wanted wanted_by(const InertLaunch& robot) {
+  doctor::Wanted wanted = doctor::wanted_by(robot.plan);
+  for (const auto& component : robot.inert.loaded) {
+    if (!component.declared) continue;
+    for (const auto& parameter : component.declared->parameters)
+      doctor::want_device(wanted, component.plan->full_name(), parameter.name, parameter.value);
+  }
+  return wanted;
+}
+
+/// What the robots that run on this machine say of themselves.
+void ask_containers(Findings& findings) {
+  for (const auto& found : control::running_containers(control::socket_places_from_environment())) {
+    Finding finding{Severity::Fine, "robot", "", {"container " + found.name, "", ""}};
+    auto client = control::Client::connect(found.path);
+    auto reply = client ? client.value().call({{"verb", "component.list"}}, 2s) : err(client.error());
+    if (!reply) {
+      finding.severity = Severity::Wrong;
+      finding.problem.what = "does not answer: " + reply.error().what;
+      finding.problem.way_out = "it may hang in a transition: `nacelle faults`";
+      findings.push_back(std::move(finding));
+      continue;
+    }
+    const auto& rows = reply.value()["components"];
+    finding.value = std::to_string(rows.size()) + (rows.size() == 1 ? " component runs" : " components run");
+    findings.push_back(finding);
+    for (const auto& row : rows) {
+      if (!row.contains("fault")) continue;
+      findings.push_back({Severity::Wrong,
+                          "robot",
+                          row["fault"]["code"],
+                          {found.name + " " + row["node"].get<std::string>(), row["fault"]["text"],
+                           "`nacelle faults` tells when, and what is done about it"}});
+    }
+  }
+}
+
+void print(const Findings& findings) {
+  for (const auto& finding : findings)
+    std::printf("%-7s %-9s %s\n", to_text(finding.severity), finding.about.c_str(), finding.text().c_str());
+  std::printf("%s\n", doctor::summary(findings).c_str());
+}
+
+void print_json(const Findings& findings) {
+  json rows = json::array();
+  for (const auto& finding : findings) {
+    rows.push_back({{"severity", to_text(finding.severity)},
+                    {"about", finding.about},
+                    {"where", finding.problem.where},
+                    {"value", finding.value},
+                    {"what", finding.problem.what},
+                    {"way_out", finding.problem.way_out}});
+  }
+  const json all{{"wrong", doctor::is_something_wrong(findings)}, {"findings", std::move(rows)}};
+  std::printf("%s\n", all.dump(2).c_str());
+}
+
+int examine(const Wish& wish) {
+  const auto arguments = parse_or_complain(wish.arguments);
+  if (!arguments) return kUsage;
+  doctor::Wanted wanted;
+  Findings findings;
+  if (!wish.file.empty()) {
+    auto robot = load_inert_launch(wish.file, *arguments);
+    if (robot) {
+      wanted = wanted_by(*robot.value());
+    } else {
+      for (const auto& problem : robot.error()) findings.push_back({Severity::Wrong, "launch", "", problem});
+    }
+  }
+  for (auto& finding : doctor::examine(doctor::Machine{doctor::real_facts(NACELLE_VERSION)}, wanted))
+    findings.push_back(std::move(finding));
+  ask_containers(findings);
+  wish.as_json ? print_json(findings) : print(findings);
+  return doctor::is_something_wrong(findings) ? kFailed : kDone;
+}
+
+}  // namespace
+
+void add_doctor_command(Command& root) {
+  auto wish = std::make_shared<Wish>();
+  Command& command = root.add("doctor", "what is wrong with this machine and the robots on it, and the way out");
+  command.option("launch_file", wish->file, "look at the devices and rights that this launch file needs")
+      .names_a(Names::File);
+  command.option("arguments", wish->arguments, "name:=value for its arguments");
+  command.flag("--json", wish->as_json, "print one JSON object: wrong, findings");
+  command.note(
+      "Looks at devices, network ports, clock, memory, kernel settings, power, real-time rights, versions, and at "
+      "what\n"
+      "running containers say. Changes nothing; needs no root, though root sees more of other users' programs.\n"
+      "Exit codes: 0 nothing is wrong (there may be advice), 1 something is, 2 wrong usage.");
+  command.runs([wish] { return examine(*wish); });
+}
+
+}  // namespace nacelle::cli

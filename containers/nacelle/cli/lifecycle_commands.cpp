@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "asking.hpp"
+#include "commands.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+// A component may take its time to find its device; the container itself gives it up after half a minute.
+constexpr Duration kTransitionLimit = 90s;
+
+struct Wish {
+  std::string container, node, transition;
+  bool as_json = false, all = false, only_count = false;
+};
+
+/// One row of lifecycle_msgs' machine. Source: rcl_lifecycle (jazzy), default_state_machine.c.
+struct Row {
+  const char* label;
+  int id;
+  const char *start, *goal;
+};
+constexpr Row kMachine[] = {
+    {"configure", 1, "unconfigured", "configuring"},
+    {"transition_success", 10, "configuring", "inactive"},
+    {"transition_failure", 11, "configuring", "unconfigured"},
+    {"transition_error", 12, "configuring", "errorprocessing"},
+    {"cleanup", 2, "inactive", "cleaningup"},
+    {"transition_success", 20, "cleaningup", "unconfigured"},
+    {"transition_failure", 21, "cleaningup", "inactive"},
+    {"transition_error", 22, "cleaningup", "errorprocessing"},
+    {"activate", 3, "inactive", "activating"},
+    {"transition_success", 30, "activating", "active"},
+    {"transition_failure", 31, "activating", "inactive"},
+    {"transition_error", 32, "activating", "errorprocessing"},
+    {"deactivate", 4, "active", "deactivating"},
+    {"transition_success", 40, "deactivating", "inactive"},
+    {"transition_failure", 41, "deactivating", "active"},
+    {"transition_error", 42, "deactivating", "errorprocessing"},
+    {"shutdown", 5, "unconfigured", "shuttingdown"},
+    {"shutdown", 6, "inactive", "shuttingdown"},
+    {"shutdown", 7, "active", "shuttingdown"},
+    {"transition_success", 50, "shuttingdown", "finalized"},
+    {"transition_failure", 51, "shuttingdown", "finalized"},
+    {"transition_error", 52, "shuttingdown", "errorprocessing"},
+    {"transition_success", 60, "errorprocessing", "unconfigured"},
+    {"transition_failure", 61, "errorprocessing", "finalized"},
+    {"transition_error", 62, "errorprocessing", "finalized"},
+};
+
+int list_transitions(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto reply = client.value().call({{"verb", "lifecycle.get"}, {"name", wish.node}}, kAnswerLimit);
+  if (!reply) return complain(reply.error());
+  const std::string state = text_of(reply.value(), "state");
+  json rows = json::array();
+  for (const Row& row : kMachine) {
+    if (wish.all || row.start == state)
+      rows.push_back({{"label", row.label}, {"id", row.id}, {"start", row.start}, {"goal", row.goal}});
+  }
+  if (wish.as_json) {
+    std::printf("%s\n", json{{"node", reply.value()["node"]}, {"state", state}, {"transitions", rows}}.dump().c_str());
+    return kDone;
+  }
+  for (const auto& row : rows) {
+    std::printf("- %s [%d]\n\tStart: %s\n\tGoal: %s\n", text_of(row, "label").c_str(), row["id"].get<int>(),
+                text_of(row, "start").c_str(), text_of(row, "goal").c_str());
+  }
+  return kDone;
+}
+
+int list_nodes(const Wish& wish) {
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  json managed = json::array();
+  for (const auto& row : graph.value()["nodes"]) {
+    if (row["managed"].get<bool>())
+      managed.push_back({{"node", row["node"]}, {"id", row["id"]}, {"state", row["state"]}});
+  }
+  std::sort(managed.begin(), managed.end(),
+            [](const json& a, const json& b) { return text_of(a, "node") < text_of(b, "node"); });
+  if (wish.as_json && !wish.only_count) {
+    std::printf("%s\n", managed.dump().c_str());
+  } else {
+    print_names(texts_of(managed, "node", [](const json&) { return true; }), wish.only_count, wish.as_json);
+  }
+  return kDone;
+}
+
+int get_state(const Wish& wish) {
+  return ask(wish.container, {{"verb", "lifecycle.get"}, {"name", wish.node}}, wish.as_json, [](const json& reply) {
+    std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["id"].get<int>());
+  });
+}
+
+int set_state(const Wish& wish) {
+  return ask(
+      wish.container, {{"verb", "lifecycle.set"}, {"name", wish.node}, {"transition", wish.transition}}, wish.as_json,
+      [](const json&) { std::printf("Transitioning successful\n"); }, kTransitionLimit);
+}
+
+}  // namespace
+
+void add_lifecycle_commands(Command& root) {
+  Command& group = root.add("lifecycle", "see and change the state of a component");
+  auto wish = std::make_shared<Wish>();
+
+  Command& get_command = group.add("get", "the state of a component");
+  get_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
+  add_common_options(get_command, wish->container, wish->as_json);
+  get_command.runs([wish] { return get_state(*wish); });
+
+  Command& list_command = group.add("list", "the transitions that a component can make now");
+  list_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
+  list_command.flag("-a,--all", wish->all, "every transition of the machine");
+  add_common_options(list_command, wish->container, wish->as_json);
+  list_command.runs([wish] { return list_transitions(*wish); });
+
+  Command& nodes_command = group.add("nodes", "the components that have a state");
+  nodes_command.flag("-c,--count-nodes", wish->only_count, "only how many");
+  add_common_options(nodes_command, wish->container, wish->as_json);
+  nodes_command.runs([wish] { return list_nodes(*wish); });
+
+  Command& set_command = group.add("set", "trigger a transition of a component");
+  set_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
+  set_command.option("transition", wish->transition, "configure, activate, deactivate, cleanup or shutdown")
+      .required()
+      .one_of({"configure", "activate", "deactivate", "cleanup", "shutdown"});
+  add_common_options(set_command, wish->container, wish->as_json);
+  set_command.runs([wish] { return set_state(*wish); });
+}
+
+}  // namespace nacelle::cli

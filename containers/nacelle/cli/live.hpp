@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "nacelle/base/time.hpp"
+#include "nacelle/session/stop_signal.hpp"
+
+namespace nacelle::cli {
+
+/// A text that is shown again and again: redrawn in place on a terminal, one below the other elsewhere.
+/// Threads: one.
+class LiveText {
+ public:
+  LiveText();
+  LiveText(const LiveText&) = delete;
+  LiveText& operator=(const LiveText&) = delete;
+  /// Leaves the last text on the terminal, and the cursor below it.
+  ~LiveText();
+
+  [[nodiscard]] bool is_on_terminal() const { return on_terminal_; }
+  /// Lines beyond the terminal's height and letters beyond its width are left out while it is redrawn.
+  void show(const std::string& text);
+  /// False when somebody wants it to end. `descriptor`: returns early when it is readable; -1: none.
+  [[nodiscard]] bool wait(Duration limit, int descriptor = -1) const;
+  [[nodiscard]] bool is_to_end() const { return stop_.is_raised(); }
+
+ private:
+  session::StopSignal stop_;
+  bool on_terminal_, begun_ = false;
+};
+
+/// The text cut to so many lines of so many letters (of UTF-8), each line with what clears the rest of it. Pure.
+[[nodiscard]] std::string fit_to_terminal(const std::string& text, std::size_t rows, std::size_t columns);
+
+}  // namespace nacelle::cli

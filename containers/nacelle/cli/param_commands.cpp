@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <sstream>
+
+#include "asking.hpp"
+#include "commands.hpp"
+#include "nacelle/launch/parameter_file.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+struct Wish {
+  std::string container, node, name, value, file;
+  std::vector<std::string> names;
+  bool as_json = false, with_types = false, hide_type = false;
+};
+
+/// The parameters of a node, with its full name. Errors: the exit code.
+Result<json, int> parameters_of(control::Client& client, const std::string& node) {
+  auto reply = client.call({{"verb", "param.list"}, {"name", node}}, kAnswerLimit);
+  if (!reply) return err(complain(reply.error()));
+  return std::move(reply).value();
+}
+
+/// ros2's words: "boolean", "double array".
+std::string type_words(const json& row) {
+  const std::string type = text_of(row, "type");
+  return type.starts_with("bool") ? "boolean" + type.substr(4) : type;
+}
+
+void print_list(const json& reply, bool with_types) {
+  for (const auto& row : reply["parameters"]) {
+    std::printf("  %s", text_of(row, "name").c_str());
+    std::printf(with_types ? " (type: %s)\n" : "\n", type_words(row).c_str());
+  }
+}
+
+int list(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  if (!wish.node.empty()) {
+    auto reply = parameters_of(client.value(), wish.node);
+    if (!reply) return reply.error();
+    if (wish.as_json) {
+      std::printf("%s\n", reply.value()["parameters"].dump().c_str());
+    } else {
+      print_list(reply.value(), wish.with_types);
+    }
+    return kDone;
+  }
+  auto graph = client.value().call({{"verb", "graph"}}, kAnswerLimit);
+  if (!graph) return complain(graph.error());
+  int result = kDone;
+  json all = json::object();
+  // One that hangs, or that runs elsewhere, does not hide the others'.
+  for (const auto& node : texts_of(graph.value()["nodes"], "node", [](const json& row) { return row["id"] != 0; })) {
+    auto reply = parameters_of(client.value(), node);
+    if (!reply) {
+      result = reply.error();
+      continue;
+    }
+    all[node] = reply.value()["parameters"];
+    if (wish.as_json) continue;
+    std::printf("%s:\n", node.c_str());
+    print_list(reply.value(), wish.with_types);
+  }
+  if (wish.as_json) std::printf("%s\n", all.dump().c_str());
+  return result;
+}
+
+/// Errors: the exit code; the nearest name has been said.
+Result<json, int> parameter_of(const json& reply, const std::string& name) {
+  for (const auto& row : reply["parameters"]) {
+    if (row["name"] == name) return json(row);
+  }
+  return err(complain_unknown(text_of(reply, "node") + ", parameter", name,
+                              texts_of(reply["parameters"], "name", [](const json&) { return true; })));
+}
+
+/// As Python prints it.
+std::string python_text(const json& value) {
+  if (value.is_boolean()) return value.get<bool>() ? "True" : "False";
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const auto& item : value)
+    text += (text.empty() ? "" : ", ") + (item.is_string() ? "'" + item.get<std::string>() + "'" : python_text(item));
+  return "[" + text + "]";
+}
+
+int get(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto reply = parameters_of(client.value(), wish.node);
+  if (!reply) return reply.error();
+  auto row = parameter_of(reply.value(), wish.name);
+  if (!row) return row.error();
+  const json& value = row.value()["value"];
+  if (wish.as_json) {
+    std::printf(
+        "%s\n",
+        json{{"node", reply.value()["node"]}, {"name", wish.name}, {"type", row.value()["type"]}, {"value", value}}
+            .dump()
+            .c_str());
+  } else if (value.is_null()) {
+    std::printf("Parameter not set.\n");
+  } else if (wish.hide_type) {
+    std::printf("%s\n", python_text(value).c_str());
+  } else {
+    std::string words = type_words(row.value());
+    words[0] = static_cast<char>(words[0] - 'a' + 'A');
+    if (const auto array = words.find(" array"); array != std::string::npos) words.resize(array);
+    std::printf("%s %s: %s\n", words.c_str(), value.is_array() ? "values are" : "value is", python_text(value).c_str());
+  }
+  return kDone;
+}
+
+int set(const Wish& wish) {
+  return ask(wish.container,
+             {{"verb", "param.set"}, {"name", wish.node}, {"assignment", wish.name + ":=" + wish.value}}, wish.as_json,
+             [](const json&) { std::printf("Set parameter successful\n"); });
+}
+
+int remove(const Wish& wish) {
+  return ask(wish.container, {{"verb", "param.delete"}, {"name", wish.node}, {"parameter", wish.name}}, wish.as_json,
+             [](const json&) { std::printf("Deleted parameter successfully\n"); });
+}
+
+int describe(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto reply = parameters_of(client.value(), wish.node);
+  if (!reply) return reply.error();
+  json rows = json::array();
+  for (const auto& name : wish.names) {
+    auto row = parameter_of(reply.value(), name);
+    if (!row) return row.error();
+    rows.push_back(std::move(row).value());
+  }
+  if (wish.as_json) {
+    std::printf("%s\n", rows.dump().c_str());
+    return kDone;
+  }
+  for (const auto& row : rows) {
+    std::printf("Parameter name: %s\n  Type: %s\n", text_of(row, "name").c_str(), type_words(row).c_str());
+    if (!text_of(row, "description").empty()) std::printf("  Description: %s\n", text_of(row, "description").c_str());
+    std::printf("  Constraints:\n");
+    if (row["read_only"].get<bool>()) std::printf("    Read only: true\n");
+    if (row.contains("from")) {
+      std::printf("    Min value: %s\n    Max value: %s\n", python_text(row["from"]).c_str(),
+                  python_text(row["to"]).c_str());
+      if (row["step"] != 0) std::printf("    Step: %s\n", python_text(row["step"]).c_str());
+    }
+    if (!text_of(row, "constraints").empty())
+      std::printf("    Additional constraints: %s\n", text_of(row, "constraints").c_str());
+  }
+  return kDone;
+}
+
+int dump(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto reply = parameters_of(client.value(), wish.node);
+  if (!reply) return reply.error();
+  json values = json::object();
+  std::string text = text_of(reply.value(), "node") + ":\n  ros__parameters:\n";
+  bool any = false;
+  for (const auto& row : reply.value()["parameters"]) {
+    if (row["value"].is_null()) continue;  // a file cannot say "not set"
+    any = true;
+    values[text_of(row, "name")] = row["value"];
+    text += "    " + text_of(row, "name") + ": " + text_of(row, "text") + "\n";
+  }
+  if (!any) text += "    {}\n";
+  if (wish.as_json) {
+    std::printf("%s\n", json{{text_of(reply.value(), "node"), {{"ros__parameters", values}}}}.dump().c_str());
+  } else {
+    std::fputs(text.c_str(), stdout);
+  }
+  return kDone;
+}
+
+/// What a parameter file gives to a node. Errors: the exit code.
+Result<std::vector<launch::Parameter>, int> read_file(const std::string& path, const std::string& node) {
+  std::ifstream file{path};
+  if (!file) return err(complain({path, "cannot be read", "give a file that this user may read"}));
+  std::ostringstream text;
+  text << file.rdbuf();
+  auto parsed = launch::parse_parameter_file(text.str(), path);
+  if (!parsed) {
+    for (const auto& problem : parsed.error()) complain(problem);
+    return err(kFailed);
+  }
+  auto found = parsed.value().parameters_for(node);
+  if (!found.empty()) return found;
+  std::vector<std::string> patterns;
+  for (const auto& section : parsed.value().sections()) patterns.push_back(section.pattern);
+  return err(complain({path, "has no parameters for " + node,
+                       patterns.empty() ? "it names no node" : "it has them for " + join(patterns)}));
+}
+
+int load(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto there = parameters_of(client.value(), wish.node);
+  if (!there) return there.error();
+  auto wanted = read_file(wish.file, text_of(there.value(), "node"));
+  if (!wanted) return wanted.error();
+  // What is read-only and as the file has it is no failure: a dump of the same node loads.
+  std::map<std::string, std::string> fixed;
+  for (const auto& row : there.value()["parameters"]) {
+    if (row["read_only"].get<bool>()) fixed[text_of(row, "name")] = text_of(row, "text");
+  }
+  json assignments = json::array();
+  for (const auto& parameter : wanted.value()) {
+    const std::string text = launch::to_text(parameter.value);
+    if (const auto same = fixed.find(parameter.name); same != fixed.end() && same->second == text) continue;
+    assignments.push_back(parameter.name + ":=" + text);
+  }
+  auto reply =
+      client.value().call({{"verb", "param.set"}, {"name", wish.node}, {"assignments", assignments}}, kAnswerLimit);
+  if (!reply) return complain(reply.error());
+  const json& results = reply.value()["results"];
+  const bool all_set = std::ranges::all_of(results, [](const json& row) { return row["refusal"] == ""; });
+  if (wish.as_json) std::printf("%s\n", results.dump().c_str());
+  for (const auto& row : results) {
+    if (row["refusal"] != "") {
+      complain({"Set parameter " + text_of(row, "name") + " failed", text_of(row, "refusal"), ""});
+    } else if (!wish.as_json) {
+      std::printf("Set parameter %s successful\n", text_of(row, "name").c_str());
+    }
+  }
+  return all_set ? kDone : kFailed;
+}
+
+}  // namespace
+
+void add_param_commands(Command& root) {
+  Command& group = root.add("param", "see and change the parameters of a node");
+  auto wish = std::make_shared<Wish>();
+  const auto add = [&](const char* name, const char* what, bool needs_node = true) -> Command& {
+    Command& command = group.add(name, what);
+    Option& node =
+        command.option("node", wish->node, needs_node ? "name or id" : "name or id; without one, every node");
+    node.names_a(Names::Node);
+    if (needs_node) node.required();
+    return command;
+  };
+  const auto finish = [&](Command& command, int (*what)(const Wish&)) {
+    add_common_options(command, wish->container, wish->as_json);
+    command.runs([wish, what] { return what(*wish); });
+  };
+
+  Command& list_command = add("list", "the parameters", false);
+  list_command.flag("--param-type", wish->with_types, "their types too");
+  finish(list_command, list);
+
+  Command& get_command = add("get", "the value of a parameter");
+  get_command.option("name", wish->name, "").required().names_a(Names::Parameter);
+  get_command.flag("--hide-type", wish->hide_type, "the value alone");
+  finish(get_command, get);
+
+  Command& set_command =
+      add("set", "set a parameter, as far as the node allows it; the value outlives a restart of the node");
+  set_command.option("name", wish->name, "").required().names_a(Names::Parameter);
+  set_command.option("value", wish->value, "in YAML: 5, 0.5, true, text, [1, 2]").required();
+  finish(set_command, set);
+
+  Command& dump_command = add("dump", "the parameters as a parameter file, which `param load` and launch files read");
+  finish(dump_command, dump);
+
+  Command& load_command = add("load", "set what a parameter file has for a node");
+  load_command.option("file", wish->file, "a ROS 2 parameter file").required().names_a(Names::File);
+  finish(load_command, load);
+
+  Command& describe_command = add("describe", "what parameters are for, and what they may be");
+  describe_command.option("names", wish->names, "").required().names_a(Names::Parameter);
+  finish(describe_command, describe);
+
+  Command& delete_command = add("delete", "undeclare a parameter that was declared with dynamic typing");
+  delete_command.option("name", wish->name, "").required().names_a(Names::Parameter);
+  finish(delete_command, remove);
+}
+
+}  // namespace nacelle::cli

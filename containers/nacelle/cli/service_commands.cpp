@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <poll.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "asking.hpp"
+#include "commands.hpp"
+#include "nacelle/msgs/any_message.hpp"
+#include "nacelle/msgs/json.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/session/message_text.hpp"
+#include "nacelle/session/stop_signal.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+struct Wish {
+  std::string container, service, type, values = "{}";
+  bool as_json = false, with_types = false, only_count = false, all = false;
+  double rate_hz = 0.0, timeout_s = 10.0;
+};
+
+bool is_server(const json& row) { return row["server"].get<bool>(); }
+
+int list(const Wish& wish) {
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  const json& services = graph.value()["services"];
+  const auto shown = [&](const json& row) { return is_server(row) && (wish.all || !is_hidden(text_of(row, "name"))); };
+  const auto names = texts_of(services, "name", shown);
+  if (wish.only_count || (!wish.as_json && !wish.with_types)) {
+    print_names(names, wish.only_count, wish.as_json);
+    return kDone;
+  }
+  json rows = json::array();
+  for (const auto& name : names) {
+    const auto of_name = [&](const json& row) { return shown(row) && text_of(row, "name") == name; };
+    rows.push_back({{"name", name},
+                    {"types", texts_of(services, "type", of_name)},
+                    {"nodes", texts_of(services, "node", of_name)}});
+    if (!wish.as_json) std::printf("%s [%s]\n", name.c_str(), join(texts_of(services, "type", of_name)).c_str());
+  }
+  if (wish.as_json) std::printf("%s\n", rows.dump().c_str());
+  return kDone;
+}
+
+int show_type(const Wish& wish) {
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  const json& services = graph.value()["services"];
+  const std::string name = absolute(wish.service);
+  const auto types = texts_of(services, "type", [&](const json& row) { return text_of(row, "name") == name; });
+  if (types.empty()) return complain_unknown("service", name, texts_of(services, "name", is_server));
+  print_names(types, false, wish.as_json);
+  return kDone;
+}
+
+Result<const msgs::ServiceType*, Problem> service_type(msgs::TypeLibrary& library, const std::string& name) {
+  auto found = library.find(full_type_name(name, "srv"));
+  if (!found) return err(found.error());
+  if (found.value().service == nullptr)
+    return err(Problem{found.value().name(), "is no service", "see `nacelle service list -t`"});
+  return found.value().service;
+}
+
+int find(const Wish& wish) {
+  msgs::TypeLibrary library{program_places().message_folders};
+  auto type = service_type(library, wish.type);
+  if (!type) return complain(type.error());
+  auto graph = graph_of(wish.container);
+  if (!graph) return graph.error();
+  const auto fits = [&](const json& row) {
+    return is_server(row) && text_of(row, "type") == type.value()->name &&
+           (wish.all || !is_hidden(text_of(row, "name")));
+  };
+  print_names(texts_of(graph.value()["services"], "name", fits), wish.only_count, wish.as_json);
+  return kDone;
+}
+
+/// One call, shown as ros2 shows it. Errors: the exit code.
+Result<void, int> call_once(const Wish& wish, control::Client& client, const msgs::ServiceType& type) {
+  msgs::AnyMessage request{type.request()};
+  auto text = session::read_message_text(wish.values, type.request(), SystemClock{}.wall_now());
+  if (!text) return err(complain(text.error()));
+  if (auto read = msgs::from_json(text.value().json, type.request(), request.get()); !read)
+    return err(complain(read.error()));
+  if (!wish.as_json) {
+    std::string shown;
+    session::append_repr(shown, type.request(), request.get());
+    std::printf("requester: making request: %s\n\n", shown.c_str());
+    std::fflush(stdout);
+  }
+  const json values = json::parse(msgs::to_json(type.request(), request.get()));
+  auto reply = client.call({{"verb", "service.call"},
+                            {"service", absolute(wish.service)},
+                            {"type", type.name},
+                            {"request", values},
+                            {"timeout_s", wish.timeout_s}},
+                           from_seconds(wish.timeout_s) + kAnswerLimit);
+  if (!reply) return err(complain(reply.error()));
+  const json& answer = reply.value()["response"];
+  if (wish.as_json) {
+    std::printf("%s\n", json{{"request", values}, {"response", answer}}.dump().c_str());
+  } else {
+    msgs::AnyMessage response{type.response()};
+    if (auto read = msgs::from_json(answer.dump(), type.response(), response.get()); !read)
+      return err(complain(read.error()));
+    std::string shown;
+    session::append_repr(shown, type.response(), response.get());
+    std::printf("response:\n%s\n\n", shown.c_str());
+  }
+  std::fflush(stdout);
+  return {};
+}
+
+int call(const Wish& wish) {
+  const session::StopSignal stop;
+  msgs::TypeLibrary library{program_places().message_folders};
+  auto type = service_type(library, wish.type);
+  if (!type) return complain(type.error());
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  const SystemClock clock;
+  while (!stop.is_raised()) {
+    const MonotonicTime began = clock.now();
+    if (auto done = call_once(wish, client.value(), *type.value()); !done) return done.error();
+    if (wish.rate_hz <= 0) break;
+    const MonotonicTime next = began + from_seconds(1.0 / wish.rate_hz);
+    while (!stop.is_raised() && clock.now() < next) {
+      pollfd wait{stop.descriptor(), POLLIN, 0};
+      ::poll(&wait, 1, static_cast<int>((next - clock.now()) / 1ms) + 1);
+    }
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_service_commands(Command& root) {
+  Command& group = root.add("service", "list and call the services of a running container");
+  auto wish = std::make_shared<Wish>();
+
+  Command& list_command = group.add("list", "the services");
+  list_command.flag("-t,--show-types", wish->with_types, "the types too");
+  list_command.flag("-c,--count-services", wish->only_count, "only how many");
+  list_command.flag("-a,--include-hidden-services", wish->all, "those whose name has a part that begins with '_' too");
+  add_common_options(list_command, wish->container, wish->as_json);
+  list_command.runs([wish] { return list(*wish); });
+
+  Command& type_command = group.add("type", "the type of a service");
+  type_command.option("service", wish->service, "").required().names_a(Names::Service);
+  add_common_options(type_command, wish->container, wish->as_json);
+  type_command.runs([wish] { return show_type(*wish); });
+
+  Command& find_command = group.add("find", "the services of a type");
+  find_command.option("type", wish->type, "e.g. std_srvs/srv/Empty").required().names_a(Names::ServiceType);
+  find_command.flag("-c,--count-services", wish->only_count, "only how many");
+  find_command.flag("--include-hidden-services", wish->all, "those whose name has a part that begins with '_' too");
+  add_common_options(find_command, wish->container, wish->as_json);
+  find_command.runs([wish] { return find(*wish); });
+
+  Command& call_command = group.add("call", "call a service and show its answer");
+  call_command.option("service", wish->service, "").required().names_a(Names::Service);
+  call_command.option("type", wish->type, "e.g. std_srvs/srv/SetBool").required().names_a(Names::ServiceType);
+  call_command.option("values", wish->values, "the request in YAML: {data: true}; missing fields take their defaults");
+  call_command.option("-r,--rate", wish->rate_hz, "call again and again, so many times a second").within(0.001, 1000);
+  call_command.option("--timeout", wish->timeout_s, "how long to wait for the answer")
+      .value("SECONDS")
+      .within(0.001, 86400)
+      .with_default();
+  add_common_options(call_command, wish->container, wish->as_json);
+  call_command.runs([wish] { return call(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "live.hpp"
+#include "nacelle/drawing/frame_tree.hpp"
+#include "nacelle/report/frame_delays.hpp"
+#include "nacelle/spatial/rigid_transform.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr Duration kAnswerLimit = 10s;
+
+struct Wish {
+  std::string container, source, target, svg, pdf, dot;
+  std::vector<std::string> frames;
+  bool as_json = false, once = false, with_matrix = false;
+  double rate_hz = 1.0, interval_s = 1.0;
+  std::uint32_t precision = 3;
+};
+
+// --- tree ---------------------------------------------------------------------------------------------------------------
+
+std::vector<drawing::FrameEdge> edges_of(const json& frames) {
+  std::vector<drawing::FrameEdge> edges;
+  for (const auto& row : frames)
+    edges.push_back({row["child"], row["parent"], row["owner"], row["static"], row["rate_hz"], row["age_s"]});
+  return edges;
+}
+
+int write_drawing(const std::string& path, const Result<std::string, Problem>& drawing) {
+  if (path.empty()) return kDone;
+  if (!drawing) return complain(drawing.error());
+  std::ofstream file{path, std::ios::binary | std::ios::trunc};
+  file << drawing.value();
+  file.flush();
+  return file ? kDone : complain({path, "the drawing cannot be written", "is the folder there, and yours?"});
+}
+
+int tree(const Wish& wish) {
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto reply = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
+  if (!reply) return complain(reply.error());
+  const auto edges = edges_of(reply.value()["frames"]);
+  int worst = kDone;
+  if (!wish.svg.empty()) worst = std::max(worst, write_drawing(wish.svg, drawing::tree_svg(edges)));
+  if (!wish.pdf.empty()) worst = std::max(worst, write_drawing(wish.pdf, drawing::tree_pdf(edges)));
+  if (!wish.dot.empty()) worst = std::max(worst, write_drawing(wish.dot, drawing::tree_dot(edges)));
+  if (wish.as_json) {
+    std::printf("%s\n", json{{"frames", reply.value()["frames"]}}.dump().c_str());
+  } else if (wish.svg.empty() && wish.pdf.empty() && wish.dot.empty()) {
+    std::fputs(edges.empty() ? "no transform has been sent yet\n" : drawing::tree_text(edges).c_str(), stdout);
+  }
+  return worst;
+}
+
+// --- echo ---------------------------------------------------------------------------------------------------------------
+
+/// As tf2_echo writes it.
+std::string echo_text(const json& transform, unsigned precision, bool with_matrix) {
+  const auto list = [&](const json& values, double factor = 1.0) {
+    std::string text;
+    for (const auto& value : values)
+      text += fmt::format("{}{:.{}f}", text.empty() ? "" : ", ", value.get<double>() * factor, precision);
+    return "[" + text + "]";
+  };
+  const auto stamp_ns = transform["stamp_ns"].get<std::int64_t>();
+  std::string out = fmt::format("At time {}.{:09}\n", stamp_ns / 1'000'000'000, stamp_ns % 1'000'000'000);
+  out += "- Translation: " + list(transform["translation_m"]) + "\n";
+  out += "- Rotation: in Quaternion (xyzw) " + list(transform["rotation_xyzw"]) + "\n";
+  out += "- Rotation: in RPY (radian) " + list(transform["rpy_rad"]) + "\n";
+  out += "- Rotation: in RPY (degree) " + list(transform["rpy_rad"], 180.0 / M_PI) + "\n";
+  if (!with_matrix) return out;
+  const auto& t = transform["translation_m"];
+  const auto& q = transform["rotation_xyzw"];
+  spatial::RigidTransform X;
+  X.translation_m = {t[0].get<double>(), t[1].get<double>(), t[2].get<double>()};
+  X.rotation = Eigen::Quaterniond{q[3].get<double>(), q[0].get<double>(), q[1].get<double>(), q[2].get<double>()};
+  const Eigen::Matrix4d matrix = X.isometry().matrix();
+  out += "- Matrix:\n";
+  for (Eigen::Index row = 0; row < 4; ++row) {
+    for (Eigen::Index column = 0; column < 4; ++column) out += fmt::format(" {:6.{}f}", matrix(row, column), precision);
+    out += "\n";
+  }
+  return out;
+}
+
+int echo(const Wish& wish) {
+  const LiveText live;
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  const SystemClock clock;
+  const MonotonicTime patience = clock.now() + 1s;  // tf2_echo's: the first transforms may be about to come
+  std::string last_trouble;
+  // target and source in tf2_echo's words: where SOURCE's axes see TARGET.
+  const json request{{"verb", "tf.lookup"}, {"target", wish.source}, {"source", wish.target}};
+  do {
+    auto reply = client.value().call(request, kAnswerLimit);
+    if (reply) {
+      reply.value().erase("ok");
+      last_trouble.clear();
+      std::fputs(wish.as_json ? (reply.value().dump() + "\n").c_str()
+                              : echo_text(reply.value(), wish.precision, wish.with_matrix).c_str(),
+                 stdout);
+      std::fflush(stdout);
+      if (wish.once) return kDone;
+    } else if (wish.once ? clock.now() > patience : reply.error().text() != last_trouble) {
+      last_trouble = reply.error().text();
+      complain(reply.error());
+      // A container that is gone does not come back on this connection.
+      if (wish.once || !client.value().call({{"verb", "tf.tree"}}, kAnswerLimit)) return kFailed;
+    }
+  } while (live.wait(wish.once ? 50ms : from_seconds(1.0 / wish.rate_hz)));
+  return kDone;
+}
+
+// --- monitor ------------------------------------------------------------------------------------------------------------
+
+/// What is watched: everything, the chain between two frames, or the frames named.
+struct Watched {
+  std::vector<std::string> frames;  ///< Children of edges, in the order in which they are shown.
+  std::vector<std::string> chain;
+};
+
+Result<Watched, Problem> watched_by(const std::vector<std::string>& wanted, const json& frames) {
+  std::map<std::string, std::string> parents;
+  std::vector<std::string> names;
+  for (const auto& row : frames) {
+    parents[row["child"]] = row["parent"];
+    for (const char* const end : {"child", "parent"}) names.push_back(row[end]);
+  }
+  Watched watched;
+  for (const auto& name : wanted) {
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      return err(Problem{"frame " + name, "no transform names it", suggestion(name, names)});
+  }
+  if (wanted.size() == 2) {
+    watched.chain = report::chain_between(parents, wanted[0], wanted[1]);
+    if (watched.chain.empty())
+      return err(
+          Problem{wanted[0] + " and " + wanted[1], "no chain of transforms joins them", "see `nacelle tf tree`"});
+  }
+  const auto& shown = wanted.size() == 2 ? watched.chain : wanted;
+  for (const auto& row : frames) {
+    const std::string child = row["child"];
+    const bool is_shown = wanted.empty() || std::find(shown.begin(), shown.end(), child) != shown.end();
+    // The chain's topmost frame hangs from one that is not of the chain.
+    const bool leaves_chain = wanted.size() == 2 && std::find(shown.begin(), shown.end(), row["parent"]) == shown.end();
+    if (is_shown && !leaves_chain) watched.frames.push_back(child);
+  }
+  return watched;
+}
+
+json monitor_json(const Watched& watched, const json& frames, const report::FrameDelays& delays) {
+  json rows = json::array(), broadcasters = json::array();
+  std::map<std::string, std::vector<std::string>> by_owner;
+  for (const auto& row : frames) {
+    const std::string child = row["child"], owner = row["owner"];
+    if (std::find(watched.frames.begin(), watched.frames.end(), child) == watched.frames.end()) continue;
+    const auto figures = delays.of(child);
+    rows.push_back({{"frame", child},
+                    {"parent", row["parent"]},
+                    {"owner", owner},
+                    {"static", row["static"]},
+                    {"rate_hz", figures.rate_hz},
+                    {"average_delay_s", figures.average_delay_s},
+                    {"max_delay_s", figures.max_delay_s},
+                    {"count", figures.count}});
+    if (figures.count != 0) by_owner[owner].push_back(child);
+  }
+  for (const auto& [owner, children] : by_owner) {
+    const auto figures = delays.of_all(children);
+    broadcasters.push_back({{"node", owner},
+                            {"rate_hz", figures.rate_hz},
+                            {"average_delay_s", figures.average_delay_s},
+                            {"max_delay_s", figures.max_delay_s}});
+  }
+  return {{"chain", watched.chain}, {"frames", std::move(rows)}, {"broadcasters", std::move(broadcasters)}};
+}
+
+/// In tf2_monitor's words, with the rate of each edge.
+std::string monitor_text(const json& figures) {
+  const auto owner_of = [](const json& row, const char* key) {
+    const std::string owner = row[key];
+    return owner.empty() ? std::string{"<no authority available>"} : owner;
+  };
+  const auto& chain = figures["chain"];
+  std::string out;
+  if (chain.empty()) {
+    out = "RESULTS: for all Frames\n";
+  } else {
+    out = fmt::format("RESULTS: for {} to {}\nChain is: ", chain.front().get<std::string>(),
+                      chain.back().get<std::string>());
+    for (const auto& frame : chain) out += (&frame == &chain.front() ? "" : " -> ") + frame.get<std::string>();
+    out += "\n";
+  }
+  out += "\nFrames:\n";
+  for (const auto& row : figures["frames"]) {
+    out += fmt::format("Frame: {}, published by {}", row["frame"].get<std::string>(), owner_of(row, "owner"));
+    out += row["static"].get<bool>()
+               ? ", static\n"
+               : fmt::format(", {:.3f} Hz, Average Delay: {:.6f}, Max Delay: {:.6f}\n", row["rate_hz"].get<double>(),
+                             row["average_delay_s"].get<double>(), row["max_delay_s"].get<double>());
+  }
+  out += "\nAll Broadcasters:\n";
+  for (const auto& row : figures["broadcasters"]) {
+    out += fmt::format("Node: {} {:.3f} Hz, Average Delay: {:.6f}, Max Delay: {:.6f}\n", owner_of(row, "node"),
+                       row["rate_hz"].get<double>(), row["average_delay_s"].get<double>(),
+                       row["max_delay_s"].get<double>());
+  }
+  return out;
+}
+
+/// Notes what has come. Errors: the container is gone.
+Result<void, Problem> take_in(control::Client& listener, report::FrameDelays& delays) {
+  while (true) {
+    auto frame = listener.receive(0ns);
+    if (!frame) return err(frame.error());
+    if (!frame.value()) return {};
+    if (frame.value()->kind != control::FrameKind::Item) continue;
+    for (const auto& row : json::parse(as_text(frame.value()->payload)))
+      delays.note(row[0], row[2].get<std::int64_t>(), row[3].get<std::int64_t>());
+  }
+}
+
+int monitor(const Wish& wish) {
+  LiveText live;
+  auto client = connect(wish.container), listener = connect(wish.container);
+  if (!client || !listener) return client ? listener.error() : client.error();
+  auto tree = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
+  if (!tree) return complain(tree.error());
+  if (auto watched = watched_by(wish.frames, tree.value()["frames"]); !watched) return complain(watched.error());
+  auto listens =
+      listener.value().call({{"verb", "topic.listen"}, {"topic", "/tf"}, {"show", "transforms"}}, kAnswerLimit);
+  if (!listens) return complain(listens.error());
+
+  const SystemClock clock;
+  report::FrameDelays delays;
+  for (MonotonicTime next = clock.now() + from_seconds(wish.interval_s);;) {
+    if (!live.wait(next - clock.now(), listener.value().descriptor())) return kDone;
+    if (auto taken = take_in(listener.value(), delays); !taken) return complain(taken.error());
+    if (clock.now() < next) continue;
+    next += from_seconds(wish.interval_s);
+    tree = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);  // frames come and go, and change hands
+    if (!tree) return complain(tree.error());
+    const auto watched = watched_by(wish.frames, tree.value()["frames"]);
+    if (!watched) return complain(watched.error());
+    const json figures = monitor_json(watched.value(), tree.value()["frames"], delays);
+    if (wish.as_json) {
+      std::printf("%s\n", figures.dump().c_str());
+      std::fflush(stdout);
+    } else {
+      live.show(monitor_text(figures));
+    }
+    if (wish.once) return kDone;
+  }
+}
+
+}  // namespace
+
+void add_tf_commands(Command& root) {
+  auto wish = std::make_shared<Wish>();
+  Command& group =
+      root.add("tf", "the tree of frames of a running container: who broadcasts what, how often, how late");
+
+  Command& tree_command = group.add("tree", "every frame with the owner, rate and age of its transform");
+  tree_command.option("--svg", wish->svg, "draw it").value("FILE").names_a(Names::File);
+  tree_command.option("--pdf", wish->pdf, "draw it").value("FILE").names_a(Names::File);
+  tree_command.option("--dot", wish->dot, "write it for graphviz").value("FILE").names_a(Names::File);
+  add_common_options(tree_command, wish->container, wish->as_json);
+  tree_command.note("Red in a drawing: a transform that is older than a second.");
+  tree_command.runs([wish] { return tree(*wish); });
+
+  Command& echo_command = group.add("echo", "the transform between two frames again and again, as tf2_echo shows it");
+  echo_command.option("source", wish->source, "the frame to see it from").required().names_a(Names::Frame);
+  echo_command.option("target", wish->target, "the frame whose pose is shown").required().names_a(Names::Frame);
+  echo_command.option("-r,--rate", wish->rate_hz, "times per second").within(0.001, 1000.0).with_default().value("HZ");
+  echo_command.option("-p,--precision", wish->precision, "digits behind the point").within(0, 15).with_default();
+  echo_command.flag("--matrix", wish->with_matrix, "the 4 x 4 matrix too");
+  echo_command.flag("--once", wish->once, "one transform, then end; 1 if there is none within a second");
+  add_common_options(echo_command, wish->container, wish->as_json);
+  echo_command.runs([wish] { return echo(*wish); });
+
+  Command& monitor_command = group.add("monitor", "rate, delay and owner of each transform, as tf2_monitor shows them");
+  monitor_command.option("frames", wish->frames, "two: the chain between them; others: these frames only")
+      .names_a(Names::Frame);
+  monitor_command.option("--interval", wish->interval_s, "seconds between two tables")
+      .within(0.1, 3600.0)
+      .with_default()
+      .value("SECONDS");
+  monitor_command.flag("--once", wish->once, "one table, then end");
+  add_common_options(monitor_command, wish->container, wish->as_json);
+  monitor_command.note("Delay: from a transform's stamp to its publication, over its last thousand messages.");
+  monitor_command.runs([wish] { return monitor(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// What goes to a topic from the command line.
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "asking.hpp"
+#include "nacelle/msgs/any_message.hpp"
+#include "nacelle/msgs/json.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/session/message_text.hpp"
+#include "nacelle/session/stop_signal.hpp"
+#include "program.hpp"
+#include "topic_commands.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+void wait_until(MonotonicTime until, const session::StopSignal& stop, const Clock& clock) {
+  while (!stop.is_raised() && clock.now() < until) {
+    pollfd wait{stop.descriptor(), POLLIN, 0};
+    ::poll(&wait, 1, static_cast<int>((until - clock.now()) / 1ms) + 1);
+  }
+}
+
+/// The subscriptions that a message of that topic and type goes to. On a connection of its own: one that has asked cannot publish.
+Result<json, Problem> readers_of(control::Client& asking, const TopicWish& wish, Duration limit) {
+  auto graph = asking.call({{"verb", "graph"}}, limit);
+  if (!graph) return err(graph.error());
+  json readers = json::array();
+  for (const auto& end : graph.value()["endpoints"]) {
+    if (!end["publisher"].get<bool>() && end["topic"] == absolute(wish.topic) && end["type"] == wish.type)
+      readers.push_back(end);
+  }
+  return readers;
+}
+
+/// A reader that stops when messages stop, and these come too seldom for it, stops and goes.
+void warn_if_too_slow(const TopicWish& wish) {
+  // A container that is busy is not waited for: what is published may be what stops the robot.
+  constexpr Duration kPatience = 200ms;
+  auto asking = connect(wish.container);
+  if (!asking) return;
+  const auto readers = readers_of(asking.value(), wish, kPatience);
+  if (!readers) return;
+  for (const auto& reader : readers.value()) {
+    const double timeout_s = reader.value("command_timeout_s", 0.0);
+    // Twice in its time: one message that is late, or lost, must not stop it.
+    const double enough_hz = timeout_s > 0 ? 2.0 / timeout_s : 0.0;
+    if (wish.rate_hz >= enough_hz) continue;
+    std::fprintf(stderr,
+                 "nacelle: warning: %s: %s stops %g s after the last message (its parameter %s), and %g Hz %s; "
+                 "publish with --rate %g or more\n",
+                 absolute(wish.topic).c_str(), text_of(reader, "node").c_str(), timeout_s,
+                 text_of(reader, "command_parameter").c_str(), wish.rate_hz,
+                 wish.rate_hz * timeout_s <= 1.0 ? "makes it stop and go" : "leaves no room for a late one",
+                 std::ceil(enough_hz * 1e3) / 1e3);
+  }
+}
+
+/// Waits for --wait-matching-subscriptions. Returns the exit code, or nothing when publishing may begin.
+std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSignal& stop, const Clock& clock) {
+  auto asking = connect(wish.container);
+  if (!asking) return asking.error();
+  constexpr Duration kLook = 100ms;
+  const MonotonicTime began = clock.now();
+  for (MonotonicTime told{};;) {
+    auto readers = readers_of(asking.value(), wish, kAnswerLimit);
+    if (!readers) return complain(readers.error());
+    if (readers.value().size() >= wish.readers) return std::nullopt;
+    if (stop.is_raised()) return kDone;
+    if (wish.longest_wait_s > 0 && clock.now() - began >= from_seconds(wish.longest_wait_s)) {
+      return complain(
+          {"Timed out waiting for subscribers",
+           fmt::format("Expected {} subscribers but only got {} subscribers", wish.readers, readers.value().size()),
+           "see `nacelle topic info " + absolute(wish.topic) + "`"});
+    }
+    if (told == MonotonicTime{} || clock.now() - told >= 1s) {
+      std::fprintf(stderr, "Waiting for at least %zu matching subscription(s)...\n", wish.readers);
+      told = clock.now();
+    }
+    wait_until(clock.now() + kLook, stop, clock);
+  }
+}
+
+/// The message as it is to be sent now. Errors: what is wrong with the text.
+Result<bool, Problem> fill(msgs::AnyMessage& message, const std::string& text, const Clock& clock) {
+  auto read = session::read_message_text(text, message.type(), clock.wall_now());
+  if (!read) return err(read.error());
+  if (auto done = msgs::from_json(read.value().json, message.type(), message.get()); !done) return err(done.error());
+  return read.value().has_stamps;
+}
+
+void show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t number) {
+  if (wish.print_every == 0 || number % wish.print_every != 0) return;
+  if (wish.as_json) {
+    std::printf("%s\n", msgs::to_json(message.type(), message.get()).c_str());
+  } else {
+    std::string text;
+    session::append_repr(text, message.type(), message.get());
+    std::printf("publishing #%zu: %s\n\n", number, text.c_str());
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int publish_topic(const TopicWish& asked) {
+  TopicWish wish = asked;
+  wish.type = full_type_name(asked.type, "msg");
+  const session::StopSignal stop;
+  const SystemClock clock;
+  msgs::TypeLibrary library{program_places().message_folders};
+  auto type = library.message(wish.type);
+  if (!type) return complain(type.error());
+  msgs::AnyMessage message{*type.value()};
+  auto stamped = fill(message, wish.message, clock);
+  if (!stamped) return complain(stamped.error());
+
+  auto connected = connect(wish.container);
+  if (!connected) return connected.error();
+  control::Client& client = connected.value();
+  if (wish.readers != 0) {
+    if (const auto ended = wait_for_readers(wish, stop, clock)) return *ended;
+  }
+  auto handle = client.open_writer(absolute(wish.topic), wish.type, kAnswerLimit);
+  if (!handle) return complain(handle.error());
+  if (!wish.as_json) std::printf("publisher: beginning loop\n");
+  MonotonicTime next = clock.now();
+  const Duration period = from_seconds(1.0 / wish.rate_hz);
+  for (std::size_t sent = 0; !stop.is_raised() && (wish.times == 0 || sent < wish.times); ++sent) {
+    if (stamped.value() && sent != 0) static_cast<void>(fill(message, wish.message, clock));
+    if (auto done = client.publish(handle.value(), message.encoded()); !done) return complain(done.error());
+    show(wish, message, sent + 1);
+    // Refusals come as faults; asking for something shows that the message was taken.
+    if (auto taken = client.stats(kAnswerLimit); !taken) return complain(taken.error());
+    if (wish.times != 0 && sent + 1 == wish.times) break;
+    if (sent == 0) warn_if_too_slow(wish);
+    wait_until(next += period, stop, clock);
+  }
+  return kDone;
+}
+
+}  // namespace nacelle::cli

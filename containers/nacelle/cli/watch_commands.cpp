@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// `streams` and `top`: what the running robot does, again and again.
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "live.hpp"
+#include "nacelle/report/figures.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr Duration kAnswerLimit = 10s;
+
+struct Wish {
+  std::string container;
+  bool as_json = false, once = false;
+  double interval_s = 1.0;
+};
+
+/// What a command shows of two answers to "figures".
+struct View {
+  json (*between)(const json& before, const json& after);
+  std::string (*text)(const json& table);
+};
+
+/// Live on a terminal, else one table.
+int watch(const Wish& wish, const View& view) {
+  LiveText live;
+  auto client = connect(wish.container);
+  if (!client) return client.error();
+  auto before = client.value().call({{"verb", "figures"}}, kAnswerLimit);
+  if (!before) return complain(before.error());
+  while (live.wait(from_seconds(wish.interval_s))) {
+    auto after = client.value().call({{"verb", "figures"}}, kAnswerLimit);
+    if (!after) return complain(after.error());
+    const json table = view.between(before.value(), after.value());
+    if (wish.as_json) {
+      std::printf("%s\n", table.dump().c_str());
+      std::fflush(stdout);
+    } else {
+      live.show(view.text(table));
+    }
+    if (wish.once || !live.is_on_terminal()) break;
+    before = std::move(after);
+  }
+  return kDone;
+}
+
+void add_view(Command& root, const char* name, const char* what, const char* note, View view) {
+  auto wish = std::make_shared<Wish>();
+  Command& command = root.add(name, what);
+  command.option("--interval", wish->interval_s, "seconds that a table covers")
+      .within(0.1, 3600.0)
+      .with_default()
+      .value("SECONDS");
+  command.flag("--once", wish->once, "one table, then end; so it does when stdout is no terminal");
+  add_common_options(command, wish->container, wish->as_json);
+  command.note(note);
+  command.runs([wish, view] { return watch(*wish, view); });
+}
+
+}  // namespace
+
+void add_watch_commands(Command& root) {
+  add_view(
+      root, "streams", "every stream: rate, age, what was dropped and why, and who is late",
+      "HZ is of the interval; the rest counts from the start. AGE: of the last message. P99: from publish() to the\n"
+      "callback. DROPPED by cause: overwritten (keep_last), full (keep_all), expired (lifespan), inactive "
+      "(lifecycle),\n"
+      "would_block, pool_dry (when_dry), discarded (with their reader).",
+      {report::streams_between, report::streams_text});
+  add_view(root, "top", "what each component costs: CPU, callbacks, queues",
+           "CPU is of one core, in the interval. BY: threads or process of its own are exact; callbacks of a component "
+           "that\n"
+           "shares a thread are sampled, about one in 128. MEAN is of the interval, MAX from the start. QUEUED: "
+           "messages that\n"
+           "wait, of as many as the queues take. MEMORY: only a process of its own has one; the others share the "
+           "container's.",
+           {report::components_between, report::components_text});
+}
+
+}  // namespace nacelle::cli

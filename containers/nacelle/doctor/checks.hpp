@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "nacelle/doctor/finding.hpp"
+#include "nacelle/doctor/machine.hpp"
+#include "nacelle/launch/plan.hpp"
+
+namespace nacelle::doctor {
+
+/// What a robot asks of its machine. Without a launch file nothing: then the checks look at what is there.
+struct Wanted {
+  struct Device {
+    std::string path;
+    std::string by;  ///< "/lidar, parameter port_name"
+  };
+  std::vector<Device> devices;
+  struct Priority {
+    int priority = 0;
+    std::string by;  ///< "/ekf"
+  };
+  std::vector<Priority> priorities;  ///< Threads with SCHED_FIFO.
+  bool shares_memory = false;        ///< A component runs in a process of its own.
+};
+/// Takes a string parameter whose value is a path below /dev for a device; each parameter once.
+void want_device(Wanted& wanted, const std::string& node, const std::string& parameter,
+                 const launch::ParameterValue& value);
+[[nodiscard]] Wanted wanted_by(const launch::Plan& plan);
+
+/// Each adds what it found. Pure but for what the machine reads.
+void check_devices(const Machine& machine, const Wanted& wanted, Findings& findings);
+void check_ports(const Machine& machine, const Wanted& wanted, Findings& findings);
+void check_clock(const Machine& machine, const Wanted& wanted, Findings& findings);
+void check_memory(const Machine& machine, const Wanted& wanted, Findings& findings);
+void check_kernel(const Machine& machine, const Wanted& wanted, Findings& findings);
+void check_power(const Machine& machine, const Wanted& wanted, Findings& findings);
+void check_realtime(const Machine& machine, const Wanted& wanted, Findings& findings);
+void check_versions(const Machine& machine, const Wanted& wanted, Findings& findings);
+
+/// All of them, in this order.
+[[nodiscard]] Findings examine(const Machine& machine, const Wanted& wanted);
+
+}  // namespace nacelle::doctor

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/drawing/canvas.hpp"
+
+namespace nacelle::drawing {
+
+/// One edge of the tree of frames.
+struct FrameEdge {
+  std::string child, parent;
+  std::string owner;  ///< The node that broadcasts it; empty: nobody has claimed it.
+  bool is_static = false;
+  double rate_hz = 0;
+  double age_s = 0;  ///< Of its newest sample.
+};
+
+/// "50.0 Hz, 12 ms old, /ekf" or "static, /transforms"
+[[nodiscard]] std::string describe(const FrameEdge& edge);
+/// "12 ms", "3.1 s"; a sample of the future has a minus.
+[[nodiscard]] std::string short_time(double seconds);
+
+// Each draws every tree that there is, children by name. Pure; what hangs in a circle hangs from its first frame by name.
+
+/// With lines of box characters, for a terminal.
+[[nodiscard]] std::string tree_text(const std::vector<FrameEdge>& edges);
+/// For graphviz.
+[[nodiscard]] std::string tree_dot(const std::vector<FrameEdge>& edges);
+[[nodiscard]] Result<std::string, Problem> tree_svg(const std::vector<FrameEdge>& edges);
+[[nodiscard]] Result<std::string, Problem> tree_pdf(const std::vector<FrameEdge>& edges);
+
+}  // namespace nacelle::drawing

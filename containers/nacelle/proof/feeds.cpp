@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rules about what comes from nobody: subscriptions without a publisher, clients without a server.
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "nacelle/base/names.hpp"
+#include "nacelle/proof/rules.hpp"
+
+namespace nacelle::proof {
+namespace {
+
+/// What people, tools and other programs say to a robot: nobody of the plan needs to publish it.
+bool is_from_outside(const Endpoint& reader) {
+  static constexpr std::array<std::string_view, 9> kNames{
+      "/clock",       "/tf",        "/tf_static",     "/emergency_stop", "/set_pose",
+      "/initialpose", "/goal_pose", "/clicked_point", "/diagnostics"};
+  const bool named = std::ranges::any_of(kNames, [&](std::string_view name) { return reader.topic.ends_with(name); });
+  return named || reader.is_command || reader.type.starts_with("std_msgs/") || reader.type == "sensor_msgs/msg/Joy";
+}
+
+std::string without_digits(std::string text) {
+  std::erase_if(text, [](unsigned char c) { return std::isdigit(c) != 0; });
+  return text;
+}
+
+/// A name that a person may have meant. Two robots' or two sensors' names differ in a number, and are no slip of the pen.
+std::string slip_of(const std::string& name, std::vector<std::string> others) {
+  std::erase_if(others, [&](const auto& other) { return without_digits(other) == without_digits(name); });
+  return nearest_name(name, others);
+}
+
+/// The parameter that names the topic or service, or the line of its `qos:`; else the component.
+std::string place_of_name(const launch::ComponentPlan& plan, const std::string& full_name) {
+  for (const auto& given : plan.parameters) {
+    const auto* const value = std::get_if<std::string>(&given.value);
+    if (value == nullptr || value->empty()) continue;
+    const auto full = expand_topic_name(*value, plan.name, plan.namespace_);
+    if (full && *full == full_name) return given.where.text();
+  }
+  for (std::size_t i = 0; i < plan.remaps.size() && i < plan.remap_lines.size(); ++i) {
+    const auto to = expand_topic_name(plan.remaps[i].to, plan.name, plan.namespace_);
+    if (to && *to == full_name) return plan.remap_lines[i].text();
+  }
+  return plan.where.text();
+}
+
+const LoadedComponent* component_of(const Evidence& evidence, const std::string& node) {
+  const auto found =
+      std::ranges::find(evidence.loaded, node, [](const auto& component) { return component.plan->full_name(); });
+  return found == evidence.loaded.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+void check_subscriptions(Evidence& evidence) {
+  const auto& all = evidence.endpoints;
+  const auto on = [&](const std::string& topic, bool publishes, auto&& fits) {
+    return std::ranges::any_of(
+        all, [&](const Endpoint& end) { return end.topic == topic && end.publishes == publishes && fits(end); });
+  };
+  const auto any = [](const Endpoint&) { return true; };
+  std::string told;
+  for (const Endpoint& reader : all) {
+    const LoadedComponent* const component = component_of(evidence, reader.node);
+    if (reader.publishes || component == nullptr || reader.is_apart || on(reader.topic, true, any)) continue;
+    if (told == reader.topic + " " + reader.node) continue;  // two types on one topic
+    const bool outside = on(reader.topic, false, is_from_outside);
+    std::vector<std::string> others;
+    for (const Endpoint& writer : all) {
+      if (!writer.publishes || writer.type != reader.type) continue;
+      // Beside a command's topic others of its type are what one expects; one that nobody hears is not.
+      if (!outside || !on(writer.topic, false, any)) others.push_back(writer.topic);
+    }
+    const std::string near = slip_of(reader.topic, others);
+    if (near.empty() && outside) continue;
+    told = reader.topic + " " + reader.node;
+    const Severity severity = near.empty() ? Severity::Warning : severity_of(*component->plan);
+    evidence.find(About::Stream,
+                  {place_of_name(*component->plan, reader.topic),
+                   reader.node + " reads '" + reader.topic + "' (" + reader.type + "), which nobody publishes",
+                   !near.empty()    ? "did you mean '" + near + "'?"
+                   : others.empty() ? "fine if another container does, or if it is not needed"
+                                    : "of its type there is " + join(others, " and ")},
+                  severity);
+  }
+}
+
+void check_clients(Evidence& evidence) {
+  const std::vector<runtime::ServiceReport> all = evidence.container.services();
+  for (const auto& client : all) {
+    const LoadedComponent* const component = component_of(evidence, client.node);
+    if (client.is_server || component == nullptr) continue;
+    std::vector<std::string> others;
+    const runtime::ServiceReport* server = nullptr;
+    for (const auto& other : all) {
+      if (!other.is_server) continue;
+      if (other.name != client.name) {
+        if (other.type == client.type) others.push_back(other.name);
+      } else if (server == nullptr || other.type == client.type) {
+        server = &other;
+      }
+    }
+    const std::string place = place_of_name(*component->plan, client.name);
+    if (server != nullptr) {
+      if (server->type == client.type) continue;
+      evidence.find(
+          About::Type,
+          {place,
+           client.name + ": " + server->node + " offers " + server->type + ", " + client.node + " calls " + client.type,
+           "rename one of the services with a remap, or make both sides use one type"},
+          severity_of(*component->plan));
+      continue;
+    }
+    // A component in a process of its own: its services are known by name only.
+    const bool is_apart = std::ranges::any_of(evidence.loaded, [&](const LoadedComponent& other) {
+      return other.declared &&
+             std::ranges::find(other.declared->services, client.name) != other.declared->services.end();
+    });
+    if (is_apart) continue;
+    const std::string near = slip_of(client.name, others);
+    evidence.find(
+        About::Service,
+        {place, client.node + " calls the service '" + client.name + "' (" + client.type + "), which nobody offers",
+         !near.empty()    ? "did you mean '" + near + "'?"
+         : others.empty() ? "fine if it can do without"
+                          : "of its type there is " + join(others, " and ")},
+        near.empty() ? Severity::Warning : severity_of(*component->plan));
+  }
+}
+
+}  // namespace nacelle::proof

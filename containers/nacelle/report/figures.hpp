@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace nacelle::report {
+
+// What `nacelle streams` and `nacelle top` show, made of two answers to the request "figures" (session/figures_verb.hpp): rates
+// are those between the two, totals those of the second. Pure.
+
+/// {"seconds": ..., "streams": [{"name", "type", "hz", "age_s", "dropped": {cause: count}, "dropped_per_s", "late", ...}]}
+/// A reader is late while it loses messages, misses the deadline that it asks for, or lets its queue fill; "why" says what
+/// keeps it from them.
+[[nodiscard]] nlohmann::json streams_between(const nlohmann::json& before, const nlohmann::json& after);
+/// {"seconds", "cpu_percent", "rss_mb", "threads", "components": [...], "other_threads": [...]}, components by CPU.
+/// "cpu_by" says what a component's CPU was taken from: "threads" (its own, exact), "process" (its own, exact), or
+/// "callbacks" (it shares a thread: about one callback in 128 is measured).
+[[nodiscard]] nlohmann::json components_between(const nlohmann::json& before, const nlohmann::json& after);
+
+/// As tables for people.
+[[nodiscard]] std::string streams_text(const nlohmann::json& streams);
+[[nodiscard]] std::string components_text(const nlohmann::json& components);
+
+}  // namespace nacelle::report

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace nacelle::session {
+
+class Session;
+
+/// Who is there and what joins them, in one answer; commands and completion pick what they show.
+///
+///   "nodes"      "node", "id" (0: no component), "managed", "state", "plugin", "isolated", "hidden" (a tool's)
+///   "endpoints"  "topic", "type", "hash", "node", "publisher" (else a subscription), "id", "elsewhere" (in another process),
+///                "qos", and for a reader that stops when messages stop "command_timeout_s" and "command_parameter"
+///   "services"   "name", "type", "node", "server" (else a client), "open"
+[[nodiscard]] nlohmann::json graph_of(Session& session);
+
+/// What there is to know of the component "name": where it comes from, what it was given, how it runs, what went wrong.
+[[nodiscard]] nlohmann::json component_info(Session& session, const nlohmann::json& request);
+
+}  // namespace nacelle::session

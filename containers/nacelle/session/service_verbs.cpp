@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/service_verbs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "nacelle/control/client.hpp"
+#include "nacelle/msgs/any_message.hpp"
+#include "nacelle/msgs/json.hpp"
+#include "nacelle/session/session.hpp"
+
+namespace nacelle::session {
+
+using control::reply_of;
+using nlohmann::json;
+
+Answer call_service(Session& session, msgs::TypeLibrary& types, const json& request) {
+  constexpr double kShortest_s = 0.001, kLongest_s = 86400.0;
+  const std::string name = request.value("service", "");
+  auto found = types.find(request.value("type", ""));
+  if (!found) return reply_of(found.error());
+  const msgs::ServiceType* const type = found.value().service;
+  if (type == nullptr) return reply_of({std::string{found.value().name()}, "is no service", ""});
+  msgs::AnyMessage message{type->request()};
+  const std::string values =
+      request.value("request", json::object()).dump(-1, ' ', false, json::error_handler_t::replace);
+  if (auto read = msgs::from_json(values, type->request(), message.get()); !read) return reply_of(read.error());
+
+  const double limit_s = std::clamp(request.value("timeout_s", 10.0), kShortest_s, kLongest_s);
+  auto late = std::make_unique<LateReply>();
+  late->due = session.container().clock().now() + from_seconds(limit_s);
+  late->too_late = {"service " + name, fmt::format("has not answered within {:g} s", limit_s),
+                    "its node is busy or hangs: see `nacelle faults`, or give --timeout more"};
+  auto call = session.container().call_service(name, *type, message.get(), [bell = late->bell] { bell->ring(); });
+  if (!call) return reply_of(call.error());
+  late->finish = [call = std::shared_ptr<runtime::ServiceCall>(std::move(call).value()), type, name]() -> json {
+    if (call->response() == nullptr)
+      return reply_of({"service " + name, "its node went away, or failed, before it answered", "see `nacelle faults`"});
+    return {{"ok", true},
+            {"type", type->name},
+            {"response", json::parse(msgs::to_json(type->response(), call->response()), nullptr, false)}};
+  };
+  return late;
+}
+
+}  // namespace nacelle::session

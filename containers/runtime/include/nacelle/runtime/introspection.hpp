@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/node/parameter.hpp"
+#include "nacelle/node/transport.hpp"
+
+// What tools are told of a container's nodes, streams, services and parameters (Container::endpoints() and its neighbours).
+namespace nacelle::runtime {
+
+/// One end of a stream.
+struct EndpointReport {
+  std::string topic, type, type_hash;
+  std::string node;  ///< "/lidar"
+  bool is_writer = false;
+  bool in_other_process = false;
+  std::uint64_t id = 0;  ///< Unique on the host while its process lives.
+  QoS qos{1};            ///< In force, as resolved().
+  CommandTimeout command_timeout;
+};
+
+/// A service that a node offers, or one that it calls.
+struct ServiceReport {
+  std::string name, type;  ///< "/ekf/reset", "std_srvs/srv/Empty"
+  std::string node;
+  bool is_server = true;
+  bool open = true;  ///< A server's lifecycle gate: it answers.
+};
+
+/// A declared parameter.
+struct ParameterReport {
+  std::string name;
+  ParameterValue value;
+  ParameterType type = ParameterType::NotSet;  ///< As declared; the value may not be set yet.
+  ParameterDescriptor descriptor;
+  bool given = false;  ///< By the composition; else it began with its default.
+};
+
+/// What became of one parameter that was to be set.
+struct ParameterOutcome {
+  std::string name;
+  std::string refusal;  ///< The node's words; empty: it is set.
+};
+
+using ParametersRead = std::function<void(Result<std::vector<ParameterReport>, Problem>)>;
+using ParametersSet = std::function<void(Result<std::vector<ParameterOutcome>, Problem>)>;
+
+/// A call of a service by a tool. Threads: one, the owner's; the end of the object ends the call (its answer goes nowhere then).
+class ServiceCall {
+ public:
+  enum class State : std::uint8_t {
+    Waiting,
+    Answered,
+    Refused,  ///< There will be no answer: the server went away, or its callback failed.
+  };
+  virtual ~ServiceCall() = default;
+  [[nodiscard]] virtual State state() const = 0;
+  /// Null unless it is answered; valid as long as the call.
+  [[nodiscard]] virtual const void* response() const = 0;
+};
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// What tools ask of a container: its services and streams, and calls of a service from outside of any component.
+#include "nacelle/runtime/introspection.hpp"
+
+#include <algorithm>
+
+#include "container_impl.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+// The client of one call, without a node and without an executor.
+class ToolCall final : public ServiceCall, private AnswerTaker {
+ public:
+  explicit ToolCall(std::function<void()> on_answer)
+      : on_answer_(std::move(on_answer)),
+        self_(std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this))) {}
+  ~ToolCall() override { *self_->lock() = nullptr; }  // waits for a push() that is under way
+
+  [[nodiscard]] Asker asker() const { return {self_, 1}; }
+  [[nodiscard]] State state() const override { return state_.load(std::memory_order_acquire); }
+  [[nodiscard]] const void* response() const override {
+    return state() == State::Answered ? response_->get() : nullptr;
+  }
+
+ private:
+  void push(std::int64_t, std::unique_ptr<AnyMessage> response) override {
+    response_ = std::move(response);
+    state_.store(response_ ? State::Answered : State::Refused, std::memory_order_release);
+    on_answer_();
+  }
+
+  const std::function<void()> on_answer_;
+  const std::shared_ptr<Guarded<AnswerTaker*>> self_;
+  std::unique_ptr<AnyMessage> response_;
+  std::atomic<State> state_{State::Waiting};
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ServiceCall>, Problem> Container::call_service(const std::string& name,
+                                                                      const msgs::ServiceType& type, void* request,
+                                                                      std::function<void()> on_answer) {
+  const msgs::MessageType& request_type = type.request();
+  auto call = std::make_unique<ToolCall>(std::move(on_answer));
+  AnyMessage sent{request_type};
+  request_type.move_assign(sent.get(), request);
+  if (!impl_->commons.services.send(name, request_type, {call->asker(), std::move(sent)}))
+    return err(impl_->commons.services.why_not(name, request_type));
+  return std::unique_ptr<ServiceCall>{std::move(call)};
+}
+
+std::vector<ServiceReport> Container::services() const {
+  std::vector<ServiceReport> all;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    for (const auto& [id, record] : impl_->records) record->runtime->report_services(all);
+    if (impl_->services) impl_->services->report_services(all);
+  }
+  std::ranges::stable_sort(all, {}, &ServiceReport::name);
+  return all;
+}
+
+std::vector<EndpointReport> Container::endpoints() const { return impl_->commons.broker.endpoints(); }
+
+}  // namespace nacelle::runtime
