@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ekf/component/ekf_component.hpp"
 
+#include "ekf/component/ekf_parameters.hpp"
 #include "nacelle/qos/presets.hpp"
 
 namespace nacelle::ekf {

@@ -48,20 +48,24 @@ std::string why_it_waits(const Interval& interval, const json& component, const 
     busy_us += work.total_us;
     if (work.total_us > most.total_us) most = work;
   }
-  double threads = 0;
+  double threads = 0, cpu_us = 0;
   for (const auto& thread : interval.after["threads"]) {
     if (thread["executor"] != component["executor"]) continue;
     if (thread.value("state", "") == "late") return "a callback on its thread overstays";
     threads += thread.value("state", "") == "serving" ? 1 : 0;
+    cpu_us += interval.growth(thread, interval.earlier("threads", thread, {"id", "executor"}), "cpu_us");
   }
-  const double share = busy_us * 1e-6 / (interval.seconds * std::max(threads, 1.0));
-  if (share < kBusy || most.row == nullptr) return {};
+  // A callback that waits costs no CPU, and one whose timer is gone is in no report.
+  const double share = std::max(busy_us, cpu_us) * 1e-6 / (interval.seconds * std::max(threads, 1.0));
+  if (share < kBusy) return {};
+  std::string why = fmt::format("its thread '{}' is busy {:.0f} % of the time",
+                                component["executor"].get<std::string>(), 100 * std::min(share, 1.0));
+  if (busy_us < cpu_us / 2 || most.row == nullptr) return why;
   const json& row = *most.row;
   const bool is_own = row["node"] == reader["node"];
-  return fmt::format("its thread '{}' is busy {:.0f} % of the time, most of it with {}'s {} {} ({} each)",
-                     component["executor"].get<std::string>(), 100 * share,
-                     is_own ? "its own node" : row["node"].get<std::string>(), row["kind"].get<std::string>(),
-                     row["name"].get<std::string>(), time_text(most.mean_us()));
+  return why + fmt::format(", most of it with {}'s {} {} ({} each)",
+                           is_own ? "its own node" : row["node"].get<std::string>(), row["kind"].get<std::string>(),
+                           row["name"].get<std::string>(), time_text(most.mean_us()));
 }
 
 std::string cause_of(const Interval& interval, const json& reader, double hz, bool falls_behind) {

@@ -144,6 +144,18 @@ TEST_F(Figures, a_neighbour_that_holds_the_shared_thread_is_named) {
       "6 of 10 wait: its thread 'executor' is busy 95 % of the time, most of it with /map's timer 10 ms (9.5 ms each)");
 }
 
+TEST_F(Figures, a_thread_whose_work_is_in_no_report_is_known_by_its_clock) {
+  reader_of("/log")["waiting"] = 6;
+  after["threads"][0]["cpu_us"] = before["threads"][0]["cpu_us"].get<double>() + 970'000;
+  EXPECT_EQ(late()[0]["why"], "6 of 10 wait: its thread 'executor' is busy 97 % of the time");
+}
+
+TEST_F(Figures, what_nobody_reads_comes_last) {
+  after["streams"].push_back(stream("/a_stream_to_nobody", 1));
+  after["streams"][1]["readers"] = 0;
+  EXPECT_EQ(streams_between(before, after)["streams"][0]["name"], "/image");
+}
+
 TEST_F(Figures, a_thread_of_ones_own_is_not_held_by_others) {
   reader_of("/detector")["waiting"] = 4;
   row(after["callbacks"], "/map")["total_us"] = 20'000 + 950'000;
