@@ -109,7 +109,7 @@ class RecordingHost final : public NodeHost {
     };
     return std::make_unique<Handle>(callback);
   }
-  std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+  std::unique_ptr<TimerHandle> create_timer(TimerClock, Duration period, PlainCallback callback,
                                             const CallbackGroup::SharedPtr&) override;
   CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) override {
     struct Group final : CallbackGroup {
@@ -228,7 +228,7 @@ std::unique_ptr<SubscriptionHandle> RecordingHost::create_subscription(const End
   return std::make_unique<Port>(std::move(reader), taking, callback, state_.ports, readers_);
 }
 
-std::unique_ptr<TimerHandle> RecordingHost::create_timer(Duration period, PlainCallback callback,
+std::unique_ptr<TimerHandle> RecordingHost::create_timer(TimerClock, Duration period, PlainCallback callback,
                                                          const CallbackGroup::SharedPtr&) {
   struct Handle final : TimerHandle {
     Handle(RecordingContext::State& s, RecordingContext::State::Timer t) : state(s), timer(t) {

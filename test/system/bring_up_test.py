@@ -33,6 +33,13 @@ BLIND = """\
 CRANE = """\
     - {{pkg: nacelle_test, plugin: nacelle::test::Chaos, name: crane, param: [{{name: stop_file, value: {stop_file}}}, {{name: fail_in, value: activated}}]}}
 """
+# The same, and well; one that is never configured.
+CALM = """\
+    - {{pkg: nacelle_test, plugin: nacelle::test::Chaos, name: crane, param: [{{name: stop_file, value: {stop_file}}}]}}
+"""
+HANGER = """\
+    - {pkg: nacelle_test, plugin: nacelle::test::Chaos, name: hanger, param: [{name: fail_in, value: configure for ever}]}
+"""
 
 
 class BringUp(RobotTest):
@@ -97,6 +104,27 @@ class BringUp(RobotTest):
         self.assertEqual(robot.returncode, 1, said)
         self.assertIn("/crane is faulted (TOLD_TO: a fault on command)", said)
         self.assertIn("STOP\n", stop_file.read_text())
+
+    def test_a_signal_beside_a_step_that_hangs_stops_what_moves_and_does_not_wait_for_it(self):
+        stop_file = self.folder / "stop_beside"
+        file = self.launch_file("hanging", "node: lidar, when: active", extra=HANGER + CALM.format(stop_file=stop_file))
+        robot = self.start(file)
+        said = []
+        for line in robot.stderr:
+            said.append(line)
+            if "is still in on_configure" in line:
+                break
+        begin = time.monotonic()
+        robot.send_signal(signal.SIGINT)
+        wait_for("what moves is stopped", lambda: stop_file.exists() and "STOP\n" in stop_file.read_text(), 5)
+        stopped = time.monotonic() - begin
+        more = robot.communicate(timeout=60 * SLOW)[1]
+        took = time.monotonic() - begin
+        self.assertEqual(robot.returncode, 1, "".join(said) + more)
+        print(f"SIGINT beside a hanging on_configure: stopped after {stopped * 1e3:.0f} ms, ended after {took:.1f} s")
+        self.assertLess(stopped, 1 * SLOW)
+        self.assertLess(took, 10 * SLOW)
+        self.assertEqual(list(self.devices().glob("*")), [], "the devices of the simulated world are gone")
 
     def test_the_same_plan_gives_the_same_log(self):
         logs = set()

@@ -72,6 +72,16 @@ class Check(RobotTest):
                 self.assertEqual(json.loads(outcome.stdout)["components"], 10)
                 self.assertEqual(outcome.stderr, "")
 
+    def test_a_tag_that_ros2_control_does_not_know_only_warns(self):
+        source = pathlib.Path(LAUNCH_FILE).parent / "robot.urdf"
+        text = source.read_text().replace("  </ros2_control>", "    <controler/>\n  </ros2_control>")
+        line = text.splitlines().index("    <controler/>") + 1
+        robot = self.write("robot.urdf", text)
+        outcome = self.check(LAUNCH_FILE, f"description:={robot}", "--json")
+        findings = json.loads(outcome.stdout)["findings"]
+        self.assertEqual([(f["severity"], f["where"]) for f in findings], [("warning", f"{robot}:{line}")])
+        self.assertIn("<controler> is no tag of ros2_control inside <ros2_control>, and is ignored", findings[0]["what"])
+
     def test_finds_all_that_is_wrong_and_not_the_first_only(self):
         more = ", {name: scan_points, value: 0}, {name: range_max, value: far}, {name: nosuch, value: 1}, {name: product_name, value: X}"
         outcome = self.check(self.write("all.launch.yaml", LIDAR.format(more=more, required="true")), code=1)

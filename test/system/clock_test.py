@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Clocks: the wall clock is set, and simulated time.
+"""Clocks: the wall clock is set, simulated time, and simulated time that jumps.
 
 The wall clock is set while the robot drives: no control cycle is missed, one event tells of it, stamps keep their order.
 
@@ -10,6 +10,7 @@ import os
 import pathlib
 import re
 import signal
+import threading
 import time
 import unittest
 
@@ -132,6 +133,143 @@ class SimTime(Listening):
                 times = [stamp["sec"] + stamp["nanosec"] * 1e-9 for stamp in of_topic]
                 self.assertGreater(min(times), 999)
                 self.assertLess(max(times), end_s + 10)
+
+
+class SimulatedClock:
+    """What /clock says: a time that runs at a pace, stands, or jumps; 100 times a second."""
+
+    def __init__(self, start_s):
+        self.lock = threading.Lock()
+        self.pace, self.base_s, self.since = 1.0, start_s, time.monotonic()
+
+    def now_s(self):
+        with self.lock:
+            return self.base_s + (time.monotonic() - self.since) * self.pace
+
+    def go_on(self, pace, at_s=None):
+        """Returns the time at which it goes on so."""
+        now_s = self.now_s() if at_s is None else at_s
+        with self.lock:
+            self.pace, self.base_s, self.since = pace, now_s, time.monotonic()
+        return now_s
+
+
+class JumpingSimTime(Listening):
+    """Every type of component lives through a /clock that is slow, stands, and is set back; two of them in processes of their own."""
+
+    # Who publishes what. The camera is the pattern, which needs no device; the stop has no stream of its own.
+    STREAMS = {
+        "/joint_states": "diff_drive", "/odom": "odometry", "/odometry/filtered": "ekf", "/scan": "lidar", "/imu/data_raw": "imu",
+        "/camera/camera_info": "camera", "/detections": "detector",
+    }
+    FRAME_OF_THE_TRANSFORMS = "left_wheel_link"
+    ISOLATED = ("lidar", "detector")
+    BACK_TO_S = 500.0
+
+    @classmethod
+    def start_program(cls, *arguments, **options):
+        if arguments[0] == "launch":
+            source = pathlib.Path(LAUNCH_FILE)
+            text = source.read_text().replace("- node_container:", "- set_use_sim_time: {value: true}\n- node_container:")
+            for name in cls.ISOLATED:
+                text, count = re.subn(rf"^( +)name: {name}$", rf"\1name: {name}\n\1isolate: process", text, flags=re.MULTILINE)
+                assert count == 1, name
+            text += "    - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop}\n"
+            file = cls.folder / "sim_time.launch.yaml"
+            file.write_text(text)
+            arguments = ("launch", file, f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf", *arguments[2:])
+        return super().start_program(*arguments, **options)
+
+    def components(self):
+        rows = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)["components"]
+        return {row["node"].removeprefix("/"): row for row in rows}
+
+    def stamps(self, topic):
+        return [self.seconds(message["header"]["stamp"]) for message in self.lines(self.echoes[topic][0])]
+
+    def stamps_of_frame(self, child):
+        return [
+            self.seconds(t["header"]["stamp"]) for message in self.lines(self.echoes["/tf"][0]) for t in message["transforms"]
+            if t["child_frame_id"] == child]  # fmt: skip
+
+    @staticmethod
+    def seconds(stamp):
+        return stamp["sec"] + stamp["nanosec"] * 1e-9
+
+    def all_stamps(self):
+        every = {topic: self.stamps(topic) for topic in self.STREAMS}
+        every["/tf of " + self.FRAME_OF_THE_TRANSFORMS] = self.stamps_of_frame(self.FRAME_OF_THE_TRANSFORMS)
+        return every
+
+    def wait_for_more(self, why, count, of=None):
+        before = {name: len(stamps) for name, stamps in self.all_stamps().items()}
+        for name in of or before:
+            wait_for(f"{name} goes on {why}", lambda: len(self.all_stamps()[name]) >= before[name] + count)
+        return {name: stamps[before[name]:] for name, stamps in self.all_stamps().items()}
+
+    def test_every_component_lives_through_it(self):
+        self.assertEqual(
+            {row["plugin"].split("::")[1] for row in self.components().values()},
+            {folder.name for folder in (pathlib.Path(LAUNCH_FILE).parents[1] / "components").iterdir()
+             if "NACELLE_REGISTER_COMPONENT" in "".join(f.read_text() for f in (folder / "component").glob("*.cpp"))},
+            "every type of component runs here")  # fmt: skip
+        world = SimulatedClock(1000.0)
+        socket = self.folder / "nacelle" / "robot.sock"
+        ticks = Sender(socket, "/clock", CLOCK, lambda: clock(world.now_s()), 100.0)
+        sender = Sender(socket, "/cmd_vel", TWIST, lambda: twist(0.05))
+        truth = Truth(self.folder / "sim" / "truth")
+        wait_for("it drives", truth.moves, 5)
+        self.echoes = {topic: self.echo(topic) for topic in (*self.STREAMS, "/tf")}
+        self.wait_for_more("at full speed", 5)
+
+        slow_from_s = world.go_on(0.5)
+        begin = time.monotonic()
+        filtered = len(self.stamps("/odometry/filtered"))
+        self.check_range("slow", self.wait_for_more("at half speed", 20), slow_from_s - 1, slow_from_s + 60)
+        wait_for("two seconds are over", lambda: time.monotonic() > begin + 2)
+        rate_hz = (len(self.stamps("/odometry/filtered")) - filtered) / (time.monotonic() - begin)
+        self.assertLess(rate_hz, 35 if SLOW == 1 else 50, "the filter's 50 Hz are those of /clock")
+        self.assertGreater(rate_hz, 15 / SLOW)
+
+        stands_at_s = world.go_on(0.0)
+        wait_for("the filter has seen it", lambda: self.is_quiet("/odometry/filtered"))
+        standing = [topic for topic in self.STREAMS if topic != "/odometry/filtered"]
+        self.check_range("standing", self.wait_for_more("while the clock stands", 5, standing), stands_at_s - 1, stands_at_s + 0.1)
+        self.assertTrue(self.is_quiet("/odometry/filtered"))
+        self.assertTrue(truth.moves(), "what drives real wheels does not wait for /clock")
+
+        world.go_on(1.0, self.BACK_TO_S)
+        jumped = self.wait_for_more("after the jump back", 20)
+        for name, stamps in jumped.items():
+            with self.subTest(stream=name):
+                late = [s for s in stamps[5:] if not self.BACK_TO_S - 1 < s < self.BACK_TO_S + 60]
+                self.assertEqual(late, [], "of the new time, all but what was on its way")
+                # Real devices' ages are taken from a time that moves in ticks: two samples of one tick may change places.
+                back = [a - b for a, b in zip(stamps[5:], stamps[6:]) if a - b > 0.1 * SLOW]
+                self.assertEqual(back, [], "they go on in order but for /clock's own ticks")
+
+        self.assertTrue(truth.moves())
+        for name, row in self.components().items():
+            with self.subTest(component=name):
+                self.assertEqual((row["state"], row.get("fault")), ("active", None))
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        wait_for("the stop stops", lambda: not truth.moves(), 5)
+        self.expect_exit(self.run_program("estop", "release"), 0)
+        for _, process in self.echoes.values():
+            process.send_signal(signal.SIGINT)
+            process.wait(10 * SLOW)
+        sender.stop()
+        ticks.stop()
+
+    def is_quiet(self, topic):
+        before, until = len(self.stamps(topic)), time.monotonic() + 0.3 * SLOW
+        wait_for("a while is over", lambda: time.monotonic() > until)
+        return len(self.stamps(topic)) == before
+
+    def check_range(self, when, every, from_s, to_s):
+        for name, stamps in every.items():
+            with self.subTest(stream=name, when=when):
+                self.assertEqual([s for s in stamps if not from_s <= s <= to_s], [])
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import signal
+import subprocess
 import unittest
 
 from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, wait_for
@@ -58,6 +59,22 @@ class Isolated(RunningRobotTest):
     def test_2_its_lifecycle_is_that_of_any_component(self):
         self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "deactivate"), 0)
         self.assertEqual(self.run_program("lifecycle", "get", "/lidar").stdout, "inactive [2]\n")
+        # ROS 2's tools see each step.
+        heard = self.folder / "events"
+        with open(heard, "w") as file:
+            listening = self.start_program("topic", "echo", "/lidar/transition_event", "--json", stdout=file, stderr=subprocess.DEVNULL)
+        try:
+            def steps_have_come():
+                for transition in ("activate", "deactivate"):
+                    self.expect_exit(self.run_program("lifecycle", "set", "/lidar", transition), 0)
+                events = [json.loads(line) for line in heard.read_text().split("\n")[:-1]]
+                return {(e["start_state"]["label"], e["goal_state"]["label"]) for e in events} >= {
+                    ("inactive", "activating"), ("activating", "active"), ("active", "deactivating"), ("deactivating", "inactive")}
+
+            wait_for("its transitions are told", steps_have_come)
+        finally:
+            listening.kill()
+            listening.wait()
         refused = self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "configure"), 1)
         self.assertIn("could not configure", refused.stderr)
         self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "activate"), 0)

@@ -16,7 +16,7 @@ import unittest
 from control import BOOL, NAN, STAMPED, TWIST, Control, Sender, boolean, stamped, twist
 from robot import LAUNCH_FILE, SLOW, RobotTest, wait_for
 
-TIMEOUT_S, CYCLE_S, WATCHDOG_S = 0.5, 0.02, 0.5
+TIMEOUT_S, CYCLE_S, WATCHDOG_S, LEASE_S = 0.5, 0.02, 0.5, 0.5
 MACHINE_S = 0.03  # for being scheduled on a busy machine; not part of the promise
 SPEED = 0.2
 TABLE = []
@@ -65,7 +65,7 @@ class StopTest(RobotTest):
         if cls.PLUGIN:
             text = text.replace("plugin: nacelle::diff_drive::DiffDriveComponent", f"plugin: {cls.PLUGIN}")
         file = cls.folder / "stop.launch.yaml"
-        file.write_text(text)
+        file.write_text(cls.plan(text))
         ports = [f"{name}_port:={cls.sim}/{name}" for name in ("lidar", "imu", "base")]
         cls.robot = cls.start_program(
             "launch", file, "sim:=false", "camera_device:=pattern", *ports, f"config:={source.parent}/config/robot.yaml",
@@ -73,6 +73,10 @@ class StopTest(RobotTest):
         wait_for("the base is active", lambda: cls.state_of_the_base() == "active", 60)
         wait_for("the robot is running", lambda: "components active" in (cls.folder / "log").read_text().split("-- ")[-1], 60)
         cls.socket = cls.folder / "nacelle" / "robot.sock"
+
+    @classmethod
+    def plan(cls, text):
+        return text
 
     @classmethod
     def state_of_the_base(cls):
@@ -247,6 +251,73 @@ class EmergencyStop(StopTest):
         self.nothing_moves(1)
         released = self.expect_exit(self.run_program("estop", "release", "--json"), 0)
         self.assertEqual(json.loads(released.stdout), {"emergency_stop": False, "topics": [{"name": "/emergency_stop", "readers": 1}]})
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+
+class Guarded(StopTest):
+    """emergency_stop_required: the base moves only while somebody is there who could stop it. He has a process of his own here."""
+
+    @classmethod
+    def plan(cls, text):
+        port = "{name: serial_port, value: $(var base_port_used)}"
+        assert text.count(port) == 1
+        text = text.replace(port, port + ", {name: emergency_stop_required, value: true}")
+        return text + "    - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop, isolate: process}\n"
+
+    def process_of_the_stop(self):
+        return wait_for("the process of the emergency stop", self.child_of_the_robot, 5)
+
+    def child_of_the_robot(self):
+        for entry in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                words = (entry / "cmdline").read_bytes().split(b"\0")
+                parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
+            except (OSError, IndexError):
+                continue
+            if parent == self.robot.pid and b"/estop" in words:
+                return int(entry.name)
+        return None
+
+    def load_it_anew(self):
+        self.expect_exit(self.run_program("component", "unload", "estop"), 0)
+        self.expect_exit(self.run_program("component", "load", "estop"), 0)
+
+    def test_1_its_process_is_killed(self):
+        sender = self.sender()
+        self.moving()
+        process, cause = self.process_of_the_stop(), time.monotonic_ns()
+        os.kill(process, signal.SIGKILL)
+        self.zero_after(cause, MACHINE_S + CYCLE_S, "required e-stop component killed")
+        sender.pause()
+        self.nothing_moves(TIMEOUT_S + 0.1)
+        sender.say(lambda: twist(SPEED))
+        self.nothing_moves(2 * TIMEOUT_S)
+        self.assertIn("emergency_stop_required", (self.folder / "log").read_text())
+        self.expect_exit(self.run_program("estop", "release"), 0)  # said by somebody who promises no life: not enough
+        self.nothing_moves(TIMEOUT_S)
+        self.load_it_anew()
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+    def test_2_its_process_hangs_and_goes_on(self):
+        sender = self.sender()
+        self.moving()
+        process = self.process_of_the_stop()
+        os.kill(process, signal.SIGSTOP)
+        try:
+            self.zero_after(time.monotonic_ns(), LEASE_S + CYCLE_S, "required e-stop component hung")
+            self.nothing_moves(0.3)
+        finally:
+            os.kill(process, signal.SIGCONT)
+        self.rests_and_moves_again(sender, lambda: twist(SPEED))
+
+    def test_3_it_is_deactivated(self):
+        sender = self.sender()
+        self.moving()
+        cause = time.monotonic_ns()
+        self.expect_exit(self.run_program("lifecycle", "set", "/estop", "deactivate"), 0)
+        self.zero_after(cause, LEASE_S + CYCLE_S + 0.1, "e-stop component deactivated (with command)")
+        self.nothing_moves(0.3)
+        self.expect_exit(self.run_program("lifecycle", "set", "/estop", "activate"), 0)
         self.rests_and_moves_again(sender, lambda: twist(SPEED))
 
 

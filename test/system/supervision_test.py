@@ -28,10 +28,14 @@ class ChaosTest(RunningRobotTest):
             cls.environment[sanitizer] = os.environ.get(sanitizer, "") + ":handle_segv=0:handle_abort=0"
         cls.start_robot()
 
+    MORE = ""  # components
+
     @classmethod
     def start_robot(cls, *more):
         cls.log = open(cls.folder / "log", "w+")
-        cls.robot = cls.start_program("launch", CHAOS, f"sim_dir:={cls.folder}/sim", f"stop_file:={cls.stop_file}", "--name", "robot", *more,
+        file = cls.folder / "chaos.launch.yaml"
+        file.write_text(CHAOS.read_text() + cls.MORE.format(folder=cls.folder))
+        cls.robot = cls.start_program("launch", file, f"sim_dir:={cls.folder}/sim", f"stop_file:={cls.stop_file}", "--name", "robot", *more,
                                       stdout=cls.log, stderr=subprocess.STDOUT)  # fmt: skip
         try:
             wait_for("every component is active", cls.is_up, 60)
@@ -201,6 +205,35 @@ class StopsTheRobot(ChaosTest):
         self.assertEqual(self.robot.wait(30 * SLOW), 1)
 
 
+class StopsBesideAHang(ChaosTest):
+    """/far moves something, in a process of its own, and never comes back from its deactivation."""
+
+    MORE = """    - pkg: nacelle_test
+      plugin: nacelle::test::Chaos
+      name: far
+      isolate: process
+      param: [{{name: stop_file, value: {folder}/far_stop}}, {{name: fail_in, value: deactivate for ever}}]
+"""
+
+    def test_the_stop_reaches_what_is_far_at_once_and_a_signal_is_obeyed_though_it_hangs(self):
+        far = self.folder / "far_stop"
+        self.assertEqual(far.read_text(), "")
+        begin = time.monotonic()
+        self.order("crane", "throw")
+        wait_for("the far one is stopped", lambda: "STOP\n" in far.read_text(), 5)
+        took = time.monotonic() - begin
+        print(f"a fault here to the stop in another process, with the program that orders it: {took * 1e3:.0f} ms")
+        self.assertIn("STOP\n", self.stop_file.read_text())
+        self.assertLess(took, 5 * SLOW, "and not after the 30 s of a deactivation")
+        begin = time.monotonic()
+        self.robot.send_signal(signal.SIGINT)
+        self.assertEqual(self.robot.wait(30 * SLOW), 1)
+        took = time.monotonic() - begin
+        print(f"SIGINT to the end, beside a deactivation that hangs: {took:.1f} s")
+        self.assertLess(took, 15 * SLOW)
+        self.assertEqual(self.our_processes(), [])
+
+
 class Crashes(ChaosTest):
     def crash(self, order, number):
         self.order("crane", order, kills=True)
@@ -221,7 +254,7 @@ class Crashes(ChaosTest):
         self.log.close()
         begin = time.monotonic()
         type(self).log = open(self.folder / "log", "w+")
-        type(self).robot = self.start_program("launch", CHAOS, f"sim_dir:={self.folder}/sim", f"stop_file:={self.stop_file}", "--name", "robot", "--resume",
+        type(self).robot = self.start_program("launch", self.folder / "chaos.launch.yaml", f"sim_dir:={self.folder}/sim", f"stop_file:={self.stop_file}", "--name", "robot", "--resume",
                                               stdout=self.log, stderr=subprocess.STDOUT)  # fmt: skip
         wait_for("it is up again", lambda: " active in " in self.said())
         print(f"back after {time.monotonic() - begin:.2f} s")

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "macro_parameters.hpp"
+#include "places.hpp"
 #include "scope.hpp"
 #include "texts.hpp"
 #include "trail.hpp"
@@ -51,12 +52,16 @@ class Expander {
     // The root is an element of the result like any other; only its namespace goes.
     XMLElement* const made = out.NewElement(root.Name());
     out.InsertEndChild(made);
+    trail_.line = root.GetLineNum();
+    places_.remember(*made, trail_);
     copy_attributes(root, *made, global);
     expand_children(root, *made, global);
     texts_.check_arguments(path);
     tinyxml2::XMLPrinter printer;
     out.Print(&printer);
-    return {"<?xml version=\"1.0\"?>\n" + std::string(printer.CStr()), std::move(warnings_)};
+    XacroResult result{"<?xml version=\"1.0\"?>\n" + std::string(printer.CStr()), std::move(warnings_), {}};
+    Places::collect(*made, result.places);
+    return result;
   }
 
  private:
@@ -164,6 +169,7 @@ class Expander {
       if (++elements_ > kMaxElements) trail_.fail("the result would have more than 200000 elements");
       XMLElement* const made = out.NewElement(element->Name());
       into.InsertEndChild(made);
+      places_.remember(*made, trail_);
       copy_attributes(*element, *made, scope);
       expand_children(*element, *made, scope);
     }
@@ -186,6 +192,7 @@ class Expander {
       if (!is_element_name(made_name)) trail_.fail("'" + made_name.substr(0, 60) + "' is no name of an element");
       XMLElement* const made = into.GetDocument()->NewElement(made_name.c_str());
       into.InsertEndChild(made);
+      places_.remember(*made, trail_);
       copy_attributes(element, *made, scope);
       made->DeleteAttribute("xacro:name");
       return expand_children(element, *made, scope);
@@ -297,7 +304,7 @@ class Expander {
       for (const XMLNode* node = block->FirstChild(); node != nullptr; node = node->NextSibling()) {
         elements_ += count_of(*node);
         if (elements_ > kMaxElements) trail_.fail("the result would have more than 200000 elements");
-        into.InsertEndChild(node->DeepClone(into.GetDocument()));
+        Places::copy(*node, *into.InsertEndChild(node->DeepClone(into.GetDocument())));
       }
     }
   }
@@ -395,6 +402,7 @@ class Expander {
 
   const XacroEnvironment& environment_;
   Trail trail_;
+  Places places_;
   Texts texts_;
   std::map<std::string, Macro> macros_;
   std::vector<std::unique_ptr<XMLDocument>> documents_;  // what macros and blocks point into

@@ -57,6 +57,9 @@ Hindrance hindrance_of(const DriveLoop::Look& look) {
     return {"it was stopped from outside; deactivate it and activate it again", DiagnosticStatus::ERROR};
   if (held(Hold::EmergencyStop))
     return {"the emergency stop is set; `nacelle estop release` releases it", DiagnosticStatus::ERROR};
+  if (held(Hold::Unguarded))
+    return {"nobody is there who could set the emergency stop, or he hangs (emergency_stop_required)",
+            DiagnosticStatus::ERROR};
   if (look.state == CommandInput::State::Locked)
     return {"a lock blocks the input that would command it", DiagnosticStatus::WARN};
   if (look.waits_for_neutral) {
@@ -71,11 +74,14 @@ Hindrance hindrance_of(const DriveLoop::Look& look) {
 
 DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
     : LifecycleNode("diff_drive", options),
-      options_((declare_options(*this), read_options(*this))),
+      described_(read_described_base(*this)),
+      options_((declare_options(*this, described_.defaults), read_options(*this))),
       command_to_wheel_(create_histogram("command_to_wheel")),
       motion_stops_(shared_object<MotionStops>(kMotionStopsName, &make_motion_stops)),
       inbox_(options_.inputs.size(), options_.locks.size()) {
   inbox_.stops_from_outside = &motion_stops_->count;
+  for (const auto& problem : described_.problems) declare_problem(problem);
+  for (const auto& warning : described_.warnings) declare_warning(warning);
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
@@ -87,6 +93,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
       "emergency_stop", QoS(KeepAll{}).reliable().transient_local(),
       [this](const std_msgs::msg::Bool& stop, const MessageInfo& info) { on_emergency_stop(stop, info); }));
+  listen_for_guards();
   for (std::size_t i = 0; i < options_.locks.size(); ++i) listen_to_lock(i, options_.locks[i].topic);
   for (std::size_t i = 0; i < options_.inputs.size(); ++i) listen_to(i, options_.inputs[i].topic);
   hindrance_timer_ = create_wall_timer(kHindrancePeriod, [this] { tell_hindrance(); });
@@ -139,9 +146,31 @@ void DiffDriveComponent::on_twist_stamped(std::size_t source, const geometry_msg
 
 void DiffDriveComponent::on_emergency_stop(const std_msgs::msg::Bool& stop, const MessageInfo& info) {
   const bool is_set = emergency_.take(stop.data, info.source_time);
-  if (!is_set) inbox_.released_at_ns.store(get_clock().now().nanoseconds());
-  inbox_.emergency_stop.store(is_set, std::memory_order_release);
-  if (loop_ && is_set) loop_->interrupt();
+  if (!is_set) return inbox_.emergency_stop.release(get_clock().now());
+  inbox_.emergency_stop.set();
+  if (loop_) loop_->interrupt();
+}
+
+// Who promises to show life is told apart from those who only say something (`nacelle estop`, a person's terminal).
+void DiffDriveComponent::listen_for_guards() {
+  if (!options_.emergency_stop_required) return;
+  inbox_.unguarded.set();
+  SubscriptionOptions events;
+  events.event_callbacks.liveliness_callback = [this](const QOSLivelinessChangedInfo& now_is) {
+    if (now_is.alive_count != 0) return inbox_.unguarded.release(get_clock().now());
+    inbox_.unguarded.set();
+    if (loop_) loop_->interrupt();
+  };
+  // Those that promise nothing are the other subscription's.
+  events.event_callbacks.incompatible_qos_callback = [](const QOSRequestedIncompatibleQoSInfo&) {};
+  const QoS promised = QoS(KeepAll{})
+                           .reliable()
+                           .transient_local()
+                           .liveliness(Liveliness::ManualByTopic)
+                           .liveliness_lease_duration(from_seconds(options_.emergency_stop_timeout_s));
+  listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
+      "emergency_stop", promised,
+      [this](const std_msgs::msg::Bool& stop, const MessageInfo& info) { on_emergency_stop(stop, info); }, events));
 }
 
 bool DiffDriveComponent::is_stale(std::size_t source, const builtin_interfaces::msg::Time& stamp) const {
@@ -218,6 +247,8 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
 }
 
 CallbackReturn DiffDriveComponent::on_configure(const State&) {
+  if (!described_.problems.empty()) return refuse(described_.problems.front());
+  for (const auto& warning : described_.warnings) get_logger().warn("{}", warning.text());
   auto options = read_options(*this);
   // The subscriptions are those of the constructor.
   for (std::size_t i = 0; i < options.inputs.size(); ++i) options.inputs[i].topic = options_.inputs[i].topic;

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "diff_drive/component/described_base.hpp"
 #include "diff_drive/component/diff_drive_options.hpp"
 #include "diff_drive/component/drive_loop.hpp"
 #include "diff_drive/component/drive_topics.hpp"
@@ -22,7 +23,8 @@ namespace nacelle::diff_drive {
 /// The base: takes commands (Twist or TwistStamped), drives two wheels, tells their states and the battery.
 ///
 /// Commands come on cmd_vel, or on the topics of the parameters `topics`, of which the highest priority commands.
-/// `emergency_stop` (std_msgs/Bool, latched) stops the wheels until it is released; while something keeps the base from
+/// `emergency_stop` (std_msgs/Bool, latched) stops the wheels until it is released; with `emergency_stop_required` they also stand
+/// while no publisher of it shows life (liveliness manual_by_topic). While something keeps the base from
 /// following its commands, /diagnostics says what (design D7).
 ///
 /// configure opens the line and registers the stop frame with the container; activate stops the wheels and starts the
@@ -55,6 +57,7 @@ class DiffDriveComponent : public LifecycleNode {
   void listen_to_lock(std::size_t lock, const std::string& topic);
   void on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info);
   void on_twist_stamped(std::size_t source, const geometry_msgs::msg::TwistStamped& command, const MessageInfo& info);
+  void listen_for_guards();
   void on_emergency_stop(const std_msgs::msg::Bool& stop, const MessageInfo& info);
   void refuse_command(std::size_t source, CommandFault fault, const MessageInfo& info);
   [[nodiscard]] bool is_stale(std::size_t source, const builtin_interfaces::msg::Time& stamp) const;
@@ -67,6 +70,7 @@ class DiffDriveComponent : public LifecycleNode {
   void stop_base();
   void close_base();
 
+  const DescribedBase described_;
   DiffDriveOptions options_;
   DriveSetup setup_;
   DurationHistogram& command_to_wheel_;

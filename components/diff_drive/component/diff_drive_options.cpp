@@ -35,6 +35,8 @@ constexpr NumberRow kNumbers[] = {
      "correction found by calibration"},
     {"cmd_vel_timeout", &DiffDriveOptions::cmd_vel_timeout_s, 0.0, 60.0, "s",
      "age at which a command is given up; 0 never"},
+    {"emergency_stop_timeout", &DiffDriveOptions::emergency_stop_timeout_s, 0.1, 60.0, "s",
+     "with emergency_stop_required: how long who sets the emergency stop may show no life"},
     {"update_rate", &DiffDriveOptions::update_rate_hz, 1.0, 1000.0, "Hz", "control cycles per second"},
     {"publish_rate", &DiffDriveOptions::publish_rate_hz, 0.0, 1000.0, "Hz",
      "joint states per second at most; 0 all of the board's"},
@@ -242,8 +244,19 @@ CommandInput::Settings input_settings(const DiffDriveOptions& options) {
 
 }  // namespace
 
-void declare_options(Node& node) {
-  const DiffDriveOptions defaults;
+double* number_named(DiffDriveOptions& options, std::string_view parameter) {
+  const auto row = std::find_if(std::begin(kNumbers), std::end(kNumbers),
+                                [&](const NumberRow& candidate) { return candidate.name == parameter; });
+  return row == std::end(kNumbers) ? nullptr : &(options.*row->field);
+}
+
+std::vector<std::string> names_of_numbers() {
+  std::vector<std::string> names;
+  for (const auto& row : kNumbers) names.emplace_back(row.name);
+  return names;
+}
+
+void declare_options(Node& node, const DiffDriveOptions& defaults) {
   node.declare_parameter("left_wheel_names", defaults.left_wheel_names, described("joints of the wheels on the left"));
   node.declare_parameter("right_wheel_names", defaults.right_wheel_names,
                          described("joints of the wheels on the right"));
@@ -252,6 +265,9 @@ void declare_options(Node& node) {
     descriptor.additional_constraints = fmt::format("{} to {} {}", row.least, row.most, row.unit);
     node.declare_parameter(row.name, defaults.*row.field, std::move(descriptor));
   }
+  node.declare_parameter(
+      "emergency_stop_required", defaults.emergency_stop_required,
+      described("the wheels stand while nobody who could set the emergency stop is there and alive"));
   node.declare_parameter("publish_limited_velocity", defaults.publish_limited_velocity,
                          described("TwistStamped on ~/cmd_vel_out in every cycle"));
   for (const auto& axis : kAxes) {
@@ -292,6 +308,7 @@ DiffDriveOptions read_options(const Node& node) {
   options.left_wheel_names = node.get<std::vector<std::string>>("left_wheel_names");
   options.right_wheel_names = node.get<std::vector<std::string>>("right_wheel_names");
   for (const auto& row : kNumbers) options.*row.field = node.get<double>(row.name);
+  options.emergency_stop_required = node.get<bool>("emergency_stop_required");
   options.publish_limited_velocity = node.get<bool>("publish_limited_velocity");
   for (const auto& row : kAxes) {
     AxisOptions& axis = options.*row.field;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "diff_drive/component/drive_loop.hpp"
@@ -51,7 +52,9 @@ struct DiffDriveOptions {
   double cmd_vel_timeout_s = 0.5;                             ///< 0: commands stay in force.
   std::vector<InputOptions> inputs{{"", "cmd_vel", 0.5, 0}};  ///< Never empty; more where `topics` name them.
   std::vector<LockOptions> locks;
-  std::string rearm = "neutral";  ///< "neutral" or "fresh": see RearmRule.
+  bool emergency_stop_required = false;   ///< Nothing moves while no publisher of the emergency stop shows life.
+  double emergency_stop_timeout_s = 0.5;  ///< For so long it may show none.
+  std::string rearm = "neutral";          ///< "neutral" or "fresh": see RearmRule.
   bool publish_limited_velocity = false;
   double update_rate_hz = 50.0;
   double publish_rate_hz = 50.0;  ///< Of joint states, at most; 0: every state of the board.
@@ -76,9 +79,12 @@ struct DriveSetup {
   std::vector<std::string> warnings;  ///< Deprecated names in use.
 };
 
-/// Declares every parameter on the node, also those of the inputs and locks that its overrides name.
+/// Declares every parameter on the node, also those of the inputs and locks that its overrides name; with these defaults.
 /// Errors: rclcpp's named exceptions.
-void declare_options(Node& node);
+void declare_options(Node& node, const DiffDriveOptions& defaults = {});
+/// The option of a numeric parameter, or null; and all their names.
+[[nodiscard]] double* number_named(DiffDriveOptions& options, std::string_view parameter);
+[[nodiscard]] std::vector<std::string> names_of_numbers();
 /// Reads the values in force.
 [[nodiscard]] DiffDriveOptions read_options(const Node& node);
 /// Checks them all; `node` is who has them.

@@ -83,13 +83,12 @@ std::uint64_t DriveLoop::stops_from_outside() const {
 }
 
 void DriveLoop::heed_stops() {
-  const auto hold = [this](Hold why) {
-    if (input_.is_held(why)) return;
-    input_.hold(why);
-    static_cast<void>(port_.stop());  // the cycle that follows says it again
-  };
-  if (inbox_.emergency_stop.load(std::memory_order_acquire)) hold(Hold::EmergencyStop);
-  if (stops_from_outside() != stops_at_arm_) hold(Hold::Stopped);
+  bool is_new = input_.take_holds(inbox_);
+  if (stops_from_outside() != stops_at_arm_ && !input_.is_held(Hold::Stopped)) {
+    input_.hold(Hold::Stopped);
+    is_new = true;
+  }
+  if (is_new) static_cast<void>(port_.stop());  // the cycle that follows says it again
 }
 
 Result<void, DriveFault> DriveLoop::listen() {

@@ -25,15 +25,26 @@ struct CommandInbox {
     std::atomic<std::int64_t> heard_at_ns{kNever};
   };
 
+  /// Something that holds the wheels still while it is set.
+  struct HoldFlag {
+    std::atomic<bool> is_set{false};
+    std::atomic<std::int64_t> released_at_ns{0};  ///< When it became false; written before it.
+    void set() { is_set.store(true, std::memory_order_release); }
+    void release(MonotonicTime now) {
+      released_at_ns.store(now.nanoseconds());
+      is_set.store(false, std::memory_order_release);
+    }
+  };
+
   explicit CommandInbox(std::size_t source_count = 1, std::size_t lock_count = 0)
       : sources(source_count), locks(lock_count) {}
 
   std::deque<Source> sources;  // a deque: its elements neither copy nor move
   std::deque<Lock> locks;
-  std::atomic<bool> emergency_stop{false};
+  HoldFlag emergency_stop;
+  HoldFlag unguarded;
   /// How often the base was stopped from outside of its component; null: nobody does that. Outlives the loop.
   const std::atomic<std::uint64_t>* stops_from_outside = nullptr;
-  std::atomic<std::int64_t> released_at_ns{0};  ///< When emergency_stop became false; written before it.
 };
 
 }  // namespace nacelle::diff_drive

@@ -87,10 +87,22 @@ bool CommandInput::take(std::size_t index, const DriveCommand& command) {
   return true;
 }
 
+bool CommandInput::take_holds(const CommandInbox& inbox) {
+  bool any = false;
+  const auto follow = [&](const CommandInbox::HoldFlag& flag, Hold why) {
+    if (!flag.is_set.load(std::memory_order_acquire))
+      return release(why, MonotonicTime{Duration{flag.released_at_ns.load()}});
+    if (is_held(why)) return;
+    hold(why);
+    any = true;
+  };
+  follow(inbox.emergency_stop, Hold::EmergencyStop);
+  follow(inbox.unguarded, Hold::Unguarded);
+  return any;
+}
+
 bool CommandInput::take(CommandInbox& inbox, MonotonicTime now, DriveCommand& newest) {
-  const bool emergency = inbox.emergency_stop.load(std::memory_order_acquire);
-  if (emergency && !is_held(Hold::EmergencyStop)) hold(Hold::EmergencyStop);
-  if (!emergency) release(Hold::EmergencyStop, MonotonicTime{Duration{inbox.released_at_ns.load()}});
+  take_holds(inbox);
 
   lock_priority_ = lock_priority(inbox, now);
   bool any = false;

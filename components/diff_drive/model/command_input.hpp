@@ -18,7 +18,8 @@ enum class RearmRule : std::uint8_t {
 enum class Hold : std::uint8_t {
   EmergencyStop = 1,  ///< Latched until it is released.
   LineLost = 2,       ///< The motor board cannot be told anything.
-  Stopped = 4,        ///< Stopped from outside (MotionStops), until the next activation.
+  Unguarded = 4,      ///< Nobody who could set the emergency stop is there, and somebody has to be.
+  Stopped = 8,        ///< Stopped from outside (MotionStops), until the next activation.
 };
 
 /// Decides what the wheels should do now: which of several inputs commands them, and whether any may.
@@ -75,6 +76,8 @@ class CommandInput {
   void forget(MonotonicTime now);
   /// Ends a hold; the inputs stay disarmed.
   void release(Hold why, MonotonicTime now);
+  /// Takes the holds that the inbox tells of alone; true if one of them is new. take() does the same.
+  bool take_holds(const CommandInbox& inbox);
   /// Takes what has come. Call it once per cycle, before wanted(). Returns whether a command came into force that was not
   /// before; `newest` is it then.
   bool take(CommandInbox& inbox, MonotonicTime now, DriveCommand& newest);

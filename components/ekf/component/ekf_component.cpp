@@ -95,7 +95,7 @@ CallbackReturn EkfComponent::on_configure(const State&) {
     inputs_.push_back(std::make_unique<Input>(input, InputContext{&*filter_, buffer_.get(), &*options_}, next));
     next = static_cast<std::uint16_t>(next + inputs_.back()->parts().size());
   }
-  timer_ = create_wall_timer(from_seconds(1.0 / options_->frequency_hz), [this] { tick(); });
+  timer_ = create_timer(from_seconds(1.0 / options_->frequency_hz), [this] { tick(); });
   return CallbackReturn::SUCCESS;
 }
 

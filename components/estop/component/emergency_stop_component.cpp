@@ -23,7 +23,14 @@ ParameterDescriptor described(std::string text) {
   return descriptor;
 }
 
+// Who needs somebody here to be able to stop him (diff_drive's emergency_stop_required) hears of our end this soon.
+constexpr Duration kLease = 500ms;
+constexpr Duration kShowLife = 100ms;
+// A thread that has not looked at its button for so long never will.
+constexpr Duration kLookLimit = kLookPeriod + 500ms;
+
 QoS latched() { return QoS(KeepAll{}).reliable().transient_local(); }
+QoS promised() { return latched().liveliness(Liveliness::ManualByTopic).liveliness_lease_duration(kLease); }
 
 }  // namespace
 
@@ -34,11 +41,19 @@ EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenS
   declare_parameter("gpio_stop_level", "high",
                     described("high (a contact to ground that opens when pressed, or when a wire breaks) or low"));
   declare_parameter("gpio_bias", "pull_up", described("pull_up, pull_down or none"));
-  publisher_ = create_publisher<Bool>("emergency_stop", latched());
-  button_publisher_ = create_publisher<Bool>("emergency_stop", latched());
+  publisher_ = create_publisher<Bool>("emergency_stop", promised());
+  button_publisher_ = create_publisher<Bool>("emergency_stop", promised());
   heard_ = create_subscription<Bool>("emergency_stop", latched(), [this](const Bool& stop) { on_heard(stop); });
+  life_ = create_wall_timer(kShowLife, [this] { show_life(); });
   service_ = create_service<SetBool>(
       "~/set", [this](const SetBool::Request& request, SetBool::Response& response) { on_request(request, response); });
+}
+
+// From the executor, which would have to obey the service; and only while somebody looks at the button.
+void EmergencyStopComponent::show_life() {
+  if (button_ && get_clock().now().nanoseconds() - looked_at_ns_ > kLookLimit.count()) return;
+  publisher_->assert_liveliness();
+  button_publisher_->assert_liveliness();
 }
 
 PublishResult EmergencyStopComponent::say(Publisher<Bool>& publisher, bool stop) {
@@ -106,6 +121,7 @@ CallbackReturn EmergencyStopComponent::on_configure(const State&) {
 CallbackReturn EmergencyStopComponent::on_activate(const State&) {
   if (!button_) return CallbackReturn::SUCCESS;
   ended_ = false;
+  looked_at_ns_ = get_clock().now().nanoseconds();
   thread_ = std::thread{[this] { watch(); }};
   return CallbackReturn::SUCCESS;
 }
@@ -115,6 +131,7 @@ void EmergencyStopComponent::watch() noexcept {
   bool told = true;
   while (!ended_) {
     const auto pressed = button_->is_pressed();
+    looked_at_ns_ = get_clock().now().nanoseconds();
     // A button that cannot be read is pressed.
     const bool now_pressed = !pressed || pressed.value();
     if (now_pressed && !pressed_) told = false;

@@ -19,6 +19,8 @@ namespace nacelle::estop {
 /// What is said goes to the latched topic `emergency_stop`, where also others may say it (`nacelle estop`, a remote node); the
 /// base obeys the topic. A pressed button sets it, and sets it again when anybody releases it; letting go releases nothing.
 /// A button that cannot be read any more counts as pressed and is a fault (GPIO_LOST).
+/// While it is active, and its executor and its button's thread go on, it shows life (liveliness manual_by_topic, 0.5 s): a base
+/// with emergency_stop_required moves only then.
 /// Threads: the executor's; the button's thread has a publisher of its own.
 class EmergencyStopComponent final : public LifecycleNode {
  public:
@@ -46,6 +48,7 @@ class EmergencyStopComponent final : public LifecycleNode {
   [[nodiscard]] Result<GpioSettings, Problem> gpio_settings() const;
   void on_request(const SetBool::Request& request, SetBool::Response& response);
   void on_heard(const Bool& stop);
+  void show_life();
   static PublishResult say(Publisher<Bool>& publisher, bool stop);
   void watch() noexcept;
   void end_watch();
@@ -57,7 +60,9 @@ class EmergencyStopComponent final : public LifecycleNode {
   std::thread thread_;
   std::atomic<bool> ended_{false}, pressed_{false};
   std::shared_ptr<Subscription<Bool>> heard_;
+  std::atomic<std::int64_t> looked_at_ns_{0};  // at the button, CLOCK_MONOTONIC
   std::shared_ptr<Service<SetBool>> service_;
+  std::shared_ptr<Timer> life_;
 };
 
 }  // namespace nacelle::estop

@@ -3,38 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <map>
-#include <sstream>
 
-#include "nacelle/description/xacro.hpp"
+#include "nacelle/description/robot_description.hpp"
 
 namespace nacelle::transforms {
 namespace {
-
-constexpr std::size_t kLargestDescription = 16U
-                                            << 20U;  // a robot's URDF is some kilobytes; a wrong file may be anything
-
-Result<std::string, Problem> text_of(const std::string& path) {
-  errno = 0;
-  std::ifstream in{path, std::ios::binary};
-  if (!in) {
-    return err(Problem{path, fmt::format("the robot description cannot be read: {}", std::strerror(errno)),
-                       "see robot_description_file"});
-  }
-  std::string text;
-  char piece[4096];
-  while (in.read(piece, sizeof piece) || in.gcount() > 0) {
-    text.append(piece, static_cast<std::size_t>(in.gcount()));
-    if (text.size() > kLargestDescription) {
-      return err(Problem{path, "is larger than 16 MiB, which no robot description is", "see robot_description_file"});
-    }
-  }
-  if (in.bad()) return err(Problem{path, "the robot description cannot be read", "is it a file?"});
-  return text;
-}
 
 // A frame has one parent, whether the description or the parameter says so.
 Result<void, Problem> check_parents(const TransformsOptions& options) {
@@ -81,22 +55,10 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
   }
   if (!file.empty()) {
     where = file;
-    auto text = text_of(file);
-    if (!text) return err(text.error());
-    options.description = std::move(text).value();
-    if (file.ends_with(".xacro")) {
-      std::map<std::string, std::string> arguments;
-      for (const auto& argument : node.get<std::vector<std::string>>("xacro_arguments")) {
-        const auto separator = argument.find(":=");
-        if (separator == std::string::npos || separator == 0)
-          return err(Problem{"parameter xacro_arguments", "'" + argument + "' is not name:=value", ""});
-        arguments[argument.substr(0, separator)] = argument.substr(separator + 2);
-      }
-      auto expanded = description::expand_xacro(file, arguments, description::machine());
-      if (!expanded) return err(expanded.error());
-      options.description = std::move(expanded.value().urdf);
-      where = "what " + file + " expands to";  // `nacelle xacro` prints it
-    }
+    auto read = description::read_description(file, node.get<std::vector<std::string>>("xacro_arguments"));
+    if (!read) return err(read.error());
+    options.description = std::move(read.value().urdf);
+    if (!read.value().places.empty()) where = "what " + file + " expands to";  // `nacelle xacro` prints it
   }
   for (const std::string& entry : node.get<std::vector<std::string>>("static_transforms")) {
     auto transform = read_static_transform(entry);

@@ -84,7 +84,7 @@ void check_components(Evidence& evidence) {
     check_parameters(component, evidence);
     check_package(component, evidence);
     // A constructor that stumbles over a default in the place of a refused value would tell a consequence.
-    if (!component.failure || !component.faults.empty()) continue;
+    if (!component.failure || has_errors(component.faults)) continue;
     const Problem& failure = *component.failure;
     evidence.find(About::Plugin,
                   {place_named_in(*component.plan, failure.what), failure.where + ": " + failure.what, failure.way_out},
@@ -99,10 +99,13 @@ void check_parameters(const LoadedComponent& component, Evidence& evidence) {
     std::string what = fault.what;
     if (what.ends_with('.')) what.pop_back();
     const bool named = fault.parameter.empty() || what.find(fault.parameter) != std::string::npos;
-    evidence.find(About::Parameter,
-                  {fault.parameter.empty() ? place_named_in(plan, what) : place_of_parameter(plan, fault.parameter),
-                   node + (named ? ": " : ": parameter '" + fault.parameter + "': ") + what, fault.way_out},
-                  severity_of(plan));
+    std::string where = fault.where;
+    if (where.empty())
+      where = fault.parameter.empty() ? place_named_in(plan, what) : place_of_parameter(plan, fault.parameter);
+    evidence.find(
+        About::Parameter,
+        {std::move(where), node + (named ? ": " : ": parameter '" + fault.parameter + "': ") + what, fault.way_out},
+        fault.is_warning ? Severity::Warning : severity_of(plan));
   }
   if (!component.declared) return;
   std::vector<std::string> known;

@@ -5,12 +5,14 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "nacelle/session/isolated_words.hpp"
+#include "nacelle/session/load_request.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -18,7 +20,7 @@ namespace {
 using nlohmann::json;
 
 // Beyond what the process itself grants a transition.
-constexpr Duration kPatience = 5s;
+constexpr Duration kPatience = 1s;
 constexpr Duration kLeaveLimit = 3s;
 
 }  // namespace
@@ -30,6 +32,7 @@ Result<std::shared_ptr<IsolatedComponent>, Problem> IsolatedComponent::start(con
                                                                              ParameterFaults* faults) {
   auto made = std::make_shared<IsolatedComponent>(plan, places, container, carrier, clock);
   if (auto spawned = made->spawn(); !spawned) return err(spawned.error());
+  made->give_up_transitions_after(container.options().transition_timeout);
   auto loaded = made->call({{"do", "load"}, {"plan", plan_to_json(plan)}, {"collect", faults != nullptr}});
   if (!loaded) return err(loaded.error());
   if (faults != nullptr) {
@@ -46,6 +49,7 @@ IsolatedComponent::IsolatedComponent(const launch::ComponentPlan& plan, const Pr
       container_(container),
       carrier_(carrier),
       clock_(clock),
+      limit_(container.options().transition_timeout),
       types_(places.message_folders) {
   info_.node = plan.full_name();
   info_.plugin = plan.plugin;
@@ -100,14 +104,22 @@ Result<json, Problem> IsolatedComponent::call(json request) {
   request["call"] = next_call_;
   answer_.reset();
   link_->send_note(request.dump());
-  const Duration limit = container_.options().transition_timeout + kPatience;
-  const bool came = answered_.wait_for(lock, limit, [&] { return gone_ || answer_ != nullptr; });
+  const auto is_over = [&] { return gone_ || answer_ != nullptr; };
+  const MonotonicTime began = clock_.now(), latest = began + limit_ + kPatience;
+  // The limit may get shorter meanwhile: a shutdown waits for nobody that long.
+  const auto deadline = [&] {
+    return limited_at_ > began ? std::min(latest, limited_at_ + limit_ + kPatience) : latest;
+  };
+  for (MonotonicTime now = began; !is_over() && now < deadline(); now = clock_.now())
+    answered_.wait_for(lock, deadline() - now);
+  const bool came = is_over();
   ++next_call_;
   if (answer_ == nullptr) {
-    return err(Problem{over.where,
-                       came ? "its process ended: " + how_
-                            : fmt::format("its process has not answered within {:g} s", to_seconds(limit)),
-                       came ? "see its output above" : "unload it: its process is ended then"});
+    return err(
+        Problem{over.where,
+                came ? "its process ended: " + how_
+                     : fmt::format("its process has not answered within {:.1f} s", to_seconds(clock_.now() - began)),
+                came ? "see its output above" : "unload it: its process is ended then"});
   }
   const json answer = *answer_;
   if (!answer.value("success", false)) {
@@ -126,7 +138,16 @@ void IsolatedComponent::on_note(const std::string& note) {
       info_ = info_from_json(said["fault"]);
       const runtime::ComponentInfo faulted = info_;
       lock.unlock();
-      container_.tell_fault(faulted, said.value("callback", ""));
+      tell_fault(faulted, said.value("callback", ""));
+      return;
+    }
+    if (said.contains("state")) {
+      const json& change = said["state"];
+      info_.state = static_cast<StateId>(change.at(2).get<std::uint8_t>());
+      lock.unlock();
+      container_.tell_state({change.at(0).get<std::string>(), static_cast<StateId>(change.at(1).get<std::uint8_t>()),
+                             static_cast<StateId>(change.at(2).get<std::uint8_t>()),
+                             WallTime{Duration{change.at(3).get<std::int64_t>()}}});
       return;
     }
     if (said.contains("info")) info_ = info_from_json(said["info"]);
@@ -162,7 +183,14 @@ void IsolatedComponent::on_end(const Problem& problem) {
     faulted = info_;
     answered_.notify_all();
   }
-  container_.tell_fault(faulted);
+  tell_fault(faulted, "");
+}
+
+// At once, by whoever finds the fault, as in a process of one's own; the rest is the supervision's.
+void IsolatedComponent::tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback) {
+  if (load_request_of(plan_).on_fault.policy_for(faulted.actuator) == runtime::FaultPolicy::StopRobot)
+    container_.stop_what_moves();
+  container_.tell_fault(faulted, callback);
 }
 
 // --- as any other component ---------------------------------------------------------------------------------------------
@@ -180,6 +208,16 @@ TransitionOutcome IsolatedComponent::trigger(Transition transition) {
   if (!answer) return {false, state, answer.error().what};
   return {true, state, {}};
 }
+
+// What needs no answer, and is not to wait behind a question.
+void IsolatedComponent::tell(const json& order) {
+  const std::lock_guard lock(mutex_);
+  if (link_ && !gone_ && !closing_) link_->send_note(order.dump());
+}
+
+void IsolatedComponent::stop_what_moves() { tell({{"do", "stop"}}); }
+
+void IsolatedComponent::give_up_transitions_after(Duration limit) { tell({{"do", "limit"}, {"ns", limit.count()}}); }
 
 runtime::UnloadOutcome IsolatedComponent::unload() {
   // The component puts its hardware to rest itself; whatever it answers, its process goes.

@@ -37,13 +37,17 @@ class IsolatedComponent final : public runtime::ForeignComponent {
 
   runtime::ComponentInfo info() const override;
   TransitionOutcome trigger(Transition transition) override;
+  void stop_what_moves() override;
+  void give_up_transitions_after(Duration limit) override;
   runtime::UnloadOutcome unload() override;
 
  private:
   [[nodiscard]] Result<void, Problem> spawn();
   [[nodiscard]] Result<nlohmann::json, Problem> call(nlohmann::json request);
+  void tell(const nlohmann::json& order);
   void on_note(const std::string& note);
   void on_end(const Problem& problem);
+  void tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback);
   void end_process();
 
   const launch::ComponentPlan plan_;
@@ -51,7 +55,9 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   runtime::Container& container_;
   Carrier* const carrier_;  // outlives us; may be null
   const Clock& clock_;
-  msgs::TypeLibrary types_;  // the link's thread's
+  Duration limit_;              // of a transition; under mutex_
+  MonotonicTime limited_at_{};  // when it was said last
+  msgs::TypeLibrary types_;     // the link's thread's
 
   std::mutex calling_;  // one question at a time
   mutable std::mutex mutex_;

@@ -22,6 +22,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr Duration kLeaveLimit = 3s;  // as the container's own, for a component that hangs on its way down
+
 class IsolatedProcess {
  public:
   IsolatedProcess(int socket, const std::string& name, const std::string& carrier, const ProgramPlaces& places,
@@ -44,6 +46,7 @@ class IsolatedProcess {
       return type ? type.value() : nullptr;
     };
     link.on_note = [this](std::string note) {
+      if (obeys_at_once(note)) return;
       notes_.lock()->push_back(std::move(note));
       wake();
     };
@@ -57,12 +60,20 @@ class IsolatedProcess {
       link_->send_note(
           json{{"fault", info_to_json(info)}, {"callback", faults.empty() ? "" : faults.back().callback}}.dump());
     });
+    container_->on_state([this](const runtime::StateChange& change) {
+      link_->send_note(json{{"state",
+                             {change.node, static_cast<unsigned>(change.from), static_cast<unsigned>(change.to),
+                              change.when.nanoseconds()}}}
+                           .dump());
+    });
     link_->start();
   }
   ~IsolatedProcess() {
+    container_->give_up_transitions_after(kLeaveLimit);
     // The component first: its last messages may still be on their way when it says goodbye.
     container_->on_fault({});
     for (const auto& info : container_->list()) static_cast<void>(container_->unload(info.id));
+    container_->on_state({});
     link_.reset();
     container_.reset();
     ::close(event_);
@@ -87,6 +98,21 @@ class IsolatedProcess {
   void wake() const {
     const std::uint64_t one = 1;
     static_cast<void>(!::write(event_, &one, sizeof one));
+  }
+
+  // On the link's thread, beside whatever the component is at: a stop does not wait for a transition to return.
+  bool obeys_at_once(const std::string& note) const {
+    const json order = json::parse(note, nullptr, false);
+    if (!order.is_object() || !order.contains("do")) return false;
+    if (order["do"] == "stop") {
+      container_->stop_what_moves();
+      return true;
+    }
+    if (order["do"] == "limit" && order.value("ns", json{}).is_number_integer()) {
+      container_->give_up_transitions_after(Duration{order["ns"].get<Duration::rep>()});
+      return true;
+    }
+    return false;
   }
 
   void serve(const std::string& note) {

@@ -34,6 +34,8 @@ constexpr Duration kBudgetPeriod = 1s;
 constexpr Duration kProgramReadyLimit = 15s;
 constexpr Duration kLastMessageLimit = 500ms;
 constexpr Duration kShutdownStepLimit = 3s;  // a component that hangs holds the others' way down up for no longer
+constexpr Duration kMainThreadLimit =
+    1s;  // a stop signal that it has not obeyed by then finds it in a component's hands
 
 Problem interrupted(const StopSignal& stop) {
   return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
@@ -57,6 +59,7 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 }
 
 Session::~Session() {
+  lookout_.reset();
   desk_.reset();
   manager_.reset();
   server_.reset();
@@ -103,6 +106,12 @@ int Session::run() {
   container_options.component_path = options_.places.component_folders;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
   supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
+  lookout_ = std::make_unique<Lookout>(
+      stop_, [this] { return is_going_up_ ? Duration::zero() : kMainThreadLimit; },
+      [this] {
+        container_->stop_what_moves();
+        container_->give_up_transitions_after(kShutdownStepLimit);
+      });
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
@@ -125,6 +134,7 @@ int Session::run() {
   desk_ = std::make_unique<VerbDesk>(*this);
 
   auto up = bring_up();
+  is_going_up_ = false;
   std::optional<Problem> failure;
   if (!up) {
     failure = up.error();
@@ -287,7 +297,7 @@ Result<void, Problem> Session::load_components() {
     } else {
       entry.failure = loaded.error();
     }
-    if (!component.required && (entry.failure || !entry.faults.empty())) {
+    if (!component.required && (entry.failure || has_errors(entry.faults))) {
       if (loaded) static_cast<void>(container_->unload(loaded.value().id));
       say("nacelle: left out, since it is not required: " + component.full_name());
     }
@@ -364,7 +374,7 @@ std::string Session::why_not_go_up() {
   answer_guests();
   std::string why = stop_.is_raised() ? fmt::format("interrupted by {}", stop_.name()) : supervision_->why_to_stop();
   if (!why.empty()) {
-    container_->write_safe_stops();
+    container_->stop_what_moves();
     container_->give_up_transitions_after(kShutdownStepLimit);
   }
   return why;
@@ -497,6 +507,7 @@ std::optional<Problem> Session::serve() {
 }
 
 void Session::take_down() {
+  lookout_.reset();
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
   // First of all the wheels: components that hang may keep the base waiting for its turn.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -23,6 +24,7 @@
 #include "nacelle/session/composition.hpp"
 #include "nacelle/session/emergency_stops.hpp"
 #include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/session/lookout.hpp"
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "nacelle/session/stop_signal.hpp"
@@ -143,11 +145,13 @@ class Session {
   std::vector<std::string> held_actuators_;  // of the run that is resumed
   std::vector<std::string> held_stops_;      // the emergency stops that were set in it
   bool told_of_state_ = false;               // that the state file cannot be written
+  std::atomic<bool> is_going_up_{true};      // the main thread is in bring_up()
   bool undoing_ = false;                     // a failed bring-up: no figures to take
   report::RunReport report_;
   std::string last_messages_json_;
   SteadyState steady_;
   std::optional<MonotonicTime> steady_from_;
+  std::unique_ptr<Lookout> lookout_;  // until the way down begins
 };
 
 }  // namespace nacelle::session

@@ -211,13 +211,13 @@ void Supervision::restart(const std::string& node) {
 // until the next command of a base that is still active.
 void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
   runtime::Container& container = session_.container();
-  container.write_safe_stops();
+  container.stop_what_moves();
   // Nothing comes back by itself.
   restarts_ = {};
   patients_.clear();
   std::vector<runtime::ComponentInfo> order = container.list();
   std::erase_if(order, [](const auto& info) { return !info.managed || info.state != StateId::Active; });
-  // The last one that became active goes first; those of other processes tell no states, and go by their age.
+  // The last one that became active goes first.
   const auto place = [this](const auto& info) {
     return std::ranges::find(active_order_, info.node) - active_order_.begin();
   };

@@ -15,6 +15,13 @@ bool reads_also(const Topic& topic, const EndpointSpec& reader) {
   return std::ranges::any_of(topic.readers_, [&](const auto& other) { return other->spec().node == reader.node; });
 }
 
+// A node may ask for more in a second subscription (a promise of liveliness), and miss nothing of who does not offer it.
+bool hears(const Topic& topic, const std::string& node, const EndpointSpec& writer) {
+  return std::ranges::any_of(topic.readers_, [&](const auto& reader) {
+    return reader->spec().node == node && matches(writer, reader->spec());
+  });
+}
+
 }  // namespace
 
 const char* words_of(HandedOver way) {
@@ -92,7 +99,7 @@ std::vector<ClashReport> Broker::clashes() const {
       const auto serving = static_cast<std::size_t>(std::ranges::count_if(
           topic->writers_, [&](const BrokerWriter* w) { return matches(w->spec(), reader->spec()); }));
       for (const BrokerWriter* writer : topic->writers_) {
-        if (is_tool(writer->spec())) continue;
+        if (is_tool(writer->spec()) || hears(*topic, reader->spec().node, writer->spec())) continue;
         for (auto& clash : clashes_between(writer->spec(), reader->spec())) {
           clash.other_writers = serving;
           found.push_back(std::move(clash));

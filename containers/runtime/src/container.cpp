@@ -161,7 +161,8 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
     std::atomic<bool> began{false};
   };
   const auto run = std::make_shared<Run>();
-  const Duration limit = impl_->transition_limit();
+  const MonotonicTime began = impl_->commons.clock.now();
+  const Deadline deadline = impl_->deadline();
   const bool was_allowed = is_allowed(transition, record->managed->get_current_state().state());
   const bool ended = record->runtime->run_and_wait(
       callback_of(transition),
@@ -173,7 +174,7 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
         const StateWatch watch = impl->watch_states(*record);
         run->outcome = record->managed->trigger(transition);
       },
-      impl_->commons.clock.now() + limit);
+      deadline);
   if (ended) {
     if (!run->outcome.success && was_allowed) impl_->note_failed_transition(*record, transition, run->outcome);
     static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));  // on_configure may have made endpoints
@@ -182,7 +183,7 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   }
   TransitionOutcome late{
       false, record->managed->get_current_state().state(),
-      fmt::format("{} has not returned within {:.0f} s", callback_of(transition), to_seconds(limit))};
+      fmt::format("{} has not returned within {:.0f} s", callback_of(transition), to_seconds(deadline.now() - began))};
   if (run->began &&
       impl_->keep_reason(*record, "HUNG", late.reason, std::string{"transition "} + callback_of(transition))) {
     impl_->give_up_on(*record);
@@ -190,7 +191,15 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   return late;
 }
 
-void Container::give_up_transitions_after(Duration limit) { impl_->transition_limit_ns = limit.count(); }
+void Container::give_up_transitions_after(Duration limit) {
+  if (!impl_->patience.set(limit)) return;
+  std::vector<std::shared_ptr<ForeignComponent>> others;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    for (const auto& [id, component] : impl_->foreign) others.push_back(component);
+  }
+  for (const auto& component : others) component->give_up_transitions_after(limit);
+}
 
 bool Container::service_is_ready(const std::string& name) const { return impl_->commons.services.is_ready(name); }
 

@@ -79,10 +79,10 @@ struct Container::Impl final : Context {
   Guarded<FaultHistory> history;
   std::unique_ptr<ContainerServices> services;
 
-  std::atomic<Duration::rep> transition_limit_ns{options.transition_timeout.count()};
+  Patience patience{options.transition_timeout, commons.clock};
 
-  [[nodiscard]] Duration transition_limit() const { return Duration{transition_limit_ns.load()}; }
-  [[nodiscard]] MonotonicTime deadline() const { return commons.clock.now() + transition_limit(); }
+  [[nodiscard]] Duration transition_limit() const { return patience.limit(); }
+  [[nodiscard]] Deadline deadline() const { return Deadline{patience}; }
   [[nodiscard]] Executor& executor_for(Record& record, const LoadRequest& request);
   [[nodiscard]] static ComponentInfo info_of(const Record& record);
   [[nodiscard]] std::shared_ptr<Record> record(std::uint64_t id) const;

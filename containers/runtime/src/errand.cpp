@@ -20,10 +20,11 @@ Errand::Errand(const char* name, std::function<void()> what)
 
 Errand::~Errand() { thread_.join(); }
 
-bool Errand::wait(const Clock& clock, MonotonicTime deadline) {
+bool Errand::wait(const Clock& clock, const Deadline& deadline) {
   while (!has_ended()) {
-    if (clock.now() >= deadline) return false;
-    futex_wait_until(clock, ended_, 0, deadline);
+    const MonotonicTime now = clock.now(), end = deadline.now();
+    if (now >= end) return false;
+    futex_wait_until(clock, ended_, 0, end);
   }
   return true;
 }

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "nacelle/base/time.hpp"
+#include "patience.hpp"
 
 namespace nacelle::runtime {
 
@@ -25,7 +26,7 @@ class Errand {
   Errand& operator=(const Errand&) = delete;
 
   /// Returns false if it has not ended by the deadline; it goes on.
-  [[nodiscard]] bool wait(const Clock& clock, MonotonicTime deadline);
+  [[nodiscard]] bool wait(const Clock& clock, const Deadline& deadline);
   [[nodiscard]] bool has_ended() const { return ended_.load(std::memory_order_acquire) != 0; }
 
  private:

@@ -225,9 +225,13 @@ Duration Executor::supervise(const Limits& limits) {
           next = std::min(next, limits.handover_after - ran);
         }
       }
-      if ((worker.unusual & (Worker::kReportedHung | Worker::kAlone)) != 0) continue;
-      if (ran <= limits.hang_after) {
-        next = std::min(next, limits.hang_after - ran);
+      if ((worker.unusual & Worker::kReportedHung) != 0) continue;
+      const bool alone = (worker.unusual & Worker::kAlone) != 0;
+      const Duration limit = !alone                      ? limits.hang_after
+                             : worker.running != nullptr ? worker.running->time_limit()
+                                                         : Duration::max();
+      if (ran <= limit) {
+        next = std::min(next, limit - ran);
       } else if (hung != nullptr) {
         next = Duration::zero();  // one at a time
       } else {

@@ -34,17 +34,27 @@ bool Container::Impl::keep_reason(Record& record, const std::string& code, const
 
 void Container::Impl::note_fault(Record& record, const std::string& code, const std::string& text,
                                  const std::string& callback) {
-  if (!keep_reason(record, code, text, callback)) return;
+  if (!keep_reason(record, code, text, callback)) {
+    // It is faulted already, and its error processing cannot begin, or does not return.
+    if (code == "HUNG" && !record.hung) {
+      history.lock()->add(
+          {0, record.runtime->identity().fully_qualified(), code, text, callback, commons.clock.wall_now()});
+      give_up_on(record);
+    }
+    return;
+  }
   record.runtime->write_safe_stop();
   // At once, and by whoever finds the fault: what else there is to do about it may have to wait for a callback to return.
   if (record.request.lock()->on_fault.policy_for(record.runtime->is_actuator()) == FaultPolicy::StopRobot)
     stop_what_moves();
   if (code == "HUNG") return give_up_on(record);
-  record.runtime->post("on_error", [this, &record, reason = FaultReason{code, text}] {
+  record.runtime->post("on_error", patience, [this, &record, reason = FaultReason{code, text}] {
+    if (record.hung) return;  // given up meanwhile, and that has been told
     if (record.managed != nullptr) {
       const StateWatch watch = watch_states(record);
       static_cast<void>(record.managed->process_fault(reason));
     }
+    if (record.hung) return;
     tell_listener(record);
     note_change();
   });
@@ -94,8 +104,10 @@ void Container::Impl::write_safe_stops() const {
 void Container::Impl::stop_what_moves() const {
   commons.motion_stops->count.fetch_add(1);
   std::vector<std::shared_ptr<NodeRuntime>> movers;
+  std::vector<std::shared_ptr<ForeignComponent>> others;
   {
     const std::lock_guard lock(mutex);
+    for (const auto& [id, component] : foreign) others.push_back(component);
     for (const auto& [id, record] : records) {
       if (record->runtime->is_actuator()) movers.push_back(record->runtime);
     }
@@ -104,7 +116,10 @@ void Container::Impl::stop_what_moves() const {
     mover->set_active(false);
     mover->write_safe_stop();
   }
+  for (const auto& component : others) component->stop_what_moves();
 }
+
+void Container::stop_what_moves() const { impl_->stop_what_moves(); }
 
 std::vector<FaultEvent> Container::faults() const { return impl_->history.lock()->all(); }
 

@@ -29,6 +29,11 @@ void Container::tell_fault(const ComponentInfo& info, const std::string& callbac
   impl_->note_change();
 }
 
+void Container::tell_state(const StateChange& change) {
+  const std::function<void(const StateChange&)> listener = *impl_->state_listener.lock();
+  if (listener) listener(change);
+}
+
 std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64_t id) const {
   const std::lock_guard lock(mutex);
   const auto found = foreign.find(id);

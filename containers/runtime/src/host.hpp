@@ -12,7 +12,11 @@ namespace nacelle::runtime {
 /// What a Node sees of its container; the runtime half outlives it by as long as the container needs.
 class Host final : public NodeHost {
  public:
-  Host(std::shared_ptr<NodeRuntime> node, const Clock& clock) : node_(std::move(node)), clock_(clock) {}
+  /// `sim_clock`: of a node with use_sim_time; else null.
+  Host(std::shared_ptr<NodeRuntime> node, SimClock* sim_clock)
+      : node_(std::move(node)),
+        sim_clock_(sim_clock),
+        clock_(sim_clock != nullptr ? static_cast<const Clock&>(*sim_clock) : node_->commons().clock) {}
   const Clock& clock() const override { return clock_; }
   std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override { return node_->create_writer(spec); }
   std::unique_ptr<SubscriptionHandle> create_subscription(const EndpointSpec& spec, Taking taking,
@@ -24,9 +28,9 @@ class Host final : public NodeHost {
                                                          const NodeRuntime::GroupPointer& group) override {
     return node_->create_status_event(callback, group);
   }
-  std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+  std::unique_ptr<TimerHandle> create_timer(TimerClock clock, Duration period, PlainCallback callback,
                                             const NodeRuntime::GroupPointer& group) override {
-    return node_->create_timer(period, callback, group);
+    return node_->create_timer(clock == TimerClock::OfNode ? sim_clock_ : nullptr, period, callback, group);
   }
   std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType& request,
                                                 const msgs::MessageType& response, ServiceCallback callback,
@@ -64,6 +68,7 @@ class Host final : public NodeHost {
 
  private:
   const std::shared_ptr<NodeRuntime> node_;
+  SimClock* const sim_clock_;
   const Clock& clock_;
 };
 

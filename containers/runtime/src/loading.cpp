@@ -52,7 +52,7 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
   }
   runtime->set_image(record.library->image());
   record.runtime = std::move(runtime);
-  return std::make_unique<Host>(record.runtime, commons.clock_of(making.uses_sim_time));
+  return std::make_unique<Host>(record.runtime, making.uses_sim_time ? &commons.simulated() : nullptr);
 }
 
 void Container::Impl::release_name(const Record& record) {
@@ -213,7 +213,8 @@ void Container::Impl::sweep() {
     record->errand.reset();
     if (record->node != nullptr) {
       start_destroying(record);
-      if (!record->errand->wait(commons.clock, commons.clock.now() + std::min<Duration>(1s, transition_limit()))) {
+      if (!record->errand->wait(commons.clock,
+                                Deadline{commons.clock.now() + std::min<Duration>(1s, transition_limit())})) {
         const std::lock_guard lock(mutex);
         abandoned.push_back(record);
         continue;
@@ -248,7 +249,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   record->file = entry->file;
   record->package = entry->package;
   *record->request.lock() = request;
-  const MonotonicTime deadline = impl_->deadline();
+  const Deadline deadline = impl_->deadline();
   record->errand =
       std::make_unique<Errand>("load", [impl = impl_.get(), record, request] { impl->make(*record, request); });
   if (!record->errand->wait(impl_->commons.clock, deadline)) {
@@ -305,7 +306,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
   const std::lock_guard alone(record->one_at_a_time);
   if (record->node == nullptr || record->given_up)
     return err(Problem{"component " + std::to_string(id), "is not loaded any more", ""});
-  const MonotonicTime deadline = impl_->deadline();
+  const Deadline deadline = impl_->deadline();
   if (record->managed != nullptr && !record->hung) {
     // The component puts its hardware to rest itself; what it answers does not change that it goes.
     static_cast<void>(record->runtime->run_and_wait(
@@ -321,7 +322,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
         deadline));
   }
   record->runtime->set_active(false);
-  const bool returned = record->runtime->close(record->hung ? impl_->commons.clock.now() : deadline);
+  const bool returned = record->runtime->close(record->hung ? impl_->commons.clock.now() : deadline.now());
   record->runtime->write_safe_stop();
   {
     const std::lock_guard lock(impl_->mutex);

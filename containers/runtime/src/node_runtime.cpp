@@ -149,6 +149,48 @@ class TimerPort final : public TimerHandle, private PortBase, private TimerBase 
   CallbackStats stats_;
 };
 
+// A timer of /clock: the clock makes it ready, the executor runs it.
+class SimTimerPort final : public TimerHandle, private PortBase, private Executable {
+ public:
+  SimTimerPort(NodeRuntime& node, SimClock& clock, Duration period, PlainCallback callback,
+               const NodeRuntime::GroupPointer& group)
+      : PortBase(node, group, "timer", fmt::format("{:g} ms of /clock", to_milliseconds(period))),
+        Executable(*member_of_),
+        clock_(clock),
+        ticks_(period, *this),
+        callback_(callback) {
+    keep_stats_in(stats_);
+    describe_as(PortBase::kind_, name_.c_str());
+    node_.enroll(*this);
+    clock_.add(ticks_);
+  }
+  ~SimTimerPort() override {
+    node_.leave(*this);
+    clock_.remove(ticks_);
+    node_.executor().forget(*this);
+  }
+  void cancel() override { clock_.remove(ticks_); }
+  void reset() override { clock_.add(ticks_); }
+  bool is_canceled() const override { return !clock_.has(ticks_); }
+
+ private:
+  void execute(MonotonicTime) override {
+    // It may have been gated or canceled while it waited in the queue.
+    if (!node_.active().load(std::memory_order_relaxed) || is_canceled()) return;
+    callback_.run(callback_.context);
+  }
+  void set_active(bool) override {}  // a tick behind a closed gate runs into nothing, and keeps the rhythm
+  void report(CallbackReport& row) const override {
+    fill(row, stats_, stats_.latency);
+    row.skipped = clock_.skipped(ticks_);
+  }
+
+  SimClock& clock_;
+  SimTicks ticks_;
+  const PlainCallback callback_;
+  CallbackStats stats_;
+};
+
 class ServicePort final : public ServiceHandle, private PortBase {
  public:
   ServicePort(NodeRuntime& node, std::string name, const msgs::MessageType& request, const msgs::MessageType& response,
@@ -234,13 +276,13 @@ class Task final : public Executable {
     if (!end(kRefused)) delete this;
   }
   /// kGivenUp: the task ends itself, when it returns or is discarded; else it is the caller's.
-  [[nodiscard]] std::uint32_t wait(const Clock& clock, MonotonicTime deadline) {
+  [[nodiscard]] std::uint32_t wait(const Clock& clock, const Deadline& deadline) {
     for (;;) {
       std::uint32_t state = state_.load(std::memory_order_acquire);
       if (state != kWaiting) return state;
-      if (clock.now() >= deadline && state_.compare_exchange_strong(state, kGivenUp, std::memory_order_acq_rel))
-        return kGivenUp;
-      futex_wait_until(clock, state_, kWaiting, deadline);
+      const MonotonicTime now = clock.now(), end = deadline.now();
+      if (now >= end && state_.compare_exchange_strong(state, kGivenUp, std::memory_order_acq_rel)) return kGivenUp;
+      futex_wait_until(clock, state_, kWaiting, end);
     }
   }
 
@@ -256,11 +298,11 @@ class Task final : public Executable {
   std::atomic<std::uint32_t> state_{kWaiting};  // futex
 };
 
-// As Task, but nobody waits for it: it ends itself.
+// As Task, but nobody waits for it: it ends itself, and the supervisor sees that it does.
 class DetachedTask final : public Executable {
  public:
-  DetachedTask(CallbackGroup& group, const char* name, std::function<void()> what)
-      : Executable(group, Kind::Transition), what_(std::move(what)) {
+  DetachedTask(CallbackGroup& group, const char* name, const Patience& patience, std::function<void()> what)
+      : Executable(group, Kind::Transition), patience_(patience), what_(std::move(what)) {
     describe_as("transition", name);
   }
   void execute(MonotonicTime) override {
@@ -269,8 +311,10 @@ class DetachedTask final : public Executable {
     delete this;
   }
   void discard() noexcept override { delete this; }
+  Duration time_limit() const noexcept override { return patience_.limit(); }
 
  private:
+  const Patience& patience_;
   const std::function<void()> what_;
 };
 
@@ -303,8 +347,9 @@ std::unique_ptr<StatusEventHandle> NodeRuntime::create_status_event(PlainCallbac
   return std::make_unique<StatusPort>(*this, callback, group_of(group, "status event"));
 }
 
-std::unique_ptr<TimerHandle> NodeRuntime::create_timer(Duration period, PlainCallback callback,
+std::unique_ptr<TimerHandle> NodeRuntime::create_timer(SimClock* clock, Duration period, PlainCallback callback,
                                                        const GroupPointer& group) {
+  if (clock != nullptr) return std::make_unique<SimTimerPort>(*this, *clock, period, callback, group);
   return std::make_unique<TimerPort>(*this, period, callback, group);
 }
 
@@ -425,12 +470,12 @@ void NodeRuntime::withdraw() {
   }
 }
 
-void NodeRuntime::post(const char* name, std::function<void()> what) {
-  auto* const task = new DetachedTask(*own_group_, name, std::move(what));
+void NodeRuntime::post(const char* name, const Patience& patience, std::function<void()> what) {
+  auto* const task = new DetachedTask(*own_group_, name, patience, std::move(what));
   if (!executor().post(*task)) delete task;
 }
 
-bool NodeRuntime::run_and_wait(const char* name, std::function<void()> what, MonotonicTime deadline) {
+bool NodeRuntime::run_and_wait(const char* name, std::function<void()> what, const Deadline& deadline) {
   auto* const task = new Task(*own_group_, name, std::move(what));
   const std::uint32_t state = executor().post(*task) ? task->wait(commons_.clock, deadline) : Task::kRefused;
   if (state == Task::kGivenUp) return false;

@@ -14,6 +14,7 @@
 #include "nacelle/node/motion_stops.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/runtime/executor.hpp"
+#include "patience.hpp"
 #include "safe_stop.hpp"
 #include "services.hpp"
 #include "sim_clock.hpp"
@@ -26,9 +27,8 @@ struct Commons {
       : clock(c), broker(c, Watching::ByThread), motion_stops(std::make_shared<MotionStops>()) {
     shared_objects.lock()->emplace(kMotionStopsName, motion_stops);
   }
-  /// The clock of a node: /clock's time for one with use_sim_time.
-  [[nodiscard]] const Clock& clock_of(bool uses_sim_time) {
-    if (!uses_sim_time) return clock;
+  /// The clock of nodes with use_sim_time.
+  [[nodiscard]] SimClock& simulated() {
     auto sim = sim_clock.lock();
     if (!*sim) *sim = std::make_unique<SimClock>(clock, broker);
     return **sim;
@@ -56,8 +56,8 @@ class NodeRuntime {
                                                                         const GroupPointer& group);
   [[nodiscard]] std::unique_ptr<StatusEventHandle> create_status_event(PlainCallback callback,
                                                                        const GroupPointer& group);
-  [[nodiscard]] std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
-                                                          const GroupPointer& group);
+  [[nodiscard]] std::unique_ptr<TimerHandle> create_timer(SimClock* clock, Duration period, PlainCallback callback,
+                                                          const GroupPointer& group);  // null: the monotonic clock
   [[nodiscard]] std::unique_ptr<ServiceHandle> create_service(const std::string& name, const msgs::MessageType& request,
                                                               const msgs::MessageType& response,
                                                               ServiceCallback callback, const GroupPointer& group);
@@ -80,9 +80,9 @@ class NodeRuntime {
   /// not ended by the deadline, or cannot run any more; it may still run then, so `what` must not refer to the caller's frame.
   /// From a callback that would wait for itself it waits in vain: see Executor::why_not_wait_for().
   /// `name` is a literal, shown where the run is named: "on_configure".
-  [[nodiscard]] bool run_and_wait(const char* name, std::function<void()> what, MonotonicTime deadline);
-  /// The same without waiting.
-  void post(const char* name, std::function<void()> what);
+  [[nodiscard]] bool run_and_wait(const char* name, std::function<void()> what, const Deadline& deadline);
+  /// The same without waiting; a run that takes longer is a fault (HUNG). `patience` outlives the node.
+  void post(const char* name, const Patience& patience, std::function<void()> what);
   /// For a component whose code does not return: it takes and sends nothing any more, its frames are free for others, and who
   /// waits for an answer of its services is told that there will be none.
   void withdraw();

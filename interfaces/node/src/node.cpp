@@ -55,7 +55,12 @@ void Node::close_gate() {
   host_->set_active(false);
 }
 
-void Node::declare_problem(const Problem& problem) const {
+ParameterFault Node::fault_of(const Problem& problem) const {
+  // What a parameter's file says is found there: "robot.urdf:12".
+  const auto colon = problem.where.rfind(':');
+  if (colon != std::string::npos && colon != 0 && colon + 1 < problem.where.size() &&
+      problem.where.find_first_not_of("0123456789", colon + 1) == std::string::npos)
+    return {"", problem.what, problem.way_out, problem.where};
   // Components say "node /x, parameter y" or "parameter y" where a check wants y alone, to find its file and line.
   ParameterFault fault{"", problem.what, problem.way_out};
   constexpr std::string_view kWord = "parameter ";
@@ -65,6 +70,14 @@ void Node::declare_problem(const Problem& problem) const {
   }
   if (!parameters_.has(fault.parameter) && parameters_.overrides().count(fault.parameter) == 0)
     fault = {"", problem.where + ": " + problem.what, problem.way_out};
+  return fault;
+}
+
+void Node::declare_problem(const Problem& problem) const { parameters_.note_fault(fault_of(problem)); }
+
+void Node::declare_warning(const Problem& problem) const {
+  ParameterFault fault = fault_of(problem);
+  fault.is_warning = true;
   parameters_.note_fault(std::move(fault));
 }
 
@@ -118,13 +131,13 @@ std::unique_ptr<SubscriptionHandle> Node::make_subscription(const EndpointSpec& 
   return host_->create_subscription(spec, taking, callback, options.callback_group);
 }
 
-std::unique_ptr<TimerHandle> Node::make_timer(Duration period, PlainCallback callback,
+std::unique_ptr<TimerHandle> Node::make_timer(TimerClock clock, Duration period, PlainCallback callback,
                                               const CallbackGroup::SharedPtr& group) {
   if (period <= Duration::zero()) {
     throw std::invalid_argument(fmt::format("node {}: a timer's period must be positive, not {} ns",
                                             get_fully_qualified_name(), period.count()));
   }
-  return host_->create_timer(period, callback, group);
+  return host_->create_timer(clock, period, callback, group);
 }
 
 }  // namespace nacelle

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -183,6 +184,10 @@ std::vector<std::string> ParameterStore::unused_overrides() const {
     if (entries_.count(name) == 0) names.push_back(name);
   }
   return names;
+}
+
+bool has_errors(const std::vector<ParameterFault>& faults) {
+  return std::any_of(faults.begin(), faults.end(), [](const ParameterFault& fault) { return !fault.is_warning; });
 }
 
 }  // namespace nacelle

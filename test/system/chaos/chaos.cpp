@@ -55,8 +55,9 @@ class NoSink final : public io::ByteSink {
 class Chaos final : public LifecycleNode {
  public:
   explicit Chaos(const NodeOptions& options) : LifecycleNode("chaos", options) {
-    declare_parameter("stop_file", "");        // makes an actuator of it: where its stop frame goes
-    declare_parameter("fail_in", "");          // "configure" or "activate" throws; "activated": a fault when it is
+    declare_parameter("stop_file", "");  // makes an actuator of it: where its stop frame goes
+    // "configure" or "activate" throws; "activated": a fault when it is; "configure for ever", "deactivate for ever" do not return
+    declare_parameter("fail_in", "");
     declare_parameter("note", "as launched");  // to be set at run time
     declare_parameter("share", 0.5,
                       {.description = "of nothing", .floating_point_range = FloatingPointRange{0.0, 1.0, 0.0}});
@@ -77,6 +78,7 @@ class Chaos final : public LifecycleNode {
 
  private:
   CallbackReturn on_configure(const State&) override {
+    if (get<std::string>("fail_in") == "configure for ever") std::binary_semaphore{0}.acquire();
     if (get<std::string>("fail_in") == "configure") throw std::runtime_error("cannot be configured");
     const auto file = get<std::string>("stop_file");
     if (file.empty()) return CallbackReturn::SUCCESS;
@@ -89,6 +91,10 @@ class Chaos final : public LifecycleNode {
   CallbackReturn on_activate(const State&) override {
     if (get<std::string>("fail_in") == "activate") throw std::runtime_error("cannot be activated");
     if (get<std::string>("fail_in") == "activated") fault("TOLD_TO", "a fault on command");
+    return CallbackReturn::SUCCESS;
+  }
+  CallbackReturn on_deactivate(const State&) override {
+    if (get<std::string>("fail_in") == "deactivate for ever") std::binary_semaphore{0}.acquire();
     return CallbackReturn::SUCCESS;
   }
   CallbackReturn on_cleanup(const State&) override {

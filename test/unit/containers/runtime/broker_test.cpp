@@ -329,6 +329,9 @@ TEST_F(BrokerTest, names_both_ends_and_the_change_of_an_incompatible_pair) {
   EXPECT_EQ(clashes[0].reader_node, "/recorder");
   EXPECT_EQ(clashes[0].policy, "reliability");
   EXPECT_FALSE(clashes[0].change.empty());
+  // A node that hears it by another subscription misses nothing.
+  auto second = broker.create_reader(image_spec(QoS(10).best_effort(), "/recorder"), Taking::Share, nullptr);
+  EXPECT_TRUE(broker.clashes().empty());
 }
 
 TEST_F(BrokerTest, another_type_is_a_clash_unless_the_reader_takes_both) {

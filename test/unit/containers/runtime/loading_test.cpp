@@ -430,6 +430,59 @@ TEST_F(HangingTest, a_transition_that_does_not_return_makes_its_component_hang_a
   wait_until_nothing_is_kept();
 }
 
+TEST_F(HangingTest, a_shorter_limit_holds_for_who_waits_already) {
+  const auto sleeper = load("Sleeper", asleep_in("transition"));
+  auto configuring =
+      std::async(std::launch::async, [&] { return container.trigger(sleeper.id, Transition::Configure); });
+  wait_until_it_sleeps();
+  clock.advance(10s);
+  container.give_up_transitions_after(3s);
+  clock.advance(2900ms);
+  EXPECT_EQ(configuring.wait_for(200ms), std::future_status::timeout);
+  clock.advance(200ms);
+  EXPECT_THAT(configuring.get().reason, HasSubstr("on_configure has not returned within 13 s"));
+  ASSERT_TRUE(container.unload(sleeper.id));
+  wake();
+  wait_until_nothing_is_kept();
+}
+
+/// Real time, and limits that are over soon: the supervisor looks at real threads.
+struct ErrorProcessingTest : ContainerFixture<SystemClock> {
+  ErrorProcessingTest() : ContainerFixture({.hang_after = 50ms, .transition_timeout = 200ms}) {
+    EXPECT_EQ(::pipe2(entered.data(), O_CLOEXEC), 0);
+    EXPECT_EQ(::pipe2(release.data(), O_CLOEXEC), 0);
+  }
+  ~ErrorProcessingTest() override {
+    for (const int descriptor : {entered[0], entered[1], release[0], release[1]}) ::close(descriptor);
+  }
+  std::array<int, 2> entered{}, release{};
+};
+
+TEST_F(ErrorProcessingTest, an_on_error_that_does_not_return_is_a_fault_too_and_the_policy_may_begin) {
+  std::promise<ComponentInfo> told;
+  container.on_fault([&](const ComponentInfo& info) { told.set_value(info); });  // twice would throw
+  const auto sleeper = load("Sleeper", {{"sleep_in", std::string{"on_error"}},
+                                        {"entered", std::int64_t{entered[1]}},
+                                        {"release", std::int64_t{release[0]}}});
+  bring_up(sleeper.id);
+  say("/words", "fault");
+  auto listening = told.get_future();
+  ASSERT_EQ(listening.wait_for(20s), std::future_status::ready);
+  EXPECT_EQ(listening.get().fault.code, "TOLD_TO") << "the cause stays the cause";
+  const auto faults = container.faults();
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults[1].code + ", " + faults[1].callback, "HUNG, transition on_error");
+  container.on_fault({});
+  // As a restart does it. The word is still there for who comes later, and is a fault again.
+  EXPECT_TRUE(container.unload(sleeper.id));
+  const auto beside = load("Sleeper", {{"sleep_in", std::string{"nowhere"}}});
+  bring_up(beside.id);
+  ASSERT_EQ(::write(release[1], "w", 1), 1);
+  const auto limit = std::chrono::steady_clock::now() + 20s;
+  while (!container.kept_images().empty() && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+  EXPECT_THAT(container.kept_images(), IsEmpty());
+}
+
 TEST_F(HangingTest, a_transition_that_was_given_up_before_it_began_does_not_happen_later) {
   const auto sleeper = load("Sleeper", asleep_in("callback"));
   bring_up(sleeper.id);

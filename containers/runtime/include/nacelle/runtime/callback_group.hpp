@@ -118,6 +118,8 @@ class Executable : public ReadyListener {
   virtual void execute_with(Block& message, MonotonicTime now);
   /// True if there is more to do at once. Not asked of what takes from a queue.
   [[nodiscard]] virtual bool wants_again() const { return false; }
+  /// Of a transition: longer than this is hung, and told. Asked for under the executor's lock.
+  [[nodiscard]] virtual Duration time_limit() const noexcept { return Duration::max(); }
   /// It will not run: its node's groups were closed while it waited. Called under the executor's lock.
   virtual void discard() noexcept {}
   /// Whoever calls this holds the lock that guards what has become ready, or held it after that (docs/wake_up.md, rule 2).

@@ -255,6 +255,8 @@ class Container final {
   [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
   /// A component of another process has become faulted.
   void tell_fault(const ComponentInfo& info, const std::string& callback = {});
+  /// A component of another process has entered a state: told as those of this process are.
+  void tell_state(const StateChange& change);
   /// The last faults of each node, in their order; those of components that are gone too.
   [[nodiscard]] std::vector<FaultEvent> faults() const;
   /// What a component was loaded with, its parameters as they were set since; nothing for one of another process.
@@ -318,10 +320,13 @@ class Container final {
   /// Counts one of MotionStops and writes every registered stop frame, without running component code: what heeds the count stands
   /// still until it is activated anew. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
+  /// What moves something hears no commands from now on, and its stop frame is written; those of other processes too. Waits for
+  /// nobody. Threads: any, but not from a signal handler.
+  void stop_what_moves() const;
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
-  /// Called with each state that a node of this process enters, on the thread of its transition; keep it short, and call nothing here.
+  /// Called with each state that a node enters, on the thread of its transition; keep it short, and call nothing here.
   void on_state(std::function<void(const StateChange&)> callback);
   /// Called after a load, an unload, a transition or a set parameter of whoever; keep it short, and call nothing here.
   void on_change(std::function<void()> callback);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -26,6 +27,12 @@ struct MessageCallback {
 struct PlainCallback {
   void (*run)(void* context) = nullptr;
   void* context = nullptr;
+};
+
+/// What a timer counts.
+enum class TimerClock : std::uint8_t {
+  Monotonic,  ///< Real time, which never steps.
+  OfNode      ///< What the node's now() says: /clock for one with use_sim_time, else as Monotonic.
 };
 
 /// Answers a request, in place or later. Lives in the component; called on its executor only.
@@ -113,7 +120,8 @@ class NodeHost {
   /// To be made before the endpoint that tells its listener, and to outlive it. Runs also behind a closed lifecycle gate.
   [[nodiscard]] virtual std::unique_ptr<StatusEventHandle> create_status_event(
       PlainCallback callback, const CallbackGroup::SharedPtr& group) = 0;
-  [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(Duration period, PlainCallback callback,
+  [[nodiscard]] virtual std::unique_ptr<TimerHandle> create_timer(TimerClock clock, Duration period,
+                                                                  PlainCallback callback,
                                                                   const CallbackGroup::SharedPtr& group) = 0;
   [[nodiscard]] virtual std::unique_ptr<ServiceHandle> create_service(const std::string& name,
                                                                       const msgs::MessageType& request,

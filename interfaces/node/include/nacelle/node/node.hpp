@@ -78,13 +78,17 @@ class Node {
     return made;
   }
 
+  /// Of the monotonic clock, whatever the simulation does: for watchdogs and all that real hardware waits for.
   /// Errors: std::invalid_argument for a period that is not positive.
   template <typename F>
   std::shared_ptr<Timer> create_wall_timer(Duration period, F&& callback, CallbackGroup::SharedPtr group = nullptr) {
-    using Made = detail::CallbackTimer<std::decay_t<F>>;
-    auto made = std::make_shared<Made>(std::forward<F>(callback));
-    made->attach(make_timer(period, {&Made::run, made.get()}, group));
-    return made;
+    return create_timer_of(TimerClock::Monotonic, period, std::forward<F>(callback), group);
+  }
+  /// Of the node's clock, as rclcpp's: with use_sim_time it follows /clock (see Timer), else it is a wall timer.
+  /// Errors: std::invalid_argument for a period that is not positive.
+  template <typename F>
+  std::shared_ptr<Timer> create_timer(Duration period, F&& callback, CallbackGroup::SharedPtr group = nullptr) {
+    return create_timer_of(TimerClock::OfNode, period, std::forward<F>(callback), group);
   }
 
   /// The callback takes (const S::Request&, S::Response&); or (const RequestId&, const S::Request&), and the answer follows with
@@ -168,6 +172,8 @@ class Node {
   }
   /// Says what is wrong with the parameters beyond type and range; on_configure refuses it, a check of the launch file shows it.
   void declare_problem(const Problem& problem) const;
+  /// The same of what is worth a look and keeps nothing from working.
+  void declare_warning(const Problem& problem) const;
   [[nodiscard]] const std::vector<FrameUse>& frame_uses() const { return frame_uses_; }
 
   /// The container's one object of that name, e.g. the transform buffer. `make` lives in a library that is never unloaded.
@@ -192,13 +198,22 @@ class Node {
   void close_gate();
 
  private:
+  [[nodiscard]] ParameterFault fault_of(const Problem& problem) const;
   EndpointSpec endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos, bool publisher) const;
   std::unique_ptr<detail::PublisherEvents> make_events(EndpointSpec& spec, const PublisherOptions& options);
   std::unique_ptr<detail::SubscriptionEvents> make_events(EndpointSpec& spec, const SubscriptionOptions& options);
   std::unique_ptr<Writer> make_writer(const EndpointSpec& spec);
   std::unique_ptr<SubscriptionHandle> make_subscription(const EndpointSpec& spec, Taking taking,
                                                         MessageCallback callback, const SubscriptionOptions& options);
-  std::unique_ptr<TimerHandle> make_timer(Duration period, PlainCallback callback,
+  template <typename F>
+  std::shared_ptr<Timer> create_timer_of(TimerClock clock, Duration period, F&& callback,
+                                         const CallbackGroup::SharedPtr& group) {
+    using Made = detail::CallbackTimer<std::decay_t<F>>;
+    auto made = std::make_shared<Made>(std::forward<F>(callback));
+    made->attach(make_timer(clock, period, {&Made::run, made.get()}, group));
+    return made;
+  }
+  std::unique_ptr<TimerHandle> make_timer(TimerClock clock, Duration period, PlainCallback callback,
                                           const CallbackGroup::SharedPtr& group);
 
   NodeIdentity identity_;

@@ -69,7 +69,11 @@ struct SetParametersResult {
 struct ParameterFault {
   std::string parameter;      ///< Its name; empty where several do not fit together.
   std::string what, way_out;  ///< As in a Problem.
+  std::string where{};        ///< "robot.urdf:12", if it stands in a file that a parameter names; else empty.
+  bool is_warning = false;    ///< Worth a look; the component works all the same.
 };
+/// Whether one of them is more than a warning.
+[[nodiscard]] bool has_errors(const std::vector<ParameterFault>& faults);
 /// Where such faults go. Threads: any.
 using ParameterFaults = Guarded<std::vector<ParameterFault>>;
 

@@ -10,6 +10,9 @@ namespace nacelle {
 
 /// Calls back at a fixed period of the monotonic clock, on the component's executor.
 ///
+/// One of Node::create_timer() in a node with use_sim_time counts /clock instead: it stands while that stands, starts with the
+/// first time that comes, and after a jump back ticks a full period later (rcl's rules).
+///
 /// A late tick is not made up for: the next one is due at the next multiple of the period. Silent while a lifecycle node is
 /// not active. The first tick comes a full period after the timer was made; where nobody can see that (in a constructor, behind
 /// a closed lifecycle gate) timers of up to a second join the common beat of their period, at most one more period later.

@@ -308,6 +308,28 @@ TEST_F(DriveTest, an_emergency_stop_from_before_the_activation_holds) {
   for (const auto& line : board_.lines) EXPECT_THAT(line, ::testing::Not(HasSubstr("\"L\":0."))) << line;
 }
 
+TEST_F(DriveTest, a_required_emergency_stop_that_is_not_there_holds_the_wheels) {
+  auto options = on_the_board();
+  options.append_parameter_override("emergency_stop_required", true);
+  DiffDriveComponent drive{options};
+  activate(drive);
+  context_.inject("/emergency_stop", emergency(false));  // from somebody who promises no life
+  context_.inject("/cmd_vel", twist(0.2));
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(board_.take_until(1));
+  for (const auto& line : board_.lines) EXPECT_THAT(line, ::testing::Not(HasSubstr("\"L\":0."))) << line;
+  const auto promised = QoS(KeepAll{})
+                            .reliable()
+                            .transient_local()
+                            .liveliness(Liveliness::ManualByTopic)
+                            .liveliness_lease_duration(500ms);
+  Node guard{"guard", NodeOptions{context_}};
+  auto publisher = guard.create_publisher<std_msgs::msg::Bool>("emergency_stop", promised);
+  context_.inject("/cmd_vel", twist(0.25));
+  EXPECT_TRUE(board_is_told(0.25, 0.25));
+  publisher.reset();
+  EXPECT_TRUE(board_is_told(0.0, 0.0));
+}
+
 TEST_F(DriveTest, the_topic_of_the_highest_priority_commands) {
   auto options = on_the_board();
   options.append_parameter_override("topics.navigation.topic", std::string("cmd_vel_nav"));

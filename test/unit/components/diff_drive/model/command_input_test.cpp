@@ -35,10 +35,7 @@ struct Rig {
     }
     return wanted;
   }
-  void set_emergency(bool set) {
-    if (!set) inbox.released_at_ns = now.nanoseconds();
-    inbox.emergency_stop = set;
-  }
+  void set_emergency(bool set) { set ? inbox.emergency_stop.set() : inbox.emergency_stop.release(now); }
 
   MonotonicTime now{100s};
   CommandInbox inbox;
@@ -103,6 +100,21 @@ TEST(CommandInput, fresh_follows_any_command_after_a_stop) {
   EXPECT_EQ(rig.cycle(), 0.0) << "a release is no command";
   rig.say(0, 0.2);
   EXPECT_EQ(rig.cycle(), 0.2);
+}
+
+TEST(CommandInput, two_holds_end_when_both_have_ended) {
+  Rig rig{one(RearmRule::Fresh)};
+  rig.inbox.unguarded.set();
+  EXPECT_EQ(rig.say_for(100ms, 0, 0.3), 0.0);
+  EXPECT_TRUE(rig.input.is_held(Hold::Unguarded));
+  rig.set_emergency(true);
+  rig.inbox.unguarded.release(rig.now);
+  rig.now += 1ns;
+  EXPECT_EQ(rig.say_for(100ms, 0, 0.3), 0.0);
+  EXPECT_FALSE(rig.input.is_held(Hold::Unguarded));
+  rig.set_emergency(false);
+  rig.now += 1ns;
+  EXPECT_EQ(rig.say_for(100ms, 0, 0.3), 0.3);
 }
 
 TEST(CommandInput, neutral_does_not_follow_a_sender_that_never_paused) {
@@ -267,7 +279,7 @@ TEST(CommandInput, whatever_was_said_nothing_is_wanted_while_a_hold_lasts_nor_wi
   MonotonicTime restless[2]{};
   for (int step = 0; step < 50000; ++step) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed << ", step " << step);
-    const bool was_set = rig.inbox.emergency_stop;
+    const bool was_set = rig.inbox.emergency_stop.is_set;
     if (random() % 40 == 0) {
       rig.set_emergency(!was_set);
       if (was_set) released = rig.now;
@@ -281,7 +293,7 @@ TEST(CommandInput, whatever_was_said_nothing_is_wanted_while_a_hold_lasts_nor_wi
       if (speed != 0.0) restless[source] = said_at;
     }
     const double wanted = rig.cycle(Duration{random() % 300'000'000});
-    if (rig.inbox.emergency_stop) {
+    if (rig.inbox.emergency_stop.is_set) {
       ASSERT_EQ(wanted, 0.0);
     } else if (wanted != 0.0) {
       ASSERT_NE(rig.input.selected(), CommandInput::kNobody);

@@ -76,12 +76,11 @@ TEST(Wiring, a_remap_for_another_node_is_told) {
                                       "you mean 'lidar'?"}));
 }
 
-TEST(Wiring, takes_a_remap_of_an_action_for_what_it_is) {
+TEST(Wiring, an_action_is_a_name_that_a_rule_may_have_meant) {
   const TopicEnds arm{{"/arm/_action/feedback", "/arm/_action/status"}, {}, {"/arm/_action/send_goal"}};
-  EXPECT_TRUE(unused_remaps({{RemapKind::TopicOrService, "", "series", "/arm"}}, "/node", arm).empty());
-  EXPECT_TRUE(unused_remaps({{RemapKind::Service, "", "series", "/arm"}}, "/node", arm).empty());
-  EXPECT_FALSE(unused_remaps({{RemapKind::Topic, "", "series", "/arm"}}, "/node", arm).empty());
-  EXPECT_FALSE(unused_remaps({{RemapKind::TopicOrService, "", "series", "/leg"}}, "/node", arm).empty());
+  const auto unused = unused_remaps({{RemapKind::Service, "", "arn", "/x"}}, {false}, "/node", arm);
+  ASSERT_EQ(unused.size(), 1U);
+  EXPECT_EQ(unused[0].problem.way_out, "did you mean '/arm'?");
 }
 
 }  // namespace

@@ -17,8 +17,12 @@ class Sleeper final : public LifecycleNode {
     declare_parameter("entered", -1);
     declare_parameter("release", -1);
     frame_ = claim_frame("bed", "pillow");
-    words_ = create_subscription<std_msgs::msg::String>(
-        "words", QoS(1).transient_local(), [this](const std_msgs::msg::String&) { maybe_sleep("callback"); });
+    words_ = create_subscription<std_msgs::msg::String>("words", QoS(1).transient_local(),
+                                                        [this](const std_msgs::msg::String& word) {
+                                                          if (word.data == "fault")
+                                                            return fault("TOLD_TO", "a fault on command");
+                                                          maybe_sleep("callback");
+                                                        });
     service_ = create_service<std_srvs::srv::SetBool>(
         "~/enable", [this](const std_srvs::srv::SetBool::Request&, std_srvs::srv::SetBool::Response& response) {
           maybe_sleep("service");
@@ -31,6 +35,10 @@ class Sleeper final : public LifecycleNode {
  private:
   CallbackReturn on_configure(const State&) override {
     maybe_sleep("transition");
+    return CallbackReturn::SUCCESS;
+  }
+  CallbackReturn on_error(const State&) override {
+    maybe_sleep("on_error");
     return CallbackReturn::SUCCESS;
   }
   void maybe_sleep(const char* where) {

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/description/robot_description.hpp"
+
+namespace nacelle::description {
+
+/// <param name="...">value</param>. `where` is "robot.urdf:12" here and below.
+struct ControlParam {
+  std::string name, value, where;
+};
+/// <command_interface name="velocity"> or <state_interface ...>
+struct ControlInterface {
+  std::string name, where;
+};
+/// A <joint> of a block.
+struct ControlJoint {
+  std::string name, where;
+  std::vector<ControlInterface> commands, states;
+  [[nodiscard]] bool has_command(const std::string& name) const;
+};
+/// One <ros2_control> block: a piece of hardware and the joints that it drives.
+struct ControlBlock {
+  std::string name, type, where;  ///< type: "system", "actuator" or "sensor"
+  std::string plugin, plugin_where;
+  std::vector<ControlParam> params;  ///< Of the hardware.
+  std::vector<ControlJoint> joints;
+};
+/// A joint of the robot itself.
+struct RobotJoint {
+  std::string name, type, where;
+  std::string parent, child;
+  std::array<double, 3> xyz_m{}, rpy_rad{};  ///< X_parent_child at position 0.
+};
+
+/// What a robot description says for control.
+struct ControlDescription {
+  std::vector<ControlBlock> blocks;
+  std::vector<RobotJoint> joints;
+  std::vector<Problem>
+      errors;  ///< What cannot be meant: a joint that the robot does not have, an interface without a name.
+  std::vector<Problem> warnings;  ///< Tags that ros2_control does not know.
+
+  [[nodiscard]] const RobotJoint* joint(const std::string& name) const;
+  /// The joint in a block that has it, or null.
+  [[nodiscard]] const ControlJoint* controlled(const std::string& name) const;
+  /// y of the joint's origin in the frame of the root link, m; nothing for joints that go round in a circle.
+  [[nodiscard]] std::optional<double> y_of(const RobotJoint& joint) const;
+};
+
+/// Reads every <ros2_control> block, and checks it against the joints. A text that is no XML has neither: whoever needs the
+/// robot's tree says so.
+///
+/// Source of the format: "Hardware in ros2_control is described as URDF", control.ros.org (jazzy), hardware interface types.
+/// Pure. Threads: any.
+[[nodiscard]] ControlDescription read_ros2_control(const RobotDescription& description);
+
+/// The driven wheels, left and right: continuous joints with a velocity command. The one of a positive y is on the left; where y does
+/// not tell, its name has to ("left", "right"). In the order in which the blocks name them.
+struct Wheels {
+  std::vector<std::string> left, right;
+};
+/// Errors: a wheel whose side cannot be told.
+[[nodiscard]] Result<Wheels, Problem> wheels_of(const ControlDescription& description);
+
+}  // namespace nacelle::description

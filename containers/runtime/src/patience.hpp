@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::runtime {
+
+/// How long one waits for code of components; it may be shortened while somebody waits. Threads: any.
+class Patience {
+ public:
+  Patience(Duration limit, const Clock& clock) : clock_(clock), limit_ns_(limit.count()) {}
+  [[nodiscard]] Duration limit() const { return Duration{limit_ns_.load(std::memory_order_acquire)}; }
+  [[nodiscard]] const Clock& clock() const { return clock_; }
+  /// Returns false if it is so already.
+  bool set(Duration limit) {
+    changed_at_ns_.store(clock_.now().nanoseconds(), std::memory_order_release);
+    return limit_ns_.exchange(limit.count(), std::memory_order_acq_rel) != limit.count();
+  }
+  [[nodiscard]] MonotonicTime changed_at() const {
+    return MonotonicTime{Duration{changed_at_ns_.load(std::memory_order_acquire)}};
+  }
+
+ private:
+  const Clock& clock_;
+  std::atomic<Duration::rep> limit_ns_;
+  std::atomic<std::int64_t> changed_at_ns_{INT64_MIN};
+};
+
+/// The end of one wait: from its beginning, or from when the patience got shorter. futex_wait_until() with a clock looks again often
+/// enough to see that.
+class Deadline {
+ public:
+  explicit Deadline(MonotonicTime fixed) : fixed_(fixed) {}
+  explicit Deadline(const Patience& patience)
+      : patience_(&patience), began_(patience.clock().now()), fixed_(began_ + patience.limit()) {}
+  [[nodiscard]] MonotonicTime now() const {
+    if (patience_ == nullptr || patience_->changed_at() <= began_) return fixed_;
+    return std::min(fixed_, patience_->changed_at() + patience_->limit());
+  }
+
+ private:
+  const Patience* patience_ = nullptr;
+  MonotonicTime began_{}, fixed_;
+};
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// The emergency button on a line of a real kernel driver: gpio-sim, set up by gpio.sh in a virtual machine. NACELLE_GPIO_CHIP is the
+// chip, NACELLE_GPIO_PULL the file that says what the world pulls the line to, NACELLE_GPIO_LIVE the one that takes the chip away.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "estop/component/emergency_stop_component.hpp"
+#include "support/recording_host.hpp"
+
+namespace nacelle::estop {
+namespace {
+
+std::string told(const char* variable) {
+  const char* const value = std::getenv(variable);
+  EXPECT_NE(value, nullptr) << variable << " is not set: run test/vm/gpio.sh";
+  return value == nullptr ? std::string{} : value;
+}
+
+void write(const std::string& path, const std::string& text) {
+  std::ofstream file{path};
+  file << text << std::flush;
+  ASSERT_TRUE(file) << path;
+}
+
+/// A normally closed contact to ground: opened by a press. The pull-up is the one that the line was asked for with.
+class RealLine : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    settings_.chip = told("NACELLE_GPIO_CHIP");
+    settings_.line = 0;
+  }
+  void press() { write(told("NACELLE_GPIO_PULL"), "pull-up"); }
+  void let_go() { write(told("NACELLE_GPIO_PULL"), "pull-down"); }
+  std::unique_ptr<SwitchPort> open() {
+    auto opened = open_gpio_switch(settings_, clock_);
+    EXPECT_TRUE(opened) << opened.error().text();
+    return opened ? std::move(opened).value() : nullptr;
+  }
+
+  SystemClock clock_;
+  GpioSettings settings_;
+};
+
+TEST_F(RealLine, a_button_that_nobody_has_wired_is_pressed) {
+  const auto button = open();
+  ASSERT_TRUE(button);
+  EXPECT_TRUE(button->is_pressed().value()) << "the pull-up that was asked for";
+  RecordProperty("library", std::string{gpio_library()});
+  std::printf("%s\n", std::string{gpio_library()}.c_str());
+}
+
+TEST_F(RealLine, levels_and_edges_come_through) {
+  const auto button = open();
+  ASSERT_TRUE(button);
+  let_go();
+  EXPECT_TRUE(button->wait_until(clock_.now() + 5s).value());
+  EXPECT_FALSE(button->is_pressed().value());
+  EXPECT_FALSE(button->wait_until(clock_.now() + 20ms).value()) << "one edge, one event";
+  press();
+  EXPECT_TRUE(button->wait_until(clock_.now() + 5s).value());
+  EXPECT_TRUE(button->is_pressed().value());
+}
+
+TEST_F(RealLine, a_press_that_is_over_is_still_told) {
+  const auto button = open();
+  ASSERT_TRUE(button);
+  let_go();
+  ASSERT_TRUE(button->wait_until(clock_.now() + 5s).value());
+  press();
+  let_go();
+  EXPECT_TRUE(button->wait_until(clock_.now() + 5s).value());
+  EXPECT_FALSE(button->is_pressed().value());
+}
+
+TEST_F(RealLine, one_that_is_in_use_and_one_that_is_not_there_are_told_apart) {
+  const auto button = open();
+  ASSERT_TRUE(button);
+  const auto second = open_gpio_switch(settings_, clock_);
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().text(), ::testing::HasSubstr("in use by another program or driver"));
+  settings_.line = 999;
+  const auto no_line = open_gpio_switch(settings_, clock_);
+  ASSERT_FALSE(no_line);
+  EXPECT_THAT(no_line.error().text(), ::testing::HasSubstr("no such line"));
+  settings_.chip = "/dev/gpiochip77";
+  const auto no_chip = open_gpio_switch(settings_, clock_);
+  ASSERT_FALSE(no_chip);
+  EXPECT_THAT(no_chip.error().text(), ::testing::HasSubstr("no such chip"));
+}
+
+// Last, in the order of the file: it takes the chip away.
+TEST_F(RealLine, the_component_sets_the_stop_when_it_is_pressed_and_when_the_chip_goes) {
+  using std_msgs::msg::Bool;
+  test::RecordingContext context{clock_};
+  NodeOptions options{context};
+  options.append_parameter_override("gpio_chip", settings_.chip);
+  EmergencyStopComponent stop{options};
+  const auto configured = stop.trigger(Transition::Configure);
+  ASSERT_TRUE(configured.success) << configured.reason;
+  let_go();
+  ASSERT_TRUE(stop.trigger(Transition::Activate).success);
+  EXPECT_FALSE(context.wait_for("/emergency_stop", 1, 300ms) && !context.published<Bool>("/emergency_stop")[0].data);
+  const std::size_t before = context.published<Bool>("/emergency_stop").size();
+
+  const MonotonicTime pressed_at = clock_.now();
+  press();
+  ASSERT_TRUE(context.wait_for("/emergency_stop", before + 1));
+  const Duration took = clock_.now() - pressed_at;
+  EXPECT_TRUE(context.published<Bool>("/emergency_stop").back().data);
+  EXPECT_LT(took, 400ms) << "by its edge, and not by the look every 500 ms";
+  std::printf("press to emergency_stop: %.2f ms\n", to_milliseconds(took));
+  let_go();
+
+  write(told("NACELLE_GPIO_LIVE"), "0");
+  const MonotonicTime limit = clock_.now() + 10s;
+  while (context.faults().empty() && clock_.now() < limit)
+    static_cast<void>(context.wait_for("/emergency_stop", 9999, 20ms));
+  ASSERT_FALSE(context.faults().empty()) << "the chip is gone, and nobody noticed";
+  EXPECT_EQ(context.faults()[0].code, "GPIO_LOST");
+  EXPECT_TRUE(context.published<Bool>("/emergency_stop").back().data);
+}
+
+}  // namespace
+}  // namespace nacelle::estop
