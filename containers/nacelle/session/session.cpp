@@ -511,7 +511,7 @@ void Session::take_down() {
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
   // First of all the wheels: components that hang may keep the base waiting for its turn.
-  container_->write_safe_stops();
+  container_->stop_what_moves();
   if (was_running) report_.process = steady_.end(clock_.now());
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);
