@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "nacelle/base/names.hpp"
+#include "nacelle/node/action_names.hpp"
 #include "nacelle/proof/rules.hpp"
 
 namespace nacelle::proof {
@@ -63,7 +64,9 @@ void check_subscriptions(Evidence& evidence) {
   std::string told;
   for (const Endpoint& reader : all) {
     const LoadedComponent* const component = component_of(evidence, reader.node);
-    if (reader.publishes || component == nullptr || reader.is_apart || on(reader.topic, true, any)) continue;
+    if (reader.publishes || component == nullptr || reader.is_apart || action::is_action_part(reader.topic) ||
+        on(reader.topic, true, any))
+      continue;
     if (told == reader.topic + " " + reader.node) continue;  // two types on one topic
     const bool outside = on(reader.topic, false, is_from_outside);
     std::vector<std::string> others;
@@ -91,6 +94,8 @@ void check_clients(Evidence& evidence) {
   for (const auto& client : all) {
     const LoadedComponent* const component = component_of(evidence, client.node);
     if (client.is_server || component == nullptr) continue;
+    // An action is one thing: its first service stands for all of it.
+    if (action::is_action_part(client.name) && !client.name.ends_with(action::kSendGoal)) continue;
     std::vector<std::string> others;
     const runtime::ServiceReport* server = nullptr;
     for (const auto& other : all) {
