@@ -18,6 +18,7 @@
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
+#include "nacelle/session/load_request.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
 
