@@ -76,7 +76,7 @@ EXAMPLES = (
     Example("topic pub --once /cmd_vel geometry_msgs/msg/Twist '{\"linear\": {\"x\": 0.1}}'"),
     Example("service list -t"),
     Example("service type /robot/_container/list_nodes"),
-    Example("service find std_srvs/srv/SetBool"),
+    Example("service find std_srvs/srv/Empty"),
     Example("service call /robot/_container/list_nodes composition_interfaces/srv/ListNodes"),
     Example("action list -t", before=SERIES, after=("component unload series",)),
     Example("action info /series/series -t", before=SERIES, after=("component unload series",)),

@@ -259,9 +259,9 @@ class Guarded(StopTest):
 
     @classmethod
     def plan(cls, text):
-        port = "      - {name: serial_port, value: $(var base_port_used)}\n"
+        port = "{name: serial_port, value: $(var base_port_used)}"
         assert text.count(port) == 1
-        text = text.replace(port, port + "      - {name: emergency_stop_required, value: true}\n")
+        text = text.replace(port, port + ", {name: emergency_stop_required, value: true}")
         return text + "    - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop, isolate: process}\n"
 
     def process_of_the_stop(self):

@@ -225,7 +225,8 @@ def type_into_bash(test, keys):
     try:
         read_terminal(master, 20, lambda text: "READY> " in text)
         os.write(master, f"source {script}; echo sour''ced\n".encode())
-        read_terminal(master, 20, lambda text: "sourced\r\n" in text)
+        # What is typed before bash reads is shown twice.
+        read_terminal(master, 20, lambda text: "sourced\r\n" in text and text.endswith("READY> "))
         os.write(master, keys.encode())
         typed = keys.rstrip("\t")
         return read_terminal(master, 20, lambda text: text.partition(typed)[2].strip("\a") != "" and text.endswith(" "))

@@ -67,7 +67,7 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   std::unique_ptr<nlohmann::json> answer_;
   bool gone_ = false, closing_ = false;
   std::int32_t process_ = 0;  // its number, while it lives
-  std::string how_;  // it ended
+  std::string how_;           // it ended
 
   std::mutex process_mutex_;
   std::unique_ptr<ForeignProgram> program_;

@@ -16,12 +16,9 @@
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/runtime/crash_record.hpp"
-#include "nacelle/session/carriers.hpp"
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
-#include "nacelle/session/isolated_component.hpp"
 #include "nacelle/session/load_request.hpp"
-#include "nacelle/session/readiness.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
 
@@ -31,15 +28,9 @@ namespace {
 // The report's steady state: issue-wide words, "2 s after the last activation".
 constexpr Duration kSettling = 2s;
 constexpr Duration kBudgetPeriod = 1s;
-constexpr Duration kProgramReadyLimit = 15s;
 constexpr Duration kLastMessageLimit = 500ms;
-constexpr Duration kShutdownStepLimit = 3s;  // a component that hangs holds the others' way down up for no longer
-constexpr Duration kMainThreadLimit =
-    1s;  // a stop signal that it has not obeyed by then finds it in a component's hands
-
-Problem interrupted(const StopSignal& stop) {
-  return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
-}
+// A stop signal that the main thread has not obeyed by then finds it in a component's hands.
+constexpr Duration kMainThreadLimit = 1s;
 
 }  // namespace
 
@@ -209,211 +200,6 @@ nlohmann::json Session::faults() const {
   return answer;
 }
 
-Result<void, Problem> Session::bring_up() {
-  // Making a component touches no hardware: programs that stand for it are not needed before the plan is known to be sound.
-  if (auto loaded = load_components(); !loaded) return loaded;
-  if (auto sound = check_the_plan(); !sound) return sound;
-  if (auto started = start_programs(); !started) return started;
-  return activate();
-}
-
-Result<void, Problem> Session::check_the_plan() {
-  const auto findings = proof::prove(plan_, options_.places, *container_, loaded_);
-  loaded_.clear();
-  for (const auto& finding : findings) say("nacelle: " + finding.text());
-  // What ran before the crash comes back as far as it can, though somebody had taken a part of it out.
-  if (proof::has_errors(findings) && !is_resumed_) {
-    return err(Problem{"the plan is unsound", proof::summary(findings),
-                       "nothing was started; `nacelle check` tells the same without a robot"});
-  }
-  budgets_ = runtime::BudgetWatch{proof::stream_budgets(plan_, *container_)};
-  return {};
-}
-
-Result<void, Problem> Session::start_programs() {
-  for (const auto& plan : plan_.programs) {
-    if (stop_.is_raised()) return err(interrupted(stop_));
-    auto spec = program_spec_of(plan, options_.places.program, options_.places.prefixes);
-    if (!spec) return err(spec.error());
-    progress("starting program " + spec.value().label);
-    auto program = ForeignProgram::start(spec.value());
-    if (!program)
-      return err(
-          Problem{plan.where.text() + ": " + program.error().where, program.error().what, program.error().way_out});
-    programs_.push_back(std::move(program).value());
-    if (auto ready = programs_.back()->wait_until_ready(kProgramReadyLimit, stop_.descriptor(), clock_); !ready)
-      return ready;
-  }
-  return {};
-}
-
-Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPlan& component,
-                                                      const std::shared_ptr<ParameterFaults>& faults) {
-  if (component.isolate == launch::Isolation::None) {
-    runtime::LoadRequest request = load_request_of(component);
-    request.faults = faults;
-    return container_->load(request);
-  }
-  auto started =
-      IsolatedComponent::start(component, options_.places, *container_, carrier_.get(), clock_, faults.get());
-  if (!started) return err(started.error());
-  auto adopted = container_->adopt(started.value());
-  if (adopted) {
-    adopted.value().warnings = started.value()->info().warnings;
-    adopted.value().declared = started.value()->info().declared;
-  } else {
-    started.value()->unload();
-  }
-  return adopted;
-}
-
-void Session::start_the_carrier() {
-  const auto is_apart = [](const auto& component) { return component.isolate == launch::Isolation::Process; };
-  if (options_.carrier.empty() || std::ranges::none_of(plan_.components, is_apart)) return;
-  auto started = start_carrier(options_.carrier);
-  if (started) {
-    carrier_ = std::move(started).value();
-  } else {
-    say("nacelle: streams between processes go over a socket: " + started.error().text());
-  }
-}
-
-Result<void, Problem> Session::load_components() {
-  start_the_carrier();
-  std::size_t number = 0;
-  for (const auto& component : plan_.components) {
-    if (stop_.is_raised()) return err(interrupted(stop_));
-    progress(fmt::format("[{}/{}] loading {}", ++number, plan_.components.size(), component.full_name()));
-    const auto faults = std::make_shared<ParameterFaults>();
-    auto loaded = load(component, faults);
-    auto& entry = loaded_.emplace_back();
-    entry.plan = &component;
-    entry.faults = *faults->lock();
-    if (loaded) {
-      entry.declared = loaded.value().declared;
-      // Those of a component in this process have been logged.
-      if (component.isolate == launch::Isolation::Process)
-        for (const auto& line : loaded.value().warnings) say("nacelle: " + line);
-    } else {
-      entry.failure = loaded.error();
-    }
-    if (!component.required && (entry.failure || has_errors(entry.faults))) {
-      if (loaded) static_cast<void>(container_->unload(loaded.value().id));
-      say("nacelle: left out, since it is not required: " + component.full_name());
-    }
-    composition_changed();
-    answer_guests();
-  }
-  return {};
-}
-
-Result<void, Problem> Session::activate() {
-  std::vector<lifecycle_manager::ManagedNode> nodes;
-  const auto takes_part = [this](const std::string& name) {
-    const auto* const component = plan_of(name);
-    const auto found = container_->find(name);
-    return component != nullptr && found && found.value().managed &&
-           component->target != launch::TargetState::Unconfigured;
-  };
-  for (const auto& component : plan_.components) {
-    if (component.required && !container_->find(component.full_name()))
-      return err(Problem{component.where.text(), component.full_name() + " was not loaded", "see above"});
-    if (!takes_part(component.full_name())) continue;
-    lifecycle_manager::ManagedNode node{
-        component.full_name(), {}, component.target == launch::TargetState::Active, component.required};
-    for (const auto& after : component.after) {
-      // One that was left out, or that has no state to wait for, cannot hold anybody up.
-      if (!takes_part(after.node)) continue;
-      node.after.push_back({after.node, after.where.text(), words_of(after), missing_of(after, *container_),
-                            after.timeout.value_or(lifecycle_manager::kReadinessLimit)});
-    }
-    nodes.push_back(std::move(node));
-  }
-  auto order = lifecycle_manager::bring_up_order(std::move(nodes));
-  if (!order) return err(order.error());
-  lifecycle_manager::Hooks hooks;
-  hooks.trigger = [this](const std::string& node, Transition transition) { return trigger(node, transition); };
-  hooks.state = [this](const std::string& node) {
-    const auto found = container_->find(node);
-    return found ? found.value().state : StateId::Unknown;
-  };
-  hooks.interrupted = [this] { return why_not_go_up(); };
-  hooks.on_begin = [this](const std::string& node, Transition transition) {
-    progress(fmt::format("{} {}", nacelle::to_text(transition), node));
-  };
-  hooks.on_step = [this](const lifecycle_manager::Step& step) { on_step(step); };
-  hooks.on_wait = [this](const std::string& node, const std::string& text) {
-    say(fmt::format("nacelle: {} {}", node, text));
-  };
-  manager_ = std::make_unique<lifecycle_manager::LifecycleManager>(std::move(order).value(), std::move(hooks), clock_);
-  const auto outcome = [this] {
-    lifecycle_manager::ThreadCrew crew;
-    return manager_->startup(crew);
-  }();
-  if (outcome.success) {
-    report_.bringup = time_since_process_start();
-    service_->set_phase(Phase::Running);
-    composition_changed();
-    std::string names;
-    for (const auto& name : report_.bringup_order) names += " " + name;
-    const std::size_t count = report_.bringup_order.size();
-    say(fmt::format("{} component{} active in {:.0f} ms{}{}", count, count == 1 ? "" : "s",
-                    to_milliseconds(report_.bringup), count == 0 ? "" : ":", names));
-    return {};
-  }
-  if (stop_.is_raised()) return err(interrupted(stop_));
-  const auto* const component = plan_of(outcome.problem.where);
-  Problem problem = outcome.problem;
-  if (component != nullptr)
-    problem.where = component->where.text() + ": component " + component->name + " (" + component->plugin + ")";
-  return err(problem);
-}
-
-std::string Session::why_not_go_up() {
-  if (service_->phase() != Phase::Starting) return {};
-  answer_guests();
-  std::string why = stop_.is_raised() ? fmt::format("interrupted by {}", stop_.name()) : supervision_->why_to_stop();
-  if (!why.empty()) {
-    container_->stop_what_moves();
-    container_->give_up_transitions_after(kShutdownStepLimit);
-  }
-  return why;
-}
-
-// On a thread of the crew, for several components at once.
-TransitionOutcome Session::trigger(const std::string& node, Transition transition) {
-  const auto found = container_->find(node);
-  if (!found) return {false, StateId::Unknown, "it is not loaded any more"};
-  return container_->trigger(found.value().id, transition);
-}
-
-void Session::on_step(const lifecycle_manager::Step& step) {
-  const std::string name = report::component_name(step.node);
-  if (step.success && step.transition == Transition::Activate) report_.bringup_order.push_back(name);
-  if (step.success && step.transition == Transition::Deactivate) report_.shutdown_order.push_back(name);
-  if (step.left_out)
-    say(fmt::format("nacelle: left out, since it is not required: {} could not {}: {}", step.node,
-                    nacelle::to_text(step.transition), step.reason));
-  service_->set_nodes(container_->list());
-  if (transitions_) transitions_->add(step);
-  if (options_.verbose)
-    progress(fmt::format("{} {} {} in {:.1f} ms ({})", step.node, nacelle::to_text(step.transition),
-                         step.success ? "done" : "FAILED", to_milliseconds(step.took), step.reason));
-}
-
-Result<void, Problem> Session::bring_to(const runtime::ComponentInfo& component, launch::TargetState target) {
-  std::vector<Transition> steps;
-  if (target != launch::TargetState::Unconfigured) steps.push_back(Transition::Configure);
-  if (target == launch::TargetState::Active) steps.push_back(Transition::Activate);
-  for (const Transition step : steps) {
-    const TransitionOutcome outcome = container_->trigger(component.id, step);
-    if (!outcome.success)
-      return err(
-          Problem{component.node, std::string{"could not "} + nacelle::to_text(step) + ": " + outcome.reason, ""});
-  }
-  return {};
-}
-
 void Session::composition_changed() {
   service_->set_nodes(container_->list());
   supervision_->publish();
@@ -511,7 +297,7 @@ void Session::take_down() {
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
   // First of all the wheels: components that hang may keep the base waiting for its turn.
-  container_->write_safe_stops();
+  container_->stop_what_moves();
   if (was_running) report_.process = steady_.end(clock_.now());
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);

@@ -92,6 +92,9 @@ class Session {
   void say(const std::string& line) const;
 
  private:
+  /// A component that hangs holds the others' way down up for no longer.
+  static constexpr Duration kShutdownStepLimit = std::chrono::seconds{3};
+
   /// Where the state is kept, and what is there to come back to.
   [[nodiscard]] Result<void, Problem> look_at_state_file();
   void keep_composition();

@@ -53,7 +53,7 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
                        "see `nacelle faults`"});
   }
   // By reference: what is posted runs, or is dropped, before the record goes.
-  record.runtime->post(name, [&record, what = std::move(what)] { what(record); });
+  record.runtime->post(name, patience, [&record, what = std::move(what)] { what(record); });
   return {};
 }
 

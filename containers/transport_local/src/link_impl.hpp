@@ -186,7 +186,7 @@ struct Link::Impl final : GraphListener {
   std::map<std::string, TopicUse> topics;
   std::map<std::uint64_t, Departure> departures;  // of local writers
   const std::shared_ptr<Lender> lender = std::make_shared<Lender>();
-  bool held_back = false;                         // something is ready, and the socket was full
+  bool held_back = false;  // something is ready, and the socket was full
   std::uint64_t peer_token = 0;
   bool carries = false;                                   // both sides have the same carrier
   std::map<std::string, const msgs::MessageType*> types;  // of local endpoints

@@ -130,7 +130,7 @@ class Actions : public ::testing::TestWithParam<bool> {
     EXPECT_TRUE(loaded) << (loaded ? "" : loaded.error().text());
     if (!loaded) return 0;
     EXPECT_EQ(container_.trigger(loaded.value().id, Transition::Configure).reason, "");
-    if (active) EXPECT_EQ(container_.trigger(loaded.value().id, Transition::Activate).reason, "");
+    if (active) { EXPECT_EQ(container_.trigger(loaded.value().id, Transition::Activate).reason, ""); }
     return loaded.value().id;
   }
   template <typename T>
@@ -176,7 +176,7 @@ TEST_P(Actions, go_from_goal_over_feedback_to_result) {
   EXPECT_TRUE(other_.diary.wait_for(0).empty()) << "another client hears nothing of it";
 }
 INSTANTIATE_TEST_SUITE_P(, Actions, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "each_on_its_thread" : "on_one_thread"; });
+                         [](const auto& made) { return made.param ? "each_on_its_thread" : "on_one_thread"; });
 
 TEST_F(Actions, are_rejected_by_the_server_and_where_there_is_none) {
   load(asking_, "asking");

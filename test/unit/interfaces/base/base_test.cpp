@@ -84,8 +84,8 @@ TEST(DurationHistogram, tells_the_sum_within_half_a_bucket) {
     histogram.record(Duration{value});
     ASSERT_NEAR(static_cast<double>(histogram.total().count()), exact, exact / 16 + 1) << i;
   }
-  histogram.record(Duration::max());
-  EXPECT_EQ(histogram.total(), Duration::max());
+  for (int i = 0; i < 2; ++i) histogram.record(Duration::max());
+  EXPECT_EQ(histogram.total(), Duration::max()) << "more than there is room for";
 }
 
 TEST(DurationHistogram, takes_zero_and_the_longest_duration) {

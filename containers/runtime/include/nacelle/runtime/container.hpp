@@ -163,7 +163,7 @@ struct ReaderReport {
   std::size_t waiting = 0;  ///< Messages in its queue now ...
   std::size_t depth = 0;    ///< ... and how many it takes at most.
   std::uint64_t delivered = 0, overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0;
-  std::uint64_t deadline_missed = 0;                     ///< Periods without a message, of the deadline that it asks for.
+  std::uint64_t deadline_missed = 0;  ///< Periods without a message, of the deadline that it asks for.
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
 };
 

@@ -157,7 +157,7 @@ TEST(DriveLoop, an_emergency_stop_is_on_the_wire_in_the_same_cycle_and_stays) {
   LoopRig rig{with_limits(1.0, 5.0, -1.0)};
   rig.command(0.5);
   rig.cycles(20);
-  rig.inbox.emergency_stop = true;
+  rig.inbox.emergency_stop.set();
   rig.command(0.5);
   rig.cycles(1);
   EXPECT_EQ(rig.port.commands.back(), WheelRates{});
