@@ -56,6 +56,11 @@ const LoadedComponent* component_of(const Evidence& evidence, const std::string&
   return found == evidence.loaded.end() ? nullptr : &*found;
 }
 
+/// Of a component that could not be made nobody knows what it would give: that it is missing has been said.
+bool somebody_is_missing(const Evidence& evidence) {
+  return std::ranges::any_of(evidence.loaded, [](const auto& component) { return component.failure.has_value(); });
+}
+
 }  // namespace
 
 void check_subscriptions(Evidence& evidence) {
@@ -65,6 +70,7 @@ void check_subscriptions(Evidence& evidence) {
         all, [&](const Endpoint& end) { return end.topic == topic && end.publishes == publishes && fits(end); });
   };
   const auto any = [](const Endpoint&) { return true; };
+  const bool missing = somebody_is_missing(evidence);
   std::string told;
   for (const Endpoint& reader : all) {
     const LoadedComponent* const component = component_of(evidence, reader.node);
@@ -80,7 +86,7 @@ void check_subscriptions(Evidence& evidence) {
       if (!outside || !on(writer.topic, false, any)) others.push_back(writer.topic);
     }
     const std::string near = slip_of(reader.topic, others);
-    if (near.empty() && outside) continue;
+    if (near.empty() && (outside || missing)) continue;
     told = reader.topic + " " + reader.node;
     const Severity severity = near.empty() ? Severity::Warning : severity_of(*component->plan);
     evidence.find(About::Stream,
@@ -95,6 +101,7 @@ void check_subscriptions(Evidence& evidence) {
 
 void check_clients(Evidence& evidence) {
   const std::vector<runtime::ServiceReport> all = evidence.container.services();
+  const bool missing = somebody_is_missing(evidence);
   for (const auto& client : all) {
     const LoadedComponent* const component = component_of(evidence, client.node);
     if (client.is_server || component == nullptr) continue;
@@ -128,6 +135,7 @@ void check_clients(Evidence& evidence) {
     });
     if (is_apart) continue;
     const std::string near = slip_of(client.name, others);
+    if (near.empty() && missing) continue;
     evidence.find(
         About::Service,
         {place, client.node + " calls the service '" + client.name + "' (" + client.type + "), which nobody offers",

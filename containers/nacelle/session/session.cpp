@@ -296,9 +296,9 @@ void Session::take_down() {
   lookout_.reset();
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
-  // First of all the wheels: components that hang may keep the base waiting for its turn.
-  container_->stop_what_moves();
   if (was_running) report_.process = steady_.end(clock_.now());
+  // First of all the wheels: components that hang may keep the base waiting for its turn. What it measures goes on meanwhile.
+  container_->write_safe_stops();
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);
   // Components that were loaded by hand go first: the plan's cannot depend on them.

@@ -95,8 +95,13 @@ void Container::Impl::note_change() const {
 
 void Container::Impl::write_safe_stops() const {
   commons.motion_stops->count.fetch_add(1);
-  const std::lock_guard lock(mutex);
-  for (const auto& [id, record] : records) record->runtime->write_safe_stop();
+  std::vector<std::shared_ptr<ForeignComponent>> others;
+  {
+    const std::lock_guard lock(mutex);
+    for (const auto& [id, component] : foreign) others.push_back(component);
+    for (const auto& [id, record] : records) record->runtime->write_safe_stop();
+  }
+  for (const auto& component : others) component->stop_what_moves();
 }
 
 // A stop frame alone would hold until the next command: whoever deactivates the components may be busy for seconds. A base that

@@ -318,7 +318,7 @@ class Container final {
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name) const;
 
   /// Counts one of MotionStops and writes every registered stop frame, without running component code: what heeds the count stands
-  /// still until it is activated anew. Threads: any, but not from a signal handler.
+  /// still until it is activated anew. Those of other processes too. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
   /// What moves something hears no commands from now on, and its stop frame is written; those of other processes too. Waits for
   /// nobody. Threads: any, but not from a signal handler.

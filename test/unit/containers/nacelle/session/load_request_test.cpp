@@ -92,7 +92,7 @@ TEST(ContainerParameters, are_all_told_where_each_stands) {
   EXPECT_EQ(options.error()[0].text(),
             "a.yaml:3: the container has no parameter 'hang_afer'; did you mean 'hang_after'?");
   EXPECT_EQ(options.error()[1].text(),
-            "a.yaml:4: parameter 'hang_after' of the container must be seconds from 0.001 to 3600, not -1.0; leave it "
+            "a.yaml:4: parameter 'hang_after' of the container must be seconds from 0.001 to 3600, not -1; leave it "
             "out for the default");
   EXPECT_EQ(options.error()[2].where, "f:1");
   const auto shorter = container_options_of({{.name = "hang_after", .value = 0.01, .where = {"a.yaml", 5}}}, "f:1");
