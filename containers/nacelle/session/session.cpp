@@ -136,10 +136,12 @@ int Session::run() {
     failure = serve();
     if (failure) say("nacelle: " + failure->text());
   }
+  // A fault that came just before the signal has been found, and perhaps not been dealt with yet.
+  const bool stopped_by_a_fault = supervision_->has_stopped_the_robot() || !supervision_->why_to_stop().empty();
   desk_.reset();
   take_down();
   if (!undoing_ && !write_report()) return 1;
-  return failure || supervision_->has_stopped_the_robot() ? 1 : 0;
+  return failure || stopped_by_a_fault ? 1 : 0;
 }
 
 Result<void, Problem> Session::look_at_state_file() {
