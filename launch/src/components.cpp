@@ -55,12 +55,12 @@ void Builder::component(const Element& element, Scope& scope) {
     if (child.name == "budget") read_budget(child, scope, made);
     if (child.name == "on_fault") read_on_fault(child, scope, made);
     if (child.name != "extra_arg") continue;
-    const auto name = text(child, "name", scope);
+    const auto extra = text(child, "name", scope);
     const auto value = text(child, "value", scope);
-    if (!name || !value) continue;
+    if (!extra || !value) continue;
     // launch_ros takes 'true' in quotes for the bool too.
     if (auto typed = value_of_text(*value)) {
-      made.extra_arguments.push_back({*name, std::move(*typed), at(child.line)});
+      made.extra_arguments.push_back({*extra, std::move(*typed), at(child.line)});
     } else {
       report(at(child.line), typed.error());
     }
