@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/commands.hpp"
+#include "cli/output.hpp"
 
 int main(int argc, char** argv) {
   using namespace nacelle::cli;
+  open_missing_standard_streams();
   Command root{"nacelle", "Nacelle: the whole robot in one process"};
   root.note(
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no container is running.\n"
@@ -32,5 +34,5 @@ int main(int argc, char** argv) {
   add_interface_command(root);
   add_xacro_command(root);
   add_completion_command(root);
-  return run_command_line(root, "nacelle " NACELLE_VERSION, argc, argv);
+  return finish_output(run_command_line(root, "nacelle " NACELLE_VERSION, argc, argv));
 }

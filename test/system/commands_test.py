@@ -52,6 +52,23 @@ class Commands(RunningRobotTest):
             outcome = self.expect_exit(self.run_program("topic", command, "/scan", "sensor_msgs/msg/Image", "--once", limit_s=10), 1)
             self.assertIn("/scan: has the type sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image", outcome.stderr)
 
+    def test_a_reader_that_leaves_ends_what_writes_to_it(self):
+        for words in (("topic", "echo", "/odom"), ("topic", "hz", "/odom"), ("tf", "echo", "odom", "base_footprint"), ("streams", "--json", "--interval", "0.1"),
+                      ("topic", "pub", "/said", "std_msgs/msg/String", "{}", "--rate", "20")):  # fmt: skip
+            program = self.start_program(*words, stderr=subprocess.PIPE)
+            program.stdout.readline()
+            program.stdout.close()
+            self.assertEqual((program.wait(20 * SLOW), program.stderr.read()), (0, ""), words)
+            program.stderr.close()
+
+    def test_output_that_cannot_be_written_is_1(self):
+        with open("/dev/full", "w") as full:
+            for words in (("topic", "list"), ("topic", "echo", "/odom"), ("interface", "show", "std_msgs/msg/Bool"), ("--help",)):
+                program = self.start_program(*words, stdout=full, stderr=subprocess.PIPE)
+                _, said = program.communicate(timeout=20 * SLOW)
+                self.assertEqual(program.returncode, 1, words)
+                self.assertIn("stdout: cannot be written: No space left on device", said)
+
     def test_hz_measures_a_rate(self):
         text = self.expect_exit(self.run_program("topic", "hz", "/imu/data_raw", "--once"), 0).stdout
         rate = float(re.search(r"average rate: ([\d.]+)", text)[1])

@@ -11,6 +11,7 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/session/message_text.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -113,7 +114,7 @@ Result<void, int> call_once(const Wish& wish, control::Client& client, const msg
     session::append_repr(shown, type.response(), response.get());
     std::printf("response:\n%s\n\n", shown.c_str());
   }
-  std::fflush(stdout);
+  if (!flush_output()) return err(int{kDone});  // nobody waits for the next one
   return {};
 }
 

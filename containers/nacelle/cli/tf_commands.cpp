@@ -98,7 +98,7 @@ std::string echo_text(const json& transform, unsigned precision, bool with_matri
 }
 
 int echo(const Wish& wish) {
-  const LiveText live;
+  LiveText live;
   auto client = connect(wish.container);
   if (!client) return client.error();
   const SystemClock clock;
@@ -111,10 +111,8 @@ int echo(const Wish& wish) {
     if (reply) {
       reply.value().erase("ok");
       last_trouble.clear();
-      std::fputs(wish.as_json ? (reply.value().dump() + "\n").c_str()
-                              : echo_text(reply.value(), wish.precision, wish.with_matrix).c_str(),
-                 stdout);
-      std::fflush(stdout);
+      live.add(wish.as_json ? reply.value().dump() + "\n"
+                            : echo_text(reply.value(), wish.precision, wish.with_matrix));
       if (wish.once) return kDone;
     } else if (wish.once ? clock.now() > patience : reply.error().text() != last_trouble) {
       last_trouble = reply.error().text();
@@ -259,8 +257,7 @@ int monitor(const Wish& wish) {
     if (!watched) return complain(watched.error());
     const json figures = monitor_json(watched.value(), tree.value()["frames"], delays);
     if (wish.as_json) {
-      std::printf("%s\n", figures.dump().c_str());
-      std::fflush(stdout);
+      live.add(figures.dump() + "\n");
     } else {
       live.show(monitor_text(figures));
     }

@@ -12,6 +12,7 @@
 
 #include "asking.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "topic_commands.hpp"
 
@@ -95,8 +96,7 @@ int measure(const TopicWish& wish, const char* items, const std::function<void(d
     if (shown_at_s == 0) shown_at_s = now_s;
     if (now_s - shown_at_s < 1.0 || !show()) return true;
     shown_at_s = now_s;
-    std::fflush(stdout);
-    return !wish.once;
+    return flush_output() && !wish.once;
   });
 }
 
@@ -118,8 +118,7 @@ int echo_topic(const TopicWish& wish) {
   return listen(wish, wish.as_json ? "json" : "yaml", [&](std::string_view text) {
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fputs(wish.as_json ? "\n" : "---\n", stdout);
-    std::fflush(stdout);
-    return !wish.once;
+    return flush_output() && !wish.once;
   });
 }
 

@@ -14,6 +14,7 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/session/message_text.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "topic_commands.hpp"
 
@@ -97,8 +98,9 @@ Result<bool, Problem> fill(msgs::AnyMessage& message, const std::string& text, c
   return read.value().has_stamps;
 }
 
-void show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t number) {
-  if (wish.print_every == 0 || number % wish.print_every != 0) return;
+/// False when nobody takes the output any more.
+bool show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t number) {
+  if (wish.print_every == 0 || number % wish.print_every != 0) return true;
   if (wish.as_json) {
     std::printf("%s\n", msgs::to_json(message.type(), message.get()).c_str());
   } else {
@@ -106,7 +108,7 @@ void show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t nu
     session::append_repr(text, message.type(), message.get());
     std::printf("publishing #%zu: %s\n\n", number, text.c_str());
   }
-  std::fflush(stdout);
+  return flush_output();
 }
 
 }  // namespace
@@ -137,7 +139,7 @@ int publish_topic(const TopicWish& asked) {
   for (std::size_t sent = 0; !stop.is_raised() && (wish.times == 0 || sent < wish.times); ++sent) {
     if (stamped.value() && sent != 0) static_cast<void>(fill(message, wish.message, clock));
     if (auto done = client.publish(handle.value(), message.encoded()); !done) return complain(done.error());
-    show(wish, message, sent + 1);
+    if (!show(wish, message, sent + 1)) break;
     // Refusals come as faults; asking for something shows that the message was taken.
     if (auto taken = client.stats(kAnswerLimit); !taken) return complain(taken.error());
     if (wish.times != 0 && sent + 1 == wish.times) break;

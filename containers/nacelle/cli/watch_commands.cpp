@@ -40,8 +40,7 @@ int watch(const Wish& wish, const View& view) {
     if (!after) return complain(after.error());
     const json table = view.between(before.value(), after.value());
     if (wish.as_json) {
-      std::printf("%s\n", table.dump().c_str());
-      std::fflush(stdout);
+      live.add(table.dump() + "\n");
     } else {
       live.show(view.text(table));
     }
