@@ -129,9 +129,9 @@ INTRODUCTION = """# Every command
 One example of each, with what it printed on the simulated robot of `./dev nacelle launch launch/robot.launch.yaml`. This page is
 written by `test/docs/cli_doc.py --write`; the tests run every line of it. Words, options and output follow `ros2`'s.
 
-Every command has `--help`; the nearest name is told where one is wrong. Those that ask a container have `--json` and `--container NAME`. The same is in the manual page
-(`man nacelle`, once installed). Completion of commands, options and names of the running robot: `source <(nacelle completion bash)`,
-also `zsh` and `fish`; an installation has it in place.
+Every command has `--help`, and a word that is wrong is told with the nearest that is right. Those that ask a container have `--json`
+and `--container NAME`. The same is in the manual page (`man nacelle`, once installed). Completion of commands, options and names of
+the running robot: `source <(nacelle completion bash)`, also `zsh` and `fish`; an installation has it in place.
 
 Exit codes: 0 done; 1 failed: what is named is not there, a file cannot be read, the robot refused; 2 wrong usage: a word, an option or
 a value that cannot be, which shows without asking anybody; 3 no container is running.
