@@ -141,8 +141,7 @@ json tree_of(const Command& command) {
 
 void add_completion_command(Command& root) {
   auto wish = std::make_shared<Wish>();
-  Command& completion =
-      root.add("completion", "print the completion for a shell:  source <(nacelle completion bash)").hidden();
+  Command& completion = root.add("completion", "print the completion for a shell: source <(nacelle completion bash)");
   completion.option("shell", wish->shell, "bash, zsh or fish").one_of({"bash", "zsh", "fish"});
   completion.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
   completion.runs([wish] { return write(wish->output, completion_script(wish->shell)); });

@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "program.hpp"
+#include "typed_value.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -67,14 +68,15 @@ int load(const Wish& wish) {
                            !wish.remaps.empty() || !wish.params_file.empty();
   if (!is_plugin) {
     if (has_options) {
-      complain({"component load " + wish.name, "it comes with the launch file's parameters and remaps",
-                "options belong to a plugin: pkg::Class --name N"});
-      return kUsage;
+      return complain_of_usage({"component load " + wish.name, "it comes with the launch file's parameters and remaps",
+                                "options belong to a plugin: pkg::Class --name N"});
     }
     request = {{"verb", "component.load"}, {"name", wish.name}};
   } else {
     request = {{"verb", "component.load_plugin"}, {"plugin", wish.name},           {"name", wish.new_name},
                {"namespace", wish.name_space},    {"parameters", wish.parameters}, {"remaps", wish.remaps}};
+    if (!wish.params_file.empty() && !std::filesystem::is_regular_file(wish.params_file))
+      return complain({wish.params_file, "there is no such file", "give a parameter file in ROS 2's form"});
     // The container reads the file, and its working directory is another one.
     if (!wish.params_file.empty()) request["params_file"] = std::filesystem::absolute(wish.params_file).string();
   }
@@ -173,11 +175,6 @@ int types(const Wish& wish) {
   return kDone;
 }
 
-/// What is wrong with `text` as name:=value.
-std::string wrong_assignment(const std::string& text) {
-  return text.find(":=") == std::string::npos ? "'" + text + "' has no ':='" : std::string{};
-}
-
 }  // namespace
 
 void add_component_commands(Command& root) {
@@ -205,13 +202,13 @@ void add_component_commands(Command& root) {
       .names_a(Names::Plugin);
   load_command.option("-n,--name", wish->new_name, "the node's name (of a plugin)");
   load_command.option("--namespace", wish->name_space, "the node's namespace (of a plugin)");
-  load_command.option("-p,--parameter", wish->parameters, "k:=v").checked(wrong_assignment);
-  load_command.option("-r,--remap", wish->remaps, "from:=to").checked(wrong_assignment);
-  load_command.option("--params-file", wish->params_file, "a ROS 2 parameter file")
-      .names_a(Names::File)
-      .checked([](const std::string& path) {
-        return std::filesystem::is_regular_file(path) ? std::string{} : "File does not exist: " + path;
-      });
+  load_command.option("-p,--parameter", wish->parameters, "a parameter (of a plugin); once for each")
+      .value("NAME:=VALUE")
+      .checked(wrong_assignment);
+  load_command.option("-r,--remap", wish->remaps, "another name for a topic or service (of a plugin)")
+      .value("FROM:=TO")
+      .checked(wrong_remap);
+  load_command.option("--params-file", wish->params_file, "a ROS 2 parameter file").value("FILE").names_a(Names::File);
   add_common_options(load_command, wish->container, wish->as_json);
   load_command.runs([wish] { return load(*wish); });
 

@@ -42,7 +42,9 @@ void add_container_command(Command& root) {
   command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")
       .names_a(Names::File);
   command.flag("-v,--verbose", wish->verbose, "a line for each step");
-  command.note("What survives a crash, and how: docs/supervision.md in the source tree.");
+  command.note(
+      "Ctrl-C ends it; what runs in the background (nacelle container &) ends with: kill %1, or kill PID.\n"
+      "What survives a crash, and how: docs/supervision.md in the source tree.");
   command.runs([wish] { return run(*wish); });
 }
 

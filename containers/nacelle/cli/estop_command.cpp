@@ -48,9 +48,10 @@ int tell(const Wish& wish, bool set) {
   if (!wish.topic.empty()) {
     const std::string topic = wish.topic.front() == '/' ? wish.topic : "/" + wish.topic;
     if (!session::is_emergency_stop(topic, session::kEmergencyStopType)) {
-      complain(
-          {"topic " + topic, "is no emergency stop", "its last name is " + std::string{session::kEmergencyStopTopic}});
-      return kUsage;
+      return complain_of_usage({"topic " + topic,
+                                "is no emergency stop: those end in " + std::string{session::kEmergencyStopTopic} +
+                                    ", as /emergency_stop and /arm/emergency_stop do",
+                                "without --topic every one that a component reads is meant"});
     }
     std::erase_if(listeners, [&](const Listener& listener) { return listener.topic != topic; });
     // Said all the same: who joins later learns of it.
@@ -92,7 +93,10 @@ void add_estop_command(Command& root) {
   for (const bool set : {true, false}) {
     Command& command = set ? group.add("set", "stop the wheels at once, until the stop is released")
                            : group.add("release", "release it; nothing moves before a new command comes");
-    command.option("--topic", wish->topic, "one topic; without it every emergency_stop that a component reads")
+    command
+        .option("--topic", wish->topic,
+                "this emergency stop only: a topic whose last name is emergency_stop (default: each that a component "
+                "reads)")
         .names_a(Names::Topic);
     add_common_options(command, wish->container, wish->as_json);
     command.runs([wish, set] { return tell(*wish, set); });

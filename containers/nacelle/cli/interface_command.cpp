@@ -42,9 +42,20 @@ int list(const Wish& wish) {
   return 0;
 }
 
+/// "std_msgs/msg/Bool" from "std_msgs/Bool", as topic and service commands take it too; what has no such type stays.
+std::string whole_name(msgs::TypeLibrary& library, const std::string& name) {
+  const auto slash = name.find('/');
+  if (slash == std::string::npos || slash != name.rfind('/')) return name;
+  for (const char* const kind : {"msg", "srv", "action"}) {
+    const std::string whole = name.substr(0, slash + 1) + kind + name.substr(slash);
+    if (library.find(whole)) return whole;
+  }
+  return name;
+}
+
 int show(const Wish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto found = library.find(wish.type);
+  const auto found = library.find(whole_name(library, wish.type));
   if (!found) return complain(found.error());
   std::cout << found->definition();
   return 0;
@@ -52,7 +63,7 @@ int show(const Wish& wish) {
 
 int hash(const Wish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto found = library.find(wish.type);
+  const auto found = library.find(whole_name(library, wish.type));
   if (!found) return complain(found.error());
   std::cout << found->hash() << '\n';
   return 0;
@@ -60,7 +71,7 @@ int hash(const Wish& wish) {
 
 int encode(const Wish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto type = library.message(wish.type);
+  const auto type = library.message(whole_name(library, wish.type));
   if (!type) return complain(type.error());
   msgs::AnyMessage message{**type};
   if (const auto done = msgs::from_json(standard_input(), **type, message.get()); !done) return complain(done.error());
@@ -70,7 +81,7 @@ int encode(const Wish& wish) {
 
 int decode(const Wish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto type = library.message(wish.type);
+  const auto type = library.message(whole_name(library, wish.type));
   if (!type) return complain(type.error());
   Bytes bytes;
   if (!from_hex(standard_input(), bytes)) {
@@ -99,7 +110,7 @@ void add_interface_command(Command& root) {
 
   const auto add = [&](const char* name, const char* what, int (*run)(const Wish&)) {
     Command& one = command.add(name, what);
-    one.option("TYPE", wish->type, "for example sensor_msgs/msg/Imu or std_srvs/srv/SetBool_Request")
+    one.option("TYPE", wish->type, "e.g. sensor_msgs/msg/Imu, sensor_msgs/Imu or std_srvs/srv/SetBool_Request")
         .required()
         .names_a(Names::Type);
     one.runs([wish, run] { return run(*wish); });

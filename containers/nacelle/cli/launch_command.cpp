@@ -125,7 +125,9 @@ void add_launch_command(Command& root) {
   command.option("--test-clock", wish->test_clock, "a fifo that sets the wall clock of this process, for tests")
       .hidden();
   command.option("--parent", wish->parent_pid, "end when this process ends").hidden();
-  command.note("How a launch file is written, key by key: docs/launch_files.md in the source tree.");
+  command.note(
+      "Ctrl-C ends it; what runs in the background (nacelle launch FILE &) ends with: kill %1, or kill PID.\n"
+      "How a launch file is written, key by key: docs/launch_files.md in the source tree.");
   command.runs([wish] { return run(*wish); });
 }
 

@@ -69,6 +69,11 @@ int list_transitions(const Wish& wish) {
     std::printf("%s\n", json{{"node", reply.value()["node"]}, {"state", state}, {"transitions", rows}}.dump().c_str());
     return kDone;
   }
+  if (rows.empty()) {
+    std::printf("%s is %s: no transition leads on\n", text_of(reply.value(), "node").c_str(), state.c_str());
+    if (state == "finalized")
+      std::printf("Unload it, and load it again: nacelle component unload %s\n", wish.node.c_str());
+  }
   for (const auto& row : rows) {
     std::printf("- %s [%d]\n\tStart: %s\n\tGoal: %s\n", text_of(row, "label").c_str(), row["id"].get<int>(),
                 text_of(row, "start").c_str(), text_of(row, "goal").c_str());
@@ -96,7 +101,7 @@ int list_nodes(const Wish& wish) {
 
 int get_state(const Wish& wish) {
   return ask(wish.container, {{"verb", "lifecycle.get"}, {"name", wish.node}}, wish.as_json, [](const json& reply) {
-    std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["id"].get<int>());
+    std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
   });
 }
 

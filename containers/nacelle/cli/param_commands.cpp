@@ -10,6 +10,7 @@
 #include "commands.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 #include "program.hpp"
+#include "typed_value.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -123,6 +124,7 @@ int get(const Wish& wish) {
 }
 
 int set(const Wish& wish) {
+  if (auto value = check_value(wish.value); !value) return complain_of_usage(value.error());
   return ask(wish.container,
              {{"verb", "param.set"}, {"name", wish.node}, {"assignment", wish.name + ":=" + wish.value}}, wish.as_json,
              [](const json&) { std::printf("Set parameter successful\n"); });

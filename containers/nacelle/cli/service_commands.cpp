@@ -86,9 +86,9 @@ int find(const Wish& wish) {
 Result<void, int> call_once(const Wish& wish, control::Client& client, const msgs::ServiceType& type) {
   msgs::AnyMessage request{type.request()};
   auto text = session::read_message_text(wish.values, type.request(), SystemClock{}.wall_now());
-  if (!text) return err(complain(text.error()));
+  if (!text) return err(complain_of_usage(text.error()));
   if (auto read = msgs::from_json(text.value().json, type.request(), request.get()); !read)
-    return err(complain(read.error()));
+    return err(complain_of_usage(read.error()));
   if (!wish.as_json) {
     std::string shown;
     session::append_repr(shown, type.request(), request.get());

@@ -111,8 +111,7 @@ int echo(const Wish& wish) {
     if (reply) {
       reply.value().erase("ok");
       last_trouble.clear();
-      live.add(wish.as_json ? reply.value().dump() + "\n"
-                            : echo_text(reply.value(), wish.precision, wish.with_matrix));
+      live.add(wish.as_json ? reply.value().dump() + "\n" : echo_text(reply.value(), wish.precision, wish.with_matrix));
       if (wish.once) return kDone;
     } else if (wish.once ? clock.now() > patience : reply.error().text() != last_trouble) {
       last_trouble = reply.error().text();

@@ -65,6 +65,22 @@ void warn_if_too_slow(const TopicWish& wish) {
   }
 }
 
+/// A topic that exists with other types only: nobody there could read what is sent. Nothing if it may be published.
+std::optional<Problem> clash_of(control::Client& client, const TopicWish& wish) {
+  // Through the control thread, which answers though the container is busy: what is published may be what stops the robot.
+  const auto stats = client.stats(kAnswerLimit);
+  if (!stats) return stats.error();
+  const json parsed = json::parse(stats.value(), nullptr, false);
+  if (!parsed.is_object()) return std::nullopt;
+  const auto types = texts_of(parsed.value("streams", json::array()), "type", [&](const json& stream) {
+    return text_of(stream, "name") == absolute(wish.topic) &&
+           stream.value("readers", 0U) + stream.value("writers", 0U) != 0;
+  });
+  if (types.empty() || std::ranges::count(types, wish.type) != 0) return std::nullopt;
+  return Problem{"topic " + absolute(wish.topic), "has the type " + join(types, " and ") + ", not " + wish.type,
+                 "publish that type, or on another topic"};
+}
+
 /// Waits for --wait-matching-subscriptions. Returns the exit code, or nothing when publishing may begin.
 std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSignal& stop, const Clock& clock) {
   auto asking = connect(wish.container);
@@ -123,11 +139,12 @@ int publish_topic(const TopicWish& asked) {
   if (!type) return complain(type.error());
   msgs::AnyMessage message{*type.value()};
   auto stamped = fill(message, wish.message, clock);
-  if (!stamped) return complain(stamped.error());
+  if (!stamped) return complain_of_usage(stamped.error());
 
   auto connected = connect(wish.container);
   if (!connected) return connected.error();
   control::Client& client = connected.value();
+  if (const auto clash = clash_of(client, wish)) return complain(*clash);
   if (wish.readers != 0) {
     if (const auto ended = wait_for_readers(wish, stop, clock)) return *ended;
   }
