@@ -19,14 +19,14 @@ using nlohmann::json;
 // A component may take its time to find its device; the container itself gives it up after half a minute.
 constexpr Duration kComponentLimit = 90s;
 
-struct Wish {
+struct ComponentWish {
   std::string container, name, new_name, name_space, params_file;
   std::vector<std::string> parameters, remaps;
   bool as_json = false, details = false;
 };
 
 /// One request; on success `show` prints the reply.
-int ask(const Wish& wish, const json& request, const std::function<void(const json&)>& show) {
+int ask(const ComponentWish& wish, const json& request, const std::function<void(const json&)>& show) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = client.value().call(request, kComponentLimit);
@@ -42,7 +42,7 @@ int ask(const Wish& wish, const json& request, const std::function<void(const js
   return kDone;
 }
 
-int list(const Wish& wish) {
+int list(const ComponentWish& wish) {
   return ask(wish, {{"verb", "component.list"}}, [&](const json& reply) {
     std::printf("/%s\n", text_of(reply, "container").c_str());
     for (const auto& row : reply["components"]) {
@@ -60,7 +60,7 @@ int list(const Wish& wish) {
   });
 }
 
-int load(const Wish& wish) {
+int load(const ComponentWish& wish) {
   json request;
   // A class name has '::'; a name of the launch file has not.
   const bool is_plugin = wish.name.find("::") != std::string::npos;
@@ -86,7 +86,7 @@ int load(const Wish& wish) {
   });
 }
 
-int unload(const Wish& wish) {
+int unload(const ComponentWish& wish) {
   return ask(wish, {{"verb", "component.unload"}, {"name", wish.name}}, [](const json& reply) {
     std::printf("Unloaded component %d ('%s')\n", reply["id"].get<int>(), text_of(reply, "node").c_str());
     if (!reply["image_closed"].get<bool>())
@@ -133,7 +133,7 @@ void print_callbacks(const json& callbacks) {
   if (!words.empty()) std::printf("  callbacks: %s\n", join(words).c_str());
 }
 
-int info(const Wish& wish) {
+int info(const ComponentWish& wish) {
   return ask(wish, {{"verb", "component.info"}, {"name", wish.name}}, [](const json& reply) {
     std::printf("%s\n  id: %d\n  plugin: %s\n  library: %s\n", text_of(reply, "node").c_str(), reply["id"].get<int>(),
                 text_of(reply, "plugin").c_str(), text_of(reply, "library").c_str());
@@ -154,7 +154,7 @@ int info(const Wish& wish) {
 }
 
 /// Needs no container: what is installed where launch files' plugins are looked for.
-int types(const Wish& wish) {
+int types(const ComponentWish& wish) {
   const auto places = program_places();
   runtime::PluginIndex index{places.component_folders};
   const auto entries = index.entries();
@@ -179,7 +179,7 @@ int types(const Wish& wish) {
 
 void add_component_commands(Command& root) {
   Command& group = root.add("component", "list, load and unload components of a running container");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<ComponentWish>();
 
   Command& list_command =
       group.add("list", "the loaded components: id, node and state; libraries that are kept, and by whom");

@@ -9,12 +9,12 @@
 namespace nacelle::cli {
 namespace {
 
-struct Wish {
+struct ContainerWish {
   std::string name = "nacelle", state_file;
   bool resume = false, verbose = false;
 };
 
-int run(const Wish& wish) {
+int run(const ContainerWish& wish) {
   session::StopSignal stop{session::leave_at_once};
   launch::Plan plan;
   plan.file = "nacelle container";
@@ -35,7 +35,7 @@ int run(const Wish& wish) {
 }  // namespace
 
 void add_container_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<ContainerWish>();
   Command& command = root.add("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
   command.option("--name", wish->name, "its name on the control socket").with_default();
   command.flag("--resume", wish->resume, "after a crash: the components, parameters and states that the last run had");

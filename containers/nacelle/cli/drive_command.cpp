@@ -9,14 +9,14 @@
 namespace nacelle::cli {
 namespace {
 
-struct Wish {
+struct DriveWish {
   std::vector<std::string> words;  // perhaps a file, then name:=value
   double seconds = -1;             // not given
   bool twist = false;
   drive::DriveSettings settings;
 };
 
-int run(Wish& wish) {
+int run(DriveWish& wish) {
   session::StopSignal stop{session::kill_all_programs};
   for (const auto& word : wish.words) {
     if (word.find(":=") != std::string::npos) {
@@ -40,7 +40,7 @@ int run(Wish& wish) {
 }  // namespace
 
 void add_drive_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<DriveWish>();
   Command& command = root.add("drive", "drive the simulated robot round a one-metre square and show the figures");
   command.option("words", wish->words, "a launch file (default: the robot's), and name:=value for its arguments")
       .names_a(Names::File);

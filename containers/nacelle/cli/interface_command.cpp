@@ -18,7 +18,7 @@ namespace nacelle::cli {
 namespace {
 
 /// What the person typed; lives as long as the commands do.
-struct Wish {
+struct InterfaceWish {
   std::vector<std::filesystem::path> directories;
   std::string type;
   std::string package;
@@ -27,7 +27,7 @@ struct Wish {
 
 std::string standard_input() { return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()}; }
 
-int list(const Wish& wish) {
+int list(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
   const auto packages = wish.package.empty() ? library.packages() : std::vector<std::string>{wish.package};
   if (packages.empty()) {
@@ -53,7 +53,7 @@ std::string whole_name(msgs::TypeLibrary& library, const std::string& name) {
   return name;
 }
 
-int show(const Wish& wish) {
+int show(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
   const auto found = library.find(whole_name(library, wish.type));
   if (!found) return complain(found.error());
@@ -61,7 +61,7 @@ int show(const Wish& wish) {
   return 0;
 }
 
-int hash(const Wish& wish) {
+int hash(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
   const auto found = library.find(whole_name(library, wish.type));
   if (!found) return complain(found.error());
@@ -69,7 +69,7 @@ int hash(const Wish& wish) {
   return 0;
 }
 
-int encode(const Wish& wish) {
+int encode(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
   const auto type = library.message(whole_name(library, wish.type));
   if (!type) return complain(type.error());
@@ -79,7 +79,7 @@ int encode(const Wish& wish) {
   return 0;
 }
 
-int decode(const Wish& wish) {
+int decode(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
   const auto type = library.message(whole_name(library, wish.type));
   if (!type) return complain(type.error());
@@ -99,7 +99,7 @@ int decode(const Wish& wish) {
 }  // namespace
 
 void add_interface_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<InterfaceWish>();
   wish->directories = message_library_directories();
   Command& command = root.add("interface", "message, service and action types, and their wire form");
 
@@ -108,7 +108,7 @@ void add_interface_command(Command& root) {
   list_command.flag("--all", wish->all, "also the messages that services and actions consist of");
   list_command.runs([wish] { return list(*wish); });
 
-  const auto add = [&](const char* name, const char* what, int (*run)(const Wish&)) {
+  const auto add = [&](const char* name, const char* what, int (*run)(const InterfaceWish&)) {
     Command& one = command.add(name, what);
     one.option("TYPE", wish->type, "e.g. sensor_msgs/msg/Imu, sensor_msgs/Imu or std_srvs/srv/SetBool_Request")
         .required()

@@ -92,23 +92,23 @@ int show_truth(const std::string& asked) {
   const auto truth = simulation::read_truth(directory.value() + "/truth");
   if (!truth) return complain({directory.value(), "no world runs there", "name its folder with --dir"});
   const simulation::Truth& t = truth.value();
-  const nlohmann::ordered_json json{{"time_s", t.time_s},
-                                    {"x_m", t.x_m},
-                                    {"y_m", t.y_m},
-                                    {"yaw_rad", t.yaw_rad},
-                                    {"speed_mps", t.speed_mps},
-                                    {"yaw_rate_rps", t.yaw_rate_rps},
-                                    {"left_command_mps", t.left_command_mps},
-                                    {"right_command_mps", t.right_command_mps},
-                                    {"motion_commands", t.motion_commands},
-                                    {"last_motion_command_ns", t.last_motion_command_ns},
-                                    {"starts", t.starts},
-                                    {"last_start_ns", t.last_start_ns},
-                                    {"stops", t.stops},
-                                    {"last_stop_ns", t.last_stop_ns},
-                                    {"watchdog_stops", t.watchdog_stops},
-                                    {"contacts", t.contacts}};
-  std::printf("%s\n", json.dump().c_str());
+  const nlohmann::ordered_json shown{{"time_s", t.time_s},
+                                     {"x_m", t.x_m},
+                                     {"y_m", t.y_m},
+                                     {"yaw_rad", t.yaw_rad},
+                                     {"speed_mps", t.speed_mps},
+                                     {"yaw_rate_rps", t.yaw_rate_rps},
+                                     {"left_command_mps", t.left_command_mps},
+                                     {"right_command_mps", t.right_command_mps},
+                                     {"motion_commands", t.motion_commands},
+                                     {"last_motion_command_ns", t.last_motion_command_ns},
+                                     {"starts", t.starts},
+                                     {"last_start_ns", t.last_start_ns},
+                                     {"stops", t.stops},
+                                     {"last_stop_ns", t.last_stop_ns},
+                                     {"watchdog_stops", t.watchdog_stops},
+                                     {"contacts", t.contacts}};
+  std::printf("%s\n", shown.dump().c_str());
   return kDone;
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
 #include "nacelle/drawing/frame_tree.hpp"
@@ -20,9 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration kAnswerLimit = 10s;
-
-struct Wish {
+struct TfWish {
   std::string container, source, target, svg, pdf, dot;
   std::vector<std::string> frames;
   bool as_json = false, once = false, with_matrix = false;
@@ -48,7 +47,7 @@ int write_drawing(const std::string& path, const Result<std::string, Problem>& d
   return file ? kDone : complain({path, "the drawing cannot be written", "is the folder there, and yours?"});
 }
 
-int tree(const Wish& wish) {
+int tree(const TfWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
@@ -97,7 +96,7 @@ std::string echo_text(const json& transform, unsigned precision, bool with_matri
   return out;
 }
 
-int echo(const Wish& wish) {
+int echo(const TfWish& wish) {
   LiveText live;
   auto client = connect(wish.container);
   if (!client) return client.error();
@@ -232,7 +231,7 @@ Result<void, Problem> take_in(control::Client& listener, report::FrameDelays& de
   }
 }
 
-int monitor(const Wish& wish) {
+int monitor(const TfWish& wish) {
   LiveText live;
   auto client = connect(wish.container), listener = connect(wish.container);
   if (!client || !listener) return client ? listener.error() : client.error();
@@ -267,7 +266,7 @@ int monitor(const Wish& wish) {
 }  // namespace
 
 void add_tf_commands(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<TfWish>();
   Command& group =
       root.add("tf", "the tree of frames of a running container: who broadcasts what, how often, how late");
 

@@ -26,9 +26,9 @@ using Made = Result<Json, Problem>;
 constexpr std::string_view kTime = "builtin_interfaces/msg/Time", kHeader = "std_msgs/msg/Header";
 
 /// Turns YAML into JSON, led by the fields of a type.
-class Reader {
+class TextReader {
  public:
-  explicit Reader(WallTime now) : now_(now) {}
+  explicit TextReader(WallTime now) : now_(now) {}
 
   [[nodiscard]] bool has_stamps() const { return has_stamps_; }
 
@@ -196,7 +196,7 @@ Result<MessageText, Problem> read_message_text(std::string_view text, const msgs
   // JSON goes its own way: its escapes are not all YAML's, and its words for NaN are texts here.
   if (Json::accept(text)) return MessageText{std::string{text}, false};
   auto root = parse_yaml(text, "the message");
-  Reader reader{now};
+  TextReader reader{now};
   Made json = root ? reader.message(root.value(), type, "") : Made{err(root.error())};
   if (!json) {
     Problem problem = json.error();

@@ -381,11 +381,11 @@ void Session::fetch_last_messages() {
 
 bool Session::write_report() {
   if (options_.report_file.empty()) return true;
-  nlohmann::ordered_json json = report::to_json(report_);
+  nlohmann::ordered_json figures = report::to_json(report_);
   if (!options_.last_messages.empty())
-    json["last_messages"] = nlohmann::ordered_json::parse(last_messages_json_, nullptr, false);
+    figures["last_messages"] = nlohmann::ordered_json::parse(last_messages_json_, nullptr, false);
   std::ofstream file{options_.report_file, std::ios::trunc};
-  file << json.dump(2) << '\n';
+  file << figures.dump(2) << '\n';
   file.flush();
   if (file) return true;
   say("nacelle: " +
