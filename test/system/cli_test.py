@@ -92,6 +92,7 @@ class WithoutContainer(RobotTest):
                              (["param", "get", "camera", "a", "b"], ("it takes no further word: 'b'", "see `nacelle param get --help`")),
                              (["topic", "info"], ("nacelle: topic info: topic is required", "see `nacelle topic info --help`")),
                              (["lifecycle", "set", "camera", "actvate"], ("'actvate' cannot be", "did you mean 'activate'")),
+                             (["sim", "world", "--dri", "x"], ("sim world: there is no option '--dri'", "did you mean '--dir'")),
                              (["--json", "topic", "list"], ("option --json: stands before the command",)),
                              (["--container", "x", "topic", "list"], ("option --container: stands before the command",)),
                              (["topic", "hz", "sensor_msgs/msg/Imu"], ("is a type, and no topic",))):  # fmt: skip

@@ -155,6 +155,8 @@ class Graph(OnRobot):
         urdf = self.out("topic", "echo", "/robot_description", "--field", "data", "--full-length", "--once")
         self.assertTrue(urdf.startswith("<"), urdf[:80])
         self.assertIn("</robot>\n---\n", urdf)
+        self.assertRegex(self.out("topic", "echo", "/odom", "--csv", "--once"), r"^\d+,\d+,odom,base_footprint,(-?[\d.e-]+,){84}-?[\d.e-]+\n$")
+        self.assertRegex(self.out("topic", "echo", "/scan", "--field", "ranges", "--csv", "--once", "-l", "2"), r"^[^,\n]+,[^,\n]+,\.\.\.\n$")
         wrong = self.expect_exit(self.run_program("topic", "echo", "/odom", "--field", "pose.psoe", "--once"), 1)
         self.assertIn("there is no 'psoe' in geometry_msgs/msg/PoseWithCovariance; did you mean 'pose'? its fields are pose, covariance", wrong.stderr)
 

@@ -223,6 +223,10 @@ int run_command_line(const Command& root, const std::string& version, int argc, 
   } catch (const CLI::ParseError& e) {
     // --help and --version come this way too; CLI11's own numbers above 100 mean wrong usage.
     if (e.get_exit_code() == 0) return app.exit(e);
+    // What is missing may stand there, misspelt.
+    const auto extras = app.remaining(true);
+    if (std::ranges::any_of(extras, [](const std::string& word) { return word.starts_with('-'); }))
+      return complain_of_extras(way, extras);
     const std::string what = e.what();
     return complain_of_usage({where_of(way), what, what.ends_with('?') ? "" : "see `" + way.words + " --help`"});
   } catch (const std::exception& e) {

@@ -201,7 +201,12 @@ void add_listeners(Command& group, const WishPointer& wish) {
       .option("--field", wish->field, "one part of each message only: pose.pose.position; a text is shown as it is")
       .value("FIELD");
   echo_command.flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
+  echo_command.option("-l,--truncate-length", wish->longest, "how much of a sequence or a text is shown; 0: all of it")
+      .value("N")
+      .with_default()
+      .not_with("--full");
   add_common_options(echo_command, wish->container, wish->as_json);
+  echo_command.flag("--csv", wish->as_csv, "every value of a message on one line, with commas").not_with("--json");
   echo_command.runs([wish] { return echo_topic(*wish); });
 
   const auto add = [&](const char* name, const char* what, std::size_t window, int (*measure)(const Wish&)) {

@@ -14,10 +14,10 @@ namespace nacelle::cli {
 struct TopicWish {
   std::string container, topic, type, field, message = "{}";
   std::vector<std::string> words;  ///< Topics, each with its type behind it if that is given.
-  bool as_json = false, with_types = false, once = false, full = false, verbose = false, only_count = false,
-       all = false;
+  bool as_json = false, as_csv = false, with_types = false, once = false, full = false, verbose = false,
+       only_count = false, all = false;
   double rate_hz = 1.0, longest_wait_s = 0.0;
-  std::size_t window = 0, times = 0, readers = 0, print_every = 1;
+  std::size_t window = 0, longest = 128, times = 0, readers = 0, print_every = 1;
 };
 
 int echo_topic(const TopicWish& wish);

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "asking.hpp"
+#include "nacelle/session/message_csv.hpp"
 #include "output.hpp"
 #include "program.hpp"
 #include "topic_commands.hpp"
@@ -24,7 +25,7 @@ Listening listening_of(const TopicWish& wish, const char* show) {
   listening.topics = {{wish.topic, wish.type}};
   listening.show = show;
   listening.field = wish.field;
-  listening.full = wish.full;
+  listening.longest = wish.full ? 0 : wish.longest;
   return listening;
 }
 
@@ -90,7 +91,12 @@ std::string words_of_bytes(double bytes) {
 }  // namespace
 
 int echo_topic(const TopicWish& wish) {
-  return listen(listening_of(wish, wish.as_json ? "json" : "yaml"), [&](std::size_t, std::string_view text) {
+  const Listening listening = listening_of(wish, wish.as_json || wish.as_csv ? "json" : "yaml");
+  return listen(listening, [&](std::size_t, std::string_view text) {
+    if (wish.as_csv) {
+      std::printf("%s\n", session::csv_of_json(text, listening.longest).c_str());
+      return flush_output() && !wish.once;
+    }
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fputs(wish.as_json ? "\n" : "---\n", stdout);
     return flush_output() && !wish.once;

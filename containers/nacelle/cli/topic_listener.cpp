@@ -33,7 +33,7 @@ Result<Heard, int> open(const Listening& wish, const Listening::Topic& topic) {
                {"topic", absolute(topic.name)},
                {"show", wish.show},
                {"field", wish.field},
-               {"longest", wish.full ? 0 : 128}};
+               {"longest", wish.longest}};
   if (!topic.type.empty()) request["type"] = full_type_name(topic.type, "msg");
   auto reply = client.value().call(request, kAnswerLimit);
   if (!reply) return err(complain(reply.error()));

@@ -19,7 +19,7 @@ struct Listening {
   std::vector<Topic> topics;
   std::string show = "yaml";  ///< What comes of each message: the words of the request "topic.listen".
   std::string field;          ///< One part of each message only: "pose.pose.position"; empty: all of it.
-  bool full = false;          ///< Long sequences and texts whole.
+  std::size_t longest = 0;    ///< Elements of a list and letters of a text, of which YAML shows no more; 0: all.
   std::size_t least =
       1;  ///< So many messages are needed for anything to be shown; a topic that brings fewer is told of.
   std::function<void()> began = [] {};  ///< Called once, when every topic is there.
