@@ -29,9 +29,9 @@ json figures_of(const Rate& rate) {
           {"max_s", rate.gaps.most()}, {"std_dev_s", rate.gaps.deviation()}, {"window", rate.gaps.size()}};
 }
 
-using Row = std::vector<std::string>;
+using Cells = std::vector<std::string>;
 
-Row row_of(const Rate& rate) {
+Cells row_of(const Rate& rate) {
   return {rate.topic,
           fmt::format("{:.3f}", 1.0 / rate.gaps.mean()),
           fmt::format("{:.3f}", rate.gaps.least()),
@@ -41,19 +41,19 @@ Row row_of(const Rate& rate) {
 }
 
 /// As ros2 draws it: headings in the middle of their columns, a line, and the rows to the left.
-std::string table_of(const std::vector<Row>& rows) {
-  const Row headings{"topic", "rate", "min_delta", "max_delta", "std_dev", "window"};
+std::string table_of(const std::vector<Cells>& rows) {
+  const Cells headings{"topic", "rate", "min_delta", "max_delta", "std_dev", "window"};
   std::string above, below;
   std::size_t width = 0;
   std::vector<std::size_t> widths;
   for (std::size_t column = 0; column < headings.size(); ++column) {
     std::size_t widest = headings[column].size();
-    for (const Row& row : rows) widest = std::max(widest, row[column].size());
+    for (const Cells& row : rows) widest = std::max(widest, row[column].size());
     widths.push_back(widest);
     above += fmt::format("{}{:^{}}", column == 0 ? "" : "   ", headings[column], widest);
     width += widest + (column == 0 ? 0 : 3);
   }
-  for (const Row& row : rows) {
+  for (const Cells& row : rows) {
     for (std::size_t column = 0; column < row.size(); ++column)
       below += fmt::format("{}{:<{}}", column == 0 ? "" : "   ", row[column], widths[column]);
     below += "\n";
@@ -63,7 +63,7 @@ std::string table_of(const std::vector<Row>& rows) {
 
 void show(const std::vector<Rate>& rates, bool as_json) {
   json answer = json::array();
-  std::vector<Row> rows;
+  std::vector<Cells> rows;
   for (const Rate& rate : rates) {
     if (rate.gaps.size() == 0) continue;
     answer.push_back(figures_of(rate));
