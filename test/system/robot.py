@@ -12,6 +12,8 @@ import time
 import unittest
 
 PROGRAM = os.environ["NACELLE_PROGRAM"]
+# A shell without job control lets what it puts into the background ignore SIGINT, and so would the programs started here.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 LAUNCH_FILE = os.environ["NACELLE_LAUNCH_FILE"]
 SLOW = float(os.environ.get("NACELLE_TEST_SLOWNESS", "1"))  # sanitizers need more patience
 STREAMS_HZ = {"/camera/image_raw": 30, "/scan": 10, "/imu/data_raw": 100, "/odom": 50, "/odometry/filtered": 50}

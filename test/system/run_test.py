@@ -112,6 +112,16 @@ class Interrupted(RobotTest):
         self.assertEqual(drive.returncode, 130, rest)
         self.assertIn("interrupted by SIGINT; the robot was stopped and taken down (container exited with 0)", rest)
 
+    def test_under_nohup_it_outlives_its_terminal(self):
+        robot = self.start_program("launch", LAUNCH_FILE, "--name", "robot", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        wait_for("it runs", lambda: "active" in robot.stdout.readline(), 60)
+        robot.send_signal(signal.SIGHUP)
+        # A request behind the signal: were it obeyed, nobody would answer this any more.
+        self.expect_exit(self.run_program("topic", "hz", "/odom", "--once"), 0)
+        robot.send_signal(signal.SIGTERM)
+        said, _ = robot.communicate(timeout=30 * SLOW)
+        self.assertEqual(robot.returncode, 0, said)
+
     def test_a_killed_drive_takes_the_container_and_the_world_with_it(self):
         drive = self.start_program("drive", LAUNCH_FILE, "--stay")
         for line in drive.stdout:

@@ -63,7 +63,7 @@ class Arena {
 struct JpegDecoder::State {
   jpeg_decompress_struct info{};
   jpeg_error_mgr errors{};
-  jpeg_memory_mgr heap{};  // libjpeg's own functions, for what lives as long as the decoder
+  jpeg_memory_mgr heap{};  // libjpeg's own functions
   std::jmp_buf on_error{};
   bool damaged = false;
   Arena arena;
@@ -75,31 +75,25 @@ struct JpegDecoder::State {
     return memory;
   }
   void use_arena();
+  void forget_last_frame();
 };
 
+// From now on all memory is a frame's: also the tables, which libjpeg would keep for the next frame.
 void JpegDecoder::State::use_arena() {
   heap = *info.mem;
   jpeg_memory_mgr& memory = *info.mem;
-  memory.alloc_small = [](j_common_ptr common, int pool, std::size_t bytes) -> void* {
+  memory.alloc_small = [](j_common_ptr common, int, std::size_t bytes) { return of(common).take(common, bytes); };
+  memory.alloc_large = [](j_common_ptr common, int, std::size_t bytes) { return of(common).take(common, bytes); };
+  memory.alloc_sarray = [](j_common_ptr common, int, JDIMENSION samples, JDIMENSION rows) -> JSAMPARRAY {
     State& state = of(common);
-    return pool == JPOOL_IMAGE ? state.take(common, bytes) : state.heap.alloc_small(common, pool, bytes);
-  };
-  memory.alloc_large = [](j_common_ptr common, int pool, std::size_t bytes) -> void* {
-    State& state = of(common);
-    return pool == JPOOL_IMAGE ? state.take(common, bytes) : state.heap.alloc_large(common, pool, bytes);
-  };
-  memory.alloc_sarray = [](j_common_ptr common, int pool, JDIMENSION samples, JDIMENSION rows) -> JSAMPARRAY {
-    State& state = of(common);
-    if (pool != JPOOL_IMAGE) return state.heap.alloc_sarray(common, pool, samples, rows);
     const std::size_t row_bytes = (samples * sizeof(JSAMPLE) + kAlignment - 1) / kAlignment * kAlignment;
     auto* const table = static_cast<JSAMPARRAY>(state.take(common, rows * sizeof(JSAMPROW)));
     auto* const samples_of_all = static_cast<JSAMPLE*>(state.take(common, row_bytes * rows));
     for (JDIMENSION row = 0; row < rows; ++row) table[row] = samples_of_all + row_bytes * row;
     return table;
   };
-  memory.alloc_barray = [](j_common_ptr common, int pool, JDIMENSION blocks, JDIMENSION rows) -> JBLOCKARRAY {
+  memory.alloc_barray = [](j_common_ptr common, int, JDIMENSION blocks, JDIMENSION rows) -> JBLOCKARRAY {
     State& state = of(common);
-    if (pool != JPOOL_IMAGE) return state.heap.alloc_barray(common, pool, blocks, rows);
     auto* const table = static_cast<JBLOCKARRAY>(state.take(common, rows * sizeof(JBLOCKROW)));
     auto* const blocks_of_all = static_cast<JBLOCK*>(state.take(common, sizeof(JBLOCK) * blocks * rows));
     for (JDIMENSION row = 0; row < rows; ++row) table[row] = blocks_of_all + std::size_t{blocks} * row;
@@ -110,6 +104,15 @@ void JpegDecoder::State::use_arena() {
     if (pool == JPOOL_IMAGE) state.arena.reset();
     state.heap.free_pool(common, pool);
   };
+}
+
+// A frame that brings no tables of its own would be decoded with those of the frame before, into a picture that nobody saw.
+void JpegDecoder::State::forget_last_frame() {
+  damaged = false;
+  info.src = nullptr;
+  std::ranges::fill(info.quant_tbl_ptrs, nullptr);
+  std::ranges::fill(info.dc_huff_tbl_ptrs, nullptr);
+  std::ranges::fill(info.ac_huff_tbl_ptrs, nullptr);
 }
 
 const char* to_text(JpegFault fault) {
@@ -151,7 +154,7 @@ Result<void, JpegFault> JpegDecoder::decode(ByteView jpeg, std::uint32_t width, 
   const std::size_t line = std::size_t{width} * (to == JpegColours::Mono ? 1 : 3);
   if (width == 0 || height == 0 || out.size() < line * height) return err(JpegFault::WrongSize);
   if (jpeg.size() < 4) return err(JpegFault::Corrupt);
-  state.damaged = false;
+  state.forget_last_frame();
   // Nothing between here and the end of the function has a destructor: longjmp() would skip it.
   if (setjmp(state.on_error) != 0) {
     jpeg_abort_decompress(&info);

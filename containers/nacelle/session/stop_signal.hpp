@@ -3,7 +3,8 @@
 
 namespace nacelle::session {
 
-/// SIGINT, SIGTERM and SIGHUP as an event that can be polled, from construction to destruction; SIGPIPE is ignored.
+/// SIGINT, SIGTERM, SIGQUIT and SIGHUP (unless it was ignored before, as under nohup) as an event that can be polled, from
+/// construction to destruction; SIGPIPE is ignored.
 ///
 /// The first signal asks for an orderly end. From the second on a person is impatient: after `kGracefulSignals` the
 /// `emergency` function runs in the signal handler, and the process ends with 128 + the signal.

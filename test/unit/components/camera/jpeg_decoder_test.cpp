@@ -41,9 +41,17 @@ TEST_F(JpegDecoderTest, gives_the_picture_back) {
 }
 
 TEST_F(JpegDecoderTest, needs_no_huffman_tables_in_the_frame) {
-  const Bytes bare = without_huffman_tables(jpeg);
+  const Bytes bare = without_tables(jpeg, kHuffmanTables);
   ASSERT_LT(bare.size(), jpeg.size() - 300);
   ASSERT_TRUE(decode(bare));
+  EXPECT_LT(mean_error(), 4.0);
+}
+
+TEST_F(JpegDecoderTest, takes_no_tables_of_the_frame_before) {
+  ASSERT_TRUE(decode(jpeg));
+
+  EXPECT_EQ(decode(without_tables(jpeg, kQuantisationTables)).error(), JpegFault::Corrupt);
+  ASSERT_TRUE(decode(jpeg));
   EXPECT_LT(mean_error(), 4.0);
 }
 

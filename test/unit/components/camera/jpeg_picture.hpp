@@ -41,15 +41,17 @@ inline Bytes encode_jpeg(const Bytes& rgb, unsigned width, unsigned height, bool
   return bytes;
 }
 
-/// The same JPEG without its Huffman tables, as many MJPEG cameras send it.
-inline Bytes without_huffman_tables(const Bytes& jpeg) {
+inline constexpr std::uint8_t kHuffmanTables = 0xC4, kQuantisationTables = 0xDB;
+
+/// The same JPEG without its tables of one kind; many MJPEG cameras leave the Huffman tables out.
+inline Bytes without_tables(const Bytes& jpeg, std::uint8_t kind) {
   Bytes kept(jpeg.begin(), jpeg.begin() + 2);
   std::size_t at = 2;
   while (at + 4 <= jpeg.size() && jpeg[at] == 0xFF) {
     const std::uint8_t marker = jpeg[at + 1];
     const std::size_t length = 2 + static_cast<std::size_t>(jpeg[at + 2] << 8 | jpeg[at + 3]);
     if (marker == 0xDA) break;
-    if (marker != 0xC4)
+    if (marker != kind)
       kept.insert(kept.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at),
                   jpeg.begin() + static_cast<std::ptrdiff_t>(at + length));
     at += length;
