@@ -108,11 +108,10 @@ std::optional<std::string> ros_type_name(std::string_view dds_type) {
   return name.append(word);
 }
 
-std::optional<std::string> ros_service_type_name(std::string_view dds_type) {
-  auto name = ros_type_name(dds_type);
-  if (!name) return std::nullopt;
+std::optional<std::string> service_of_half(std::string_view ros_type) {
   for (const std::string_view suffix : {"_Request", "_Response"}) {
-    if (name->size() > suffix.size() && name->ends_with(suffix)) return name->substr(0, name->size() - suffix.size());
+    if (ros_type.size() <= suffix.size() || !ros_type.ends_with(suffix)) continue;
+    return std::string(ros_type.substr(0, ros_type.size() - suffix.size()));
   }
   return std::nullopt;
 }

@@ -52,8 +52,8 @@ struct RosName {
 [[nodiscard]] Result<std::string, Problem> dds_type_name(std::string_view ros_type);
 /// The way back: nothing where the name is not one that ROS 2 would give to a type.
 [[nodiscard]] std::optional<std::string> ros_type_name(std::string_view dds_type);
-/// The type of the service whose request or response the DDS type is: "pkg/srv/S". Nothing for every other type.
-[[nodiscard]] std::optional<std::string> ros_service_type_name(std::string_view dds_type);
+/// The type of the service that a ROS type is the request or the response of: "pkg/srv/S". Nothing for every other type.
+[[nodiscard]] std::optional<std::string> service_of_half(std::string_view ros_type);
 
 /// Where a service publishes what its clients and it do: the ROS name of the topic.
 [[nodiscard]] std::string service_event_topic(std::string_view service);

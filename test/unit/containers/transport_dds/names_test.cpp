@@ -30,7 +30,7 @@ TEST(Names, of_everything_that_ros_2_announced_go_there_and_back) {
     ASSERT_TRUE(type) << endpoint.type;
     EXPECT_EQ(dds_type_name(*type).value(), endpoint.type);
     const bool is_service = name.kind == WireKind::Request || name.kind == WireKind::Reply;
-    EXPECT_EQ(ros_service_type_name(endpoint.type).has_value(), is_service) << endpoint.type;
+    EXPECT_EQ(service_of_half(*type).has_value(), is_service) << endpoint.type;
     kinds.insert(name.kind);
   }
   EXPECT_EQ(kinds, (std::set{WireKind::Topic, WireKind::Request, WireKind::Reply, WireKind::Discovery}));
@@ -101,12 +101,11 @@ TEST(Names, of_types_of_strangers_have_no_meaning_in_ros_2) {
 }
 
 TEST(Names, of_service_types_come_from_either_half) {
-  EXPECT_EQ(ros_service_type_name("std_srvs::srv::dds_::SetBool_Request_"), "std_srvs/srv/SetBool");
-  EXPECT_EQ(ros_service_type_name("std_srvs::srv::dds_::SetBool_Response_"), "std_srvs/srv/SetBool");
-  EXPECT_EQ(ros_service_type_name("nav2_msgs::action::dds_::Wait_GetResult_Response_"),
-            "nav2_msgs/action/Wait_GetResult");
-  EXPECT_EQ(ros_service_type_name("std_srvs::srv::dds_::SetBool_Event_"), std::nullopt);
-  EXPECT_EQ(ros_service_type_name("std_srvs::srv::dds_::SetBool_Request"), std::nullopt);
+  EXPECT_EQ(service_of_half("std_srvs/srv/SetBool_Request"), "std_srvs/srv/SetBool");
+  EXPECT_EQ(service_of_half("std_srvs/srv/SetBool_Response"), "std_srvs/srv/SetBool");
+  EXPECT_EQ(service_of_half("nav2_msgs/action/Wait_GetResult_Response"), "nav2_msgs/action/Wait_GetResult");
+  EXPECT_EQ(service_of_half("std_srvs/srv/SetBool_Event"), std::nullopt);
+  EXPECT_EQ(service_of_half("_Request"), std::nullopt);
 }
 
 }  // namespace
