@@ -19,8 +19,8 @@
 
 namespace nacelle::transport_dds {
 
-/// How much the cache keeps of what anybody on the network may announce. What is beyond is refused and counted, and stays out until
-/// it is announced anew.
+/// How much the cache keeps of what anybody on the network may announce. What is beyond is refused and counted, and
+/// stays out until it is announced anew.
 struct RemoteGraphLimits {
   std::size_t participants = 256;
   std::size_t endpoints = 16384;        ///< Of all participants together ...
@@ -75,9 +75,9 @@ struct RemoteEndpoint {
 
 /// The nodes, topics and services of other processes, as ROS 2's tools show them, made of what DDS discovers.
 ///
-/// Everything that comes in is hostile: it is checked, bounded and safe to be shown on a terminal. It may come in any order; a node is
-/// listed once its participant is known to be of ROS 2, as the participant's last snapshot has it. Endpoints without a name in ROS 2
-/// are passed over.
+/// Everything that comes in is hostile: it is checked, bounded and safe to be shown on a terminal. It may come in any
+/// order; a node is listed once its participant is known to be of ROS 2, as the participant's last snapshot has it.
+/// Endpoints without a name in ROS 2 are passed over.
 /// Threads: one at a time. Source: graph_cache.cpp of rmw_dds_common, rmw_node.cpp of rmw_cyclonedds_cpp (jazzy).
 class RemoteGraph {
  public:
