@@ -48,10 +48,10 @@ struct DdsQos {
 /// Nacelle's words to DDS's. What is left of system_default and best_available is made concrete as resolved() does it;
 /// unknown is taken as system_default: the caller has checked. Source: create_readwrite_qos,
 /// rmw_cyclonedds_cpp/src/rmw_node.cpp (jazzy).
-[[nodiscard]] DdsQos to_dds(const QoS& qos);
+[[nodiscard]] DdsQos to_dds(const QoS& given);
 /// DDS's words, of a remote endpoint, to Nacelle's; what ROS 2 cannot say becomes Unknown. KEEP_ALL has depth 0.
 /// Source: dds_qos_to_rmw_qos, in the same file.
-[[nodiscard]] QoS from_dds(const DdsQos& qos);
+[[nodiscard]] QoS from_dds(const DdsQos& dds);
 
 /// ros_discovery_info's QoS. Source: rmw_context_impl_s::init, in the same file.
 [[nodiscard]] DdsQos discovery_writer_qos();

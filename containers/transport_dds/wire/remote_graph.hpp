@@ -84,10 +84,10 @@ class RemoteGraph {
   /// What `own` announces is not remote, and is passed over.
   explicit RemoteGraph(const Gid& own, const RemoteGraphLimits& limits = {});
 
-  void participant_is_there(const DiscoveredParticipant& participant);
-  void participant_has_gone(const Gid& participant);  ///< With all that was its.
-  void endpoint_is_there(const DiscoveredEndpoint& endpoint);
-  void endpoint_has_gone(const Gid& endpoint);
+  void participant_is_there(const DiscoveredParticipant& told);
+  void participant_has_gone(const Gid& gone);  ///< With all that was its.
+  void endpoint_is_there(const DiscoveredEndpoint& told);
+  void endpoint_has_gone(const Gid& gone);
   /// A sample of ros_discovery_info, with its encapsulation, and who wrote it.
   void snapshot_came(const Gid& writer, ByteView payload);
 
@@ -131,8 +131,8 @@ class RemoteGraph {
     friend bool operator==(const Endpoint&, const Endpoint&) = default;
   };
 
-  [[nodiscard]] Participant* entry_of(const Gid& participant);
-  void forget_if_empty(const Gid& participant);
+  [[nodiscard]] Participant* entry_of(const Gid& gid);
+  void forget_if_empty(const Gid& gid);
   [[nodiscard]] std::vector<Node> checked_nodes(const Gid& participant, const Snapshot& snapshot);
   [[nodiscard]] bool has_room_for(const Gid& participant, const Snapshot& snapshot) const;
   [[nodiscard]] const Node* node_of(const Gid& endpoint, bool is_writer) const;

@@ -95,6 +95,7 @@ std::optional<DiscoveryRange> read_range(const std::string& text, std::vector<Pr
   std::string upper = text;
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   std::vector<std::string> words;
+  words.reserve(kRanges.size());
   for (const auto& one : kRanges) words.emplace_back(one.word);
   remarks.push_back(
       {"ROS_AUTOMATIC_DISCOVERY_RANGE", shown(text) + " is no range, LOCALHOST is taken", suggestion(upper, words)});

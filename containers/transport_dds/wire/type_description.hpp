@@ -23,11 +23,11 @@ using UsedType = std::variant<const msgs::MessageType*, const msgs::ServiceType*
 
 /// The fields of a type, and of all types that it is made of, sorted by name. Without the default values it is what the
 /// type's hash is the hash of.
-[[nodiscard]] TypeDescription describe(const UsedType& type);
+[[nodiscard]] TypeDescription describe(const UsedType& used);
 
 /// The definitions of a type and of those it is made of, in the same order. Our definitions have ROS 2's fields, not
 /// its comments. Types that no file defines (a service's request) are "implicit" and have no text.
-[[nodiscard]] std::vector<TypeSource> sources_of(const UsedType& type);
+[[nodiscard]] std::vector<TypeSource> sources_of(const UsedType& used);
 
 /// The answer of a node that uses these types. As with rcl the hash decides, and the name in the request is not looked
 /// at.
