@@ -17,8 +17,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using nacelle::camera::JpegColours;
   static nacelle::camera::JpegDecoder decoder;  // one for all inputs, as in a stream
   constexpr std::uint32_t kWidth = 32, kHeight = 16;
+  constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
   // Of exactly the promised size, so that the address sanitizer sees the first byte too many.
-  std::vector<std::uint8_t> first(kWidth * kHeight * 3), second(first.size()), mono(kWidth * kHeight);
+  std::vector<std::uint8_t> first(kPixels * 3), second(first.size()), mono(kPixels);
   const bool good = decoder.decode({data, size}, kWidth, kHeight, JpegColours::Rgb, first).has_value();
   if (good) {
     require(decoder.decode({data, size}, kWidth, kHeight, JpegColours::Rgb, second).has_value());
