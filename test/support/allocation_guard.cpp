@@ -10,10 +10,12 @@ thread_local std::uint64_t allocations = 0;
 #ifndef NACELLE_SANITIZED
 // glibc's own names of the functions below; operator new comes through malloc.
 extern "C" {
+// NOLINTBEGIN(bugprone-reserved-identifier): glibc's
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 void* __libc_memalign(std::size_t, std::size_t);
+// NOLINTEND(bugprone-reserved-identifier)
 
 void* malloc(std::size_t n) {
   ++allocations;

@@ -52,8 +52,8 @@ class StateCovariance {
   static constexpr int kStride = 16;
 
   StateCovariance() = default;
-  StateCovariance(
-      const StateMatrix& matrix) {  // NOLINT(google-explicit-constructor): a StateMatrix says the same thing
+  // NOLINTNEXTLINE(google-explicit-constructor): a StateMatrix says the same thing
+  StateCovariance(const StateMatrix& matrix) {
     for (int i = 0; i < kStates; ++i) {
       for (int j = 0; j < kStates; ++j) row(i)[j] = matrix(i, j);
     }
@@ -67,8 +67,8 @@ class StateCovariance {
   }
   [[nodiscard]] double operator()(int i, int j) const { return row(i)[j]; }
   [[nodiscard]] double& operator()(int i, int j) { return row(i)[j]; }
-  [[nodiscard]] const double* row(int i) const { return values_.data() + i * kStride; }
-  [[nodiscard]] double* row(int i) { return values_.data() + i * kStride; }
+  [[nodiscard]] const double* row(int i) const { return values_.data() + std::ptrdiff_t{i} * kStride; }
+  [[nodiscard]] double* row(int i) { return values_.data() + std::ptrdiff_t{i} * kStride; }
 
  private:
   alignas(16) std::array<double, static_cast<std::size_t>(kStates) * kStride> values_{};

@@ -13,9 +13,10 @@ namespace nacelle::ekf {
 /// What a sensor says about some of the states. `rows` of everything are in use.
 struct Reading {
   int rows{};
-  std::array<std::uint8_t, kStates> index{};             ///< The state that row k measures; each state at most once.
-  std::array<double, kStates> value{};                   ///< Angles may be any multiple of a turn away.
-  std::array<double, kStates * kStates> covariance{};    ///< R, row k column l at [k * kStates + l]; symmetric.
+  std::array<std::uint8_t, kStates> index{};  ///< The state that row k measures; each state at most once.
+  std::array<double, kStates> value{};        ///< Angles may be any multiple of a turn away.
+  std::array<double, static_cast<std::size_t>(kStates) * kStates>
+      covariance{};                                      ///< R, row k column l at [k * kStates + l]; symmetric.
   double gate{std::numeric_limits<double>::infinity()};  ///< Largest Mahalanobis distance, not squared.
 
   /// Appends a row whose error is independent of the others'.
