@@ -48,10 +48,10 @@ class Sha256 {
     std::uint64_t root = 0;
     for (int bit = 38; bit >= 0; --bit) {
       const std::uint64_t tried = root | std::uint64_t{1} << bit;
-      __extension__ typedef unsigned __int128 Wide;
+      __extension__ using Wide = unsigned __int128;
       // 39 bits at most: three of them are 117.
       const Wide power_of_it = power == 2 ? Wide{tried} * tried : Wide{tried} * tried * tried;
-      if (power_of_it <= Wide(static_cast<unsigned>(n)) << (32 * power)) root = tried;
+      if (power_of_it <= Wide{static_cast<unsigned>(n)} << (32 * power)) root = tried;
     }
     return static_cast<std::uint32_t>(root);
   }
