@@ -22,7 +22,8 @@ enum class JpegColours : std::uint8_t { Rgb, Bgr, Mono };
 
 /// Decodes the frames of one MJPEG stream with libjpeg-turbo.
 ///
-/// Bytes are treated as hostile. Frames without Huffman tables (many MJPEG cameras) are decoded with the standard ones.
+/// Bytes are treated as hostile. Frames without Huffman tables (many MJPEG cameras) are decoded with the standard ones;
+/// nothing is taken from the frame before.
 /// Threads:   one at a time.
 /// Allocates: in the first frames of a size; nothing afterwards (libjpeg's per-frame memory is an arena that is kept).
 class JpegDecoder {

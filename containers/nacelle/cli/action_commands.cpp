@@ -27,18 +27,19 @@ std::map<std::string, ActionEnds> actions_of(const json& graph) {
   return actions;
 }
 
+std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actions) {
+  std::vector<std::string> names;
+  names.reserve(actions.size());
+  for (const auto& [name, ends] : actions) names.push_back(name);
+  return names;
+}
+
 namespace {
 
 struct ActionWish {
   std::string container, name;
   bool as_json = false, with_types = false, only_count = false;
 };
-
-std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actions) {
-  std::vector<std::string> names;
-  for (const auto& [name, ends] : actions) names.push_back(name);
-  return names;
-}
 
 std::string types_text(const std::set<std::string>& types) { return join({types.begin(), types.end()}); }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "nacelle/node/action_goal.hpp"
 
@@ -18,6 +19,7 @@ struct ActionEnds {
 /// Every action of the container's graph (session/graph_verbs.hpp), by name. As in ROS 2 the feedback topic tells: who publishes
 /// it is a server, who reads it a client.
 [[nodiscard]] std::map<std::string, ActionEnds> actions_of(const nlohmann::json& graph);
+[[nodiscard]] std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actions);
 
 /// What `action send_goal` was asked for.
 struct GoalWish {

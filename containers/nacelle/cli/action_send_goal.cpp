@@ -117,8 +117,7 @@ Result<json, int> Errand::read_goal() {
 }
 
 void Errand::warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const {
-  std::vector<std::string> names;
-  for (const auto& [name, ends] : actions) names.push_back(name);
+  const std::vector<std::string> names = names_of(actions);
   const Problem why{"action " + name_, is_known ? "its server is not active" : "nobody offers it yet",
                     is_known        ? "see `nacelle lifecycle nodes`"
                     : names.empty() ? "no action is there; see `nacelle component list`"

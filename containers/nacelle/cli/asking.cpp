@@ -68,6 +68,7 @@ Result<json, int> node_of(const json& graph, const std::string& name_or_id) {
     return err(
         complain_unknown("node", name_or_id, texts_of(graph["nodes"], "node", [](const json&) { return true; })));
   std::vector<std::string> choices;
+  choices.reserve(hits.size());
   for (const auto& hit : hits) choices.push_back(text_of(hit, "node"));
   return err(
       complain({"node '" + name_or_id + "'", "could be any of " + join(choices), "give the full name or the id"}));

@@ -128,6 +128,7 @@ void print_callbacks(const json& callbacks) {
   std::map<std::string, std::size_t> counts;
   for (const auto& callback : callbacks) ++counts[text_of(callback, "kind")];
   std::vector<std::string> words;
+  words.reserve(counts.size());
   for (const auto& [kind, count] : counts)
     words.push_back(std::to_string(count) + " " + kind + (count == 1 ? "" : "s"));
   if (!words.empty()) std::printf("  callbacks: %s\n", join(words).c_str());

@@ -47,7 +47,7 @@ std::string whole_name(msgs::TypeLibrary& library, const std::string& name) {
   const auto slash = name.find('/');
   if (slash == std::string::npos || slash != name.rfind('/')) return name;
   for (const char* const kind : {"msg", "srv", "action"}) {
-    const std::string whole = name.substr(0, slash + 1) + kind + name.substr(slash);
+    std::string whole = name.substr(0, slash + 1) + kind + name.substr(slash);
     if (library.find(whole)) return whole;
   }
   return name;

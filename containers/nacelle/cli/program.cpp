@@ -113,6 +113,7 @@ launch::Environment launch_environment(const session::ProgramPlaces& places) {
   environment.find_package_share = [prefixes = places.prefixes,
                                     source](const std::string& package) -> std::optional<std::string> {
     std::vector<fs::path> candidates;
+    candidates.reserve(prefixes.size() + 1);
     for (const auto& prefix : prefixes) candidates.push_back(fs::path{prefix} / "share" / package);
     if (!source.empty() && package == "nacelle_launch") candidates.push_back(source / "launch");
     std::string found = first_existing(candidates);

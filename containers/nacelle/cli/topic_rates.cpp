@@ -80,6 +80,7 @@ void show(const std::vector<Rate>& rates, bool as_json) {
 
 int measure_rates(const TopicWish& wish, const std::vector<Listening::Topic>& topics) {
   std::vector<Rate> rates;
+  rates.reserve(topics.size());
   for (const auto& topic : topics) rates.push_back({absolute(topic.name), Window{wish.window}, 0});
   Listening listening;
   listening.container = wish.container;
