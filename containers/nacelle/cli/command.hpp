@@ -77,11 +77,9 @@ class Command {
   }
   /// An option with a value, or, without dashes, a positional word. A vector takes each occurrence of an option; as a positional
   /// it takes all the words that are left.
-  // In a template clang-tidy does not see that the texts are moved on.
   template <typename T>
-  // NOLINTNEXTLINE(performance-unnecessary-value-param)
-  Option& option(std::string names, T& target, std::string what) {
-    return take(std::move(names), &target, std::move(what));
+  Option& option(const std::string& names, T& target, const std::string& what) {
+    return take(names, &target, what);
   }
   Option& flag(std::string names, bool& target, std::string what) {
     return take(std::move(names), &target, std::move(what));
