@@ -18,7 +18,7 @@ class PeerProcess {
   PeerProcess(const PeerProcess&) = delete;
   PeerProcess& operator=(const PeerProcess&) = delete;
 
-  /// The next line, without its end; empty when the program has ended, or has said nothing for thirty seconds.
+  /// The next line, without its end; empty when the program has ended, or has said nothing for a minute.
   [[nodiscard]] std::string line();
   /// Ends its standard input and waits for it: its exit code, -signal when it died of one, -1000 when it did not end.
   [[nodiscard]] int end();
