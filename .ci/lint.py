@@ -66,10 +66,19 @@ def units_to_read(files, commands):
     return sorted(units)
 
 
+def entries_per_source(entry):
+    """The entry, or one for each source of a file in which CMake has put several together (NACELLE_UNITY)."""
+    file = Path(entry["file"])
+    if file.parent.name != "Unity":
+        return [entry]
+    sources = re.findall(r'#include "([^"]+)"', file.read_text(encoding="utf-8"))
+    return [{**entry, "file": source, "command": entry["command"].replace(entry["file"], source)} for source in sources]
+
+
 def check_tidy(files, build, minutes, every):
     database = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
     commands = {}
-    for entry in database:
+    for entry in (each for one in database for each in entries_per_source(one)):
         name = os.path.relpath(entry["file"], ROOT)
         if is_ours(name):
             entry["command"] = FOREIGN_WORDS.sub("", entry["command"])

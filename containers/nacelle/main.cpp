@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/commands.hpp"
+#include "cli/output.hpp"
 
 int main(int argc, char** argv) {
   using namespace nacelle::cli;
+  open_missing_standard_streams();
   Command root{"nacelle", "Nacelle: the whole robot in one process"};
   root.note(
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no container is running.\n"
+      "The tab key: source <(nacelle completion bash), also zsh and fish\n"
       "First steps: nacelle drive          the simulated robot drives a square\n"
       "             nacelle drive --stay   it waits; in another terminal: nacelle topic list, nacelle teleop");
   add_launch_command(root);
@@ -32,5 +35,5 @@ int main(int argc, char** argv) {
   add_interface_command(root);
   add_xacro_command(root);
   add_completion_command(root);
-  return run_command_line(root, "nacelle " NACELLE_VERSION, argc, argv);
+  return finish_output(run_command_line(root, "nacelle " NACELLE_VERSION, argc, argv));
 }

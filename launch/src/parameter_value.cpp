@@ -7,6 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include "shown.hpp"
+
 namespace nacelle::launch {
 namespace {
 
@@ -56,12 +58,6 @@ std::optional<double> as_double(std::string_view text) {
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (fault != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return sign * value;
-}
-
-std::string shown(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, 60)) out += (c >= ' ' && c < 0x7f) ? c : '?';
-  return text.size() > 60 ? out + "..." : out;
 }
 
 ParameterValue value_of_one(const YamlNode& node) {

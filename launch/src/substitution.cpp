@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "shown.hpp"
 #include "unsupported.hpp"
 
 namespace nacelle::launch {
@@ -40,8 +41,6 @@ void add_literal(Template& into, char c) {
   if (into.empty() || !into.back().call.empty()) into.push_back({});
   into.back().literal += c;
 }
-
-std::string shown(std::string_view text) { return std::string(text.substr(0, 60)); }
 
 class Parser {
  public:

@@ -6,16 +6,11 @@
 
 #include "builder.hpp"
 #include "nacelle/qos/text.hpp"
+#include "shown.hpp"
 #include "substitution.hpp"
 
 namespace nacelle::launch {
 namespace {
-
-std::string shown(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, 80)) out += (c >= ' ' && c != 0x7f) ? c : '?';
-  return text.size() > 80 ? out + "..." : out;
-}
 
 std::optional<double> as_number(std::string_view text) {
   const ParameterValue value = value_of_scalar(text);

@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <exception>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -18,6 +19,7 @@ struct Stop {
   int line;
   std::string what;
   std::string way_out;
+  bool may_be_syntax = false;
 };
 
 std::string tag_of(const std::string& tag) {
@@ -76,7 +78,7 @@ class TreeBuilder final : public YAML::EventHandler {
     if (levels_.size() >= static_cast<std::size_t>(kMaxYamlDepth)) {
       throw Stop{line_of(mark), "more than " + std::to_string(kMaxYamlDepth) + " levels of nesting", ""};
     }
-    if (in_key()) throw Stop{line_of(mark), "a key must be text, not a list or a map", ""};
+    if (in_key()) throw Stop{line_of(mark), "a key must be text, not a list or a map", "", true};
     Level level;
     level.node.kind = kind;
     level.node.line = line_of(mark);
@@ -117,8 +119,54 @@ class TreeBuilder final : public YAML::EventHandler {
   std::size_t nodes_ = 0;
 };
 
+/// Reads on, to see whether the rest is YAML.
+class Passer final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {}
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                       YAML::EmitterStyle::value /*style*/) override {
+    open();
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {
+    open();
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  void open() {
+    if (++depth_ > kMaxYamlDepth) throw Stop{};
+  }
+
+  int depth_ = 0;
+};
+
 Problem problem_at(const std::string& file, int line, std::string what, std::string way_out) {
   return {file + ":" + std::to_string(line), std::move(what), std::move(way_out)};
+}
+
+Problem syntax_problem(const std::string& file, const YAML::Exception& fault) {
+  const std::string column = fault.mark.column < 0 ? "" : " (column " + std::to_string(fault.mark.column + 1) + ")";
+  return problem_at(file, line_of(fault.mark), "this is not YAML: " + fault.msg + column, "");
+}
+
+/// yaml-cpp takes a list or a map that is never closed for a key at first: then that is what is wrong.
+std::optional<Problem> unclosed(std::string_view text, const std::string& file) {
+  try {
+    std::istringstream stream{std::string(text)};
+    YAML::Parser parser(stream);
+    Passer passer;
+    parser.HandleNextDocument(passer);
+  } catch (const YAML::Exception& fault) { return syntax_problem(file, fault); } catch (const Stop&) {
+    // too deep to look at
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -160,9 +208,12 @@ Result<YamlNode, Problem> parse_yaml(std::string_view text, const std::string& f
     }
     return std::move(builder.root);
   } catch (const Stop& stop) {
+    if (stop.may_be_syntax) {
+      if (auto syntax = unclosed(text, file_name)) return err(std::move(*syntax));
+    }
     return err(problem_at(file_name, stop.line, stop.what, stop.way_out));
   } catch (const YAML::Exception& fault) {
-    return err(problem_at(file_name, line_of(fault.mark), "this is not YAML: " + fault.msg, ""));
+    return err(syntax_problem(file_name, fault));
   } catch (const std::exception& fault) {
     return err(Problem{file_name, std::string("this is not YAML: ") + fault.what(), ""});
   }

@@ -116,6 +116,7 @@ EXAMPLES = (
     Example("interface encode std_msgs/msg/Bool", stdin='{"data": true}'),
     Example("interface decode std_msgs/msg/Bool", stdin="0001000001"),
     Example("xacro robot.xacro width:=0.3"),
+    Example("completion bash", lines=8),
 )
 
 HEADINGS = {
@@ -128,11 +129,12 @@ INTRODUCTION = """# Every command
 One example of each, with what it printed on the simulated robot of `./dev nacelle launch launch/robot.launch.yaml`. This page is
 written by `test/docs/cli_doc.py --write`; the tests run every line of it. Words, options and output follow `ros2`'s.
 
-Every command has `--help`; those that ask a container have `--json` and `--container NAME`. The same is in the manual page
-(`man nacelle`, once installed). Completion of commands, options and names of the running robot: `source <(nacelle completion bash)`,
-also `zsh` and `fish`; an installation has it in place.
+Every command has `--help`, and a word that is wrong is told with the nearest that is right. Those that ask a container have `--json`
+and `--container NAME`. The same is in the manual page (`man nacelle`, once installed). Completion of commands, options and names of
+the running robot: `source <(nacelle completion bash)`, also `zsh` and `fish`; an installation has it in place.
 
-Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no container is running.
+Exit codes: 0 done; 1 failed: what is named is not there, a file cannot be read, the robot refused; 2 wrong usage: a word, an option or
+a value that cannot be, which shows without asking anybody; 3 no container is running.
 """
 
 

@@ -62,7 +62,7 @@ class Actions(RobotTest):
         self.assertIn(f"did you mean '{NAME}'", self.action("info", "/series/serie", code=1).stderr)
         self.assertIn(f"did you mean '{NAME}'", self.action("type", "/series/serie", code=1).stderr)
         self.assertIn("Fibonacci", self.action("find", "example_interfaces/action/Fibonaci", code=1).stderr)
-        self.assertIn("order", self.send("{ordr: 5}", code=1).stderr)
+        self.assertIn("order", self.send("{ordr: 5}", code=2).stderr)
         self.assertIn(f"has the type {TYPE}, not nav2_msgs/action/Spin", self.action("send_goal", NAME, "nav2_msgs/action/Spin", code=1).stderr)
         self.assertIn("is no action", self.action("send_goal", NAME, "std_msgs/msg/String", code=1).stderr)
         self.action("send_goal", NAME, code=2)

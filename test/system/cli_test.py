@@ -76,9 +76,69 @@ class WithoutContainer(RobotTest):
 
     def test_a_limit_is_told_in_few_words(self):
         self.assertLess(len(self.run_program("drive", "--seed", "-1").stderr), 200)
-        wrong = self.expect_exit(self.run_program("topic", "pub", "/x", "std_msgs/msg/String", "{data"), 1)
+        wrong = self.expect_exit(self.run_program("topic", "pub", "/x", "std_msgs/msg/String", "{data"), 2)
         self.assertNotIn("[json", wrong.stderr)
-        self.assertIn("the message:1: ", wrong.stderr)
+        self.assertRegex(wrong.stderr, r"the message:1: this is not YAML: .* \(column \d+\); write {data: \.\.\.}")
+        self.assertEqual(len(wrong.stderr.splitlines()), 1)
+
+    def test_a_slip_of_the_fingers_is_named_with_what_was_meant(self):
+        for words, parts in ((["topci", "list"], ("nacelle: there is no command 'topci'", "did you mean `nacelle topic`")),
+                             (["topic", "lst"], ("nacelle: topic: there is no command 'lst'", "did you mean `nacelle topic list`")),
+                             (["echo", "/scan"], ("there is no command 'echo'", "`nacelle topic echo` or `nacelle tf echo`")),
+                             (["frobnicate"], ("there is no command 'frobnicate'", "see `nacelle --help`")),
+                             (["lifecycle", "frobnicate"], ("there is no command 'frobnicate'", "one of get, list, nodes, set")),
+                             ([], ("a command is missing", "see `nacelle --help`")), (["topic"], ("a command is missing", "one of list, info,")),
+                             (["topic", "echo", "/scan", "--onec"], ("nacelle: topic echo: there is no option '--onec'", "did you mean '--once'")),
+                             (["param", "get", "camera", "a", "b"], ("it takes no further word: 'b'", "see `nacelle param get --help`")),
+                             (["topic", "info"], ("nacelle: topic info: topic is required", "see `nacelle topic info --help`")),
+                             (["lifecycle", "set", "camera", "actvate"], ("'actvate' cannot be", "did you mean 'activate'")),
+                             (["sim", "world", "--dri", "x"], ("sim world: there is no option '--dri'", "did you mean '--dir'")),
+                             (["--json", "topic", "list"], ("option --json: stands before the command",)),
+                             (["--container", "x", "topic", "list"], ("option --container: stands before the command",)),
+                             (["topic", "hz", "sensor_msgs/msg/Imu"], ("is a type, and no topic",))):  # fmt: skip
+            with self.subTest(words=words):
+                said = self.expect_exit(self.run_program(*words), 2).stderr
+                self.assertEqual(len(said.splitlines()), 1, said)
+                for part in parts:
+                    self.assertIn(part, said)
+
+    def test_a_value_that_cannot_be_is_told_in_words_for_people(self):
+        for words, part in ((["topic", "pub", "/x", "std_msgs/msg/String", "-t", "-1"], "'-1' is no whole number, 0 or more"),
+                            (["topic", "pub", "/x", "std_msgs/msg/String", "--once", "-t", "4"], "excludes"),
+                            (["topic", "hz", "/scan", "-w", "1"], "'1' is no number from 2 to 100000"),
+                            (["top", "--interval", "soon"], "'soon' is no number from 0.1 to 3600"),
+                            (["param", "set", "camera", "x", "[1"], "this is not YAML: end of sequence flow not found (column 1)"),
+                            (["param", "set", "camera", "x", "[1, a]"], "the list mixes int and string"),
+                            (["component", "load", "a::B", "-p", "rate:='1"], "this is not YAML"),
+                            (["component", "load", "a::B", "-p", ":=1"], "the parameter's name is empty"),
+                            (["component", "load", "a::B", "-r", "scan"], "write from:=to")):  # fmt: skip
+            with self.subTest(words=words):
+                said = self.expect_exit(self.run_program(*words), 2).stderr
+                self.assertEqual(len(said.splitlines()), 1, said)
+                self.assertIn(part, said)
+                self.assertNotIn("UINT", said)
+        # A file that is not there is no wrong usage.
+        for words in (["component", "load", "a::B", "--params-file", "/no/such"],):
+            self.assertIn("/no/such: there is no such file", self.expect_exit(self.run_program(*words), 1).stderr)
+
+    def test_help_speaks_to_people(self):
+        rate = self.expect_exit(self.run_program("topic", "hz", "--help"), 0).stdout
+        self.assertIn("NUMBER (2 to 100000)", rate)
+        for command in ("launch", "container", "drive"):
+            self.assertIn("ends with: kill", self.expect_exit(self.run_program(command, "--help"), 0).stdout)
+        load = self.expect_exit(self.run_program("component", "load", "--help"), 0).stdout
+        self.assertIn("--parameter NAME:=VALUE", load)
+        every = self.expect_exit(self.run_program("--help"), 0).stdout
+        self.assertIn("source <(nacelle completion bash)", every)
+        self.assertIn("completion ", every)
+        for text in (rate, load, every):
+            self.assertNotRegex(text, r"UINT|FLOAT")
+
+    def test_a_short_name_of_a_type_will_do(self):
+        for short, whole in (("std_msgs/Bool", "std_msgs/msg/Bool"), ("std_srvs/SetBool", "std_srvs/srv/SetBool")):
+            self.assertEqual(self.expect_exit(self.run_program("interface", "show", short), 0).stdout,
+                             self.expect_exit(self.run_program("interface", "show", whole), 0).stdout)  # fmt: skip
+        self.assertIn("did you mean 'std_msgs/msg/Bool'", self.expect_exit(self.run_program("interface", "show", "std_msgs/Bol"), 1).stderr)
 
     def test_a_report_that_cannot_be_written_is_told_at_once(self):
         for command in ("launch", "drive"):

@@ -52,6 +52,23 @@ class Commands(RunningRobotTest):
             outcome = self.expect_exit(self.run_program("topic", command, "/scan", "sensor_msgs/msg/Image", "--once", limit_s=10), 1)
             self.assertIn("/scan: has the type sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image", outcome.stderr)
 
+    def test_a_reader_that_leaves_ends_what_writes_to_it(self):
+        for words in (("topic", "echo", "/odom"), ("topic", "hz", "/odom"), ("tf", "echo", "odom", "base_footprint"), ("streams", "--json", "--interval", "0.1"),
+                      ("topic", "pub", "/said", "std_msgs/msg/String", "{}", "--rate", "20")):  # fmt: skip
+            program = self.start_program(*words, stderr=subprocess.PIPE)
+            program.stdout.readline()
+            program.stdout.close()
+            self.assertEqual((program.wait(20 * SLOW), program.stderr.read()), (0, ""), words)
+            program.stderr.close()
+
+    def test_output_that_cannot_be_written_is_1(self):
+        with open("/dev/full", "w") as full:
+            for words in (("topic", "list"), ("topic", "echo", "/odom"), ("interface", "show", "std_msgs/msg/Bool"), ("--help",)):
+                program = self.start_program(*words, stdout=full, stderr=subprocess.PIPE)
+                _, said = program.communicate(timeout=20 * SLOW)
+                self.assertEqual(program.returncode, 1, words)
+                self.assertIn("stdout: cannot be written: No space left on device", said)
+
     def test_hz_measures_a_rate(self):
         text = self.expect_exit(self.run_program("topic", "hz", "/imu/data_raw", "--once"), 0).stdout
         rate = float(re.search(r"average rate: ([\d.]+)", text)[1])
@@ -62,7 +79,7 @@ class Commands(RunningRobotTest):
         self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", "{}"), 0)
         after = sum(row["published"] for row in json.loads(self.run_program("topic", "list", "--json").stdout) if row["name"] == "/cmd_vel")
         self.assertEqual(after, before + 1)
-        wrong = self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", '{"linaer": {}}'), 1)
+        wrong = self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", '{"linaer": {}}'), 2)
         self.assertIn("linear", wrong.stderr)
 
     def test_the_list_shows_id_node_and_state(self):
@@ -94,8 +111,8 @@ class Commands(RunningRobotTest):
         self.assertIn("/lab/extra", again.stderr)
         outcome = self.expect_exit(self.run_program("component", "unload", row["id"]), 0)
         self.assertIn(f"Unloaded component {row['id']} ('/lab/extra')", outcome.stdout)
-        wrong = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "x", "-p", ":=1"), 1)
-        self.assertIn("-p :=1", wrong.stderr)
+        wrong = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "x", "-p", ":=1"), 2)
+        self.assertIn(":=1", wrong.stderr)
 
     def test_what_a_plugin_cannot_use_is_told_to_whoever_loads_it(self):
         loaded = self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "warned", "-p", "no_such:=1", "-r", "diagnostisc:=/x",

@@ -3,6 +3,7 @@
 import json
 import pathlib
 import signal
+import subprocess
 import time
 import unittest
 
@@ -134,6 +135,62 @@ class Graph(OnRobot):
         self.assertEqual(len(every["transitions"]), 25)
         self.assertIn({"label": "configure", "id": 1, "start": "unconfigured", "goal": "configuring"}, every["transitions"])
 
+    def test_a_node_at_its_end_has_no_transition_and_says_so(self):
+        got = self.json_of("lifecycle", "get", "imu")
+        self.assertEqual(set(got), {"id", "node", "state", "state_id"})
+        self.assertEqual((got["state"], got["state_id"]), ("active", 3))
+        self.assertEqual(got["id"], self.json_of("component", "info", "imu")["id"])
+        self.out("lifecycle", "set", "monitor_2", "shutdown")
+        try:
+            self.assertEqual(self.out("lifecycle", "list", "monitor_2"),
+                             "/monitor_2 is finalized: no transition leads on\nUnload it, and load it again: nacelle component unload monitor_2\n")
+        finally:
+            self.out("component", "unload", "monitor_2")
+            self.out("component", "load", "monitor_2")
+
+    def test_one_field_is_echoed_alone(self):
+        self.assertRegex(self.out("topic", "echo", "/odom", "--field", "pose.pose.position", "--once"), r"^x: \S+\ny: \S+\nz: \S+\n---\n$")
+        self.assertRegex(self.out("topic", "echo", "/odom", "--field", "pose.pose.position.x", "--once"), r"^-?\d+\.\S*\n---\n$")
+        self.assertEqual(self.json_of("topic", "echo", "/odom", "--field", "header.frame_id", "--once"), "odom")
+        urdf = self.out("topic", "echo", "/robot_description", "--field", "data", "--full-length", "--once")
+        self.assertTrue(urdf.startswith("<"), urdf[:80])
+        self.assertIn("</robot>\n---\n", urdf)
+        self.assertRegex(self.out("topic", "echo", "/odom", "--csv", "--once"), r"^\d+,\d+,odom,base_footprint,(-?[\d.e-]+,){84}-?[\d.e-]+\n$")
+        self.assertRegex(self.out("topic", "echo", "/scan", "--field", "ranges", "--csv", "--once", "-l", "2"), r"^[^,\n]+,[^,\n]+,\.\.\.\n$")
+        wrong = self.expect_exit(self.run_program("topic", "echo", "/odom", "--field", "pose.psoe", "--once"), 1)
+        self.assertIn("there is no 'psoe' in geometry_msgs/msg/PoseWithCovariance; did you mean 'pose'? its fields are pose, covariance", wrong.stderr)
+
+    def test_several_rates_are_one_table(self):
+        text = self.out("topic", "hz", "/odom", "/imu/data_raw", "--once")
+        head, table = text.split("\n", 2)[:2], text.split("\n", 2)[2]
+        self.assertEqual(head, ["Subscribed to [/odom]", "Subscribed to [/imu/data_raw]"])
+        self.assertRegex(table, r"^ +topic +rate +min_delta +max_delta +std_dev +window\n=+\n/odom +[\d.]+ .*\n/imu/data_raw +[\d.]+ .*\n\n$")
+        rows = {row["topic"]: row for row in self.json_of("topic", "hz", "/odom", "/imu/data_raw", "sensor_msgs/Imu", "--once")}
+        self.assertAlmostEqual(rows["/odom"]["rate_hz"], 50, delta=5 * SLOW)
+        self.assertAlmostEqual(rows["/imu/data_raw"]["rate_hz"], 100, delta=10 * SLOW)
+        wrong = self.expect_exit(self.run_program("topic", "hz", "/odom", "/scam", "--once"), 1)
+        self.assertIn("did you mean '/scan'", wrong.stderr)
+
+    def silence_of(self, *words):
+        """What is said on stderr of a topic on which nothing comes; then it is ended as a person does."""
+        listening = self.start_program("topic", *words, stderr=subprocess.PIPE)
+        said = listening.stderr.readline()
+        listening.send_signal(signal.SIGINT)
+        _, more = listening.communicate(timeout=20 * SLOW)
+        self.assertEqual((listening.returncode, more), (0, ""), said)
+        return said
+
+    def test_silence_is_told_with_its_reason(self):
+        for command in ("echo", "hz", "bw"):
+            self.assertIn("topic /emergency_stop: it does not appear to be published yet", self.silence_of(command, "/emergency_stop"))
+        self.assertIn("nothing has come since the first message", self.silence_of("hz", "/robot_description"))
+        self.out("lifecycle", "set", "lidar", "deactivate")
+        try:
+            self.assertIn("topic /scan: nothing has come yet: /lidar is inactive; `nacelle lifecycle set /lidar activate`",
+                          self.silence_of("delay", "/scan"))  # fmt: skip
+        finally:
+            self.out("lifecycle", "set", "lidar", "activate")
+
     def test_a_wrong_name_is_1_with_the_nearest(self):
         for words, hint in ((["node", "info", "lidr"], "'/lidar'"), (["topic", "info", "/scam"], "'/scan'"), (["topic", "type", "/scam"], "'/scan'"),
                             (["topic", "find", "sensor_msgs/msg/LaserScam"], "LaserScan"), (["service", "type", "/rest"], "'/reset'"),
@@ -143,10 +200,17 @@ class Graph(OnRobot):
                             (["param", "describe", "diff_drive", "wheel_radus"], "'wheel_radius'"),
                             (["param", "set", "diff_drive", "wheel_radus", "1.0"], "'wheel_radius'"), (["topic", "bw", "/scam"], "'/scan'"),
                             (["service", "call", "/rest", "std_srvs/srv/Empty"], "'/reset'"),
-                            (["service", "call", "/reset", "std_srvs/srv/SetBool"], "has the type std_srvs/srv/Empty"),
-                            (["service", "call", "/reset", "std_srvs/srv/Empty", "{x: 1}"], "no fields")):  # fmt: skip
+                            (["service", "call", "/reset", "std_srvs/srv/SetBool"], "has the type std_srvs/srv/Empty")):  # fmt: skip
             with self.subTest(words=words):
                 self.assertIn(hint, self.expect_exit(self.run_program(*words), 1).stderr)
+        self.assertIn("no fields", self.expect_exit(self.run_program("service", "call", "/reset", "std_srvs/srv/Empty", "{x: 1}"), 2).stderr)
+
+    def test_an_unknown_topic_is_told_before_anything_is_shown(self):
+        for command in ("echo", "hz", "bw", "delay"):
+            unknown = self.expect_exit(self.run_program("topic", command, "/nope"), 1)
+            self.assertEqual(unknown.stdout, "")
+            names = unknown.stderr.split("one of ")[1].strip().split(", ")
+            self.assertEqual(len(names), len(set(names)), "each once")
 
     def test_bandwidth_and_delay_are_measured(self):
         text = self.out("topic", "bw", "/camera/image_raw", "--once")
@@ -183,7 +247,18 @@ class Publishing(OnRobot):
         self.assertIn("publisher: beginning loop\npublishing #1: geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(x=0.0, y=0.0, z=0.0), ", text)
         self.assertEqual(self.commands_heard(), before + 1)
         for values, part in (("{linaer: {x: 1}}", "did you mean 'linear'"), ("{linear: 1}", "linear"), ("{linear: {", "the message:1")):
-            self.assertIn(part, self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", TWIST, values), 1).stderr)
+            self.assertIn(part, self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", TWIST, values), 2).stderr)
+
+    def test_a_topic_of_another_type_is_not_published(self):
+        before = len(self.json_of("topic", "info", "/scan")["types"])
+        for words in (["--once"], ["-t", "2"]):
+            refused = self.expect_exit(self.run_program("topic", "pub", *words, "/scan", "std_msgs/msg/String"), 1)
+            self.assertIn("topic /scan: has the type sensor_msgs/msg/LaserScan, not std_msgs/msg/String", refused.stderr)
+            self.assertEqual(refused.stdout, "")
+        self.assertEqual(len(self.json_of("topic", "info", "/scan")["types"]), before)
+        # A topic with several types takes each of them.
+        for name in (TWIST, "geometry_msgs/msg/TwistStamped"):
+            self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", name), 0)
 
     def test_a_stamp_can_be_now(self):
         rows = self.out("topic", "pub", "-t", "2", "-r", "20", "/x", "geometry_msgs/msg/TwistStamped", "header: auto", "--json").splitlines()

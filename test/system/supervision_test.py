@@ -10,7 +10,7 @@ import threading
 import time
 import unittest
 
-from robot import SLOW, RunningRobotTest, wait_for
+from robot import SLOW, RobotTest, RunningRobotTest, wait_for
 
 CHAOS = pathlib.Path(__file__).parent / "chaos/chaos.launch.yaml"
 # What a fault elsewhere must not touch.
@@ -273,6 +273,28 @@ class Crashes(ChaosTest):
         self.assertEqual(-self.robot.wait(20 * SLOW), signal.SIGABRT)
         record = (self.folder / "nacelle/robot.composition.crash").read_text()
         return dict(line.split(": ", 1) for line in record.splitlines() if ": " in line)
+
+
+class DriveThatStays(RobotTest):
+    def test_a_degraded_component_does_not_end_it_and_its_world_is_found(self):
+        file = self.folder / "chaos.launch.yaml"
+        file.write_text(CHAOS.read_text().replace("- include:", "- arg: {name: sim}\n- arg: {name: seed}\n- include:"))
+        drive = self.start_program("drive", "--stay", file)
+        try:
+            wait_for("it runs", lambda: "running" in drive.stdout.readline(), 60)
+            self.expect_exit(self.run_program("topic", "pub", "--once", "/chaos/do", "std_msgs/msg/String", '{"data": "throw"}'), 0)
+            wait_for("it is faulted", lambda: "EXCEPTION" in self.run_program("faults").stdout)
+            # Longer than a look of the drive at its components.
+            self.expect_exit(self.run_program("topic", "hz", "/imu/data_raw", "--once"), 0)
+            self.expect_exit(self.run_program("topic", "hz", "/imu/data_raw", "--once"), 0)
+            self.assertIsNone(drive.poll())
+            truth = json.loads(self.expect_exit(self.run_program("sim", "truth"), 0).stdout)
+            self.assertEqual(truth["speed_mps"], 0)
+        finally:
+            drive.send_signal(signal.SIGINT)
+            rest, _ = drive.communicate(timeout=60 * SLOW)
+        self.assertIn("EXCEPTION", rest)
+        self.assertIn("no simulated world runs there", self.expect_exit(self.run_program("sim", "truth"), 1).stderr)
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@
 namespace nacelle::description {
 namespace {
 
-constexpr std::size_t kMaxReads = 1000000;              // of properties
-constexpr std::size_t kMaxText = std::size_t{1} << 20;  // of one attribute or text
+constexpr std::size_t kMaxReads = 1000000;                  // of properties
+constexpr std::size_t kLongestText = std::size_t{1} << 20;  // of one attribute or text
 
 std::vector<std::string> words_of(const std::string& text) {
   std::istringstream stream(text);
@@ -130,7 +130,7 @@ Value Texts::evaluate_text(const std::string& text, const Scope& scope) {
     } else {
       out += text[i++];
     }
-    if (out.size() > kMaxText) trail_.fail("a text becomes longer than 1 MiB");
+    if (out.size() > kLongestText) trail_.fail("a text becomes longer than 1 MiB");
   }
   return single ? *single : Value{std::move(out)};
 }

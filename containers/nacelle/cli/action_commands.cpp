@@ -29,7 +29,7 @@ std::map<std::string, ActionEnds> actions_of(const json& graph) {
 
 namespace {
 
-struct Wish {
+struct ActionWish {
   std::string container, name;
   bool as_json = false, with_types = false, only_count = false;
 };
@@ -42,7 +42,7 @@ std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actio
 
 std::string types_text(const std::set<std::string>& types) { return join({types.begin(), types.end()}); }
 
-int list(const Wish& wish) {
+int list(const ActionWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   const auto actions = actions_of(graph.value());
@@ -60,7 +60,7 @@ int list(const Wish& wish) {
 }
 
 /// The action that is meant. Errors: the exit code; the nearest name has been said on stderr.
-Result<ActionEnds, int> ends_of(const Wish& wish) {
+Result<ActionEnds, int> ends_of(const ActionWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return err(graph.error());
   const auto actions = actions_of(graph.value());
@@ -75,14 +75,14 @@ json rows_of(const std::map<std::string, std::string>& nodes) {
   return rows;
 }
 
-void print_ends(const char* title, const std::map<std::string, std::string>& nodes, const Wish& wish) {
+void print_ends(const char* title, const std::map<std::string, std::string>& nodes, const ActionWish& wish) {
   std::printf("Action %s: %zu\n", title, nodes.size());
   if (wish.only_count) return;
   for (const auto& [node, type] : nodes)
     std::printf(wish.with_types ? "    %s [%s]\n" : "    %s\n", node.c_str(), type.c_str());
 }
 
-int info(const Wish& wish) {
+int info(const ActionWish& wish) {
   auto ends = ends_of(wish);
   if (!ends) return ends.error();
   if (wish.as_json) {
@@ -99,14 +99,14 @@ int info(const Wish& wish) {
   return kDone;
 }
 
-int show_type(const Wish& wish) {
+int show_type(const ActionWish& wish) {
   auto ends = ends_of(wish);
   if (!ends) return ends.error();
   print_names({ends.value().types.begin(), ends.value().types.end()}, false, wish.as_json);
   return kDone;
 }
 
-int find(const Wish& wish) {
+int find(const ActionWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   const std::string type = full_type_name(wish.name, "action");
@@ -127,7 +127,7 @@ int find(const Wish& wish) {
 
 void add_action_commands(Command& root) {
   Command& group = root.add("action", "goals that take their time: list them, send them, watch them");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<ActionWish>();
   auto goal = std::make_shared<GoalWish>();
 
   Command& list_command = group.add("list", "the actions");

@@ -41,6 +41,7 @@ class Errand {
   // Errors of the following: the exit code; what is wrong has been said.
   [[nodiscard]] Result<json, int> read_goal();
   [[nodiscard]] Result<void, int> wait_for_server();
+  void warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const;
   [[nodiscard]] Result<void, int> listen();
   [[nodiscard]] Result<bool, int> offer(const json& goal);
   int wait_for_result();
@@ -108,20 +109,35 @@ Result<json, int> Errand::read_goal() {
       wish_.from_stdin ? std::string{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()}
                        : wish_.goal;
   auto text = session::read_message_text(values, type_->goal(), clock_.wall_now());
-  if (!text) return err(complain(text.error()));
+  if (!text) return err(complain_of_usage(text.error()));
   msgs::AnyMessage goal{type_->goal()};
   if (auto read = msgs::from_json(text.value().json, type_->goal(), goal.get()); !read)
-    return err(complain(read.error()));
+    return err(complain_of_usage(read.error()));
   return json::parse(msgs::to_json(type_->goal(), goal.get()));
+}
+
+void Errand::warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const {
+  std::vector<std::string> names;
+  for (const auto& [name, ends] : actions) names.push_back(name);
+  const Problem why{"action " + name_, is_known ? "its server is not active" : "nobody offers it yet",
+                    is_known        ? "see `nacelle lifecycle nodes`"
+                    : names.empty() ? "no action is there; see `nacelle component list`"
+                                    : suggestion(name_, names)};
+  std::fprintf(stderr, "nacelle: warning: %s\n", why.text().c_str());
 }
 
 Result<void, int> Errand::wait_for_server() {
   say(nullptr, "Waiting for an action server to become available...");
-  while (!stop_.is_raised() && !is_late()) {
+  const MonotonicTime began = clock_.now();
+  for (bool told = false; !stop_.is_raised() && !is_late();) {
     auto graph = asking_.call({{"verb", "graph"}}, kAnswerLimit);
     if (!graph) return err(complain(graph.error()));
     const auto actions = actions_of(graph.value());
     const auto found = actions.find(name_);
+    if (!told && clock_.now() - began >= 2s) {
+      told = true;
+      warn_of_waiting(actions, found != actions.end());
+    }
     if (found != actions.end() && !found->second.servers.empty() && found->second.types.count(type_->name) == 0) {
       return err(complain(
           {"action " + name_,

@@ -74,7 +74,8 @@ Result<json, int> node_of(const json& graph, const std::string& name_or_id) {
 }
 
 int complain_unknown(const std::string& what, const std::string& name, const std::vector<std::string>& names) {
-  return complain({what + " '" + name + "'", "is not there", suggestion(name, names)});
+  return complain(
+      {what + " '" + name + "'", "is not there", names.empty() ? "there is none at all" : suggestion(name, names)});
 }
 
 void print_names(const std::vector<std::string>& names, bool only_count, bool as_json) {

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-struct Wish {
+struct CheckWish {
   std::string node, file, graph;
   std::vector<std::string> arguments;
   bool as_json = false;
@@ -31,7 +31,8 @@ json to_json(const proof::Finding& finding) {
           {"way_out", finding.problem.way_out}};
 }
 
-int answer(const Wish& wish, const std::vector<proof::Finding>& findings, std::size_t components, std::size_t streams) {
+int answer(const CheckWish& wish, const std::vector<proof::Finding>& findings, std::size_t components,
+           std::size_t streams) {
   const bool failed = proof::has_errors(findings);
   if (wish.as_json) {
     json rows = json::array();
@@ -67,7 +68,7 @@ Result<void, Problem> write_graph(const std::string& path, runtime::Container& c
   return {};
 }
 
-int check_launch_file(const Wish& wish) {
+int check_launch_file(const CheckWish& wish) {
   if (!wish.graph.empty() && !ends_with(wish.graph, ".svg") && !ends_with(wish.graph, ".dot")) {
     complain({"--graph " + wish.graph, "is neither an .svg nor a .dot file", "name it so, e.g. robot.svg"});
     return kUsage;
@@ -106,7 +107,7 @@ std::vector<Row> rows_of(const proof::LoadedComponent& component) {
   return rows;
 }
 
-int explain_parameters(const Wish& wish) {
+int explain_parameters(const CheckWish& wish) {
   const auto loaded = open_inert_launch(wish.file, wish.arguments);
   if (!loaded) return loaded.error();
   const InertLaunch& robot = *loaded.value();
@@ -145,7 +146,7 @@ int explain_parameters(const Wish& wish) {
 }  // namespace
 
 void add_check_commands(Command& root) {
-  const auto wish = std::make_shared<Wish>();
+  const auto wish = std::make_shared<CheckWish>();
   Command& check = root.add("check", "prove a launch file before anything moves");
   check.option("launch_file", wish->file, "a .launch.yaml or .launch.xml file").required().names_a(Names::File);
   check.option("arguments", wish->arguments, "name:=value for its arguments");

@@ -20,9 +20,9 @@ namespace {
 using nlohmann::json;
 
 // Somebody waits with a finger on the tab key.
-constexpr Duration kAnswerLimit = 200ms;
+constexpr Duration kCompletionLimit = 200ms;
 
-struct Wish {
+struct CompletionWish {
   std::string shell = "bash", output;
   std::vector<std::string> words;
 };
@@ -46,7 +46,7 @@ json ask(const std::string& container, const json& request) {
   if (!found) return nullptr;
   auto client = control::Client::connect(found.value().path);
   if (!client) return nullptr;
-  auto reply = client.value().call(request, kAnswerLimit);
+  auto reply = client.value().call(request, kCompletionLimit);
   return reply ? reply.value() : json{nullptr};
 }
 
@@ -111,7 +111,7 @@ std::vector<std::string> names_for(const NameQuestion& question) {
   return {};
 }
 
-int complete(const Command& root, const Wish& wish) {
+int complete(const Command& root, const CompletionWish& wish) {
   std::vector<std::string> seen;
   for (const auto& candidate : completions(root, wish.words, names_for, container_names)) {
     if (std::find(seen.begin(), seen.end(), candidate.word) != seen.end()) continue;
@@ -140,9 +140,8 @@ json tree_of(const Command& command) {
 }  // namespace
 
 void add_completion_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
-  Command& completion =
-      root.add("completion", "print the completion for a shell:  source <(nacelle completion bash)").hidden();
+  auto wish = std::make_shared<CompletionWish>();
+  Command& completion = root.add("completion", "print the completion for a shell: source <(nacelle completion bash)");
   completion.option("shell", wish->shell, "bash, zsh or fish").one_of({"bash", "zsh", "fish"});
   completion.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
   completion.runs([wish] { return write(wish->output, completion_script(wish->shell)); });

@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "program.hpp"
+#include "typed_value.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -18,14 +19,14 @@ using nlohmann::json;
 // A component may take its time to find its device; the container itself gives it up after half a minute.
 constexpr Duration kComponentLimit = 90s;
 
-struct Wish {
+struct ComponentWish {
   std::string container, name, new_name, name_space, params_file;
   std::vector<std::string> parameters, remaps;
   bool as_json = false, details = false;
 };
 
 /// One request; on success `show` prints the reply.
-int ask(const Wish& wish, const json& request, const std::function<void(const json&)>& show) {
+int ask(const ComponentWish& wish, const json& request, const std::function<void(const json&)>& show) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = client.value().call(request, kComponentLimit);
@@ -41,7 +42,7 @@ int ask(const Wish& wish, const json& request, const std::function<void(const js
   return kDone;
 }
 
-int list(const Wish& wish) {
+int list(const ComponentWish& wish) {
   return ask(wish, {{"verb", "component.list"}}, [&](const json& reply) {
     std::printf("/%s\n", text_of(reply, "container").c_str());
     for (const auto& row : reply["components"]) {
@@ -59,7 +60,7 @@ int list(const Wish& wish) {
   });
 }
 
-int load(const Wish& wish) {
+int load(const ComponentWish& wish) {
   json request;
   // A class name has '::'; a name of the launch file has not.
   const bool is_plugin = wish.name.find("::") != std::string::npos;
@@ -67,14 +68,15 @@ int load(const Wish& wish) {
                            !wish.remaps.empty() || !wish.params_file.empty();
   if (!is_plugin) {
     if (has_options) {
-      complain({"component load " + wish.name, "it comes with the launch file's parameters and remaps",
-                "options belong to a plugin: pkg::Class --name N"});
-      return kUsage;
+      return complain_of_usage({"component load " + wish.name, "it comes with the launch file's parameters and remaps",
+                                "options belong to a plugin: pkg::Class --name N"});
     }
     request = {{"verb", "component.load"}, {"name", wish.name}};
   } else {
     request = {{"verb", "component.load_plugin"}, {"plugin", wish.name},           {"name", wish.new_name},
                {"namespace", wish.name_space},    {"parameters", wish.parameters}, {"remaps", wish.remaps}};
+    if (!wish.params_file.empty() && !std::filesystem::is_regular_file(wish.params_file))
+      return complain({wish.params_file, "there is no such file", "give a parameter file in ROS 2's form"});
     // The container reads the file, and its working directory is another one.
     if (!wish.params_file.empty()) request["params_file"] = std::filesystem::absolute(wish.params_file).string();
   }
@@ -84,7 +86,7 @@ int load(const Wish& wish) {
   });
 }
 
-int unload(const Wish& wish) {
+int unload(const ComponentWish& wish) {
   return ask(wish, {{"verb", "component.unload"}, {"name", wish.name}}, [](const json& reply) {
     std::printf("Unloaded component %d ('%s')\n", reply["id"].get<int>(), text_of(reply, "node").c_str());
     if (!reply["image_closed"].get<bool>())
@@ -131,7 +133,7 @@ void print_callbacks(const json& callbacks) {
   if (!words.empty()) std::printf("  callbacks: %s\n", join(words).c_str());
 }
 
-int info(const Wish& wish) {
+int info(const ComponentWish& wish) {
   return ask(wish, {{"verb", "component.info"}, {"name", wish.name}}, [](const json& reply) {
     std::printf("%s\n  id: %d\n  plugin: %s\n  library: %s\n", text_of(reply, "node").c_str(), reply["id"].get<int>(),
                 text_of(reply, "plugin").c_str(), text_of(reply, "library").c_str());
@@ -152,7 +154,7 @@ int info(const Wish& wish) {
 }
 
 /// Needs no container: what is installed where launch files' plugins are looked for.
-int types(const Wish& wish) {
+int types(const ComponentWish& wish) {
   const auto places = program_places();
   runtime::PluginIndex index{places.component_folders};
   const auto entries = index.entries();
@@ -173,16 +175,11 @@ int types(const Wish& wish) {
   return kDone;
 }
 
-/// What is wrong with `text` as name:=value.
-std::string wrong_assignment(const std::string& text) {
-  return text.find(":=") == std::string::npos ? "'" + text + "' has no ':='" : std::string{};
-}
-
 }  // namespace
 
 void add_component_commands(Command& root) {
   Command& group = root.add("component", "list, load and unload components of a running container");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<ComponentWish>();
 
   Command& list_command =
       group.add("list", "the loaded components: id, node and state; libraries that are kept, and by whom");
@@ -205,13 +202,13 @@ void add_component_commands(Command& root) {
       .names_a(Names::Plugin);
   load_command.option("-n,--name", wish->new_name, "the node's name (of a plugin)");
   load_command.option("--namespace", wish->name_space, "the node's namespace (of a plugin)");
-  load_command.option("-p,--parameter", wish->parameters, "k:=v").checked(wrong_assignment);
-  load_command.option("-r,--remap", wish->remaps, "from:=to").checked(wrong_assignment);
-  load_command.option("--params-file", wish->params_file, "a ROS 2 parameter file")
-      .names_a(Names::File)
-      .checked([](const std::string& path) {
-        return std::filesystem::is_regular_file(path) ? std::string{} : "File does not exist: " + path;
-      });
+  load_command.option("-p,--parameter", wish->parameters, "a parameter (of a plugin); once for each")
+      .value("NAME:=VALUE")
+      .checked(wrong_assignment);
+  load_command.option("-r,--remap", wish->remaps, "another name for a topic or service (of a plugin)")
+      .value("FROM:=TO")
+      .checked(wrong_remap);
+  load_command.option("--params-file", wish->params_file, "a ROS 2 parameter file").value("FILE").names_a(Names::File);
   add_common_options(load_command, wish->container, wish->as_json);
   load_command.runs([wish] { return load(*wish); });
 

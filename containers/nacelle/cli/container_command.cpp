@@ -9,12 +9,12 @@
 namespace nacelle::cli {
 namespace {
 
-struct Wish {
+struct ContainerWish {
   std::string name = "nacelle", state_file;
   bool resume = false, verbose = false;
 };
 
-int run(const Wish& wish) {
+int run(const ContainerWish& wish) {
   session::StopSignal stop{session::leave_at_once};
   launch::Plan plan;
   plan.file = "nacelle container";
@@ -35,14 +35,16 @@ int run(const Wish& wish) {
 }  // namespace
 
 void add_container_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<ContainerWish>();
   Command& command = root.add("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
   command.option("--name", wish->name, "its name on the control socket").with_default();
   command.flag("--resume", wish->resume, "after a crash: the components, parameters and states that the last run had");
   command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")
       .names_a(Names::File);
   command.flag("-v,--verbose", wish->verbose, "a line for each step");
-  command.note("What survives a crash, and how: docs/supervision.md in the source tree.");
+  command.note(
+      "Ctrl-C ends it; what runs in the background (nacelle container &) ends with: kill %1, or kill PID.\n"
+      "What survives a crash, and how: docs/supervision.md in the source tree.");
   command.runs([wish] { return run(*wish); });
 }
 

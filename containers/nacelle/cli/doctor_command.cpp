@@ -17,7 +17,7 @@ using doctor::Findings;
 using doctor::Severity;
 using nlohmann::json;
 
-struct Wish {
+struct DoctorWish {
   std::string file;
   std::vector<std::string> arguments;
   bool as_json = false;
@@ -81,7 +81,7 @@ void print_json(const Findings& findings) {
   std::printf("%s\n", all.dump(2).c_str());
 }
 
-int examine(const Wish& wish) {
+int examine(const DoctorWish& wish) {
   const auto arguments = parse_or_complain(wish.arguments);
   if (!arguments) return kUsage;
   doctor::Wanted wanted;
@@ -104,7 +104,7 @@ int examine(const Wish& wish) {
 }  // namespace
 
 void add_doctor_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<DoctorWish>();
   Command& command = root.add("doctor", "what is wrong with this machine and the robots on it, and the way out");
   command.option("launch_file", wish->file, "look at the devices and rights that this launch file needs")
       .names_a(Names::File);

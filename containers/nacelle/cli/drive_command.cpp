@@ -9,14 +9,14 @@
 namespace nacelle::cli {
 namespace {
 
-struct Wish {
+struct DriveWish {
   std::vector<std::string> words;  // perhaps a file, then name:=value
   double seconds = -1;             // not given
   bool twist = false;
   drive::DriveSettings settings;
 };
 
-int run(Wish& wish) {
+int run(DriveWish& wish) {
   session::StopSignal stop{session::kill_all_programs};
   for (const auto& word : wish.words) {
     if (word.find(":=") != std::string::npos) {
@@ -40,7 +40,7 @@ int run(Wish& wish) {
 }  // namespace
 
 void add_drive_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<DriveWish>();
   Command& command = root.add("drive", "drive the simulated robot round a one-metre square and show the figures");
   command.option("words", wish->words, "a launch file (default: the robot's), and name:=value for its arguments")
       .names_a(Names::File);
@@ -59,6 +59,7 @@ void add_drive_command(Command& root) {
   command.option("--speed", wish->settings.course.speed_mps, "top speed in m/s").within(0.02, 0.3).with_default();
   command.flag("--twist", wish->twist, "send Twist instead of TwistStamped");
   command.flag("-v,--verbose", wish->settings.verbose, "show the container's own lines");
+  command.note("Ctrl-C ends it; what runs in the background (nacelle drive --stay &) ends with: kill %1, or kill PID.");
   command.runs([wish] {
     if (wish->seconds >= 0) wish->settings.duration = from_seconds(wish->seconds);
     return run(*wish);

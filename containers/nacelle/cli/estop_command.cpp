@@ -14,9 +14,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration kAnswerLimit = 2s;
+constexpr Duration kEstopLimit = 2s;
 
-struct Wish {
+struct EstopWish {
   std::string container, topic;
   bool as_json = false;
 };
@@ -39,18 +39,19 @@ std::vector<Listener> listeners_in(const std::string& stats) {
 }
 
 /// Through the control thread and not as a request: a container that is busy loading a component stops as quickly.
-int tell(const Wish& wish, bool set) {
+int tell(const EstopWish& wish, bool set) {
   auto client = connect(wish.container);
   if (!client) return client.error();
-  auto stats = client.value().stats(kAnswerLimit);
+  auto stats = client.value().stats(kEstopLimit);
   if (!stats) return complain(stats.error());
   std::vector<Listener> listeners = listeners_in(stats.value());
   if (!wish.topic.empty()) {
     const std::string topic = wish.topic.front() == '/' ? wish.topic : "/" + wish.topic;
     if (!session::is_emergency_stop(topic, session::kEmergencyStopType)) {
-      complain(
-          {"topic " + topic, "is no emergency stop", "its last name is " + std::string{session::kEmergencyStopTopic}});
-      return kUsage;
+      return complain_of_usage({"topic " + topic,
+                                "is no emergency stop: those end in " + std::string{session::kEmergencyStopTopic} +
+                                    ", as /emergency_stop and /arm/emergency_stop do",
+                                "without --topic every one that a component reads is meant"});
     }
     std::erase_if(listeners, [&](const Listener& listener) { return listener.topic != topic; });
     // Said all the same: who joins later learns of it.
@@ -63,12 +64,12 @@ int tell(const Wish& wish, bool set) {
   std_msgs::msg::Bool message;
   message.data = set;
   for (const Listener& listener : listeners) {
-    auto handle = client.value().open_writer(listener.topic, session::kEmergencyStopType, kAnswerLimit);
+    auto handle = client.value().open_writer(listener.topic, session::kEmergencyStopType, kEstopLimit);
     if (!handle) return complain(handle.error());
     if (auto sent = client.value().publish(handle.value(), msgs::to_cdr(message)); !sent) return complain(sent.error());
   }
   // A refusal comes as a fault; an answer to what was asked behind the messages says that they were taken.
-  if (auto taken = client.value().stats(kAnswerLimit); !taken) return complain(taken.error());
+  if (auto taken = client.value().stats(kEstopLimit); !taken) return complain(taken.error());
   json topics = json::array();
   for (const Listener& listener : listeners)
     topics.push_back({{"name", listener.topic}, {"readers", listener.readers}});
@@ -88,11 +89,14 @@ int tell(const Wish& wish, bool set) {
 
 void add_estop_command(Command& root) {
   Command& group = root.add("estop", "set or release the emergency stop: the wheels stand still meanwhile");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<EstopWish>();
   for (const bool set : {true, false}) {
     Command& command = set ? group.add("set", "stop the wheels at once, until the stop is released")
                            : group.add("release", "release it; nothing moves before a new command comes");
-    command.option("--topic", wish->topic, "one topic; without it every emergency_stop that a component reads")
+    command
+        .option("--topic", wish->topic,
+                "this emergency stop only: a topic whose last name is emergency_stop (default: each that a component "
+                "reads)")
         .names_a(Names::Topic);
     add_common_options(command, wish->container, wish->as_json);
     command.runs([wish, set] { return tell(*wish, set); });

@@ -13,9 +13,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration kAnswerLimit = 90s;  // it may be busy with a restart
+constexpr Duration kFaultsLimit = 90s;  // it may be busy with a restart
 
-struct Wish {
+struct FaultsWish {
   std::string container;
   bool as_json = false;
 };
@@ -68,10 +68,10 @@ void show(const json& reply) {
   }
 }
 
-int faults(const Wish& wish) {
+int faults(const FaultsWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
-  auto reply = client.value().call({{"verb", "faults"}}, kAnswerLimit);
+  auto reply = client.value().call({{"verb", "faults"}}, kFaultsLimit);
   if (!reply) return complain(reply.error());
   if (wish.as_json) {
     reply.value().erase("ok");
@@ -85,7 +85,7 @@ int faults(const Wish& wish) {
 }  // namespace
 
 void add_faults_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<FaultsWish>();
   Command& command = root.add("faults", "the components that cannot go on, why, and what is done about it");
   add_common_options(command, wish->container, wish->as_json);
   command.runs([wish] { return faults(*wish); });

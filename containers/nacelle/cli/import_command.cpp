@@ -16,7 +16,7 @@ using nlohmann::json;
 
 constexpr std::size_t kLargestFile = 1U << 20U;  // as for a launch file's parameter files
 
-struct Wish {
+struct ImportWish {
   std::vector<std::string> files;
   std::string output;
   bool as_json = false;
@@ -31,9 +31,9 @@ std::optional<std::string> text_of(const std::string& path) {
   return text;
 }
 
-std::string header(const Wish& wish) { return "# Written by `nacelle import " + join(wish.files, " ") + "`.\n"; }
+std::string header(const ImportWish& wish) { return "# Written by `nacelle import " + join(wish.files, " ") + "`.\n"; }
 
-int run(const Wish& wish) {
+int run(const ImportWish& wish) {
   if (const auto ok = ros_import::may_write(wish.output, wish.files); !ok) return complain(ok.error());
   ros_import::Imported imported;
   bool failed = false;
@@ -76,7 +76,7 @@ int run(const Wish& wish) {
 }  // namespace
 
 void add_import_command(Command& root) {
-  const auto wish = std::make_shared<Wish>();
+  const auto wish = std::make_shared<ImportWish>();
   Command& command = root.add("import", "make a parameter file of ones written for ROS 2 drivers");
   command
       .option("files", wish->files,

@@ -18,7 +18,7 @@ namespace nacelle::cli {
 namespace {
 
 /// What the person typed; lives as long as the commands do.
-struct Wish {
+struct InterfaceWish {
   std::vector<std::filesystem::path> directories;
   std::string type;
   std::string package;
@@ -27,7 +27,7 @@ struct Wish {
 
 std::string standard_input() { return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()}; }
 
-int list(const Wish& wish) {
+int list(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
   const auto packages = wish.package.empty() ? library.packages() : std::vector<std::string>{wish.package};
   if (packages.empty()) {
@@ -42,25 +42,36 @@ int list(const Wish& wish) {
   return 0;
 }
 
-int show(const Wish& wish) {
+/// "std_msgs/msg/Bool" from "std_msgs/Bool", as topic and service commands take it too; what has no such type stays.
+std::string whole_name(msgs::TypeLibrary& library, const std::string& name) {
+  const auto slash = name.find('/');
+  if (slash == std::string::npos || slash != name.rfind('/')) return name;
+  for (const char* const kind : {"msg", "srv", "action"}) {
+    const std::string whole = name.substr(0, slash + 1) + kind + name.substr(slash);
+    if (library.find(whole)) return whole;
+  }
+  return name;
+}
+
+int show(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto found = library.find(wish.type);
+  const auto found = library.find(whole_name(library, wish.type));
   if (!found) return complain(found.error());
   std::cout << found->definition();
   return 0;
 }
 
-int hash(const Wish& wish) {
+int hash(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto found = library.find(wish.type);
+  const auto found = library.find(whole_name(library, wish.type));
   if (!found) return complain(found.error());
   std::cout << found->hash() << '\n';
   return 0;
 }
 
-int encode(const Wish& wish) {
+int encode(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto type = library.message(wish.type);
+  const auto type = library.message(whole_name(library, wish.type));
   if (!type) return complain(type.error());
   msgs::AnyMessage message{**type};
   if (const auto done = msgs::from_json(standard_input(), **type, message.get()); !done) return complain(done.error());
@@ -68,9 +79,9 @@ int encode(const Wish& wish) {
   return 0;
 }
 
-int decode(const Wish& wish) {
+int decode(const InterfaceWish& wish) {
   msgs::TypeLibrary library{wish.directories};
-  const auto type = library.message(wish.type);
+  const auto type = library.message(whole_name(library, wish.type));
   if (!type) return complain(type.error());
   Bytes bytes;
   if (!from_hex(standard_input(), bytes)) {
@@ -88,7 +99,7 @@ int decode(const Wish& wish) {
 }  // namespace
 
 void add_interface_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<InterfaceWish>();
   wish->directories = message_library_directories();
   Command& command = root.add("interface", "message, service and action types, and their wire form");
 
@@ -97,9 +108,9 @@ void add_interface_command(Command& root) {
   list_command.flag("--all", wish->all, "also the messages that services and actions consist of");
   list_command.runs([wish] { return list(*wish); });
 
-  const auto add = [&](const char* name, const char* what, int (*run)(const Wish&)) {
+  const auto add = [&](const char* name, const char* what, int (*run)(const InterfaceWish&)) {
     Command& one = command.add(name, what);
-    one.option("TYPE", wish->type, "for example sensor_msgs/msg/Imu or std_srvs/srv/SetBool_Request")
+    one.option("TYPE", wish->type, "e.g. sensor_msgs/msg/Imu, sensor_msgs/Imu or std_srvs/srv/SetBool_Request")
         .required()
         .names_a(Names::Type);
     one.runs([wish, run] { return run(*wish); });

@@ -12,12 +12,12 @@
 namespace nacelle::cli {
 namespace {
 
-struct Wish {
+struct IsolatedWish {
   std::string name, carrier;
   long parent_pid = 0;
 };
 
-int run(const Wish& wish) {
+int run(const IsolatedWish& wish) {
   const session::StopSignal stop;
   die_with_parent(wish.parent_pid);
   struct stat about {};
@@ -33,7 +33,7 @@ int run(const Wish& wish) {
 }  // namespace
 
 void add_isolated_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<IsolatedWish>();
   Command& command = root.add("isolated", "the process of a component with `isolate: process`").hidden();
   command.option("--name", wish->name, "the component").required();
   command.option("--carrier", wish->carrier, "for its streams");

@@ -14,7 +14,7 @@
 namespace nacelle::cli {
 namespace {
 
-struct Wish {
+struct LaunchWish {
   std::string file;
   std::vector<std::string> arguments;
   std::string name, report_file, carrier, state_file, transitions_file, test_clock;
@@ -49,7 +49,7 @@ void show_arguments(const launch::Plan& plan) {
   }
 }
 
-int run(const Wish& wish) {
+int run(const LaunchWish& wish) {
   // First of all: from here on no signal ends the process half way.
   session::StopSignal stop{session::leave_at_once};
   die_with_parent(wish.parent_pid);
@@ -103,7 +103,7 @@ int run(const Wish& wish) {
 }  // namespace
 
 void add_launch_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<LaunchWish>();
   Command& command = root.add("launch", "start the components of a launch file, and run them until Ctrl-C");
   command.option("file", wish->file, "a .launch.yaml, .launch.xml file").required().names_a(Names::File);
   command.option("arguments", wish->arguments, "name:=value for the file's arguments");
@@ -125,7 +125,9 @@ void add_launch_command(Command& root) {
   command.option("--test-clock", wish->test_clock, "a fifo that sets the wall clock of this process, for tests")
       .hidden();
   command.option("--parent", wish->parent_pid, "end when this process ends").hidden();
-  command.note("How a launch file is written, key by key: docs/launch_files.md in the source tree.");
+  command.note(
+      "Ctrl-C ends it; what runs in the background (nacelle launch FILE &) ends with: kill %1, or kill PID.\n"
+      "How a launch file is written, key by key: docs/launch_files.md in the source tree.");
   command.runs([wish] { return run(*wish); });
 }
 

@@ -15,7 +15,7 @@ using nlohmann::json;
 // A component may take its time to find its device; the container itself gives it up after half a minute.
 constexpr Duration kTransitionLimit = 90s;
 
-struct Wish {
+struct LifecycleWish {
   std::string container, node, transition;
   bool as_json = false, all = false, only_count = false;
 };
@@ -54,7 +54,7 @@ constexpr Row kMachine[] = {
     {"transition_error", 62, "errorprocessing", "finalized"},
 };
 
-int list_transitions(const Wish& wish) {
+int list_transitions(const LifecycleWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = client.value().call({{"verb", "lifecycle.get"}, {"name", wish.node}}, kAnswerLimit);
@@ -69,6 +69,11 @@ int list_transitions(const Wish& wish) {
     std::printf("%s\n", json{{"node", reply.value()["node"]}, {"state", state}, {"transitions", rows}}.dump().c_str());
     return kDone;
   }
+  if (rows.empty()) {
+    std::printf("%s is %s: no transition leads on\n", text_of(reply.value(), "node").c_str(), state.c_str());
+    if (state == "finalized")
+      std::printf("Unload it, and load it again: nacelle component unload %s\n", wish.node.c_str());
+  }
   for (const auto& row : rows) {
     std::printf("- %s [%d]\n\tStart: %s\n\tGoal: %s\n", text_of(row, "label").c_str(), row["id"].get<int>(),
                 text_of(row, "start").c_str(), text_of(row, "goal").c_str());
@@ -76,7 +81,7 @@ int list_transitions(const Wish& wish) {
   return kDone;
 }
 
-int list_nodes(const Wish& wish) {
+int list_nodes(const LifecycleWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   json managed = json::array();
@@ -94,13 +99,13 @@ int list_nodes(const Wish& wish) {
   return kDone;
 }
 
-int get_state(const Wish& wish) {
+int get_state(const LifecycleWish& wish) {
   return ask(wish.container, {{"verb", "lifecycle.get"}, {"name", wish.node}}, wish.as_json, [](const json& reply) {
-    std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["id"].get<int>());
+    std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
   });
 }
 
-int set_state(const Wish& wish) {
+int set_state(const LifecycleWish& wish) {
   return ask(
       wish.container, {{"verb", "lifecycle.set"}, {"name", wish.node}, {"transition", wish.transition}}, wish.as_json,
       [](const json&) { std::printf("Transitioning successful\n"); }, kTransitionLimit);
@@ -110,7 +115,7 @@ int set_state(const Wish& wish) {
 
 void add_lifecycle_commands(Command& root) {
   Command& group = root.add("lifecycle", "see and change the state of a component");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<LifecycleWish>();
 
   Command& get_command = group.add("get", "the state of a component");
   get_command.option("node", wish->node, "name or id").required().names_a(Names::Node);

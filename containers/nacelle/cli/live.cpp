@@ -9,6 +9,8 @@
 #include <array>
 #include <cstdio>
 
+#include "output.hpp"
+
 namespace nacelle::cli {
 
 LiveText::LiveText() : on_terminal_(::isatty(STDOUT_FILENO) == 1) {}
@@ -30,14 +32,20 @@ void LiveText::show(const std::string& text) {
     std::fputs(text.c_str(), stdout);
   }
   begun_ = true;
-  std::fflush(stdout);
+  is_lost_ = !flush_output();
+}
+
+void LiveText::add(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  is_lost_ = !flush_output();
 }
 
 bool LiveText::wait(Duration limit, int descriptor) const {
+  if (is_lost_) return false;
   std::array<pollfd, 2> waits{pollfd{stop_.descriptor(), POLLIN, 0}, pollfd{descriptor, POLLIN, 0}};
   const auto milliseconds = std::max<Duration::rep>(0, (limit + 999us) / 1ms);
   ::poll(waits.data(), waits.size(), static_cast<int>(milliseconds));
-  return !stop_.is_raised();
+  return !is_to_end();
 }
 
 std::string fit_to_terminal(const std::string& text, std::size_t rows, std::size_t columns) {

@@ -21,13 +21,15 @@ class LiveText {
   [[nodiscard]] bool is_on_terminal() const { return on_terminal_; }
   /// Lines beyond the terminal's height and letters beyond its width are left out while it is redrawn.
   void show(const std::string& text);
-  /// False when somebody wants it to end. `descriptor`: returns early when it is readable; -1: none.
+  /// A text that stays, below the last one.
+  void add(const std::string& text);
+  /// False when somebody wants it to end, or nobody takes what is shown any more. `descriptor`: returns early when it is readable; -1: none.
   [[nodiscard]] bool wait(Duration limit, int descriptor = -1) const;
-  [[nodiscard]] bool is_to_end() const { return stop_.is_raised(); }
+  [[nodiscard]] bool is_to_end() const { return stop_.is_raised() || is_lost_; }
 
  private:
   session::StopSignal stop_;
-  bool on_terminal_, begun_ = false;
+  bool on_terminal_, begun_ = false, is_lost_ = false;
 };
 
 /// The text cut to so many lines of so many letters (of UTF-8), each line with what clears the rest of it. Pure.

@@ -13,12 +13,12 @@ namespace {
 
 using nlohmann::json;
 
-struct Wish {
+struct NodeWish {
   std::string container, node;
   bool as_json = false, all = false, only_count = false;
 };
 
-int list(const Wish& wish) {
+int list(const NodeWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   const auto shown = [&](const json& row) { return wish.all || !row["hidden"].get<bool>(); };
@@ -63,7 +63,7 @@ std::map<std::string, Section> sections_of(const json& graph, const std::string&
   return sections;
 }
 
-int info(const Wish& wish) {
+int info(const NodeWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   auto node = node_of(graph.value(), wish.node);
@@ -95,7 +95,7 @@ int info(const Wish& wish) {
 
 void add_node_commands(Command& root) {
   Command& group = root.add("node", "the nodes of a running container");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<NodeWish>();
 
   Command& list_command = group.add("list", "the nodes");
   list_command.flag("-a,--all", wish->all, "those of tools and of parts of the container too");

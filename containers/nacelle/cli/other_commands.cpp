@@ -2,10 +2,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "commands.hpp"
 #include "nacelle/session/stop_signal.hpp"
@@ -54,37 +58,57 @@ int run_world_command(const WorldWish& wish) {
   return kDone;
 }
 
-std::string default_sim_folder() {
+/// The world that is meant when no folder is named: the only one that runs, of a launch file or of `drive`.
+Result<std::string, Problem> running_world() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
-  return std::string{runtime != nullptr && *runtime != '\0' ? runtime : "/tmp"} + "/nacelle-sim";
+  const std::string base = runtime != nullptr && *runtime != '\0' ? runtime : "/tmp";
+  std::vector<std::string> found;
+  std::error_code unreadable;
+  for (const auto& entry : std::filesystem::directory_iterator(base, unreadable)) {
+    const std::string name = entry.path().filename().string();
+    const bool fits = name == "nacelle-sim" || name.rfind("nacelle-drive-", 0) == 0;
+    if (fits && simulation::read_truth((entry.path() / "truth").string())) found.push_back(entry.path().string());
+  }
+  if (found.size() == 1) return found.front();
+  if (found.empty()) {
+    return err(Problem{base, "no simulated world runs there",
+                       "start one (nacelle drive --stay), or name its folder with --dir"});
+  }
+  std::ranges::sort(found);
+  return err(Problem{base, "more than one simulated world is there",
+                     fmt::format("choose with --dir: {}", fmt::join(found, ", "))});
 }
 
-int plug(const std::string& directory, const std::string& device, bool in) {
-  auto done = simulation::plug_device(directory, device, in);
+int plug(const std::string& asked, const std::string& device, bool in) {
+  auto directory = asked.empty() ? running_world() : asked;
+  if (!directory) return complain(directory.error());
+  auto done = simulation::plug_device(directory.value(), device, in);
   return done ? kDone : complain(done.error());
 }
 
-int show_truth(const std::string& directory) {
-  const auto truth = simulation::read_truth(directory + "/truth");
-  if (!truth) return complain({directory, "no world runs there", "name its folder with --dir"});
+int show_truth(const std::string& asked) {
+  auto directory = asked.empty() ? running_world() : asked;
+  if (!directory) return complain(directory.error());
+  const auto truth = simulation::read_truth(directory.value() + "/truth");
+  if (!truth) return complain({directory.value(), "no world runs there", "name its folder with --dir"});
   const simulation::Truth& t = truth.value();
-  const nlohmann::ordered_json json{{"time_s", t.time_s},
-                                    {"x_m", t.x_m},
-                                    {"y_m", t.y_m},
-                                    {"yaw_rad", t.yaw_rad},
-                                    {"speed_mps", t.speed_mps},
-                                    {"yaw_rate_rps", t.yaw_rate_rps},
-                                    {"left_command_mps", t.left_command_mps},
-                                    {"right_command_mps", t.right_command_mps},
-                                    {"motion_commands", t.motion_commands},
-                                    {"last_motion_command_ns", t.last_motion_command_ns},
-                                    {"starts", t.starts},
-                                    {"last_start_ns", t.last_start_ns},
-                                    {"stops", t.stops},
-                                    {"last_stop_ns", t.last_stop_ns},
-                                    {"watchdog_stops", t.watchdog_stops},
-                                    {"contacts", t.contacts}};
-  std::printf("%s\n", json.dump().c_str());
+  const nlohmann::ordered_json shown{{"time_s", t.time_s},
+                                     {"x_m", t.x_m},
+                                     {"y_m", t.y_m},
+                                     {"yaw_rad", t.yaw_rad},
+                                     {"speed_mps", t.speed_mps},
+                                     {"yaw_rate_rps", t.yaw_rate_rps},
+                                     {"left_command_mps", t.left_command_mps},
+                                     {"right_command_mps", t.right_command_mps},
+                                     {"motion_commands", t.motion_commands},
+                                     {"last_motion_command_ns", t.last_motion_command_ns},
+                                     {"starts", t.starts},
+                                     {"last_start_ns", t.last_start_ns},
+                                     {"stops", t.stops},
+                                     {"last_stop_ns", t.last_stop_ns},
+                                     {"watchdog_stops", t.watchdog_stops},
+                                     {"contacts", t.contacts}};
+  std::printf("%s\n", shown.dump().c_str());
   return kDone;
 }
 
@@ -121,12 +145,11 @@ void add_sim_commands(Command& root) {
     return run_world_command(*wish);
   });
 
-  auto folder = std::make_shared<std::string>(default_sim_folder());
+  auto folder = std::make_shared<std::string>();
   auto device = std::make_shared<std::string>();
   const auto with_folder = [&](const char* name, const char* what) -> Command& {
     Command& command = group.add(name, what);
-    command.option("--dir", *folder, "the world's folder: the launch file's sim_dir")
-        .with_default()
+    command.option("--dir", *folder, "the world's folder, the launch file's sim_dir (default: of the world that runs)")
         .names_a(Names::File);
     return command;
   };

@@ -10,13 +10,14 @@
 #include "commands.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 #include "program.hpp"
+#include "typed_value.hpp"
 
 namespace nacelle::cli {
 namespace {
 
 using nlohmann::json;
 
-struct Wish {
+struct ParamWish {
   std::string container, node, name, value, file;
   std::vector<std::string> names;
   bool as_json = false, with_types = false, hide_type = false;
@@ -42,7 +43,7 @@ void print_list(const json& reply, bool with_types) {
   }
 }
 
-int list(const Wish& wish) {
+int list(const ParamWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   if (!wish.node.empty()) {
@@ -95,7 +96,7 @@ std::string python_text(const json& value) {
   return "[" + text + "]";
 }
 
-int get(const Wish& wish) {
+int get(const ParamWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = parameters_of(client.value(), wish.node);
@@ -122,18 +123,19 @@ int get(const Wish& wish) {
   return kDone;
 }
 
-int set(const Wish& wish) {
+int set(const ParamWish& wish) {
+  if (auto value = check_value(wish.value); !value) return complain_of_usage(value.error());
   return ask(wish.container,
              {{"verb", "param.set"}, {"name", wish.node}, {"assignment", wish.name + ":=" + wish.value}}, wish.as_json,
              [](const json&) { std::printf("Set parameter successful\n"); });
 }
 
-int remove(const Wish& wish) {
+int remove(const ParamWish& wish) {
   return ask(wish.container, {{"verb", "param.delete"}, {"name", wish.node}, {"parameter", wish.name}}, wish.as_json,
              [](const json&) { std::printf("Deleted parameter successfully\n"); });
 }
 
-int describe(const Wish& wish) {
+int describe(const ParamWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = parameters_of(client.value(), wish.node);
@@ -164,7 +166,7 @@ int describe(const Wish& wish) {
   return kDone;
 }
 
-int dump(const Wish& wish) {
+int dump(const ParamWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = parameters_of(client.value(), wish.node);
@@ -206,7 +208,7 @@ Result<std::vector<launch::Parameter>, int> read_file(const std::string& path, c
                        patterns.empty() ? "it names no node" : "it has them for " + join(patterns)}));
 }
 
-int load(const Wish& wish) {
+int load(const ParamWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto there = parameters_of(client.value(), wish.node);
@@ -244,7 +246,7 @@ int load(const Wish& wish) {
 
 void add_param_commands(Command& root) {
   Command& group = root.add("param", "see and change the parameters of a node");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<ParamWish>();
   const auto add = [&](const char* name, const char* what, bool needs_node = true) -> Command& {
     Command& command = group.add(name, what);
     Option& node =
@@ -253,7 +255,7 @@ void add_param_commands(Command& root) {
     if (needs_node) node.required();
     return command;
   };
-  const auto finish = [&](Command& command, int (*what)(const Wish&)) {
+  const auto finish = [&](Command& command, int (*what)(const ParamWish&)) {
     add_common_options(command, wish->container, wish->as_json);
     command.runs([wish, what] { return what(*wish); });
   };

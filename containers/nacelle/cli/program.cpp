@@ -71,6 +71,11 @@ int complain(const Problem& problem) {
   return kFailed;
 }
 
+int complain_of_usage(const Problem& problem) {
+  complain(problem);
+  return kUsage;
+}
+
 std::vector<fs::path> message_library_directories() {
   const fs::path libraries = prefix() / "lib";
   std::vector<fs::path> directories{libraries};

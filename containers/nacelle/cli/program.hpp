@@ -20,6 +20,8 @@ inline constexpr int kDone = 0, kFailed = 1, kUsage = 2, kNoContainer = 3;
 
 /// Says it on stderr and returns kFailed.
 int complain(const Problem& problem);
+/// The same for what was typed wrong, as far as that shows without asking anybody. Returns kUsage.
+int complain_of_usage(const Problem& problem);
 
 /// Where an installed or freshly built program finds the message packages' libraries: ../lib beside the program, and
 /// ../lib/<architecture> where Debian puts them.

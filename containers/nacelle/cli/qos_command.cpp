@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-struct Wish {
+struct QosWish {
   std::string file, offered, requested;
   std::vector<std::string> arguments;
   bool as_json = false;
@@ -64,7 +64,7 @@ Result<QoS, Problem> parse_side(const char* option, const std::string& text) {
   return qos;
 }
 
-int explain(const Wish& wish) {
+int explain(const QosWish& wish) {
   const auto offered = parse_side("--offered", wish.offered), requested = parse_side("--requested", wish.requested);
   for (const auto* side : {&offered, &requested}) {
     if (*side) continue;
@@ -94,7 +94,7 @@ int explain(const Wish& wish) {
 // --- check --------------------------------------------------------------------------------------------------------------
 
 /// Makes every component, which declares its endpoints and touches no hardware (design D3), and starts none.
-int check_launch_file(const Wish& wish) {
+int check_launch_file(const QosWish& wish) {
   const auto loaded = open_inert_launch(wish.file, wish.arguments);
   if (!loaded) return loaded.error();
   const InertLaunch& robot = *loaded.value();
@@ -133,7 +133,7 @@ int check_launch_file(const Wish& wish) {
 }  // namespace
 
 void add_qos_commands(Command& root) {
-  const auto wish = std::make_shared<Wish>();
+  const auto wish = std::make_shared<QosWish>();
   Command& qos = root.add("qos", "what quality of service fits what");
 
   Command& check = qos.add("check", "check every pair of a launch file without starting anything");

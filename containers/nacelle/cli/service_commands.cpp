@@ -11,6 +11,7 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/session/message_text.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -18,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-struct Wish {
+struct ServiceWish {
   std::string container, service, type, values = "{}";
   bool as_json = false, with_types = false, only_count = false, all = false;
   double rate_hz = 0.0, timeout_s = 10.0;
@@ -26,7 +27,7 @@ struct Wish {
 
 bool is_server(const json& row) { return row["server"].get<bool>(); }
 
-int list(const Wish& wish) {
+int list(const ServiceWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   const json& services = graph.value()["services"];
@@ -48,7 +49,7 @@ int list(const Wish& wish) {
   return kDone;
 }
 
-int show_type(const Wish& wish) {
+int show_type(const ServiceWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   const json& services = graph.value()["services"];
@@ -67,7 +68,7 @@ Result<const msgs::ServiceType*, Problem> service_type(msgs::TypeLibrary& librar
   return found.value().service;
 }
 
-int find(const Wish& wish) {
+int find(const ServiceWish& wish) {
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = service_type(library, wish.type);
   if (!type) return complain(type.error());
@@ -82,12 +83,12 @@ int find(const Wish& wish) {
 }
 
 /// One call, shown as ros2 shows it. Errors: the exit code.
-Result<void, int> call_once(const Wish& wish, control::Client& client, const msgs::ServiceType& type) {
+Result<void, int> call_once(const ServiceWish& wish, control::Client& client, const msgs::ServiceType& type) {
   msgs::AnyMessage request{type.request()};
   auto text = session::read_message_text(wish.values, type.request(), SystemClock{}.wall_now());
-  if (!text) return err(complain(text.error()));
+  if (!text) return err(complain_of_usage(text.error()));
   if (auto read = msgs::from_json(text.value().json, type.request(), request.get()); !read)
-    return err(complain(read.error()));
+    return err(complain_of_usage(read.error()));
   if (!wish.as_json) {
     std::string shown;
     session::append_repr(shown, type.request(), request.get());
@@ -113,11 +114,11 @@ Result<void, int> call_once(const Wish& wish, control::Client& client, const msg
     session::append_repr(shown, type.response(), response.get());
     std::printf("response:\n%s\n\n", shown.c_str());
   }
-  std::fflush(stdout);
+  if (!flush_output()) return err(int{kDone});  // nobody waits for the next one
   return {};
 }
 
-int call(const Wish& wish) {
+int call(const ServiceWish& wish) {
   const session::StopSignal stop;
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = service_type(library, wish.type);
@@ -142,7 +143,7 @@ int call(const Wish& wish) {
 
 void add_service_commands(Command& root) {
   Command& group = root.add("service", "list and call the services of a running container");
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<ServiceWish>();
 
   Command& list_command = group.add("list", "the services");
   list_command.flag("-t,--show-types", wish->with_types, "the types too");

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
 #include "nacelle/drawing/frame_tree.hpp"
@@ -20,9 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration kAnswerLimit = 10s;
-
-struct Wish {
+struct TfWish {
   std::string container, source, target, svg, pdf, dot;
   std::vector<std::string> frames;
   bool as_json = false, once = false, with_matrix = false;
@@ -48,7 +47,7 @@ int write_drawing(const std::string& path, const Result<std::string, Problem>& d
   return file ? kDone : complain({path, "the drawing cannot be written", "is the folder there, and yours?"});
 }
 
-int tree(const Wish& wish) {
+int tree(const TfWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
@@ -97,8 +96,8 @@ std::string echo_text(const json& transform, unsigned precision, bool with_matri
   return out;
 }
 
-int echo(const Wish& wish) {
-  const LiveText live;
+int echo(const TfWish& wish) {
+  LiveText live;
   auto client = connect(wish.container);
   if (!client) return client.error();
   const SystemClock clock;
@@ -111,10 +110,7 @@ int echo(const Wish& wish) {
     if (reply) {
       reply.value().erase("ok");
       last_trouble.clear();
-      std::fputs(wish.as_json ? (reply.value().dump() + "\n").c_str()
-                              : echo_text(reply.value(), wish.precision, wish.with_matrix).c_str(),
-                 stdout);
-      std::fflush(stdout);
+      live.add(wish.as_json ? reply.value().dump() + "\n" : echo_text(reply.value(), wish.precision, wish.with_matrix));
       if (wish.once) return kDone;
     } else if (wish.once ? clock.now() > patience : reply.error().text() != last_trouble) {
       last_trouble = reply.error().text();
@@ -235,7 +231,7 @@ Result<void, Problem> take_in(control::Client& listener, report::FrameDelays& de
   }
 }
 
-int monitor(const Wish& wish) {
+int monitor(const TfWish& wish) {
   LiveText live;
   auto client = connect(wish.container), listener = connect(wish.container);
   if (!client || !listener) return client ? listener.error() : client.error();
@@ -259,8 +255,7 @@ int monitor(const Wish& wish) {
     if (!watched) return complain(watched.error());
     const json figures = monitor_json(watched.value(), tree.value()["frames"], delays);
     if (wish.as_json) {
-      std::printf("%s\n", figures.dump().c_str());
-      std::fflush(stdout);
+      live.add(figures.dump() + "\n");
     } else {
       live.show(monitor_text(figures));
     }
@@ -271,7 +266,7 @@ int monitor(const Wish& wish) {
 }  // namespace
 
 void add_tf_commands(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<TfWish>();
   Command& group =
       root.add("tf", "the tree of frames of a running container: who broadcasts what, how often, how late");
 

@@ -197,8 +197,16 @@ void add_listeners(Command& group, const WishPointer& wish) {
   echo_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
   echo_command.option("type", wish->type, "of a topic with several: the one to show").names_a(Names::Type);
   echo_command.flag("--once", wish->once, "one message, then end");
+  echo_command
+      .option("--field", wish->field, "one part of each message only: pose.pose.position; a text is shown as it is")
+      .value("FIELD");
   echo_command.flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
+  echo_command.option("-l,--truncate-length", wish->longest, "how much of a sequence or a text is shown; 0: all of it")
+      .value("N")
+      .with_default()
+      .not_with("--full");
   add_common_options(echo_command, wish->container, wish->as_json);
+  echo_command.flag("--csv", wish->as_csv, "every value of a message on one line, with commas").not_with("--json");
   echo_command.runs([wish] { return echo_topic(*wish); });
 
   const auto add = [&](const char* name, const char* what, std::size_t window, int (*measure)(const Wish&)) {
@@ -206,14 +214,20 @@ void add_listeners(Command& group, const WishPointer& wish) {
     // A target of its own: the three have defaults of their own.
     auto own = std::make_shared<Wish>();
     own->window = window;
-    command.option("topic", own->topic, "").required().names_a(Names::Topic);
-    command.option("type", own->type, "of a topic with several: the one to measure").names_a(Names::Type);
+    if (measure == measure_rate) {
+      command.option("topics", own->words, "one or more; behind one that has several types, the type to measure")
+          .required()
+          .names_a(Names::Topic);
+    } else {
+      command.option("topic", own->topic, "").required().names_a(Names::Topic);
+      command.option("type", own->type, "of a topic with several: the one to measure").names_a(Names::Type);
+    }
     command.option("-w,--window", own->window, "how many messages it is taken over").within(2, 100000).with_default();
     command.flag("--once", own->once, "one figure, then end");
     add_common_options(command, own->container, own->as_json);
     command.runs([own, measure] { return measure(*own); });
   };
-  add("hz", "measure a topic's rate", 1000, measure_rate);
+  add("hz", "measure the rate of topics", 1000, measure_rate);
   add("bw", "measure how many bytes a topic brings", 100, measure_bandwidth);
   add("delay", "measure how old the stamps of a topic's headers are when it is published", 1000, measure_delay);
 }
@@ -226,14 +240,16 @@ void add_publisher(Command& group, const WishPointer& wish) {
       "message", wish->message,
       "YAML or JSON: {linear: {x: 0.1}}; missing fields take their defaults; a header may be auto, a stamp now");
   command.option("-r,--rate", wish->rate_hz, "messages per second").within(0.001, 1000).with_default();
-  command.option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)");
-  command.flag(
-      "-1,--once", [wish] { wish->times = 1; }, "one message, then end");
+  command.option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)").value("N");
+  command
+      .flag(
+          "-1,--once", [wish] { wish->times = 1; }, "one message, then end")
+      .not_with("--times");
   command.option("-w,--wait-matching-subscriptions", wish->readers, "first wait until so many read it").value("N");
   command.option("--max-wait-time-secs", wish->longest_wait_s, "give that up after so long (0: never)")
       .value("SECONDS")
       .within(0, 86400);
-  command.option("-p,--print", wish->print_every, "show every N-th message only").value("N").with_default();
+  command.option("-p,--print", wish->print_every, "show every N-th message only; 0: none").value("N").with_default();
   add_common_options(command, wish->container, wish->as_json);
   command.runs([wish] { return publish_topic(*wish); });
 }

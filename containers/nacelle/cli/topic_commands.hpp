@@ -3,20 +3,26 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
-// The family `topic`, in three files: what there is (topic_commands.cpp), what comes (topic_listen.cpp), what goes (topic_publish.cpp).
+#include "topic_listener.hpp"
+
+// The family `topic`: what there is (topic_commands.cpp), what comes (topic_listen.cpp, topic_rates.cpp), what goes
+// (topic_publish.cpp).
 namespace nacelle::cli {
 
 struct TopicWish {
-  std::string container, topic, type, message = "{}";
-  bool as_json = false, with_types = false, once = false, full = false, verbose = false, only_count = false,
-       all = false;
+  std::string container, topic, type, field, message = "{}";
+  std::vector<std::string> words;  ///< Topics, each with its type behind it if that is given.
+  bool as_json = false, as_csv = false, with_types = false, once = false, full = false, verbose = false,
+       only_count = false, all = false;
   double rate_hz = 1.0, longest_wait_s = 0.0;
-  std::size_t window = 0, times = 0, readers = 0, print_every = 1;
+  std::size_t window = 0, longest = 128, times = 0, readers = 0, print_every = 1;
 };
 
 int echo_topic(const TopicWish& wish);
 int measure_rate(const TopicWish& wish);
+int measure_rates(const TopicWish& wish, const std::vector<Listening::Topic>& topics);
 int measure_bandwidth(const TopicWish& wish);
 int measure_delay(const TopicWish& wish);
 int publish_topic(const TopicWish& wish);

@@ -1,90 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 // What comes on a topic: its messages, and what is measured of them.
-#include <poll.h>
-
-#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
-#include <cmath>
 #include <cstdio>
-#include <deque>
 #include <functional>
 
 #include "asking.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/session/message_csv.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "topic_commands.hpp"
+#include "topic_listener.hpp"
+#include "topic_window.hpp"
 
 namespace nacelle::cli {
 namespace {
 
 using nlohmann::json;
 
-/// Listens to a topic and gives each item to `take` until that answers false, a signal comes or the container ends.
-template <typename Take>
-int listen(const TopicWish& wish, const char* show, Take&& take) {
-  const session::StopSignal stop;
-  auto client = connect(wish.container);
-  if (!client) return client.error();
-  json request{{"verb", "topic.listen"}, {"topic", absolute(wish.topic)}, {"show", show}};
-  if (!wish.type.empty()) request["type"] = full_type_name(wish.type, "msg");
-  request["longest"] = wish.full ? 0 : 128;
-  auto reply = client.value().call(request, kAnswerLimit);
-  if (!reply) return complain(reply.error());
-  while (!stop.is_raised()) {
-    // First what is here already: a latched topic's message may have come in one piece with the reply, and be the last.
-    while (true) {
-      auto frame = client.value().receive(0ns);
-      if (!frame) return stop.is_raised() ? kDone : complain(frame.error());
-      if (!frame.value()) break;
-      if (frame.value()->kind == control::FrameKind::Item && !take(as_text(frame.value()->payload))) return kDone;
-    }
-    std::array<pollfd, 2> waits{pollfd{stop.descriptor(), POLLIN, 0}, pollfd{client.value().descriptor(), POLLIN, 0}};
-    ::poll(waits.data(), waits.size(), -1);
-  }
-  return kDone;
+Listening listening_of(const TopicWish& wish, const char* show) {
+  Listening listening;
+  listening.container = wish.container;
+  listening.topics = {{wish.topic, wish.type}};
+  listening.show = show;
+  listening.field = wish.field;
+  listening.longest = wish.full ? 0 : wish.longest;
+  return listening;
 }
-
-/// The last so many messages: when each was published, and one figure of it.
-class Window {
- public:
-  explicit Window(std::size_t longest) : longest_(longest) {}
-
-  void add(double time_s, double value) {
-    times_s_.push_back(time_s);
-    values_.push_back(value);
-    if (times_s_.size() <= longest_) return;
-    times_s_.pop_front();
-    values_.pop_front();
-  }
-  [[nodiscard]] std::size_t size() const { return values_.size(); }
-  [[nodiscard]] double span_s() const { return times_s_.back() - times_s_.front(); }
-  [[nodiscard]] double sum() const {
-    double sum = 0;
-    for (const double value : values_) sum += value;
-    return sum;
-  }
-  [[nodiscard]] double mean() const { return sum() / static_cast<double>(size()); }
-  [[nodiscard]] double least() const { return *std::ranges::min_element(values_); }
-  [[nodiscard]] double most() const { return *std::ranges::max_element(values_); }
-  [[nodiscard]] double deviation() const {
-    double squares = 0;
-    for (const double value : values_) squares += (value - mean()) * (value - mean());
-    return std::sqrt(squares / static_cast<double>(size()));
-  }
-
- private:
-  const std::size_t longest_;
-  std::deque<double> times_s_, values_;
-};
 
 constexpr double kNs = 1e-9;
 
 /// Reads "<time> <figure>" (the figure may be missing) of each item and shows something once a second.
-int measure(const TopicWish& wish, const char* items, const std::function<void(double, double)>& take,
-            const std::function<bool()>& show) {
+int measure(
+    const TopicWish& wish, const char* items, const std::function<void(double, double)>& take,
+    const std::function<bool()>& show, const std::function<void()>& began = [] {}) {
   double shown_at_s = 0;
-  return listen(wish, items, [&](std::string_view text) {
+  Listening listening = listening_of(wish, items);
+  listening.least = 2;  // a rate is one of the time between two
+  listening.began = began;
+  return listen(listening, [&](std::size_t, std::string_view text) {
     std::int64_t time_ns = 0, figure = 0;
     const char* const end = text.data() + text.size();
     const auto first = std::from_chars(text.data(), end, time_ns);
@@ -95,9 +50,30 @@ int measure(const TopicWish& wish, const char* items, const std::function<void(d
     if (shown_at_s == 0) shown_at_s = now_s;
     if (now_s - shown_at_s < 1.0 || !show()) return true;
     shown_at_s = now_s;
-    std::fflush(stdout);
-    return !wish.once;
+    return flush_output() && !wish.once;
   });
+}
+
+/// "sensor_msgs/msg/LaserScan" or "sensor_msgs/LaserScan"; a topic that is written without its first '/' looks otherwise.
+bool is_type_name(const std::string& word) {
+  const auto slash = word.rfind('/');
+  const bool has_package = slash != std::string::npos && slash != 0 && word.front() != '/';
+  return has_package && slash + 1 < word.size() && std::isupper(static_cast<unsigned char>(word[slash + 1])) != 0;
+}
+
+/// Nothing if the first word is a type.
+std::vector<Listening::Topic> topics_of(const std::vector<std::string>& words) {
+  std::vector<Listening::Topic> topics;
+  for (const auto& word : words) {
+    if (!is_type_name(word)) {
+      topics.push_back({word, ""});
+    } else if (topics.empty()) {
+      return {};
+    } else {
+      topics.back().type = word;
+    }
+  }
+  return topics;
 }
 
 std::string words_of_bytes(double bytes) {
@@ -115,15 +91,28 @@ std::string words_of_bytes(double bytes) {
 }  // namespace
 
 int echo_topic(const TopicWish& wish) {
-  return listen(wish, wish.as_json ? "json" : "yaml", [&](std::string_view text) {
+  const Listening listening = listening_of(wish, wish.as_json || wish.as_csv ? "json" : "yaml");
+  return listen(listening, [&](std::size_t, std::string_view text) {
+    if (wish.as_csv) {
+      std::printf("%s\n", session::csv_of_json(text, listening.longest).c_str());
+      return flush_output() && !wish.once;
+    }
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fputs(wish.as_json ? "\n" : "---\n", stdout);
-    std::fflush(stdout);
-    return !wish.once;
+    return flush_output() && !wish.once;
   });
 }
 
-int measure_rate(const TopicWish& wish) {
+int measure_rate(const TopicWish& asked) {
+  const auto topics = topics_of(asked.words);
+  if (topics.empty()) {
+    return complain_of_usage({"topic hz", "'" + asked.words.front() + "' is a type, and no topic stands before it",
+                              "write topic hz TOPIC [TYPE]"});
+  }
+  if (topics.size() > 1) return measure_rates(asked, topics);
+  TopicWish wish = asked;
+  wish.topic = topics.front().name;
+  wish.type = topics.front().type;
   Window gaps{wish.window};
   double last_s = 0;
   const auto take = [&](double now_s, double) {
@@ -149,7 +138,6 @@ int measure_rate(const TopicWish& wish) {
 }
 
 int measure_bandwidth(const TopicWish& wish) {
-  if (!wish.as_json) std::printf("Subscribed to [%s]\n", absolute(wish.topic).c_str());
   Window sizes{wish.window};
   return measure(
       wish, "sizes", [&](double now_s, double bytes) { sizes.add(now_s, bytes); },
@@ -172,6 +160,10 @@ int measure_bandwidth(const TopicWish& wish) {
                       words_of_bytes(sizes.least()).c_str(), words_of_bytes(sizes.most()).c_str());
         }
         return true;
+      },
+      [&] {
+        if (!wish.as_json) std::printf("Subscribed to [%s]\n", absolute(wish.topic).c_str());
+        static_cast<void>(flush_output());
       });
 }
 

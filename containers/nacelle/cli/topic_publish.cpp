@@ -14,6 +14,7 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/session/message_text.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "topic_commands.hpp"
 
@@ -64,6 +65,22 @@ void warn_if_too_slow(const TopicWish& wish) {
   }
 }
 
+/// A topic that exists with other types only: nobody there could read what is sent. Nothing if it may be published.
+std::optional<Problem> clash_of(control::Client& client, const TopicWish& wish) {
+  // Through the control thread, which answers though the container is busy: what is published may be what stops the robot.
+  const auto stats = client.stats(kAnswerLimit);
+  if (!stats) return stats.error();
+  const json parsed = json::parse(stats.value(), nullptr, false);
+  if (!parsed.is_object()) return std::nullopt;
+  const auto types = texts_of(parsed.value("streams", json::array()), "type", [&](const json& stream) {
+    return text_of(stream, "name") == absolute(wish.topic) &&
+           stream.value("readers", 0U) + stream.value("writers", 0U) != 0;
+  });
+  if (types.empty() || std::ranges::count(types, wish.type) != 0) return std::nullopt;
+  return Problem{"topic " + absolute(wish.topic), "has the type " + join(types, " and ") + ", not " + wish.type,
+                 "publish that type, or on another topic"};
+}
+
 /// Waits for --wait-matching-subscriptions. Returns the exit code, or nothing when publishing may begin.
 std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSignal& stop, const Clock& clock) {
   auto asking = connect(wish.container);
@@ -97,8 +114,9 @@ Result<bool, Problem> fill(msgs::AnyMessage& message, const std::string& text, c
   return read.value().has_stamps;
 }
 
-void show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t number) {
-  if (wish.print_every == 0 || number % wish.print_every != 0) return;
+/// False when nobody takes the output any more.
+bool show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t number) {
+  if (wish.print_every == 0 || number % wish.print_every != 0) return true;
   if (wish.as_json) {
     std::printf("%s\n", msgs::to_json(message.type(), message.get()).c_str());
   } else {
@@ -106,7 +124,7 @@ void show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t nu
     session::append_repr(text, message.type(), message.get());
     std::printf("publishing #%zu: %s\n\n", number, text.c_str());
   }
-  std::fflush(stdout);
+  return flush_output();
 }
 
 }  // namespace
@@ -121,11 +139,12 @@ int publish_topic(const TopicWish& asked) {
   if (!type) return complain(type.error());
   msgs::AnyMessage message{*type.value()};
   auto stamped = fill(message, wish.message, clock);
-  if (!stamped) return complain(stamped.error());
+  if (!stamped) return complain_of_usage(stamped.error());
 
   auto connected = connect(wish.container);
   if (!connected) return connected.error();
   control::Client& client = connected.value();
+  if (const auto clash = clash_of(client, wish)) return complain(*clash);
   if (wish.readers != 0) {
     if (const auto ended = wait_for_readers(wish, stop, clock)) return *ended;
   }
@@ -137,7 +156,7 @@ int publish_topic(const TopicWish& asked) {
   for (std::size_t sent = 0; !stop.is_raised() && (wish.times == 0 || sent < wish.times); ++sent) {
     if (stamped.value() && sent != 0) static_cast<void>(fill(message, wish.message, clock));
     if (auto done = client.publish(handle.value(), message.encoded()); !done) return complain(done.error());
-    show(wish, message, sent + 1);
+    if (!show(wish, message, sent + 1)) break;
     // Refusals come as faults; asking for something shows that the message was taken.
     if (auto taken = client.stats(kAnswerLimit); !taken) return complain(taken.error());
     if (wish.times != 0 && sent + 1 == wish.times) break;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
 #include "nacelle/report/figures.hpp"
@@ -14,9 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration kAnswerLimit = 10s;
-
-struct Wish {
+struct WatchWish {
   std::string container;
   bool as_json = false, once = false;
   double interval_s = 1.0;
@@ -29,7 +28,7 @@ struct View {
 };
 
 /// Live on a terminal, else one table.
-int watch(const Wish& wish, const View& view) {
+int watch(const WatchWish& wish, const View& view) {
   LiveText live;
   auto client = connect(wish.container);
   if (!client) return client.error();
@@ -40,8 +39,7 @@ int watch(const Wish& wish, const View& view) {
     if (!after) return complain(after.error());
     const json table = view.between(before.value(), after.value());
     if (wish.as_json) {
-      std::printf("%s\n", table.dump().c_str());
-      std::fflush(stdout);
+      live.add(table.dump() + "\n");
     } else {
       live.show(view.text(table));
     }
@@ -52,7 +50,7 @@ int watch(const Wish& wish, const View& view) {
 }
 
 void add_view(Command& root, const char* name, const char* what, const char* note, View view) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<WatchWish>();
   Command& command = root.add(name, what);
   command.option("--interval", wish->interval_s, "seconds that a table covers")
       .within(0.1, 3600.0)

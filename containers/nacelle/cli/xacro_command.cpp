@@ -14,12 +14,12 @@
 namespace nacelle::cli {
 namespace {
 
-struct Wish {
+struct XacroWish {
   std::string file, output;
   std::vector<std::string> arguments;
 };
 
-int run(const Wish& wish) {
+int run(const XacroWish& wish) {
   auto arguments = launch::parse_arguments(wish.arguments);
   if (!arguments) {
     for (const auto& problem : arguments.error()) complain(problem);
@@ -40,7 +40,7 @@ int run(const Wish& wish) {
 }  // namespace
 
 void add_xacro_command(Command& root) {
-  auto wish = std::make_shared<Wish>();
+  auto wish = std::make_shared<XacroWish>();
   Command& command = root.add("xacro", "print the URDF that a xacro file describes");
   command.option("file", wish->file, "a .xacro file").required().names_a(Names::File);
   command.option("arguments", wish->arguments, "name:=value for the file's arguments");

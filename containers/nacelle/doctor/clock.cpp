@@ -9,7 +9,7 @@
 namespace nacelle::doctor {
 namespace {
 
-constexpr const char* kAbout = "clock";
+constexpr const char* kClock = "clock";
 
 std::string date_of(WallTime time) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC",
@@ -35,7 +35,7 @@ void check_clock(const Machine& machine, const Wanted&, Findings& findings) {
   if (facts.now < facts.built) {
     findings.push_back(
         {Severity::Wrong,
-         kAbout,
+         kClock,
          date_of(facts.now),
          {"wall clock", "stands before the program was installed (" + date_of(facts.built) + ")",
           "it will jump when it is set: wait for the network's time (`timedatectl`), or set it (`sudo date -s`)"}});
@@ -43,24 +43,24 @@ void check_clock(const Machine& machine, const Wanted&, Findings& findings) {
   const std::string by = keeper(machine);
   if (!facts.clock_is_synchronised) {
     findings.push_back(
-        {Severity::Fine, kAbout, "the kernel does not tell whether it is synchronised", {"wall clock", "", ""}});
+        {Severity::Fine, kClock, "the kernel does not tell whether it is synchronised", {"wall clock", "", ""}});
   } else if (*facts.clock_is_synchronised) {
     findings.push_back(
-        {Severity::Fine, kAbout, "synchronised" + (by.empty() ? "" : " by " + by), {"wall clock", "", ""}});
+        {Severity::Fine, kClock, "synchronised" + (by.empty() ? "" : " by " + by), {"wall clock", "", ""}});
   } else {
     findings.push_back({Severity::Advice,
-                        kAbout,
+                        kClock,
                         "not synchronised",
                         {"wall clock", "stamps do not compare with other machines', and may jump when it is set",
                          by.empty() ? "sudo apt install systemd-timesyncd (or chrony), then `timedatectl set-ntp true`"
                                     : by + " runs, and has not got an answer: is there a network?"}});
   }
   if (has_rtc) {
-    findings.push_back({Severity::Fine, kAbout, "is there", {"battery clock (RTC)", "", ""}});
+    findings.push_back({Severity::Fine, kClock, "is there", {"battery clock (RTC)", "", ""}});
   } else {
     findings.push_back(
         {Severity::Advice,
-         kAbout,
+         kClock,
          "none",
          {"battery clock (RTC)", "after a power cut the wall clock is wrong until a network answers",
           "fit one (Raspberry Pi 5: its battery; others: DS3231), or start the robot after time-sync.target"}});

@@ -9,7 +9,7 @@
 namespace nacelle::doctor {
 namespace {
 
-constexpr const char* kAbout = "devices";
+constexpr const char* kDevices = "devices";
 
 // Serial lines of a PC's board (ttyS) are there with or without a chip, and mean nothing.
 bool is_device_of_a_robot(const std::string& name) {
@@ -46,7 +46,7 @@ bool is_ours(const std::vector<Process>& holders) {
 }
 
 void look_at(const Machine& machine, const std::string& path, const std::string& by, Findings& findings) {
-  Finding finding{Severity::Fine, kAbout, "", {path, "", ""}};
+  Finding finding{Severity::Fine, kDevices, "", {path, "", ""}};
   if (!by.empty()) finding.problem.where += " (" + by + ")";
   const std::string target = machine.resolved(path);
   const auto access = machine.access(path);
@@ -89,7 +89,7 @@ void check_devices(const Machine& machine, const Wanted& wanted, Findings& findi
     if (is_device_of_a_robot(name)) look_at(machine, "/dev/" + name, "", findings);
   }
   if (findings.size() == before)
-    findings.push_back({Severity::Fine, kAbout, "no camera and no serial line is plugged in", {"/dev", "", ""}});
+    findings.push_back({Severity::Fine, kDevices, "no camera and no serial line is plugged in", {"/dev", "", ""}});
 }
 
 }  // namespace nacelle::doctor

@@ -10,7 +10,7 @@
 namespace nacelle::doctor {
 namespace {
 
-constexpr const char* kAbout = "kernel";
+constexpr const char* kKernel = "kernel";
 
 struct Setting {
   const char* path;  // below /proc/sys
@@ -31,7 +31,7 @@ void check_settings(const Machine& machine, Findings& findings) {
     if (!value) continue;
     std::string name = setting.path;
     for (char& c : name) c = c == '/' ? '.' : c;
-    Finding finding{Severity::Fine, kAbout, fmt::format("{} {}", *value, setting.unit), {name, "", ""}};
+    Finding finding{Severity::Fine, kKernel, fmt::format("{} {}", *value, setting.unit), {name, "", ""}};
     if (*value < setting.least) {
       finding.severity = Severity::Advice;
       finding.problem.what = setting.what;
@@ -40,7 +40,7 @@ void check_settings(const Machine& machine, Findings& findings) {
     findings.push_back(std::move(finding));
   }
   if (const auto runtime = machine.number("/proc/sys/kernel/sched_rt_runtime_us")) {
-    Finding finding{Severity::Fine, kAbout, fmt::format("{} us", *runtime), {"kernel.sched_rt_runtime_us", "", ""}};
+    Finding finding{Severity::Fine, kKernel, fmt::format("{} us", *runtime), {"kernel.sched_rt_runtime_us", "", ""}};
     if (*runtime == -1 || *runtime == 0) {
       finding.severity = Severity::Advice;
       finding.problem.what = *runtime == 0 ? "threads with a real-time priority never run"
@@ -77,7 +77,7 @@ void check_shared_memory(const Machine& machine, const Wanted& wanted, Findings&
     const double size_mb = at == std::string::npos
                                ? ram_mb / 2
                                : megabytes_of(words[3].substr(at + 5, words[3].find(',', at) - at - 5), ram_mb);
-    Finding finding{Severity::Fine, kAbout, fmt::format("{:.0f} MB", size_mb), {"/dev/shm", "", ""}};
+    Finding finding{Severity::Fine, kKernel, fmt::format("{:.0f} MB", size_mb), {"/dev/shm", "", ""}};
     if (size_mb < 256) {
       finding.severity = wanted.shares_memory ? Severity::Wrong : Severity::Advice;
       finding.problem.what = "too little for large messages between processes";
@@ -88,7 +88,7 @@ void check_shared_memory(const Machine& machine, const Wanted& wanted, Findings&
   }
   findings.push_back(
       {wanted.shares_memory ? Severity::Wrong : Severity::Advice,
-       kAbout,
+       kKernel,
        "not mounted",
        {"/dev/shm", "components in processes of their own cannot share memory", "mount -t tmpfs tmpfs /dev/shm"}});
 }
@@ -96,7 +96,7 @@ void check_shared_memory(const Machine& machine, const Wanted& wanted, Findings&
 void check_governor(const Machine& machine, Findings& findings) {
   const auto governor = machine.text("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   if (!governor) return;  // a virtual machine has none
-  Finding finding{Severity::Fine, kAbout, *governor, {"CPU governor", "", ""}};
+  Finding finding{Severity::Fine, kKernel, *governor, {"CPU governor", "", ""}};
   if (*governor == "powersave" || *governor == "conservative") {
     finding.severity = Severity::Advice;
     finding.problem.what = "the clock is raised late: callbacks after a pause take longer";

@@ -8,7 +8,7 @@
 namespace nacelle::doctor {
 namespace {
 
-constexpr const char* kAbout = "memory";
+constexpr const char* kMemory = "memory";
 constexpr double kMega = 1e6;
 
 std::optional<double> meminfo_mb(const Machine& machine, const char* key) {
@@ -34,7 +34,7 @@ void check_cgroup(const Machine& machine, Findings& findings) {
     const double most_mb = static_cast<double>(*most) / kMega;
     const double used_mb = static_cast<double>(machine.number(folder + "/memory.current").value_or(0)) / kMega;
     Finding finding{Severity::Fine,
-                    kAbout,
+                    kMemory,
                     fmt::format("{:.0f} of {:.0f} MB used", used_mb, most_mb),
                     {"limit of the control group", "", ""}};
     if (most_mb - used_mb < 64) {
@@ -50,7 +50,7 @@ void check_cgroup(const Machine& machine, Findings& findings) {
                          static_cast<double>(std::max<std::int64_t>(1, leading_number(quota[1]).value_or(1)));
     findings.push_back(
         {Severity::Advice,
-         kAbout,
+         kMemory,
          fmt::format("{:.2f} cores", cores),
          {"CPU limit of the control group", "the kernel stops every thread when the share of a period is used up",
           "raise it: CPUQuota= of the service, --cpus of the container"}});
@@ -63,7 +63,7 @@ void check_memory(const Machine& machine, const Wanted&, Findings& findings) {
   const auto total = meminfo_mb(machine, "MemTotal"), available = meminfo_mb(machine, "MemAvailable");
   if (total && available) {
     Finding finding{
-        Severity::Fine, kAbout, fmt::format("{:.0f} of {:.0f} MB available", *available, *total), {"memory", "", ""}};
+        Severity::Fine, kMemory, fmt::format("{:.0f} of {:.0f} MB available", *available, *total), {"memory", "", ""}};
     if (*available < 100) {
       finding.severity = Severity::Wrong;
       finding.problem.what = "the kernel is about to end programs";
@@ -75,7 +75,7 @@ void check_memory(const Machine& machine, const Wanted&, Findings& findings) {
   if (swap && swap_free) {
     const double used = *swap - *swap_free;
     Finding finding{Severity::Fine,
-                    kAbout,
+                    kMemory,
                     *swap < 1 ? "none" : fmt::format("{:.0f} of {:.0f} MB used", used, *swap),
                     {"swap", "", ""}};
     if (used > 64) {

@@ -9,7 +9,7 @@
 namespace nacelle::drawing {
 namespace {
 
-const char* colour_of(Ink ink) {
+const char* svg_colour(Ink ink) {
   switch (ink) {
     case Ink::Black: return "black";
     case Ink::Grey: return "#666";
@@ -43,13 +43,13 @@ class SvgCanvas final : public Canvas {
   void curve(Point from, Point to, Ink ink) override {
     const double bend = std::max(20.0, std::abs(to.x - from.x) / 2);
     out_ += fmt::format("<path d=\"M{},{} C{},{} {},{} {},{}\" fill=\"none\" stroke=\"{}\"/>\n", from.x, from.y,
-                        from.x + bend, from.y, to.x - bend, to.y, to.x, to.y, colour_of(ink));
+                        from.x + bend, from.y, to.x - bend, to.y, to.x, to.y, svg_colour(ink));
   }
   void text(Point at, Anchor anchor, const std::vector<Span>& spans) override {
     out_ += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\">", at.x, at.y, word_of(anchor));
     for (const Span& span : spans) {
       out_ += fmt::format("<tspan font-size=\"{}\"{} fill=\"{}\">{}</tspan>", span.size,
-                          span.bold ? " font-weight=\"bold\"" : "", colour_of(span.ink), escaped(span.text));
+                          span.bold ? " font-weight=\"bold\"" : "", svg_colour(span.ink), escaped(span.text));
     }
     out_ += "</text>\n";
   }

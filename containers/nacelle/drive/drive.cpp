@@ -12,6 +12,7 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "nacelle/control/client.hpp"
 #include "nacelle/drive/container_process.hpp"
@@ -135,7 +136,9 @@ class Run {
       const std::string activity = for_ever ? fmt::format("until Ctrl-C; container '{}'", name_)
                                             : fmt::format("{:.0f} s left", to_seconds(*settings_.duration - ran));
       if (auto stats = look(activity); !stats) return stats;
-      if (auto fine = check_faults(); !fine) return fine;
+      // A robot that only waits goes on with what it has, as under `launch`.
+      if (for_ever) tell_faults();
+      if (auto fine = for_ever ? check_runs() : check_faults(); !fine) return fine;
       container_->listen(for_ever ? view_.period() : std::min(view_.period(), *settings_.duration - ran),
                          stop_.descriptor());
     }
@@ -218,12 +221,32 @@ class Run {
     return {};
   }
 
+  [[nodiscard]] static Problem fault_of(const nlohmann::json& node) {
+    return {"component " + node["name"].get<std::string>(), "is faulted: " + node["fault"].get<std::string>(), ""};
+  }
+
   [[nodiscard]] Result<void, Problem> check_faults() const {
     for (const auto& node : stats_["nodes"]) {
-      if (node.contains("fault"))
-        return err(Problem{"component " + node["name"].get<std::string>(),
-                           "is faulted: " + node["fault"].get<std::string>(), ""});
+      if (node.contains("fault")) return err(fault_of(node));
     }
+    return check_runs();
+  }
+
+  /// Each fault once.
+  void tell_faults() {
+    std::set<std::string> faults;
+    for (const auto& node : stats_["nodes"]) {
+      if (!node.contains("fault")) continue;
+      const std::string text = fault_of(node).text();
+      faults.insert(text);
+      if (faults_told_.contains(text)) continue;
+      view_.clear();
+      std::fprintf(stderr, "nacelle: %s\n", text.c_str());
+    }
+    faults_told_ = std::move(faults);
+  }
+
+  [[nodiscard]] Result<void, Problem> check_runs() const {
     if (phase_ != "running") return err(Problem{"container", "is " + phase_ + " before the drive was over", ""});
     return {};
   }
@@ -331,6 +354,7 @@ class Run {
   std::optional<control::Client> client_;
   nlohmann::json stats_;
   std::string phase_, how_ended_;
+  std::set<std::string> faults_told_;
   PlanarPose pose_;
   FinalPoses final_;
   bool driven_ = false;

@@ -21,7 +21,7 @@ using nlohmann::json;
 
 // Beyond what the process itself grants a transition.
 constexpr Duration kPatience = 1s;
-constexpr Duration kLeaveLimit = 3s;
+constexpr Duration kEndLimit = 3s;
 
 }  // namespace
 
@@ -236,7 +236,7 @@ void IsolatedComponent::end_process() {
   const std::lock_guard lock(process_mutex_);
   if (!program_) return;
   // It leaves by itself when the socket is closed.
-  if (!program_->wait_for_end(kLeaveLimit, clock_)) program_->stop(clock_);
+  if (!program_->wait_for_end(kEndLimit, clock_)) program_->stop(clock_);
   program_.reset();
 }
 

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "nacelle/base/guarded.hpp"
@@ -69,14 +70,22 @@ class IsolatedProcess {
     link_->start();
   }
   ~IsolatedProcess() {
+    static_cast<void>(end());
+    ::close(event_);
+  }
+
+  /// False: a thread hangs in the component and goes on, so the process is to end without destructors at exit.
+  [[nodiscard]] bool end() {
+    if (!container_) return true;
     container_->give_up_transitions_after(kLeaveLimit);
     // The component first: its last messages may still be on their way when it says goodbye.
     container_->on_fault({});
     for (const auto& info : container_->list()) static_cast<void>(container_->unload(info.id));
     container_->on_state({});
+    const bool all_returned = container_->abandoned() == 0;
     link_.reset();
     container_.reset();
-    ::close(event_);
+    return all_returned;
   }
 
   void run(const StopSignal& stop) {
@@ -209,6 +218,10 @@ int run_isolated(int socket, const std::string& name, const std::string& carrier
   const runtime::CrashHandler crashes{"", name};
   IsolatedProcess process{socket, name, carrier, places, clock};
   process.run(stop);
+  if (!process.end()) {
+    std::fflush(nullptr);
+    ::_exit(0);
+  }
   return 0;
 }
 

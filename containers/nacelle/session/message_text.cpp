@@ -26,9 +26,9 @@ using Made = Result<Json, Problem>;
 constexpr std::string_view kTime = "builtin_interfaces/msg/Time", kHeader = "std_msgs/msg/Header";
 
 /// Turns YAML into JSON, led by the fields of a type.
-class Reader {
+class TextReader {
  public:
-  explicit Reader(WallTime now) : now_(now) {}
+  explicit TextReader(WallTime now) : now_(now) {}
 
   [[nodiscard]] bool has_stamps() const { return has_stamps_; }
 
@@ -57,7 +57,7 @@ class Reader {
 
  private:
   static Made refuse(const YamlNode& node, const std::string& path, std::string what) {
-    return err(Problem{path.empty() ? "line " + std::to_string(node.line) : path, std::move(what), ""});
+    return err(Problem{path.empty() ? "the message:" + std::to_string(node.line) : path, std::move(what), ""});
   }
 
   [[nodiscard]] Json stamp() const {
@@ -106,6 +106,16 @@ class Reader {
   const WallTime now_;
   bool has_stamps_ = false;
 };
+
+/// How a message of that type is written: "write {linear: ..., angular: ...} (...)".
+std::string form_of(const msgs::MessageType& type) {
+  constexpr std::size_t kShown = 4;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(type.fields.size(), kShown); ++i)
+    names += (i == 0 ? "" : ", ") + std::string{type.fields[i].name} + ": ...";
+  if (type.fields.size() > kShown) names += ", ...";
+  return "write {" + names + "}, see `nacelle interface show " + type.name + "`";
+}
 
 // --- as Python writes it ------------------------------------------------------------------------------------------------
 
@@ -186,10 +196,13 @@ Result<MessageText, Problem> read_message_text(std::string_view text, const msgs
   // JSON goes its own way: its escapes are not all YAML's, and its words for NaN are texts here.
   if (Json::accept(text)) return MessageText{std::string{text}, false};
   auto root = parse_yaml(text, "the message");
-  if (!root) return err(root.error());
-  Reader reader{now};
-  Made json = reader.message(root.value(), type, "");
-  if (!json) return err(json.error());
+  TextReader reader{now};
+  Made json = root ? reader.message(root.value(), type, "") : Made{err(root.error())};
+  if (!json) {
+    Problem problem = json.error();
+    if (problem.way_out.empty()) problem.way_out = form_of(type);
+    return err(problem);
+  }
   return MessageText{json.value().dump(-1, ' ', false, Json::error_handler_t::replace), reader.has_stamps()};
 }
 

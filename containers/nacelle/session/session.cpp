@@ -50,6 +50,11 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
 }
 
 Session::~Session() {
+  end();
+  ::close(fault_event_);
+}
+
+void Session::end() {
   lookout_.reset();
   desk_.reset();
   manager_.reset();
@@ -59,7 +64,6 @@ Session::~Session() {
   emergency_stops_.reset();
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
-  ::close(fault_event_);
 }
 
 void Session::say(const std::string& line) const {
@@ -75,6 +79,17 @@ void Session::progress(const std::string& line) const {
 }
 
 int Session::run() {
+  const int code = run_robot();
+  if (container_ && container_->abandoned() != 0) {
+    // Threads that hang in components use what destructors at exit would take away from under them.
+    end();
+    std::fflush(nullptr);
+    ::_exit(code);
+  }
+  return code;
+}
+
+int Session::run_robot() {
   for (const auto& message : plan_.messages) say(message.text);
   for (const auto& unused : plan_.unused_sections) {
     say(fmt::format("{}: the parameters for '{}' go to nobody: there is no such node", unused.where.text(),
@@ -366,11 +381,11 @@ void Session::fetch_last_messages() {
 
 bool Session::write_report() {
   if (options_.report_file.empty()) return true;
-  nlohmann::ordered_json json = report::to_json(report_);
+  nlohmann::ordered_json figures = report::to_json(report_);
   if (!options_.last_messages.empty())
-    json["last_messages"] = nlohmann::ordered_json::parse(last_messages_json_, nullptr, false);
+    figures["last_messages"] = nlohmann::ordered_json::parse(last_messages_json_, nullptr, false);
   std::ofstream file{options_.report_file, std::ios::trunc};
-  file << json.dump(2) << '\n';
+  file << figures.dump(2) << '\n';
   file.flush();
   if (file) return true;
   say("nacelle: " +

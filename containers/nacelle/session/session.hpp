@@ -95,6 +95,9 @@ class Session {
   /// A component that hangs holds the others' way down up for no longer.
   static constexpr Duration kShutdownStepLimit = std::chrono::seconds{3};
 
+  [[nodiscard]] int run_robot();
+  /// What the destructor does but for closing what a thread that hangs may still use.
+  void end();
   /// Where the state is kept, and what is there to come back to.
   [[nodiscard]] Result<void, Problem> look_at_state_file();
   void keep_composition();

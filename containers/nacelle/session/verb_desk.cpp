@@ -200,6 +200,12 @@ json VerbDesk::listen(Guest& guest, const json& request) {
     return control::reply_of({"topic " + topic, "nobody publishes or reads it", suggestion(topic, names)});
   }
   guest.show = show_of(request.value("show", "yaml"));
+  guest.field.reset();
+  if (const std::string path = request.value("field", ""); !path.empty()) {
+    auto field = MessageField::find(*type, path);
+    if (!field) return control::reply_of(field.error());
+    guest.field = std::move(field).value();
+  }
   if (guest.show == Show::Ages && !has_header(*type)) {
     return control::reply_of({"topic " + topic,
                               std::string{"its type "} + type->name + " has no header, and so no stamp",
@@ -230,8 +236,16 @@ void VerbDesk::append_item(const Guest& guest, const Block& block) {
   const std::int64_t at_ns = block.info.source_time.nanoseconds();
   const auto out = std::back_inserter(text_);
   switch (guest.show) {
-    case Show::Yaml: append_yaml(text_, type, block.message, {guest.longest}); break;
-    case Show::Json: text_ = msgs::to_json(type, block.message); break;
+    case Show::Yaml:
+      if (guest.field) {
+        guest.field->append_yaml(text_, block.message, {guest.longest});
+      } else {
+        append_yaml(text_, type, block.message, {guest.longest});
+      }
+      break;
+    case Show::Json:
+      text_ = guest.field ? guest.field->to_json(block.message) : msgs::to_json(type, block.message);
+      break;
     case Show::Times: fmt::format_to(out, "{}", at_ns); break;
     case Show::Sizes: fmt::format_to(out, "{} {}", at_ns, type.encoded_size(block.message)); break;
     case Show::Transforms: append_transform_times(text_, block, session_.container().clock()); break;

@@ -12,6 +12,7 @@
 #include "nacelle/control/server.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/session/late_reply.hpp"
+#include "nacelle/session/message_field.hpp"
 #include "nacelle/session/topic_tap.hpp"
 
 namespace nacelle::session {
@@ -42,6 +43,7 @@ class VerbDesk {
     std::unique_ptr<TopicTap> tap;
     std::unique_ptr<LateReply> late;  // its next request is not looked at before this one is answered
     Show show = Show::Yaml;
+    std::optional<MessageField> field;  // of Yaml and Json: all of the message without it
     std::size_t longest = 128;
     bool gone = false;
   };

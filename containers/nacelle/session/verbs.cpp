@@ -149,9 +149,10 @@ json lifecycle_get(Session& session, const json& request) {
   if (!component) return reply_of(component.error());
   if (!component.value().managed) return reply_of({component.value().node, "is a plain node without a lifecycle", ""});
   return {{"ok", true},
+          {"id", component.value().id},
           {"node", component.value().node},
           {"state", nacelle::to_text(component.value().state)},
-          {"id", static_cast<int>(component.value().state)}};
+          {"state_id", static_cast<int>(component.value().state)}};
 }
 
 json lifecycle_set(Session& session, const json& request) {

@@ -101,6 +101,10 @@ Container::~Container() {
   // A thread that hangs in a component cannot be joined, and what it uses must stay: the process ends with it.
   if (!impl_->abandoned.empty()) {
     impl_->log.error("{} component(s) hang; their threads end with the process", impl_->abandoned.size());
+    impl_->supervisor.stop();
+    on_fault({});
+    on_state({});
+    on_change({});
     static_cast<void>(impl_.release());
     return;
   }

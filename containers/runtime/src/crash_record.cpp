@@ -214,7 +214,12 @@ void on_crash(int number, siginfo_t* info, void* context) {
   const int saved = errno;
   const unsigned stops = write_all_safe_stops();
   // Whoever reads stderr may not; a process that is neither dead nor alive would keep the motor board content.
+  // The alarm must find a thread that does not block it, whatever this one did before.
   ::signal(SIGALRM, SIG_DFL);
+  sigset_t alarm_only;
+  sigemptyset(&alarm_only);
+  sigaddset(&alarm_only, SIGALRM);
+  ::pthread_sigmask(SIG_UNBLOCK, &alarm_only, nullptr);
   ::alarm(kRecordSeconds);
   write_record(number, info, context, stops);
   // Other threads ran on meanwhile: a control loop has written its next command over the stop.

@@ -78,19 +78,21 @@ void Container::Impl::note_failed_transition(Record& record, Transition transiti
 
 StateWatch Container::Impl::watch_states(const Record& record) {
   return StateWatch{[this, node = record.runtime->identity().fully_qualified()](StateId from, StateId to) {
-    const std::function<void(const StateChange&)> listener = *state_listener.lock();
-    if (listener) listener({node, from, to, commons.clock.wall_now()});
+    // Under its lock: once on_state({}) has returned, no thread is in the listener, not even one that hangs and comes back.
+    auto listener = state_listener.lock();
+    if (*listener) (*listener)({node, from, to, commons.clock.wall_now()});
   }};
 }
 
 void Container::Impl::tell_listener(Record& record) {
-  const std::function<void(const ComponentInfo&)> listener = *fault_listener.lock();
-  if (listener) listener(info_of(record));
+  const ComponentInfo info = info_of(record);
+  auto listener = fault_listener.lock();
+  if (*listener) (*listener)(info);
 }
 
 void Container::Impl::note_change() const {
-  const std::function<void()> listener = *change_listener.lock();
-  if (listener) listener();
+  auto listener = change_listener.lock();
+  if (*listener) (*listener)();
 }
 
 void Container::Impl::write_safe_stops() const {

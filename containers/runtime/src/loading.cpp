@@ -355,4 +355,9 @@ std::vector<KeptImage> Container::kept_images() {
   return all;
 }
 
+std::size_t Container::abandoned() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->abandoned.size();
+}
+
 }  // namespace nacelle::runtime

@@ -9,10 +9,10 @@ namespace nacelle::runtime {
 
 Supervisor::Supervisor(Executor::Limits limits) : limits_(limits), thread_([this] { watch(); }) {}
 
-Supervisor::~Supervisor() {
+void Supervisor::stop() {
   stopping_ = true;
   wake();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void Supervisor::add(Executor& executor) {

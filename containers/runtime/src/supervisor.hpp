@@ -15,9 +15,11 @@ namespace nacelle::runtime {
 class Supervisor {
  public:
   explicit Supervisor(Executor::Limits limits);
-  ~Supervisor();
+  ~Supervisor() { stop(); }
   void add(Executor& executor);
   void remove(Executor& executor);
+  /// Nobody is looked at any more.
+  void stop();
   /// Returns when a look that is under way has ended: it may be about to report a callback that has just returned.
   void settle() { const std::lock_guard lock(mutex_); }
 

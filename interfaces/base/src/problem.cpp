@@ -61,8 +61,13 @@ std::string suggestion(std::string_view wrong, const std::vector<std::string>& c
   if (const auto near = nearest_name(wrong, candidates); !near.empty()) return "did you mean '" + near + "'?";
   if (const auto whole = shortest_with_prefix(wrong, candidates); !whole.empty())
     return "did you mean '" + whole + "'?";
-  if (candidates.empty()) return {};
-  return (candidates.size() == 1 ? "the only choice is " : "one of ") + join(candidates);
+  std::vector<std::string> choices;
+  for (const auto& candidate : candidates) {
+    // A topic with two types comes twice.
+    if (std::find(choices.begin(), choices.end(), candidate) == choices.end()) choices.push_back(candidate);
+  }
+  if (choices.empty()) return {};
+  return (choices.size() == 1 ? "the only choice is " : "one of ") + join(choices);
 }
 
 std::string join(const std::vector<std::string>& parts, std::string_view separator) {

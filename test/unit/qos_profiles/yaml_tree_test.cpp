@@ -36,6 +36,13 @@ TEST(YamlTree, says_where_the_syntax_is_broken) {
   EXPECT_EQ(broken.error().where.rfind("f.yaml:", 0), 0U) << broken.error().text();
 }
 
+TEST(YamlTree, says_that_a_list_or_a_map_is_not_closed) {
+  EXPECT_EQ(parse_yaml("[1", "f").error().text(), "f:1: this is not YAML: end of sequence flow not found (column 1)");
+  EXPECT_EQ(parse_yaml("{a: {", "f").error().text(), "f:1: this is not YAML: end of map flow not found (column 1)");
+  EXPECT_EQ(parse_yaml("a: 1\nb: [1,\n  2\n", "f").error().where, "f:4");
+  EXPECT_EQ(parse_yaml("{[1]: 2}", "f").error().what, "a key must be text, not a list or a map");
+}
+
 TEST(YamlTree, refuses_what_multiplies_or_nests_without_end) {
   EXPECT_EQ(parse_yaml("a: &x 1\nb: 2", "f").error().where, "f:1");
   EXPECT_FALSE(parse_yaml("a: *x", "f"));

@@ -129,6 +129,10 @@ TEST_F(CrashRecordTest, a_stderr_that_nobody_reads_does_not_keep_the_process_ali
               while (::write(ends[1], "x", 1) == 1) {}
               ::fcntl(ends[1], F_SETFL, 0);
               ::dup2(ends[1], STDERR_FILENO);
+              // As threads of a library may do that leave all signals to the main thread.
+              sigset_t all;
+              sigfillset(&all);
+              ::pthread_sigmask(SIG_BLOCK, &all, nullptr);
               std::abort();
             }),
             SIGALRM);

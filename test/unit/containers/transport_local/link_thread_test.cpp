@@ -22,7 +22,7 @@ EndpointSpec spec(const std::string& topic, const QoS& qos, const std::string& n
   return {topic, &String::message_type(), qos, node};
 }
 
-PublishResult send(Writer& writer, const std::string& text) {
+PublishResult send_text(Writer& writer, const std::string& text) {
   Block* const block = writer.borrow();
   static_cast<String*>(block->message)->data = text;
   return writer.publish(*block);
@@ -47,7 +47,7 @@ LinkOptions options_with(std::atomic<bool>* ended = nullptr) {
   link.start();
   while (writer->reader_count() == 0) std::this_thread::yield();
   for (int i = 0; i < kMessages; ++i) {
-    while (send(*writer, std::to_string(i)) == PublishResult::WouldBlock) {}
+    while (send_text(*writer, std::to_string(i)) == PublishResult::WouldBlock) {}
   }
   for (;;) ::pause();
 }
@@ -112,7 +112,7 @@ TEST(LinkThreads, publishers_readers_and_endpoints_come_and_go_while_messages_fl
   std::thread writing([&] {
     for (int round = 0; round < 20; ++round) {
       auto writer = one.create_writer(spec("/a", QoS(5).transient_local(), "/w"));
-      for (int i = 0; i < 50; ++i) static_cast<void>(send(*writer, std::to_string(i)));
+      for (int i = 0; i < 50; ++i) static_cast<void>(send_text(*writer, std::to_string(i)));
     }
     over = true;
   });
@@ -153,8 +153,8 @@ TEST(LinkThreads, a_peer_that_does_not_read_blocks_nobody) {
   auto writer = broker.create_writer(spec("/a", QoS(3), "/w"));
   while (writer->reader_count() == 0) std::this_thread::yield();
   const std::string large(100'000, 'x');
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(send(*writer, large), PublishResult::Published);
-  EXPECT_EQ(send(*writer, "last"), PublishResult::Published);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(send_text(*writer, large), PublishResult::Published);
+  EXPECT_EQ(send_text(*writer, "last"), PublishResult::Published);
   // What could not be sent was overwritten, and the reader hears of it; the newest arrives.
   std::string newest;
   while (newest != "last") {

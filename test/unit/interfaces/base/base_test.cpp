@@ -44,6 +44,7 @@ TEST(NearestName, finds_a_slip_of_the_fingers_and_nothing_else) {
   EXPECT_EQ(nearest_name("exposure", names), "");
   EXPECT_EQ(nearest_name("port", names), "");
   EXPECT_EQ(suggestion("port", names), "did you mean 'port_name'?") << "its first word";
+  EXPECT_EQ(suggestion("exposure", {"/scan", "/cmd_vel", "/cmd_vel"}), "one of /scan, /cmd_vel") << "each once";
 }
 
 TEST(Problem, says_where_what_and_the_way_out) {

@@ -276,6 +276,9 @@ class Container final {
   [[nodiscard]] std::vector<ComponentInfo> list() const;
   /// Libraries that are still mapped for nobody's use. Closes those that have become free.
   [[nodiscard]] std::vector<KeptImage> kept_images();
+  /// How many components were given up while their code had not returned. Their threads live on, with all that they use: a
+  /// process that ends beside them must not run its destructors at exit (_exit()).
+  [[nodiscard]] std::size_t abandoned() const;
   /// By id ("3"), fully qualified name, or name without namespace if it is the only one.
   [[nodiscard]] Result<ComponentInfo, Problem> find(const std::string& name_or_id) const;
 
@@ -325,6 +328,7 @@ class Container final {
   void stop_what_moves() const;
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
+  /// As with the two below, one call at a time, and none after it was replaced.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
   /// Called with each state that a node enters, on the thread of its transition; keep it short, and call nothing here.
   void on_state(std::function<void(const StateChange&)> callback);

@@ -21,8 +21,6 @@ using sensor_msgs::msg::LaserScan;
 using test::RecordingContext;
 using AtEnd = io::ScriptedStream::AtEnd;
 
-constexpr double kPi = std::numbers::pi;
-
 double seconds_of(const LaserScan& scan) { return scan.header.stamp.sec + scan.header.stamp.nanosec * 1e-9; }
 
 /// The LiDAR of the simulated robot as a script: packets with the times at which their last byte arrives.
@@ -94,8 +92,8 @@ TEST_F(LidarComponentTest, publishes_full_turns_with_every_field_set) {
     EXPECT_EQ(scan.ranges.size(), 450U);
     EXPECT_EQ(scan.intensities.size(), 450U);
     EXPECT_EQ(scan.angle_min, 0.0F);
-    EXPECT_NEAR(scan.angle_increment, 2 * kPi / 450, 1e-7);
-    EXPECT_NEAR(scan.angle_max, 449 * 2 * kPi / 450, 1e-5);
+    EXPECT_NEAR(scan.angle_increment, 2 * std::numbers::pi / 450, 1e-7);
+    EXPECT_NEAR(scan.angle_max, 449 * 2 * std::numbers::pi / 450, 1e-5);
     EXPECT_NEAR(scan.scan_time, 0.1, 1e-4);
     EXPECT_NEAR(scan.time_increment, 0.1 / 450, 1e-6);
     EXPECT_FLOAT_EQ(scan.range_min, 0.02F);
@@ -260,7 +258,7 @@ TEST(LidarOnTheLine, shows_the_simulated_room_through_a_real_terminal) {
   const LaserScan& scan = scans.back();
   int far_off = 0;
   for (std::size_t ray = 0; ray < scan.ranges.size(); ++ray) {
-    const double expected = room.range_m(0.0, 0.0, static_cast<double>(ray) * 2 * kPi / 450);
+    const double expected = room.range_m(0.0, 0.0, static_cast<double>(ray) * 2 * std::numbers::pi / 450);
     if (std::abs(static_cast<double>(scan.ranges[ray]) - expected) > 0.06) ++far_off;  // six standard deviations
   }
   EXPECT_LE(far_off, 8) << "rays that graze a box's corner may differ";

@@ -35,11 +35,11 @@ RunReport sample() {
 }
 
 TEST(RunReport, has_the_keys_and_units_that_others_read) {
-  const auto json = nlohmann::json::parse(to_json(sample()).dump());  // the order of keys does not matter
-  EXPECT_EQ(json["bringup"]["order"], (std::vector<std::string>{"camera", "lidar"}));
-  EXPECT_EQ(json["bringup"]["ms"], 812.0);
-  EXPECT_EQ(json["shutdown"]["order"], (std::vector<std::string>{"lidar", "camera"}));
-  const auto& stream = json["streams"][0];
+  const auto written = nlohmann::json::parse(to_json(sample()).dump());  // the order of keys does not matter
+  EXPECT_EQ(written["bringup"]["order"], (std::vector<std::string>{"camera", "lidar"}));
+  EXPECT_EQ(written["bringup"]["ms"], 812.0);
+  EXPECT_EQ(written["shutdown"]["order"], (std::vector<std::string>{"lidar", "camera"}));
+  const auto& stream = written["streams"][0];
   EXPECT_EQ(stream["name"], "/scan");
   EXPECT_EQ(stream["type"], "sensor_msgs/msg/LaserScan");
   EXPECT_NEAR(stream["hz"].get<double>(), 10.0, 0.11);
@@ -51,13 +51,13 @@ TEST(RunReport, has_the_keys_and_units_that_others_read) {
   EXPECT_EQ(stream["bytes_copied"], 0);
   EXPECT_EQ(stream["latency_us"],
             nlohmann::json({{"p50", 5.0}, {"p99", 70.0}, {"max", 900.0}, {"handed_over", "across threads"}}));
-  EXPECT_TRUE(json["drive"].is_null());
-  EXPECT_EQ(json["command_to_wheel_ms"], nlohmann::json({{"p50", 4.0}, {"p99", 12.0}}));
-  EXPECT_EQ(json["process"]["cpu_percent"], 12.5);
-  EXPECT_EQ(json["process"]["rss_mb"], 38.2);
-  EXPECT_EQ(json["process"]["threads"], 9);
-  EXPECT_EQ(json["process"]["allocations_per_second"], nlohmann::json({{"control", 0.0}, {"detector", 44.5}}));
-  EXPECT_EQ(json["seed"], 7);
+  EXPECT_TRUE(written["drive"].is_null());
+  EXPECT_EQ(written["command_to_wheel_ms"], nlohmann::json({{"p50", 4.0}, {"p99", 12.0}}));
+  EXPECT_EQ(written["process"]["cpu_percent"], 12.5);
+  EXPECT_EQ(written["process"]["rss_mb"], 38.2);
+  EXPECT_EQ(written["process"]["threads"], 9);
+  EXPECT_EQ(written["process"]["allocations_per_second"], nlohmann::json({{"control", 0.0}, {"detector", 44.5}}));
+  EXPECT_EQ(written["seed"], 7);
 }
 
 TEST(RunReport, says_null_for_what_was_not_measured) {
@@ -65,11 +65,11 @@ TEST(RunReport, says_null_for_what_was_not_measured) {
   report.seed.reset();
   report.histograms[0].count = 0;
   report.drive = DriveFigures{4.0, std::nan(""), 0.01};
-  const auto json = nlohmann::json::parse(to_json(report).dump());
-  EXPECT_TRUE(json["seed"].is_null());
-  EXPECT_TRUE(json["command_to_wheel_ms"]["p99"].is_null());
-  EXPECT_TRUE(json["drive"]["odometry_error_m"].is_null());
-  EXPECT_EQ(json["drive"]["ekf_error_m"], 0.01);
+  const auto written = nlohmann::json::parse(to_json(report).dump());
+  EXPECT_TRUE(written["seed"].is_null());
+  EXPECT_TRUE(written["command_to_wheel_ms"]["p99"].is_null());
+  EXPECT_TRUE(written["drive"]["odometry_error_m"].is_null());
+  EXPECT_EQ(written["drive"]["ekf_error_m"], 0.01);
 }
 
 TEST(Summary, shows_every_stream_and_every_thread_that_allocates) {

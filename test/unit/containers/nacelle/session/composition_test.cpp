@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "../control/temporary_folder.hpp"
 #include "nacelle/session/comeback.hpp"
 
 namespace nacelle::session {
@@ -37,15 +38,6 @@ Composition robot() {
   all.emergency_stops = {"/emergency_stop", "/arm/emergency_stop"};
   return all;
 }
-
-struct TemporaryFolder {
-  TemporaryFolder() {
-    std::string name = "/tmp/nacelle-composition-XXXXXX";
-    path = ::mkdtemp(name.data());
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path); }
-  std::filesystem::path path;
-};
 
 TEST(Composition, is_read_as_it_was_written) {
   const Composition before = robot();
@@ -139,7 +131,7 @@ TEST(Resumed, nobody_waits_for_what_follows_from_the_motion_of_something_that_st
 
 TEST(CompositionFile, replaces_the_old_one_whole_and_goes_at_an_orderly_end) {
   const TemporaryFolder folder;
-  CompositionFile file{folder.path / "robot.composition"};
+  CompositionFile file{folder.path() + "/robot.composition"};
   ASSERT_TRUE(file.write(robot()));
   Composition less = robot();
   less.components.pop_back();

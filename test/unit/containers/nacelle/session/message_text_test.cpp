@@ -98,6 +98,10 @@ TEST(MessageText, what_does_not_fit_is_named_with_its_place) {
   EXPECT_THAT(complaint<TwistStamped>("{twist: {}, twist: {}}"), HasSubstr("given twice"));
   EXPECT_THAT(complaint<TwistStamped>("{twist: \"x"), HasSubstr("the message:1: this is not YAML"));
   EXPECT_THAT(complaint<TwistStamped>("- 1"), HasSubstr("not a map"));
+  EXPECT_EQ(complaint<TwistStamped>("fast"),
+            "the message:1: is text, not a map of geometry_msgs/msg/TwistStamped; write {header: ..., twist: ...}, see "
+            "`nacelle interface show geometry_msgs/msg/TwistStamped`");
+  EXPECT_THAT(complaint<TwistStamped>("{twist: {"), HasSubstr("(column 1); write {header: ..."));
 }
 
 TEST(MessageText, a_message_is_shown_as_python_shows_it) {

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace nacelle::cli {
+
+/// Hands on what was printed to stdout. False when nobody takes it any more (the reader of the pipe has left, the disk is
+/// full): who prints again and again ends then. Threads: one.
+[[nodiscard]] bool flush_output();
+
+/// The program's last act: what `code` becomes after stdout is flushed. A reader who left a pipe had what it wanted, all
+/// else that keeps output from being written is said on stderr and makes of kDone kFailed.
+[[nodiscard]] int finish_output(int code);
+
+/// Descriptors 0, 1 and 2 that were closed at the start become /dev/null, so that no socket or device gets their numbers
+/// and is written to by a printf.
+void open_missing_standard_streams();
+
+}  // namespace nacelle::cli
