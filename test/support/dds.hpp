@@ -18,8 +18,8 @@ namespace nacelle::test {
 /// A domain that no other test process on this machine uses while it is not alone in its network.
 [[nodiscard]] std::uint32_t test_domain();
 
-/// Cyclone's XML: the loopback interface only. Several participants of one process meet on the network in `domain`, since Cyclone
-/// knows them by another number in the process.
+/// Cyclone's XML: the loopback interface only. Several participants of one process meet on the network in `domain`,
+/// since Cyclone knows them by another number in the process.
 [[nodiscard]] std::string loopback_config(std::uint32_t domain);
 
 /// A participant on the loopback interface in test_domain(). Fails the test if there is none to be had.

@@ -9,7 +9,8 @@
 
 namespace nacelle::test {
 
-/// A program beside the test, which reads the lines that it prints. Dies with the test; its standard error is the test's.
+/// A program beside the test, which reads the lines that it prints. Dies with the test; its standard error is the
+/// test's.
 class PeerProcess {
  public:
   PeerProcess(const std::string& program, const std::vector<std::string>& arguments,

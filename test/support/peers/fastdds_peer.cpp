@@ -29,7 +29,7 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastcdr::Cdr;
 
-// --- the bytes ---------------------------------------------------------------------------------------------------------------
+// --- the bytes -------------------------------------------------------------------------------------------------------
 
 // What cannot be longer than this is not sent here.
 constexpr std::size_t kOverhead = 1024;
@@ -92,7 +92,7 @@ class Type final : public dds::TopicDataType {
   bool getKey(void* /*data*/, rtps::InstanceHandle_t* /*handle*/, bool /*force_md5*/) override { return false; }
 };
 
-// --- the endpoints -------------------------------------------------------------------------------------------------------------
+// --- the endpoints ---------------------------------------------------------------------------------------------------
 
 template <typename Policies>
 void set(Policies& out, const Qos& qos) {
@@ -116,7 +116,8 @@ class FastDds {
     qos.transport().use_builtin_transports = false;
     qos.transport().user_transports = {udp};
     qos.transport().listen_socket_buffer_size = 4 << 20;
-    // A socket's buffer holds two packets of a long message; a writer that outruns its reader sends most of them again, seconds later.
+    // A socket's buffer holds two packets of a long message; a writer that outruns its reader sends most of them again,
+    // seconds later.
     auto pace = std::make_shared<eprosima::fastdds::rtps::FlowControllerDescriptor>();
     pace->name = kPace;
     pace->max_bytes_per_period = 130000;
