@@ -86,7 +86,7 @@ class PeerTest : public ::testing::Test {
   [[nodiscard]] std::unique_ptr<PeerProcess> start(const std::string& vendor, std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"--domain", std::to_string(test::test_domain())});
     const std::string config = test::loopback_config(test::test_domain()) +
-                               "<Discovery><LeaseDuration>2s</LeaseDuration></Discovery>"
+                               "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
                                "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
     auto peer = std::make_unique<PeerProcess>(kPeers.at(vendor), arguments,
                                               std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}});
