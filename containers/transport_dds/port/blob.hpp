@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+
+#include "nacelle/base/bytes.hpp"
+#include "transport_dds/port/cyclone.hpp"
+
+namespace nacelle::transport_dds {
+
+class BlobPool;
+/// How many payloads of one writer are out: borrowed, in its history, or waiting to be sent again.
+using OutCount = std::atomic<std::uint32_t>;
+
+/// Cyclone's view of a message (its serdata), with the CDR bytes behind it in the same piece of memory.
+///
+/// Cyclone counts the references. The last one ends in the pool, or on the heap where there is none (keys, of which our types have
+/// one that is always equal). Freeing never looks at `type`, which Cyclone does not count: so a blob may outlive its topic.
+struct Blob : ddsi_serdata {
+  BlobPool* pool = nullptr;
+  std::shared_ptr<OutCount> out;  ///< Null for what was received.
+  std::uint32_t size = 0;         ///< Bytes in use.
+  std::uint32_t capacity = 0;
+
+  [[nodiscard]] std::uint8_t* data() {
+    // Four bytes further than aligned: the encapsulation header, so that the body is aligned to eight.
+    return reinterpret_cast<std::uint8_t*>(this + 1) + 4;
+  }
+  [[nodiscard]] ByteView bytes() const { return {const_cast<Blob*>(this)->data(), size}; }
+};
+static_assert(alignof(Blob) == 8 && sizeof(Blob) % 8 == 0);
+
+struct BlobLimits {
+  std::size_t most_bytes = std::size_t{64} << 20U;       ///< Of one message.
+  std::size_t most_bytes_out = std::size_t{256} << 20U;  ///< Of all messages of one type that somebody holds.
+};
+
+/// The memory of the messages of one type: what comes back is used again.
+///
+/// Keeps about twice the longest message of late for the next ones, gives the rest back to the heap. When a limit is reached or
+/// there is no memory, the message is refused and counted.
+/// Ownership: its sertype, and each blob that is out. Threads: any.
+class BlobPool final {
+ public:
+  /// The caller is its first user. Null: no memory.
+  [[nodiscard]] static BlobPool* make(const BlobLimits& limits) noexcept;
+  void drop_user() noexcept;
+
+  /// One reference, the caller's; null: refused.
+  [[nodiscard]] Blob* borrow(const ddsi_sertype& type, std::size_t bytes) noexcept;
+  /// The last reference is gone.
+  void take_back(Blob& blob) noexcept;
+
+  [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::size_t bytes_out() const { return bytes_out_.load(std::memory_order_relaxed); }
+  /// Bytes that wait for their next use.
+  [[nodiscard]] std::size_t bytes_kept() const;
+
+ private:
+  explicit BlobPool(const BlobLimits& limits) : limits_(limits) {}
+  ~BlobPool();
+  [[nodiscard]] Blob* take_kept(std::size_t bytes) noexcept;
+  [[nodiscard]] Blob* remove_kept(std::size_t place) noexcept;
+
+  static constexpr std::size_t kMostKept = 16;
+  const BlobLimits limits_;
+  std::atomic<std::size_t> users_{1};
+  std::atomic<std::size_t> bytes_out_{0};
+  std::atomic<std::uint64_t> refused_{0};
+  mutable std::mutex mutex_;  // what follows
+  std::array<Blob*, kMostKept> kept_{};
+  std::size_t kept_count_ = 0, kept_bytes_ = 0;
+  std::size_t recent_ = 0;  // the longest message of late
+};
+
+/// A key of our types: no bytes, no pool. Null: no memory.
+[[nodiscard]] Blob* make_key(const ddsi_sertype* type, const ddsi_serdata_ops& ops) noexcept;
+/// Ends a blob whose last reference is gone.
+void free_blob(Blob& blob) noexcept;
+
+}  // namespace nacelle::transport_dds

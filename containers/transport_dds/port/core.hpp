@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "nacelle/base/result.hpp"
+#include "transport_dds/port/blob_type.hpp"
+#include "transport_dds/port/endpoint.hpp"
+
+namespace nacelle::transport_dds {
+
+/// What all endpoints of a participant stand on.
+struct ParticipantCore {
+  Entity domain;       // its end takes all that is in it along
+  Entity participant;  // ends first
+  BlobLimits limits;
+  Gid gid;
+};
+
+/// A topic with the type that Cyclone made of ours: the same one for all topics of that name and structure.
+struct BlobTopic {
+  std::shared_ptr<ParticipantCore> core;  // ends last
+  Entity topic;
+  const BlobType* type = nullptr;  // lives as long as the topic
+};
+
+[[nodiscard]] Result<BlobTopic, Problem> make_topic(std::shared_ptr<ParticipantCore> core,
+                                                    const EndpointOptions& options);
+
+/// The endpoints that a writer or reader of Cyclone's is matched with.
+[[nodiscard]] std::vector<MatchedPeer> matched_peers(dds_entity_t endpoint, bool are_writers);
+
+struct ListenerDeleter {
+  void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
+};
+using CycloneListener = std::unique_ptr<dds_listener_t, ListenerDeleter>;
+
+}  // namespace nacelle::transport_dds

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport_dds/port/cyclone_log.hpp"
+
+#include <dds/ddsrt/log.h>
+
+#include <mutex>
+#include <string_view>
+
+#include "nacelle/base/log.hpp"
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::transport_dds {
+namespace {
+
+thread_local std::string* captured = nullptr;
+
+/// How much has been said of late. Cyclone logs from any thread.
+class Flow {
+ public:
+  /// False: too much already. `silent`: lines that were left out before this one.
+  [[nodiscard]] bool admits(MonotonicTime now, unsigned& silent) {
+    const std::lock_guard lock(mutex_);
+    if (now - begin_ >= 10s) {
+      begin_ = now;
+      said_ = 0;
+    }
+    if (said_ == kMost) {
+      ++left_out_;
+      return false;
+    }
+    ++said_;
+    silent = left_out_;
+    left_out_ = 0;
+    return true;
+  }
+
+ private:
+  static constexpr unsigned kMost = 20;
+  std::mutex mutex_;
+  MonotonicTime begin_{};
+  unsigned said_ = 0, left_out_ = 0;
+};
+
+std::string_view line_of(const dds_log_data_t& data) {
+  std::string_view line{data.message, data.size};
+  while (!line.empty() && (line.back() == '\n' || line.back() == '\0')) line.remove_suffix(1);
+  return line;
+}
+
+void write(void* flow, const dds_log_data_t* data) {
+  const std::string_view line = line_of(*data);
+  const bool trouble = (data->priority & (DDS_LC_FATAL | DDS_LC_ERROR | DDS_LC_WARNING)) != 0;
+  if (captured != nullptr && trouble) {
+    if (!captured->empty()) *captured += "; ";
+    *captured += line;
+    return;
+  }
+  static const Logger log{"dds"};
+  unsigned silent = 0;
+  if (!static_cast<Flow*>(flow)->admits(SystemClock{}.now(), silent)) return;
+  if (silent != 0) log.warn("{} lines of Cyclone DDS were left out", silent);
+  if ((data->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) != 0) {
+    log.error("{}", line);
+  } else if (trouble) {
+    log.warn("{}", line);
+  } else {
+    log.debug("{}", line);
+  }
+}
+
+}  // namespace
+
+void redirect_cyclone_log() {
+  // Never taken back: Cyclone's threads may log until the process ends.
+  static Flow* const flow = [] {
+    auto* const made = new Flow;
+    dds_set_log_sink(write, made);
+    return made;
+  }();
+  static_cast<void>(flow);
+}
+
+CapturedLog::CapturedLog() { captured = &text_; }
+CapturedLog::~CapturedLog() { captured = nullptr; }
+
+}  // namespace nacelle::transport_dds

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "transport_dds/port/participant.hpp"
+#include "transport_dds/wire/discovered.hpp"
+
+namespace nacelle::transport_dds {
+
+/// One change of what is on the network, this process's own endpoints included.
+struct DiscoveryEvent {
+  enum class Kind : std::uint8_t {
+    Appeared,
+    Changed,  ///< Announced again, perhaps with another QoS or user data.
+    Gone,     ///< Ended, or its participant's lease has run out. Only the gids are set.
+  } kind = Kind::Appeared;
+  std::variant<DiscoveredParticipant, DiscoveredEndpoint> what;
+};
+
+/// Told that take() has something. Threads and rules: as EndpointListener.
+class DiscoveryListener {
+ public:
+  virtual ~DiscoveryListener() = default;
+  virtual void on_discovery() noexcept = 0;
+};
+
+/// The participants, writers and readers that Cyclone knows of (DDS's builtin topics).
+///
+/// What waits to be taken is Cyclone's own list of who is there, one entry for each, so it is as long as the network: who came
+/// and went meanwhile is told as Gone without an Appeared, or not at all.
+/// Threads: take() one at a time.
+class Discovery {
+ public:
+  /// Used by Participant::create_discovery().
+  [[nodiscard]] static Result<std::unique_ptr<Discovery>, Problem> create(std::shared_ptr<ParticipantCore> core,
+                                                                          DiscoveryListener* listener);
+  Discovery(const Discovery&) = delete;
+  Discovery& operator=(const Discovery&) = delete;
+  ~Discovery();
+
+  /// Adds what has happened to `out`: participants before writers before readers, at most about `most` events. True if there may
+  /// be more.
+  [[nodiscard]] bool take(std::vector<DiscoveryEvent>& out, std::size_t most);
+
+ private:
+  struct Impl;
+  explicit Discovery(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace nacelle::transport_dds

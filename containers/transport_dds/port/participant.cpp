@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport_dds/port/participant.hpp"
+
+#include <algorithm>
+
+#include "transport_dds/port/core.hpp"
+#include "transport_dds/port/cyclone_log.hpp"
+#include "transport_dds/port/cyclone_qos.hpp"
+
+namespace nacelle::transport_dds {
+namespace {
+
+// A writer waits for acknowledgements when more than WhcHigh is outstanding, for ever with ROS 2's QoS. A KEEP_LAST history
+// bounds that by itself, and KEEP_ALL is bounded by EndpointOptions::most_out.
+constexpr const char* kBefore = "<Internal><Watermarks><WhcHigh>1 GB</WhcHigh></Watermarks></Internal>";
+// Not to be had: facts of Debian's 0.10.
+constexpr const char* kAfter = "<SharedMemory><Enable>false</Enable></SharedMemory>";
+
+std::string way_out_of(const std::string& said, dds_return_t error, std::uint32_t domain) {
+  if (error == DDS_RETCODE_PRECONDITION_NOT_MET)
+    return "this process has joined domain " + std::to_string(domain) +
+           " already: one participant serves all its nodes";
+  if (said.find("free participant index") != std::string::npos)
+    return "too many processes of this domain run on this host: end some, or raise Discovery/MaxAutoParticipantIndex";
+  if (said.find("nterface") != std::string::npos) return "see `ip address` for the interfaces that are there";
+  if (said.find("config") != std::string::npos || said.find("element") != std::string::npos)
+    return "correct the configuration (CYCLONEDDS_URI, or `network:` in the launch file)";
+  return {};
+}
+
+Problem problem_of(const ParticipantOptions& options, const CapturedLog& log, dds_return_t error) {
+  const std::string what = log.text().empty() ? error_name(error) : log.text();
+  return {"DDS domain " + std::to_string(options.domain_id), what, way_out_of(what, error, options.domain_id)};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Participant>, Problem> Participant::create(const ParticipantOptions& options) {
+  redirect_cyclone_log();
+  auto core = std::make_shared<ParticipantCore>();
+  core->limits = {options.most_message_bytes, options.most_bytes_of_type};
+  std::string config = kBefore;
+  if (!options.config.empty()) config += "," + options.config;
+  config += std::string(",") + kAfter;
+  const CapturedLog log;
+  core->domain = Entity{dds_create_domain(options.domain_id, config.c_str())};
+  if (!core->domain) return err(problem_of(options, log, core->domain.get()));
+  const CycloneQos qos{dds_create_qos()};
+  dds_qset_userdata(qos.get(), options.user_data.data(), options.user_data.size());
+  core->participant = Entity{dds_create_participant(options.domain_id, qos.get(), nullptr)};
+  if (!core->participant) return err(problem_of(options, log, core->participant.get()));
+  core->gid = gid_of(core->participant.get());
+  return std::unique_ptr<Participant>(new Participant(std::move(core)));
+}
+
+Participant::Participant(std::shared_ptr<ParticipantCore> core) : core_(std::move(core)) {}
+Participant::~Participant() = default;
+Gid Participant::gid() const { return core_->gid; }
+
+Result<BlobTopic, Problem> make_topic(std::shared_ptr<ParticipantCore> core, const EndpointOptions& options) {
+  ddsi_sertype* type = make_blob_type(options.type, options.structure, core->limits);
+  const CapturedLog log;
+  BlobTopic out;
+  out.topic = Entity{
+      dds_create_topic_sertype(core->participant.get(), options.topic.c_str(), &type, nullptr, nullptr, nullptr)};
+  if (!out.topic) {
+    ddsi_sertype_unref(type);
+    const std::string what = log.text().empty() ? error_name(out.topic.get()) : log.text();
+    return err(Problem{"DDS topic " + options.topic + " (" + options.type + ")", what, ""});
+  }
+  out.core = std::move(core);
+  out.type = static_cast<const BlobType*>(type);
+  return out;
+}
+
+std::vector<MatchedPeer> matched_peers(dds_entity_t endpoint, bool are_writers) {
+  const auto list = are_writers ? dds_get_matched_publications : dds_get_matched_subscriptions;
+  const auto ask = are_writers ? dds_get_matched_publication_data : dds_get_matched_subscription_data;
+  std::vector<dds_instance_handle_t> handles;
+  // Their number may grow between the two calls; then those that are new come with the next status.
+  const dds_return_t count = list(endpoint, nullptr, 0);
+  if (count <= 0) return {};
+  handles.resize(static_cast<std::size_t>(count));
+  const dds_return_t got = list(endpoint, handles.data(), handles.size());
+  handles.resize(static_cast<std::size_t>(std::clamp(got, 0, count)));
+  std::vector<MatchedPeer> out;
+  for (const dds_instance_handle_t handle : handles) {
+    dds_builtintopic_endpoint_t* const found = ask(endpoint, handle);
+    if (found == nullptr) continue;  // gone meanwhile
+    out.push_back({to_endpoint(*found, are_writers), handle});
+    dds_builtintopic_free_endpoint(found);
+  }
+  return out;
+}
+
+}  // namespace nacelle::transport_dds

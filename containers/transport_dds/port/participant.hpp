@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "transport_dds/port/endpoint.hpp"
+#include "transport_dds/wire/gid.hpp"
+
+namespace nacelle::transport_dds {
+
+struct ParticipantCore;
+class Discovery;
+class DiscoveryListener;
+class Reader;
+class Writer;
+
+struct ParticipantOptions {
+  std::uint32_t domain_id = 0;
+  /// Cyclone's configuration as XML: one or more fragments (`<General>...</General>`), or several joined by commas, of which the
+  /// later ones win. The environment is not looked at.
+  std::string config;
+  Bytes user_data;                                          ///< "enclave=/;"
+  std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
+  /// What the messages of one type that wait or are being sent may take; those beyond are refused and counted.
+  std::size_t most_bytes_of_type = std::size_t{256} << 20U;
+};
+
+/// A container on the network: Cyclone DDS with all its threads and sockets. One per domain and process.
+///
+/// Whatever the configuration says, Cyclone's shared memory is off (it loses data silently and stops the process when its daemon is
+/// missing), and a writer with KEEP_LAST never waits for a slow reader: its history is what it may fall behind by.
+/// Ownership: the endpoints made here keep the domain until the last of them is gone.
+/// Threads: any.
+class Participant {
+ public:
+  /// Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a domain that this process has
+  /// joined already.
+  [[nodiscard]] static Result<std::unique_ptr<Participant>, Problem> create(const ParticipantOptions& options);
+  Participant(const Participant&) = delete;
+  Participant& operator=(const Participant&) = delete;
+  ~Participant();
+
+  [[nodiscard]] Gid gid() const;
+  /// `listener` must outlive the endpoint; null: nobody listens. Errors: a name or QoS that Cyclone refuses.
+  [[nodiscard]] Result<std::unique_ptr<Writer>, Problem> create_writer(const EndpointOptions& options,
+                                                                       EndpointListener* listener);
+  [[nodiscard]] Result<std::unique_ptr<Reader>, Problem> create_reader(const EndpointOptions& options,
+                                                                       EndpointListener* listener);
+  [[nodiscard]] Result<std::unique_ptr<Discovery>, Problem> create_discovery(DiscoveryListener* listener);
+
+ private:
+  explicit Participant(std::shared_ptr<ParticipantCore> core);
+  std::shared_ptr<ParticipantCore> core_;
+};
+
+}  // namespace nacelle::transport_dds

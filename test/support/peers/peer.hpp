@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program that speaks ROS 2's topics and services with somebody else's DDS: what is the same for each DDS.
+#pragma once
+
+#include <unistd.h>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace nacelle::test::peers {
+
+// The types as C++ sees them; each DDS has its own code for their bytes.
+struct Text {
+  static constexpr const char* kName = "std_msgs::msg::dds_::String_";
+  std::string data;
+};
+struct Image {
+  static constexpr const char* kName = "sensor_msgs::msg::dds_::Image_";
+  std::int32_t sec = 0;
+  std::uint32_t nanosec = 0;
+  std::string frame_id;
+  std::uint32_t height = 0, width = 0;
+  std::string encoding;
+  std::uint8_t is_bigendian = 0;
+  std::uint32_t step = 0;
+  std::vector<std::uint8_t> data;
+};
+struct AddRequest {
+  static constexpr const char* kName = "example_interfaces::srv::dds_::AddTwoInts_Request_";
+  std::uint64_t client = 0;
+  std::int64_t number = 0, a = 0, b = 0;
+};
+struct AddResponse {
+  static constexpr const char* kName = "example_interfaces::srv::dds_::AddTwoInts_Response_";
+  std::uint64_t client = 0;
+  std::int64_t number = 0, sum = 0;
+};
+
+struct Qos {
+  bool best_effort = false, transient_local = false, keep_all = false;
+  int depth = 10;
+};
+
+/// Wakes the one main thread for what a DDS's threads notice.
+class Bell {
+ public:
+  void ring() {
+    const std::lock_guard lock(mutex_);
+    ++rings_;
+    condition_.notify_all();
+  }
+  /// Asks again after each ring; false once `end` has passed.
+  bool until(const std::function<bool()>& holds, std::chrono::steady_clock::time_point end) {
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      const std::uint64_t seen = rings_;
+      lock.unlock();
+      if (holds()) return true;
+      lock.lock();
+      if (!condition_.wait_until(lock, end, [&] { return rings_ != seen; })) return false;
+    }
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable condition_;
+  std::uint64_t rings_ = 0;
+};
+
+inline std::uint32_t checksum(const std::vector<std::uint8_t>& bytes) {
+  std::uint32_t sum = 2166136261U;  // FNV-1a
+  for (const std::uint8_t byte : bytes) sum = (sum ^ byte) * 16777619U;
+  return sum;
+}
+inline void tell(const std::string& line) {
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+inline void tell_message(const Text& message) { tell("text " + message.data); }
+inline void tell_message(const Image& message) {
+  tell("image " + std::to_string(message.data.size()) + " " + std::to_string(checksum(message.data)) + " " +
+       message.encoding + " " + message.frame_id);
+}
+
+/// usage: PEER VERB --domain N --topic NAME [options]
+///   pub    writes --count messages once --readers are matched, and stays
+///   echo   tells of each message
+///   serve  answers --topic's requests (add_two_ints)
+///   call   asks once for --a plus --b
+/// All stay until their standard input ends.
+struct Options {
+  std::string verb, topic = "rt/chatter", type = "string", text = "hello";
+  unsigned domain = 0;
+  int count = 1, readers = 1;
+  std::size_t bytes = 64;
+  std::int64_t a = 0, b = 0;
+  std::optional<unsigned> garbage;  ///< Seed: bytes that are no message, under the type's name.
+  Qos qos;
+};
+
+inline Options read_options(int argc, char** argv) {
+  Options out;
+  std::map<std::string, std::function<void(const char*)>> with_value{
+      {"--topic", [&](const char* v) { out.topic = v; }},
+      {"--type", [&](const char* v) { out.type = v; }},
+      {"--text", [&](const char* v) { out.text = v; }},
+      {"--domain", [&](const char* v) { out.domain = static_cast<unsigned>(std::atoi(v)); }},
+      {"--count", [&](const char* v) { out.count = std::atoi(v); }},
+      {"--readers", [&](const char* v) { out.readers = std::atoi(v); }},
+      {"--bytes", [&](const char* v) { out.bytes = std::strtoull(v, nullptr, 10); }},
+      {"--depth", [&](const char* v) { out.qos.depth = std::atoi(v); }},
+      {"--a", [&](const char* v) { out.a = std::strtoll(v, nullptr, 10); }},
+      {"--b", [&](const char* v) { out.b = std::strtoll(v, nullptr, 10); }},
+      {"--garbage", [&](const char* v) { out.garbage = static_cast<unsigned>(std::atoi(v)); }},
+  };
+  std::map<std::string, bool*> flags{{"--best-effort", &out.qos.best_effort},
+                                     {"--transient-local", &out.qos.transient_local},
+                                     {"--keep-all", &out.qos.keep_all}};
+  if (argc > 1) out.verb = argv[1];
+  for (int i = 2; i < argc; ++i) {
+    if (const auto flag = flags.find(argv[i]); flag != flags.end()) {
+      *flag->second = true;
+    } else if (const auto value = with_value.find(argv[i]); value != with_value.end() && i + 1 < argc) {
+      value->second(argv[++i]);
+    } else {
+      std::fprintf(stderr, "what is %s?\n", argv[i]);
+      std::exit(2);
+    }
+  }
+  return out;
+}
+
+inline Text make_message(const Options& options, int i, const Text& /*kind*/) {
+  return {options.text + " " + std::to_string(i)};
+}
+inline Image make_message(const Options& options, int i, const Image& /*kind*/) {
+  Image image{i, 5, "camera", 1, static_cast<std::uint32_t>(options.bytes), "mono8", 0, 0, {}};
+  image.data.resize(options.bytes);
+  for (std::size_t at = 0; at < image.data.size(); ++at) image.data[at] = static_cast<std::uint8_t>(at * 7 + i);
+  return image;
+}
+
+/// What a DDS has to offer: `Dds::Writer<T>` with matched() and write(), `Dds::Reader<T>` with matched() and take().
+template <typename Dds>
+class Peer {
+ public:
+  explicit Peer(Options options) : options_(std::move(options)), dds_(options_.domain, bell_) {}
+
+  int run() {
+    std::thread watching([this] {
+      std::array<char, 64> ignored{};
+      while (::read(STDIN_FILENO, ignored.data(), ignored.size()) > 0) {}
+      ended_ = true;
+      bell_.ring();
+    });
+    const bool did = work();
+    if (!did) std::_Exit(1);  // the watching thread may never return
+    static_cast<void>(bell_.until([this] { return ended_.load(); }, std::chrono::steady_clock::time_point::max()));
+    watching.join();
+    return 0;
+  }
+
+ private:
+  bool work() {
+    if (options_.garbage) return publish_garbage();
+    if (options_.verb == "pub") return options_.type == "image" ? publish<Image>() : publish<Text>();
+    if (options_.verb == "echo") return options_.type == "image" ? echo<Image>() : echo<Text>();
+    if (options_.verb == "serve") return serve();
+    if (options_.verb == "call") return call();
+    std::fprintf(stderr, "pub, echo, serve or call?\n");
+    return false;
+  }
+  bool wait(const std::function<bool()>& holds) {
+    const bool did =
+        bell_.until([&] { return ended_ || holds(); }, std::chrono::steady_clock::now() + std::chrono::seconds(30));
+    return did && !ended_;
+  }
+
+  template <typename T>
+  bool publish() {
+    typename Dds::template Writer<T> writer(dds_, options_.topic, options_.qos);
+    tell("ready");
+    if (!wait([&] { return writer.matched() >= options_.readers; })) return false;
+    for (int i = 0; i < options_.count; ++i) writer.write(make_message(options_, i, T{}));
+    tell("wrote " + std::to_string(options_.count));
+    return stay();
+  }
+  bool publish_garbage() {
+    typename Dds::GarbageWriter writer(dds_, options_.topic, options_.type == "image" ? Image::kName : Text::kName,
+                                       options_.qos);
+    tell("ready");
+    if (!wait([&] { return writer.matched() >= options_.readers; })) return false;
+    std::mt19937 random{*options_.garbage};
+    for (int i = 0; i < options_.count; ++i) writer.write(random);
+    tell("wrote " + std::to_string(options_.count));
+    return stay();
+  }
+  template <typename T>
+  bool echo() {
+    typename Dds::template Reader<T> reader(dds_, options_.topic, options_.qos);
+    tell("ready");
+    for (int i = 0; i < options_.count; ++i) {
+      std::optional<T> message;
+      if (!wait([&] { return (message = reader.take()).has_value(); })) return false;
+      tell_message(*message);
+    }
+    return stay();
+  }
+  bool serve() {
+    typename Dds::template Reader<AddRequest> requests(dds_, "rq/" + options_.topic + "Request", options_.qos);
+    typename Dds::template Writer<AddResponse> replies(dds_, "rr/" + options_.topic + "Reply", options_.qos);
+    tell("ready");
+    for (int i = 0; i < options_.count; ++i) {
+      std::optional<AddRequest> request;
+      if (!wait([&] { return replies.matched() > 0 && (request = requests.take()).has_value(); })) return false;
+      replies.write({request->client, request->number, request->a + request->b});
+      tell("served " + std::to_string(request->a) + " " + std::to_string(request->b));
+    }
+    return stay();
+  }
+  bool call() {
+    typename Dds::template Writer<AddRequest> requests(dds_, "rq/" + options_.topic + "Request", options_.qos);
+    typename Dds::template Reader<AddResponse> replies(dds_, "rr/" + options_.topic + "Reply", options_.qos);
+    tell("ready");
+    if (!wait([&] { return requests.matched() > 0 && replies.matched() > 0; })) return false;
+    const std::uint64_t client = requests.handle();
+    requests.write({client, 1, options_.a, options_.b});
+    std::optional<AddResponse> reply;
+    // Every client of the service gets every reply.
+    const auto is_ours = [&] {
+      while ((reply = replies.take()).has_value()) {
+        if (reply->client == client && reply->number == 1) return true;
+      }
+      return false;
+    };
+    if (!wait(is_ours)) return false;
+    tell("sum " + std::to_string(reply->sum));
+    return stay();
+  }
+  /// As long as the endpoints are wanted.
+  bool stay() {
+    static_cast<void>(bell_.until([this] { return ended_.load(); }, std::chrono::steady_clock::time_point::max()));
+    return true;
+  }
+
+  const Options options_;
+  Bell bell_;
+  std::atomic<bool> ended_{false};
+  Dds dds_;
+};
+
+}  // namespace nacelle::test::peers
