@@ -8,6 +8,7 @@
 
 #include "nacelle/qos/compatibility.hpp"
 #include "nacelle/qos/presets.hpp"
+#include "recordings.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -103,6 +104,37 @@ TEST(DdsQos, of_ros_discovery_info_is_as_rmw_has_it) {
   EXPECT_EQ(discovery_reader_qos().history, DdsHistory::KeepAll);
   EXPECT_EQ(discovery_reader_qos().durability, DdsDurability::TransientLocal);
   EXPECT_TRUE(discovery_reader_qos().ignores_own_participant);
+}
+
+TEST(DdsQos, of_what_ros_2_announced_comes_back_as_it_went) {
+  std::size_t seen = 0;
+  for (const std::string recording : {"lifecycle", "action"}) {
+    for (const auto& endpoint : recorded::endpoints(recording)) {
+      if (endpoint.topic.starts_with("DCPS")) continue;  // Cyclone's own
+      EXPECT_EQ(to_dds(from_dds(endpoint.qos)), endpoint.qos) << endpoint.topic;
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 50U);
+}
+
+TEST(DdsQos, of_the_standard_topics_is_what_ros_2_announced) {
+  const auto all = recorded::endpoints("lifecycle");
+  const auto announced = [&](const char* topic, bool is_writer) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const auto& endpoint) {
+      return endpoint.topic == topic && endpoint.is_writer == is_writer;
+    });
+    return found == all.end() ? DdsQos{.depth = 0} : found->qos;
+  };
+  EXPECT_EQ(announced("rt/rosout", true), to_dds(RosoutQoS()));
+  EXPECT_EQ(announced("rt/parameter_events", true), to_dds(ParameterEventsQoS()));
+  EXPECT_EQ(announced("rt/parameter_events", false), to_dds(ParameterEventsQoS()));
+  EXPECT_EQ(announced("rq/lc_talker/set_parametersRequest", false), to_dds(ParametersQoS()));
+  EXPECT_EQ(announced("rr/lc_talker/get_stateReply", true), to_dds(ServicesQoS()));
+  EXPECT_EQ(announced("ros_discovery_info", true), discovery_writer_qos());
+  DdsQos reader = discovery_reader_qos();
+  reader.ignores_own_participant = false;  // not on the wire
+  EXPECT_EQ(announced("ros_discovery_info", false), reader);
 }
 
 TEST(DdsPolicy, names_what_keeps_a_pair_apart) {

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <rmw_dds_common/msg/participant_entities_info.hpp>
+#include <string>
+#include <string_view>
+
+#include "nacelle/base/bytes.hpp"
+#include "transport_dds/wire/gid.hpp"
+
+namespace nacelle::transport_dds {
+
+/// rmw_dds_common/msg/ParticipantEntitiesInfo, what goes over ros_discovery_info: all nodes of a participant, each with the gids of
+/// its readers and writers. A service or a client is a reader and a writer.
+using Snapshot = ::rmw_dds_common::msg::ParticipantEntitiesInfo;
+
+[[nodiscard]] Gid from_message(const ::rmw_dds_common::msg::Gid& gid);
+[[nodiscard]] ::rmw_dds_common::msg::Gid to_message(const Gid& gid);
+
+/// The snapshot of our own participant, kept up to date: every change makes a new one, which is to be sent as a whole.
+///
+/// Nodes and gids are in the order in which they came, as with rmw. Of nodes with one name the first is meant.
+/// Threads: one at a time. Source: context.cpp, graph_cache.cpp of rmw_dds_common (jazzy).
+class GraphSnapshot {
+ public:
+  explicit GraphSnapshot(const Gid& participant);
+
+  void add_node(std::string_view node_namespace, std::string_view name);
+  /// With all that is left of its endpoints. Returns false if there is no such node.
+  bool remove_node(std::string_view node_namespace, std::string_view name);
+  /// Returns false if there is no such node: an endpoint of no node is in no snapshot.
+  bool add_endpoint(std::string_view node_namespace, std::string_view name, const Gid& endpoint, bool is_writer);
+  /// Whichever node has it. Returns false if none does.
+  bool remove_endpoint(const Gid& endpoint, bool is_writer);
+
+  [[nodiscard]] const Snapshot& message() const { return snapshot_; }
+
+ private:
+  using Node = ::rmw_dds_common::msg::NodeEntitiesInfo;
+  [[nodiscard]] Node* find(std::string_view node_namespace, std::string_view name);
+  Snapshot snapshot_;
+};
+
+}  // namespace nacelle::transport_dds

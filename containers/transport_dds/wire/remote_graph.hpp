@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nacelle/base/bytes.hpp"
+#include "nacelle/qos/qos.hpp"
+#include "transport_dds/wire/discovered.hpp"
+#include "transport_dds/wire/graph_snapshot.hpp"
+#include "transport_dds/wire/names.hpp"
+#include "transport_dds/wire/user_data.hpp"
+
+namespace nacelle::transport_dds {
+
+/// How much the cache keeps of what anybody on the network may announce. What is beyond is refused and counted, and stays out until
+/// it is announced anew.
+struct RemoteGraphLimits {
+  std::size_t participants = 256;
+  std::size_t endpoints = 16384;        ///< Of all participants together ...
+  std::size_t endpoints_of_one = 2048;  ///< ... and of one, so that it cannot crowd out the others.
+  std::size_t nodes = 4096;             ///< In all snapshots together ...
+  std::size_t nodes_of_one = 256;       ///< ... and in one.
+  std::size_t gids = 32768;             ///< Of endpoints in all snapshots together.
+  std::size_t snapshot_bytes = 262144;  ///< Of one encoded snapshot.
+};
+
+/// What did not get into the cache, since it was made.
+struct RemoteGraphStats {
+  std::uint64_t too_many_participants = 0;
+  std::uint64_t too_many_endpoints = 0;
+  std::uint64_t too_many_nodes = 0;     ///< Snapshots that hold too many nodes or gids, or too many bytes.
+  std::uint64_t broken_snapshots = 0;   ///< Bytes that are no snapshot.
+  std::uint64_t foreign_snapshots = 0;  ///< A participant that speaks for another one.
+  std::uint64_t foreign_endpoints = 0;  ///< Endpoints of another participant than the one that names them.
+  std::uint64_t bad_nodes = 0;          ///< Nodes with names that ROS 2 does not allow.
+  friend bool operator==(const RemoteGraphStats&, const RemoteGraphStats&) = default;
+};
+
+struct RemoteNode {
+  std::string node_namespace;  ///< "/" or "/arm"
+  std::string name;
+  std::string enclave;
+  std::string host, process, pid;  ///< As its participant announces them; may be empty.
+  Gid participant;
+};
+
+/// "/chatter" and the types that are used under this name; more than one is a mistake of somebody.
+using NamesAndTypes = std::map<std::string, std::set<std::string>, std::less<>>;
+
+struct RemoteNodeInfo {
+  NamesAndTypes publishers, subscriptions, servers, clients;
+};
+
+inline constexpr std::string_view kUnknownNodeName = "_NODE_NAME_UNKNOWN_";
+inline constexpr std::string_view kUnknownNodeNamespace = "_NODE_NAMESPACE_UNKNOWN_";
+
+struct RemoteEndpoint {
+  Gid gid;
+  bool is_writer = false;
+  std::string node_namespace, node_name;  ///< kUnknownNode... where no snapshot has it: no ROS node, or not known yet.
+  WireKind kind =
+      WireKind::Topic;  ///< Topic, Request or Reply: a request's reader is a server's, its writer a client's.
+  std::string name;     ///< ROS 2's name of the topic or service.
+  std::string type;     ///< ROS 2's name of the type; DDS's where it is none of ROS 2's.
+  EndpointUserData user_data;
+  QoS qos{1};
+};
+
+/// The nodes, topics and services of other processes, as ROS 2's tools show them, made of what DDS discovers.
+///
+/// Everything that comes in is hostile: it is checked, bounded and safe to be shown on a terminal. It may come in any order; a node is
+/// listed once its participant is known to be of ROS 2, as the participant's last snapshot has it. Endpoints without a name in ROS 2
+/// are passed over.
+/// Threads: one at a time. Source: graph_cache.cpp of rmw_dds_common, rmw_node.cpp of rmw_cyclonedds_cpp (jazzy).
+class RemoteGraph {
+ public:
+  /// What `own` announces is not remote, and is passed over.
+  explicit RemoteGraph(const Gid& own, const RemoteGraphLimits& limits = {});
+
+  void participant_is_there(const DiscoveredParticipant& participant);
+  void participant_has_gone(const Gid& participant);  ///< With all that was its.
+  void endpoint_is_there(const DiscoveredEndpoint& endpoint);
+  void endpoint_has_gone(const Gid& endpoint);
+  /// A sample of ros_discovery_info, with its encapsulation, and who wrote it.
+  void snapshot_came(const Gid& writer, ByteView payload);
+
+  /// `ros2 node list`: one entry per node, equal names included.
+  [[nodiscard]] std::vector<RemoteNode> nodes() const;
+  /// `ros2 node info`. Nothing if there is no such node; of several the first.
+  [[nodiscard]] std::optional<RemoteNodeInfo> node(std::string_view node_namespace, std::string_view name) const;
+  [[nodiscard]] NamesAndTypes topics() const;
+  /// Those with a server or only with clients, as rmw has it.
+  [[nodiscard]] NamesAndTypes services() const;
+  /// All ends of a topic, or of both topics of a service, ordered by gid.
+  [[nodiscard]] std::vector<RemoteEndpoint> ends_of_topic(std::string_view name) const;
+  [[nodiscard]] std::vector<RemoteEndpoint> ends_of_service(std::string_view name) const;
+  /// The one with this gid, whatever its name; nothing if it is not known.
+  [[nodiscard]] std::optional<RemoteEndpoint> endpoint(const Gid& gid) const;
+
+  /// Has grown if an answer above is another than before.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
+  [[nodiscard]] const RemoteGraphStats& stats() const { return stats_; }
+
+ private:
+  struct Node {
+    std::string node_namespace, name;
+    std::vector<Gid> readers, writers;  ///< Sorted.
+    friend bool operator==(const Node&, const Node&) = default;
+  };
+  struct Participant {
+    std::optional<std::string> enclave;  ///< Not of ROS 2, or not discovered yet, without one.
+    std::string host, process, pid;
+    std::vector<Node> nodes;
+    std::size_t endpoints = 0;
+    [[nodiscard]] bool holds_nothing() const { return !is_discovered && nodes.empty() && endpoints == 0; }
+    bool is_discovered = false;
+  };
+  struct Endpoint {
+    bool is_writer = false;
+    RosName name;
+    std::string type;
+    EndpointUserData user_data;
+    QoS qos{1};
+    friend bool operator==(const Endpoint&, const Endpoint&) = default;
+  };
+
+  [[nodiscard]] Participant* entry_of(const Gid& participant);
+  void forget_if_empty(const Gid& participant);
+  [[nodiscard]] std::vector<Node> checked_nodes(const Gid& participant, const Snapshot& snapshot);
+  [[nodiscard]] bool has_room_for(const Gid& participant, const Snapshot& snapshot) const;
+  [[nodiscard]] const Node* node_of(const Gid& endpoint, bool is_writer) const;
+  [[nodiscard]] RemoteEndpoint described(const Gid& gid, const Endpoint& endpoint) const;
+  template <typename Select>
+  [[nodiscard]] std::vector<RemoteEndpoint> ends_of(std::string_view name, Select select) const;
+
+  Gid own_;
+  RemoteGraphLimits limits_;
+  RemoteGraphStats stats_;
+  std::uint64_t version_ = 0;
+  std::map<Gid, Participant> participants_;
+  std::map<Gid, Endpoint> endpoints_;
+};
+
+}  // namespace nacelle::transport_dds

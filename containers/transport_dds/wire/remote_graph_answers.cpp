@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the graph of other processes answers; remote_graph.cpp is how it comes to know it.
+#include <algorithm>
+
+#include "transport_dds/wire/remote_graph.hpp"
+
+namespace nacelle::transport_dds {
+namespace {
+
+bool is_of_service(WireKind kind) { return kind == WireKind::Request || kind == WireKind::Reply; }
+
+std::string service_of(const std::string& half) { return service_of_half(half).value_or(half); }
+
+}  // namespace
+
+std::vector<RemoteNode> RemoteGraph::nodes() const {
+  std::vector<RemoteNode> all;
+  for (const auto& [gid, participant] : participants_) {
+    if (!participant.enclave) continue;
+    for (const Node& node : participant.nodes) {
+      all.push_back({node.node_namespace, node.name, *participant.enclave, participant.host, participant.process,
+                     participant.pid, gid});
+    }
+  }
+  return all;
+}
+
+std::optional<RemoteNodeInfo> RemoteGraph::node(std::string_view node_namespace, std::string_view name) const {
+  const Node* found = nullptr;
+  for (const auto& [gid, participant] : participants_) {
+    if (!participant.enclave) continue;
+    for (const Node& node : participant.nodes) {
+      if (found == nullptr && node.name == name && node.node_namespace == node_namespace) found = &node;
+    }
+  }
+  if (found == nullptr) return std::nullopt;
+  RemoteNodeInfo info;
+  for (const auto& gid : found->writers) {
+    const auto at = endpoints_.find(gid);
+    if (at == endpoints_.end() || !at->second.is_writer) continue;
+    const auto& [kind, topic] = at->second.name;
+    if (kind == WireKind::Topic) info.publishers[topic].insert(at->second.type);
+  }
+  for (const auto& gid : found->readers) {
+    const auto at = endpoints_.find(gid);
+    if (at == endpoints_.end() || at->second.is_writer) continue;
+    const auto& [kind, topic] = at->second.name;
+    if (kind == WireKind::Topic) info.subscriptions[topic].insert(at->second.type);
+    if (kind == WireKind::Request) info.servers[topic].insert(service_of(at->second.type));
+    if (kind == WireKind::Reply) info.clients[topic].insert(service_of(at->second.type));
+  }
+  return info;
+}
+
+NamesAndTypes RemoteGraph::topics() const {
+  NamesAndTypes all;
+  for (const auto& [gid, endpoint] : endpoints_) {
+    if (endpoint.name.kind == WireKind::Topic) all[endpoint.name.name].insert(endpoint.type);
+  }
+  return all;
+}
+
+NamesAndTypes RemoteGraph::services() const {
+  NamesAndTypes all;
+  for (const auto& [gid, endpoint] : endpoints_) {
+    if (is_of_service(endpoint.name.kind)) all[endpoint.name.name].insert(service_of(endpoint.type));
+  }
+  return all;
+}
+
+std::vector<RemoteEndpoint> RemoteGraph::ends_of_topic(std::string_view name) const {
+  return ends_of(name, [](WireKind kind) { return kind == WireKind::Topic; });
+}
+
+std::vector<RemoteEndpoint> RemoteGraph::ends_of_service(std::string_view name) const {
+  return ends_of(name, is_of_service);
+}
+
+std::optional<RemoteEndpoint> RemoteGraph::endpoint(const Gid& gid) const {
+  const auto at = endpoints_.find(gid);
+  if (at == endpoints_.end()) return std::nullopt;
+  return described(gid, at->second);
+}
+
+template <typename Select>
+std::vector<RemoteEndpoint> RemoteGraph::ends_of(std::string_view name, Select select) const {
+  std::vector<RemoteEndpoint> ends;
+  for (const auto& [gid, endpoint] : endpoints_) {
+    if (select(endpoint.name.kind) && endpoint.name.name == name) ends.push_back(described(gid, endpoint));
+  }
+  return ends;
+}
+
+RemoteEndpoint RemoteGraph::described(const Gid& gid, const Endpoint& endpoint) const {
+  const Node* const node = node_of(gid, endpoint.is_writer);
+  return {gid,
+          endpoint.is_writer,
+          node == nullptr ? std::string(kUnknownNodeNamespace) : node->node_namespace,
+          node == nullptr ? std::string(kUnknownNodeName) : node->name,
+          endpoint.name.kind,
+          endpoint.name.name,
+          endpoint.type,
+          endpoint.user_data,
+          endpoint.qos};
+}
+
+const RemoteGraph::Node* RemoteGraph::node_of(const Gid& endpoint, bool is_writer) const {
+  const auto at = participants_.find(endpoint.participant());
+  if (at == participants_.end()) return nullptr;
+  for (const Node& node : at->second.nodes) {
+    const auto& gids = is_writer ? node.writers : node.readers;
+    if (std::binary_search(gids.begin(), gids.end(), endpoint)) return &node;
+  }
+  return nullptr;
+}
+
+}  // namespace nacelle::transport_dds
