@@ -59,7 +59,7 @@ void Told::note() noexcept {
 }
 
 bool Told::until(const std::function<bool()>& holds) {
-  const auto limit = std::chrono::steady_clock::now() + 20s;
+  const auto limit = std::chrono::steady_clock::now() + 60s;
   for (;;) {
     std::unique_lock lock(mutex_);
     const std::uint64_t seen = calls_;

@@ -18,8 +18,8 @@ namespace nacelle::test {
 /// A domain that no other test process on this machine uses while it is not alone in its network.
 [[nodiscard]] std::uint32_t test_domain();
 
-/// Cyclone's XML: the loopback interface only. Several participants of one process meet on the network in `domain`, since Cyclone
-/// knows them by another number in the process.
+/// Cyclone's XML: the loopback interface only. Several participants of one process meet on the network in `domain`,
+/// since Cyclone knows them by another number in the process.
 [[nodiscard]] std::string loopback_config(std::uint32_t domain);
 
 /// A participant on the loopback interface in test_domain(). Fails the test if there is none to be had.
@@ -35,7 +35,7 @@ class Told final : public transport_dds::EndpointListener, public transport_dds:
   void on_status() noexcept override { note(); }
   void on_data() noexcept override { note(); }
   void on_discovery() noexcept override { note(); }
-  /// True once `holds` does; asked anew after each call of a listener. False after twenty seconds.
+  /// True once `holds` does; asked anew after each call of a listener. False after a minute.
   [[nodiscard]] bool until(const std::function<bool()>& holds);
 
  private:

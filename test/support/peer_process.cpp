@@ -18,7 +18,7 @@
 namespace nacelle::test {
 namespace {
 
-constexpr int kPatience_ms = 30000;
+constexpr int kPatience_ms = 60000;
 
 void close_end(int& end) {
   if (end >= 0) ::close(std::exchange(end, -1));

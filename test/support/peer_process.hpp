@@ -9,7 +9,8 @@
 
 namespace nacelle::test {
 
-/// A program beside the test, which reads the lines that it prints. Dies with the test; its standard error is the test's.
+/// A program beside the test, which reads the lines that it prints. Dies with the test; its standard error is the
+/// test's.
 class PeerProcess {
  public:
   PeerProcess(const std::string& program, const std::vector<std::string>& arguments,
@@ -18,7 +19,7 @@ class PeerProcess {
   PeerProcess(const PeerProcess&) = delete;
   PeerProcess& operator=(const PeerProcess&) = delete;
 
-  /// The next line, without its end; empty when the program has ended, or has said nothing for thirty seconds.
+  /// The next line, without its end; empty when the program has ended, or has said nothing for a minute.
   [[nodiscard]] std::string line();
   /// Ends its standard input and waits for it: its exit code, -signal when it died of one, -1000 when it did not end.
   [[nodiscard]] int end();

@@ -19,8 +19,9 @@ using OutCount = std::atomic<std::uint32_t>;
 
 /// Cyclone's view of a message (its serdata), with the CDR bytes behind it in the same piece of memory.
 ///
-/// Cyclone counts the references. The last one ends in the pool, or on the heap where there is none (keys, of which our types have
-/// one that is always equal). Freeing never looks at `type`, which Cyclone does not count: so a blob may outlive its topic.
+/// Cyclone counts the references. The last one ends in the pool, or on the heap where there is none (keys, of which our
+/// types have one that is always equal). Freeing never looks at `type`, which Cyclone does not count: so a blob may
+/// outlive its topic.
 struct Blob : ddsi_serdata {
   BlobPool* pool = nullptr;
   std::shared_ptr<OutCount> out;  ///< Null for what was received.
@@ -42,8 +43,8 @@ struct BlobLimits {
 
 /// The memory of the messages of one type: what comes back is used again.
 ///
-/// Keeps about twice the longest message of late for the next ones, gives the rest back to the heap. When a limit is reached or
-/// there is no memory, the message is refused and counted.
+/// Keeps about twice the longest message of late for the next ones, gives the rest back to the heap. When a limit is
+/// reached or there is no memory, the message is refused and counted.
 /// Ownership: its sertype, and each blob that is out. Threads: any.
 class BlobPool final {
  public:

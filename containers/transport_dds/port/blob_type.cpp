@@ -19,7 +19,7 @@ const Blob& blob_of(const ddsi_serdata* data) { return *static_cast<const Blob*>
 const BlobType& type_of(const ddsi_sertype* type) { return *static_cast<const BlobType*>(type); }
 const ddsi_serdata_ops& data_operations();
 
-// --- a message --------------------------------------------------------------------------------------------------------------
+// --- a message -------------------------------------------------------------------------------------------------------
 
 bool same_key(const ddsi_serdata* /*a*/, const ddsi_serdata* /*b*/) noexcept { return true; }
 std::uint32_t size_of(const ddsi_serdata* data) noexcept { return blob_of(data).size; }
@@ -141,7 +141,7 @@ const ddsi_serdata_ops& data_operations() {
   return operations;
 }
 
-// --- a type -------------------------------------------------------------------------------------------------------------------
+// --- a type ----------------------------------------------------------------------------------------------------------
 
 void free_type(ddsi_sertype* type) noexcept {
   BlobType* const mine = static_cast<BlobType*>(type);

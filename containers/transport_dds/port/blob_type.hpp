@@ -10,9 +10,9 @@ namespace nacelle::transport_dds {
 
 /// A message type as Cyclone sees it: a name, and bytes that it does not look into.
 ///
-/// Two are one if name and structure (the type's hash) are equal, whatever plugin they come from; so local delivery between them
-/// is by reference. Keyless, XCDR1 only, no type information of XTypes. The operations live in this library, never in one that can
-/// be unloaded.
+/// Two are one if name and structure (the type's hash) are equal, whatever plugin they come from; so local delivery
+/// between them is by reference. Keyless, XCDR1 only, no type information of XTypes. The operations live in this
+/// library, never in one that can be unloaded.
 /// Ownership: Cyclone counts its users; the last one frees it.
 /// Source: ddsi_sertype.h and ddsi_serdata.h of Cyclone 0.10.
 struct BlobType : ddsi_sertype {

@@ -30,8 +30,8 @@ class DiscoveryListener {
 
 /// The participants, writers and readers that Cyclone knows of (DDS's builtin topics).
 ///
-/// What waits to be taken is Cyclone's own list of who is there, one entry for each, so it is as long as the network: who came
-/// and went meanwhile is told as Gone without an Appeared, or not at all.
+/// What waits to be taken is Cyclone's own list of who is there, one entry for each, so it is as long as the network:
+/// who came and went meanwhile is told as Gone without an Appeared, or not at all.
 /// Threads: take() one at a time.
 class Discovery {
  public:
@@ -42,8 +42,8 @@ class Discovery {
   Discovery& operator=(const Discovery&) = delete;
   ~Discovery();
 
-  /// Adds what has happened to `out`: participants before writers before readers, at most about `most` events. True if there may
-  /// be more.
+  /// Adds what has happened to `out`: participants before writers before readers, at most about `most` events. True if
+  /// there may be more.
   [[nodiscard]] bool take(std::vector<DiscoveryEvent>& out, std::size_t most);
 
  private:

@@ -18,8 +18,8 @@ struct EndpointOptions {
   std::string structure;  ///< What tells two types of one name apart: the type's hash.
   DdsQos qos;
   Bytes user_data;
-  /// Writer: payloads that may be out at once (borrowed, or not acknowledged yet); 0: as many as the history keeps. For KEEP_ALL,
-  /// whose history has no end.
+  /// Writer: payloads that may be out at once (borrowed, or not acknowledged yet); 0: as many as the history keeps. For
+  /// KEEP_ALL, whose history has no end.
   std::uint32_t most_out = 0;
   /// Reader with KEEP_ALL: messages that may wait to be taken.
   std::size_t most_waiting = 1000;
@@ -52,9 +52,9 @@ struct ReaderStatus {
   std::uint64_t lost = 0;                  ///< Messages that never came: the writer no longer had them.
 };
 
-/// Told that something has happened to an endpoint. Threads: Cyclone's (receiving, events), or that of a writer in this process;
-/// until the endpoint's destructor has returned, and possibly before its create function has. Only note it and return: an
-/// endpoint must not be made or ended from within.
+/// Told that something has happened to an endpoint. Threads: Cyclone's (receiving, events), or that of a writer in this
+/// process; until the endpoint's destructor has returned, and possibly before its create function has. Only note it and
+/// return: an endpoint must not be made or ended from within.
 class EndpointListener {
  public:
   virtual ~EndpointListener() = default;

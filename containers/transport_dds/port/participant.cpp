@@ -10,9 +10,12 @@
 namespace nacelle::transport_dds {
 namespace {
 
-// A writer waits for acknowledgements when more than WhcHigh is outstanding, for ever with ROS 2's QoS. A KEEP_LAST history
-// bounds that by itself, and KEEP_ALL is bounded by EndpointOptions::most_out.
-constexpr const char* kBefore = "<Internal><Watermarks><WhcHigh>1 GB</WhcHigh></Watermarks></Internal>";
+// A writer waits for acknowledgements when more than WhcHigh is outstanding, for ever with ROS 2's QoS. A KEEP_LAST
+// history bounds that by itself, and KEEP_ALL is bounded by EndpointOptions::most_out. A message of megabytes comes in
+// one burst: what the socket's buffer does not hold is sent again, much later. The kernel gives as much as
+// net.core.rmem_max allows.
+constexpr const char* kBefore =
+    "<Internal><Watermarks><WhcHigh>1 GB</WhcHigh></Watermarks><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
 // Not to be had: facts of Debian's 0.10.
 constexpr const char* kAfter = "<SharedMemory><Enable>false</Enable></SharedMemory>";
 

@@ -21,8 +21,8 @@ class Writer;
 
 struct ParticipantOptions {
   std::uint32_t domain_id = 0;
-  /// Cyclone's configuration as XML: one or more fragments (`<General>...</General>`), or several joined by commas, of which the
-  /// later ones win. The environment is not looked at.
+  /// Cyclone's configuration as XML: one or more fragments (`<General>...</General>`), or several joined by commas, of
+  /// which the later ones win. The environment is not looked at.
   std::string config;
   Bytes user_data;                                          ///< "enclave=/;"
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
@@ -32,14 +32,15 @@ struct ParticipantOptions {
 
 /// A container on the network: Cyclone DDS with all its threads and sockets. One per domain and process.
 ///
-/// Whatever the configuration says, Cyclone's shared memory is off (it loses data silently and stops the process when its daemon is
-/// missing), and a writer with KEEP_LAST never waits for a slow reader: its history is what it may fall behind by.
+/// Whatever the configuration says, Cyclone's shared memory is off (it loses data silently and stops the process when
+/// its daemon is missing), and a writer with KEEP_LAST never waits for a slow reader: its history is what it may fall
+/// behind by.
 /// Ownership: the endpoints made here keep the domain until the last of them is gone.
 /// Threads: any.
 class Participant {
  public:
-  /// Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a domain that this process has
-  /// joined already.
+  /// Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a domain that this
+  /// process has joined already.
   [[nodiscard]] static Result<std::unique_ptr<Participant>, Problem> create(const ParticipantOptions& options);
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;

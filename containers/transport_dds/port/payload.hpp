@@ -10,11 +10,12 @@ namespace nacelle::transport_dds {
 
 struct Blob;
 
-/// The bytes of a message as they are on the wire: the encapsulation header of four bytes first, then CDR. The body is aligned to
-/// eight bytes in memory, as it is in the encoding.
+/// The bytes of a message as they are on the wire: the encapsulation header of four bytes first, then CDR. The body is
+/// aligned to eight bytes in memory, as it is in the encoding.
 ///
-/// One holder's share of a pool's memory, which goes back with the last one: the other holders are Cyclone's history and
-/// retransmissions. The memory belongs to the pool and not to an endpoint, so a payload stays valid after its reader.
+/// One holder's share of a pool's memory, which goes back with the last one: the other holders are Cyclone's history
+/// and retransmissions. The memory belongs to the pool and not to an endpoint, so a payload stays valid after its
+/// reader.
 /// Threads: a value like any other; the bytes never change. Allocates: nothing.
 class Payload {
  public:

@@ -90,12 +90,12 @@ CycloneListener Reader::Impl::make_listener(Impl& self) {
 
 // On Cyclone's receiving thread, one call at a time.
 void Reader::Impl::fetch(dds_entity_t from) noexcept {
-  constexpr std::uint32_t kAtOnce = 16;
+  constexpr std::uint32_t kFetchedAtOnce = 16;
   bool any = false;
   for (;;) {
-    std::array<ddsi_serdata*, kAtOnce> blobs{};
-    std::array<dds_sample_info_t, kAtOnce> infos{};
-    const dds_return_t count = dds_takecdr(from, blobs.data(), kAtOnce, infos.data(), DDS_ANY_STATE);
+    std::array<ddsi_serdata*, kFetchedAtOnce> blobs{};
+    std::array<dds_sample_info_t, kFetchedAtOnce> infos{};
+    const dds_return_t count = dds_takecdr(from, blobs.data(), kFetchedAtOnce, infos.data(), DDS_ANY_STATE);
     for (dds_return_t i = 0; i < count; ++i) {
       Payload payload{static_cast<Blob*>(blobs[i])};
       // Without data it says that a writer has gone, which the status says too.
@@ -103,7 +103,7 @@ void Reader::Impl::fetch(dds_entity_t from) noexcept {
       any = true;
       enqueue({std::move(payload), {Duration{infos[i].source_timestamp}}, infos[i].publication_handle});
     }
-    if (count < static_cast<dds_return_t>(kAtOnce)) break;
+    if (count < static_cast<dds_return_t>(kFetchedAtOnce)) break;
   }
   if (any && listener != nullptr) listener->on_data();
 }

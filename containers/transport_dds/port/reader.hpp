@@ -31,8 +31,8 @@ struct ReaderCounters {
 
 /// Receives messages as bytes. Ownership: its maker's; destroying it leaves the topic.
 ///
-/// A message goes from Cyclone's receiving thread straight into a queue of the shape that the QoS asks for, and the listener is
-/// told; no thread of Cyclone's ever waits for the one that takes.
+/// A message goes from Cyclone's receiving thread straight into a queue of the shape that the QoS asks for, and the
+/// listener is told; no thread of Cyclone's ever waits for the one that takes.
 /// Threads: take() one at a time; const members from any thread.
 class Reader {
  public:

@@ -31,7 +31,8 @@ class Writer {
   Writer& operator=(const Writer&) = delete;
   ~Writer();
 
-  /// Readers that are matched: one load, so that nothing is encoded for nobody. It may be late by the time that a listener takes.
+  /// Readers that are matched: one load, so that nothing is encoded for nobody. It may be late by the time that a
+  /// listener takes.
   [[nodiscard]] std::uint32_t matched_count() const { return matched_.load(std::memory_order_relaxed); }
 
   /// Memory for a message of so many bytes, encapsulation header included; false: refused, and counted.
@@ -41,8 +42,8 @@ class Writer {
     Refused,  ///< A matched reader is too slow, and max_blocking has passed.
     Failed,   ///< No CDR (its first bytes say so), or Cyclone does not take it.
   };
-  /// Sends it to all that are matched and keeps it as the QoS says. Nothing is copied, but into packets. Waits for room in the
-  /// socket, and with KEEP_ALL for max_blocking at most: not for a publisher's thread.
+  /// Sends it to all that are matched and keeps it as the QoS says. Nothing is copied, but into packets. Waits for room
+  /// in the socket, and with KEEP_ALL for max_blocking at most: not for a publisher's thread.
   Sent write(OutgoingPayload payload, WallTime source_time);
 
   /// Shows life without a message (liveliness manual_by_topic).

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <unistd.h>
+
+#include <array>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -173,7 +176,9 @@ class Peer {
 
  private:
   bool work() {
-    if (options_.garbage) return publish_garbage();
+    if constexpr (requires { typename Dds::GarbageWriter; }) {
+      if (options_.garbage) return publish_garbage<typename Dds::GarbageWriter>();
+    }
     if (options_.verb == "pub") return options_.type == "image" ? publish<Image>() : publish<Text>();
     if (options_.verb == "echo") return options_.type == "image" ? echo<Image>() : echo<Text>();
     if (options_.verb == "serve") return serve();
@@ -183,7 +188,7 @@ class Peer {
   }
   bool wait(const std::function<bool()>& holds) {
     const bool did =
-        bell_.until([&] { return ended_ || holds(); }, std::chrono::steady_clock::now() + std::chrono::seconds(30));
+        bell_.until([&] { return ended_ || holds(); }, std::chrono::steady_clock::now() + std::chrono::seconds(60));
     return did && !ended_;
   }
 
@@ -196,9 +201,9 @@ class Peer {
     tell("wrote " + std::to_string(options_.count));
     return stay();
   }
+  template <typename GarbageWriter>
   bool publish_garbage() {
-    typename Dds::GarbageWriter writer(dds_, options_.topic, options_.type == "image" ? Image::kName : Text::kName,
-                                       options_.qos);
+    GarbageWriter writer(dds_, options_.topic, options_.type == "image" ? Image::kName : Text::kName, options_.qos);
     tell("ready");
     if (!wait([&] { return writer.matched() >= options_.readers; })) return false;
     std::mt19937 random{*options_.garbage};

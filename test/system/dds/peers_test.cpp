@@ -84,8 +84,9 @@ class PeerTest : public ::testing::Test {
  protected:
   [[nodiscard]] std::unique_ptr<PeerProcess> start(const std::string& vendor, std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"--domain", std::to_string(test::test_domain())});
-    const std::string config =
-        test::loopback_config(test::test_domain()) + "<Discovery><LeaseDuration>2s</LeaseDuration></Discovery>";
+    const std::string config = test::loopback_config(test::test_domain()) +
+                               "<Discovery><LeaseDuration>2s</LeaseDuration></Discovery>"
+                               "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
     auto peer = std::make_unique<PeerProcess>(kPeers.at(vendor), arguments,
                                               std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}});
     EXPECT_EQ(peer->line(), "ready");

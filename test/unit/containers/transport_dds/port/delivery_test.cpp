@@ -233,6 +233,21 @@ TEST_F(Delivery, has_nothing_out_once_all_is_acknowledged) {
   EXPECT_LE(writer->out_count(), 1U);
 }
 
+TEST_F(Delivery, hands_over_the_very_bytes_within_a_participant) {
+  const auto options = test::string_topic("same_participant");
+  const auto writer = make_writer(options);
+  const auto reader = here->create_reader(options, &told).value();
+  match(*writer, *reader);
+  auto payload = writer->borrow(8);
+  ASSERT_TRUE(payload);
+  std::copy(kLittleEndian.begin(), kLittleEndian.end(), payload.bytes().begin());
+  const std::uint8_t* const written = payload.bytes().data();
+  ASSERT_EQ(writer->write(std::move(payload), SystemClock{}.wall_now()), Writer::Sent::Yes);
+  const auto sample = reader->take();
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->payload.bytes().data(), written) << "two types of one name and structure are one";
+}
+
 TEST_F(Delivery, ignores_its_own_participant_if_it_shall) {
   auto options = test::string_topic("own");
   const auto writer = make_writer(options);
