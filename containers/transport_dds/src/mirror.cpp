@@ -64,7 +64,7 @@ DdsMirror::Impl::~Impl() {
   readers.clear();
 }
 
-// --- what others tell ---------------------------------------------------------------------------------------------------
+// --- what others tell ------------------------------------------------------------------------------------------------
 
 template <typename F>
 void DdsMirror::Impl::note(F change) noexcept {
@@ -107,7 +107,7 @@ void DdsMirror::Impl::note_ready(LocalEnd& end) noexcept {
   note([&](Noted& to) { to.ready.push_back(end.info.id); });
 }
 
-// --- the thread ---------------------------------------------------------------------------------------------------------
+// --- the thread ------------------------------------------------------------------------------------------------------
 
 void DdsMirror::Impl::run() {
   pthread_setname_np(pthread_self(), "network");
@@ -170,7 +170,7 @@ void DdsMirror::Impl::tell_once(const std::string& key, const Problem& problem) 
   if (told.size() < kMostTold && told.insert(key).second) tell(problem);
 }
 
-// --- the face -----------------------------------------------------------------------------------------------------------
+// --- the face --------------------------------------------------------------------------------------------------------
 
 DdsMirror::DdsMirror(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DdsMirror::~DdsMirror() = default;

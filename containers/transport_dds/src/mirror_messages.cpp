@@ -13,7 +13,7 @@ constexpr int kMostSentAtOnce = 16, kMostReceivedAtOnce = 256;
 
 }  // namespace
 
-// --- to the network -----------------------------------------------------------------------------------------------------
+// --- to the network --------------------------------------------------------------------------------------------------
 
 void DdsMirror::Impl::send(LocalWriter& end) {
   int sent = 0;
@@ -66,7 +66,7 @@ void DdsMirror::Impl::send_snapshot() {
   ++snapshots;
 }
 
-// --- from the network ---------------------------------------------------------------------------------------------------
+// --- from the network ------------------------------------------------------------------------------------------------
 
 DdsMirror::Impl::StandIn* DdsMirror::Impl::stand_in_of(const dds::Sample& sample) {
   dds::Gid writer = sample.writer;
@@ -82,7 +82,8 @@ DdsMirror::Impl::StandIn* DdsMirror::Impl::stand_in_of(const dds::Sample& sample
   return found == stand_ins.end() || !found->second.writer ? nullptr : &found->second;
 }
 
-// A message lies in the queues of all our readers as the same bytes: it is decoded once for those to whom it is the same one.
+// A message lies in the queues of all our readers as the same bytes: it is decoded once for those to whom it is the
+// same one.
 void DdsMirror::Impl::receive(TopicUse& use) {
   for (int left = kMostReceivedAtOnce;; --left) {
     LocalReader* first = nullptr;

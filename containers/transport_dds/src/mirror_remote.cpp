@@ -86,7 +86,7 @@ void DdsMirror::Impl::take_snapshots() {
     remote.lock()->snapshot_came(sample->writer, sample->payload.bytes());
 }
 
-// --- stand-ins ----------------------------------------------------------------------------------------------------------
+// --- stand-ins -------------------------------------------------------------------------------------------------------
 
 void DdsMirror::Impl::consider_all(const std::string& topic) {
   const auto ends = remote.lock()->ends_of_topic(topic);
@@ -181,8 +181,8 @@ void DdsMirror::Impl::forget(const dds::Gid& gid) {
   for (const auto& [id, reader] : readers) reader->sequences.erase(gid);
 }
 
-// A writer may show life without a message, of which DDS tells only when it stops and when it begins again. As long as it has not
-// stopped, its stand-in shows it too.
+// A writer may show life without a message, of which DDS tells only when it stops and when it begins again. As long as
+// it has not stopped, its stand-in shows it too.
 MonotonicTime DdsMirror::Impl::show_life() {
   MonotonicTime due = kNeverExpires;
   for (auto& [gid, stand_in] : stand_ins) {

@@ -21,7 +21,8 @@ namespace nacelle::test {
 using std_msgs::msg::String;
 using Texts = std::vector<std::string>;
 
-/// Lets a test wait for what brokers and mirrors tell; what nobody tells of (figures) is looked at every few milliseconds.
+/// Lets a test wait for what brokers and mirrors tell; what nobody tells of (figures) is looked at every few
+/// milliseconds.
 /// Threads: any.
 class Bell final : public StatusListener, public ReadyListener {
  public:

@@ -43,12 +43,12 @@ struct MirrorStats {
 
 /// Shows a graph on the network as ROS 2 nodes, and brings in what other participants publish (docs/adr/0012).
 ///
-/// Each writer and reader of the graph has a DDS endpoint of its own with its QoS, from when it is made to its end, whether its
-/// node is active or not. Messages of a writer are fetched and encoded while somebody on the network has matched it; those of a
-/// transient_local writer always, for who comes late. For each remote end of a topic with a use here the graph gets a stand-in,
-/// so that the graph's own rules judge QoS and tell what happens.
+/// Each writer and reader of the graph has a DDS endpoint of its own with its QoS, from when it is made to its end, whether
+/// its node is active or not. Messages of a writer are fetched and encoded while somebody on the network has matched it;
+/// those of a transient_local writer always, for who comes late. For each remote end of a topic with a use here the graph
+/// gets a stand-in, so that the graph's own rules judge QoS and tell what happens.
 ///
-/// A publisher never waits for the network: what it cannot follow is overwritten within the writer's depth, and counted.
+/// A publisher never waits for the network: what that cannot follow is overwritten within the writer's depth, and counted.
 /// Not over the network: services, and topics that avoid ROS's naming towards this side.
 /// Threads: one of its own, "network"; all members from any thread.
 class DdsMirror final {
@@ -62,7 +62,8 @@ class DdsMirror final {
   ~DdsMirror();
 
   [[nodiscard]] MirrorStats stats() const;
-  /// Nodes, topics and services of other participants. The network's thread waits meanwhile: do not use the graph from within.
+  /// Nodes, topics and services of other participants. The network's thread waits meanwhile: do not use the graph from
+  /// within.
   void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;
 
  private:
