@@ -57,6 +57,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     std::map<dds::Gid, std::uint64_t> sequences;  // of the writers that it has heard
     std::optional<dds::Sample> head;              // taken out, and not handed on yet
     dds::ReaderCounters told;
+    std::uint64_t told_lost = 0;
     std::unique_ptr<dds::Reader> reader;
   };
   /// For an end of another participant; one of the two.
@@ -143,7 +144,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   // mirror_messages.cpp
   void send(LocalWriter& end);
   void send(LocalWriter& end, const Block& block);
-  void receive(TopicUse& use);
+  /// Hands on what has come for these readers; true if it stopped before the end, for others to have their turn.
+  bool receive(TopicUse& use);
   [[nodiscard]] StandIn* stand_in_of(const dds::Sample& sample);
   void hand_on(const std::vector<LocalReader*>& to, StandIn& from, std::uint64_t sequence);
   void tell_losses(LocalReader& end);
@@ -164,6 +166,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;
   std::uint64_t next_stand_in = 0;
+  std::set<dds::Gid> manual;  // stand-ins for writers that have to show life themselves
   dds::GraphSnapshot own_nodes;
   std::map<std::string, std::size_t> ends_of_node;
   bool is_snapshot_new = true;

@@ -84,7 +84,7 @@ DdsMirror::Impl::StandIn* DdsMirror::Impl::stand_in_of(const dds::Sample& sample
 
 // A message lies in the queues of all our readers as the same bytes: it is decoded once for those to whom it is the
 // same one.
-void DdsMirror::Impl::receive(TopicUse& use) {
+bool DdsMirror::Impl::receive(TopicUse& use) {
   for (int left = kMostReceivedAtOnce;; --left) {
     LocalReader* first = nullptr;
     for (LocalReader* const end : use.readers) {
@@ -92,8 +92,11 @@ void DdsMirror::Impl::receive(TopicUse& use) {
       if (!end->head) end->head = end->reader->take();
       if (end->head && first == nullptr) first = end;
     }
-    if (first == nullptr) return;
-    if (left == 0) return note_ready(*first);
+    if (first == nullptr) return false;
+    if (left == 0) {
+      note_ready(*first);
+      return true;
+    }
     ++received;
     StandIn* const from = stand_in_of(*first->head);
     if (from == nullptr) {
@@ -145,7 +148,7 @@ void DdsMirror::Impl::hand_on(const std::vector<LocalReader*>& to, StandIn& from
   const Duration lifespan = from.end.qos.lifespan();
   const MonotonicTime expires = lifespan > Duration::zero() ? at + lifespan : kNeverExpires;
   from.writer->relay(*block, {from.id, sequence, source_time, {}}, expires, targets, bytes.size());
-  if (from.end.qos.liveliness() == Liveliness::ManualByTopic) {
+  if (manual.contains(from.end.gid)) {
     from.showed_life = at;
     from.writer->assert_liveliness();
   }
@@ -154,7 +157,9 @@ void DdsMirror::Impl::hand_on(const std::vector<LocalReader*>& to, StandIn& from
 void DdsMirror::Impl::tell_losses(LocalReader& end) {
   if (!end.reader) return;
   const dds::ReaderCounters before = std::exchange(end.told, end.reader->counters());
-  const ReaderCounters losses{.overwritten = end.told.overwritten - before.overwritten,
+  const std::uint64_t lost_before = std::exchange(end.told_lost, end.reader->status().lost);
+  // What never came was overwritten at its writer, or on the way.
+  const ReaderCounters losses{.overwritten = end.told.overwritten - before.overwritten + end.told_lost - lost_before,
                               .full = end.told.full - before.full};
   if (losses.overwritten + losses.full != 0) graph.note_lost(end.info, losses);
 }

@@ -11,6 +11,9 @@
 namespace nacelle {
 namespace {
 
+// A peer may announce what it likes; each stand-in has a pool or a queue.
+constexpr std::size_t kMostStandIns = 4096;
+
 // Unlike those of a broker (its pid times 2^40) these have the highest bit set.
 std::uint64_t id_of(std::uint32_t link, std::uint64_t count) {
   return std::uint64_t{1} << 63U | (static_cast<std::uint64_t>(::getpid()) & 0x3FFFFFU) << 40U |
@@ -142,6 +145,11 @@ bool DdsMirror::Impl::may_be_counted(const dds::RemoteEndpoint& reader, const To
 }
 
 void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
+  if (stand_ins.size() >= kMostStandIns)
+    return tell_once("full", {end.name,
+                              "more than " + std::to_string(kMostStandIns) +
+                                  " ends of other participants on the topics of this side: the others are left out",
+                              "use another domain, or name the peers"});
   StandIn& made = stand_ins[end.gid];
   made.end = end;
   made.type = &type;
@@ -154,6 +162,7 @@ void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::
   spec.via = number;
   if (end.is_writer) {
     made.writer = graph.create_proxy_writer(spec, made.id);
+    if (manual_lease_of(end) > Duration::zero()) manual.insert(end.gid);
   } else {
     made.witness = graph.create_witness(spec);
   }
@@ -162,7 +171,9 @@ void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::
 
 void DdsMirror::Impl::drop_gone() {
   if (gone_now.empty()) return;
-  for (auto& [name, use] : topics) receive(use);
+  for (auto& [name, use] : topics) {
+    while (receive(use)) {}
+  }
   for (const auto& gone : gone_now) {
     forget(gone);
     if (!gone.is_participant()) continue;
@@ -177,6 +188,7 @@ void DdsMirror::Impl::drop_gone() {
 
 void DdsMirror::Impl::forget(const dds::Gid& gid) {
   if (stand_ins.erase(gid) != 0) stand_in_count = stand_ins.size();
+  manual.erase(gid);
   std::erase_if(handles, [&](const auto& entry) { return entry.second == gid; });
   for (const auto& [id, reader] : readers) reader->sequences.erase(gid);
 }
@@ -185,9 +197,9 @@ void DdsMirror::Impl::forget(const dds::Gid& gid) {
 // it has not stopped, its stand-in shows it too.
 MonotonicTime DdsMirror::Impl::show_life() {
   MonotonicTime due = kNeverExpires;
-  for (auto& [gid, stand_in] : stand_ins) {
+  for (const auto& gid : manual) {
+    StandIn& stand_in = stand_ins.at(gid);
     const Duration lease = manual_lease_of(stand_in.end);
-    if (!stand_in.writer || lease <= Duration::zero()) continue;
     const auto topic = topics.find(stand_in.end.name);
     if (topic == topics.end()) continue;
     const auto& ours = topic->second.readers;

@@ -69,8 +69,12 @@ TEST_F(Mirror, tells_who_wrote_a_message_when_and_which_it_was) {
 TEST_F(Mirror, gives_a_late_reader_what_a_transient_local_writer_has_kept) {
   const QoS latched = QoS(2).transient_local();
   auto writer = here.writer("/latched", latched);
-  for (const char* text : {"one", "two", "three"}) say(*writer, text);
-  ASSERT_TRUE(until([&] { return here.stats().encoded == 3; }));
+  std::uint64_t said = 0;
+  for (const char* text : {"one", "two", "three"}) {
+    say(*writer, text);
+    ++said;
+    ASSERT_TRUE(until([&] { return here.stats().encoded == said; }));
+  }
   auto late = there.reader("/latched", latched);
   EXPECT_EQ(hear(there.bell, *late, 2), (Texts{"two", "three"}));
   say(*writer, "four");
@@ -152,15 +156,21 @@ TEST_F(Mirror, encodes_and_decodes_once_for_several_readers) {
     return writer->reader_count() == 3 && one->writer_count() == 1 && two->writer_count() == 1 &&
            owner->writer_count() == 1;
   }));
-  Texts texts;
-  for (int i = 0; i < 50; ++i) {
-    texts.push_back(std::to_string(i));
-    say(*writer, texts.back());
-  }
-  for (auto* const reader : {one.get(), two.get(), owner.get()}) EXPECT_EQ(hear(there.bell, *reader, 50), texts);
-  EXPECT_EQ(here.stats().encoded, 50U);
-  // They may be served in two turns of the network's thread, but not each time.
-  EXPECT_LT(there.stats().decoded, 150U);
+  // Until each reader has caught up with the writer, Cyclone brings it bytes of its own. After that they may be served in
+  // two turns of the network's thread, but not each time.
+  std::uint64_t rounds = 0;
+  EXPECT_TRUE(until([&] {
+    ++rounds;
+    const std::uint64_t before = there.stats().decoded;
+    Texts texts;
+    for (int i = 0; i < 50; ++i) {
+      texts.push_back(std::to_string(i));
+      say(*writer, texts.back());
+    }
+    for (auto* const reader : {one.get(), two.get(), owner.get()}) EXPECT_EQ(hear(there.bell, *reader, 50), texts);
+    return there.stats().decoded - before < 100;
+  }));
+  EXPECT_EQ(here.stats().encoded, 50 * rounds);
 }
 
 TEST_F(Mirror, keeps_the_order_of_a_keep_all_stream) {
