@@ -3,6 +3,7 @@
 
 #include <pthread.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "mirror_impl.hpp"
@@ -127,7 +128,7 @@ void DdsMirror::Impl::run() {
     }
     if (now.stopping) return;
     turn();
-    due = show_life();
+    due = std::min(show_life(), send_held_up());
   }
 }
 

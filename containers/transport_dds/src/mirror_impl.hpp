@@ -44,7 +44,12 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   };
   struct LocalWriter final : LocalEnd {
     using LocalEnd::LocalEnd;
+    ~LocalWriter() override { drop_unsent(); }
+    void drop_unsent() {
+      if (unsent != nullptr) drop_reference(*std::exchange(unsent, nullptr));
+    }
     std::set<dds::Gid> matched;
+    Block* unsent = nullptr;  // taken from the tap; DDS had no room for it yet
     std::uint64_t told_overwritten = 0;
     bool showed_life = false, told_refused = false;
     std::unique_ptr<dds::Writer> writer;  // null: refused. Its calls end before what is above
@@ -142,8 +147,11 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   MonotonicTime show_life();
 
   // mirror_messages.cpp
-  void send(LocalWriter& end);
-  void send(LocalWriter& end, const Block& block);
+  /// Sends what has been published; true if it stopped before the end, for others to have their turn.
+  bool send(LocalWriter& end);
+  /// False: a KEEP_ALL writer has no room for it now.
+  [[nodiscard]] bool send(LocalWriter& end, const Block& block);
+  MonotonicTime send_held_up();
   /// Hands on what has come for these readers; true if it stopped before the end, for others to have their turn.
   bool receive(TopicUse& use);
   [[nodiscard]] StandIn* stand_in_of(const dds::Sample& sample);
@@ -166,7 +174,9 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;
   std::uint64_t next_stand_in = 0;
-  std::set<dds::Gid> manual;  // stand-ins for writers that have to show life themselves
+  std::set<std::uint64_t> held_up;  // writers with something unsent ...
+  MonotonicTime retry_at;           // ... and when to try again: nobody tells of room
+  std::set<dds::Gid> manual;        // stand-ins for writers that have to show life themselves
   dds::GraphSnapshot own_nodes;
   std::map<std::string, std::size_t> ends_of_node;
   bool is_snapshot_new = true;

@@ -78,7 +78,7 @@ void DdsMirror::Impl::make_writer(const EndpointInfo& info) {
   auto end = std::make_unique<LocalWriter>(*this, info);
   auto with = options_for(info);
   if (with && with->qos.history == dds::DdsHistory::KeepAll) {
-    // A reader that does not acknowledge must not hold up the streams of the others.
+    // A reader that does not acknowledge must not hold up the streams of the others: we try again.
     with->qos.max_blocking = Duration::zero();
     with->most_out = static_cast<std::uint32_t>(std::min<std::size_t>(info.spec.qos.max_samples(), 1U << 20U));
   }
@@ -115,7 +115,7 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
   if (const auto writer = writers.find(id); writer != writers.end()) {
     LocalWriter& end = *writer->second;
     topic = end.info.spec.topic;
-    if (end.tap) send(end);  // what was published before its end
+    while (send(end)) {}  // what was published before its end
     if (end.tap) --taps;
     if (end.writer) hide(end.info, end.writer->gid());
     std::erase(topics.at(topic).writers, &end);
@@ -165,6 +165,7 @@ void DdsMirror::Impl::look_at_status(LocalWriter& end) {
     ++taps;
   } else if (!wanted && end.tap) {
     end.tap.reset();
+    end.drop_unsent();
     --taps;
   }
   std::set<dds::Gid> matched;

@@ -10,19 +10,25 @@ namespace {
 
 // Then it is the turn of the others.
 constexpr int kMostSentAtOnce = 16, kMostReceivedAtOnce = 256;
+// For KEEP_ALL writers whose slowest reliable reader has not acknowledged enough.
+constexpr Duration kRetryAfter = 5ms;
 
 }  // namespace
 
 // --- to the network --------------------------------------------------------------------------------------------------
 
-void DdsMirror::Impl::send(LocalWriter& end) {
+bool DdsMirror::Impl::send(LocalWriter& end) {
   int sent = 0;
   if (end.tap) {
     for (; sent < kMostSentAtOnce; ++sent) {
-      Block* const block = end.tap->take();
-      if (block == nullptr) break;
-      send(end, *block);
-      drop_reference(*block);
+      if (end.unsent == nullptr) end.unsent = end.tap->take();
+      if (end.unsent == nullptr) break;
+      if (!send(end, *end.unsent)) {
+        if (held_up.empty()) retry_at = clock.now() + kRetryAfter;
+        held_up.insert(end.info.id);
+        break;
+      }
+      end.drop_unsent();
     }
     const std::uint64_t overwritten = end.tap->counters().overwritten;
     overtaken += overwritten - std::exchange(end.told_overwritten, overwritten);
@@ -30,13 +36,16 @@ void DdsMirror::Impl::send(LocalWriter& end) {
   }
   // A message shows it too.
   if (std::exchange(end.showed_life, false) && sent == 0 && end.writer) end.writer->assert_liveliness();
+  return sent == kMostSentAtOnce;
 }
 
-void DdsMirror::Impl::send(LocalWriter& end, const Block& block) {
+bool DdsMirror::Impl::send(LocalWriter& end, const Block& block) {
   const msgs::MessageType& type = *end.info.spec.type;
   const std::size_t bytes = type.encoded_size(block.message);
+  const bool keeps_all = end.info.spec.qos.resolved().keeps_all();
   auto payload = end.writer->borrow(bytes);
   if (!payload) {
+    if (keeps_all && bytes <= options.most_message_bytes && end.writer->out_count() != 0) return false;
     ++refused;
     if (!std::exchange(end.told_refused, true))
       tell({end.info.spec.topic,
@@ -44,14 +53,27 @@ void DdsMirror::Impl::send(LocalWriter& end, const Block& block) {
                 " bytes did not go to the network: it is too long, or too many are on their way; the others of this "
                 "topic are only counted",
             ""});
-    return;
+    return true;
   }
   type.encode(block.message, payload.bytes().data());
+  const WallTime source_time = clock.wall_now() - (clock.now() - block.info.source_time);
+  const auto did = end.writer->write(std::move(payload), source_time);
+  if (did == dds::Writer::Sent::Refused && keeps_all) return false;
   ++encoded;
   bytes_encoded += bytes;
   end.tap->note_copied(bytes);
-  const WallTime source_time = clock.wall_now() - (clock.now() - block.info.source_time);
-  if (end.writer->write(std::move(payload), source_time) != dds::Writer::Sent::Yes) ++refused;
+  if (did != dds::Writer::Sent::Yes) ++refused;
+  return true;
+}
+
+// Returns when to look again.
+MonotonicTime DdsMirror::Impl::send_held_up() {
+  if (held_up.empty()) return kNeverExpires;
+  if (clock.now() < retry_at) return retry_at;
+  for (const auto id : std::exchange(held_up, {})) {
+    if (const auto found = writers.find(id); found != writers.end()) send(*found->second);
+  }
+  return held_up.empty() ? kNeverExpires : retry_at;
 }
 
 void DdsMirror::Impl::send_snapshot() {

@@ -184,6 +184,7 @@ TEST_F(Mirror, keeps_the_order_of_a_keep_all_stream) {
     say(*writer, sent.back());
   }
   EXPECT_EQ(hear(there.bell, *reader, sent.size()), sent);
+  EXPECT_EQ(here.stats().overtaken + here.stats().refused, 0U);
 }
 
 TEST_F(Mirror, counts_readers_and_writers_of_other_participants) {
