@@ -33,6 +33,7 @@ PeerProcess::PeerProcess(const std::string& program, const std::vector<std::stri
   std::vector<std::string> words{program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (auto& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   const pid_t parent = ::getpid();
@@ -76,6 +77,8 @@ std::string PeerProcess::line() {
     read_.append(bytes.data(), static_cast<std::size_t>(count));
   }
 }
+
+void PeerProcess::go() { static_cast<void>(::write(input_, "\n", 1) == 1); }
 
 int PeerProcess::end() {
   close_end(input_);

@@ -21,6 +21,8 @@ class PeerProcess {
 
   /// The next line, without its end; empty when the program has ended, or has said nothing for a minute.
   [[nodiscard]] std::string line();
+  /// Writes an empty line to its standard input.
+  void go();
   /// Ends its standard input and waits for it: its exit code, -signal when it died of one, -1000 when it did not end.
   [[nodiscard]] int end();
   void stop();  ///< As Ctrl-Z: it keeps its sockets and does nothing.

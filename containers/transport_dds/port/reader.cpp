@@ -58,32 +58,32 @@ struct Reader::Impl {
 
 CycloneListener Reader::Impl::make_listener(Impl& self) {
   CycloneListener out{dds_create_listener(&self)};
-  dds_lset_data_available(out.get(), [](dds_entity_t reader, void* impl) { static_cast<Impl*>(impl)->fetch(reader); });
+  dds_lset_data_available(out.get(), [](dds_entity_t from, void* impl) { static_cast<Impl*>(impl)->fetch(from); });
   dds_lset_subscription_matched(out.get(), [](dds_entity_t, const dds_subscription_matched_status_t now, void* impl) {
-    note(impl, [&](ReaderStatus& status) {
-      status.matched = now.current_count;
-      status.matched_total = now.total_count;
+    note(impl, [&](ReaderStatus& totals) {
+      totals.matched = now.current_count;
+      totals.matched_total = now.total_count;
     });
   });
   dds_lset_requested_incompatible_qos(out.get(),
                                       [](dds_entity_t, const dds_requested_incompatible_qos_status_t now, void* impl) {
-                                        note(impl, [&](ReaderStatus& status) {
-                                          status.incompatible_qos = now.total_count;
-                                          status.last_policy = static_cast<DdsPolicy>(now.last_policy_id);
+                                        note(impl, [&](ReaderStatus& totals) {
+                                          totals.incompatible_qos = now.total_count;
+                                          totals.last_policy = static_cast<DdsPolicy>(now.last_policy_id);
                                         });
                                       });
   dds_lset_requested_deadline_missed(
       out.get(), [](dds_entity_t, const dds_requested_deadline_missed_status_t now, void* impl) {
-        note(impl, [&](ReaderStatus& status) { status.deadline_missed = now.total_count; });
+        note(impl, [&](ReaderStatus& totals) { totals.deadline_missed = now.total_count; });
       });
   dds_lset_liveliness_changed(out.get(), [](dds_entity_t, const dds_liveliness_changed_status_t now, void* impl) {
-    note(impl, [&](ReaderStatus& status) {
-      status.alive = now.alive_count;
-      status.not_alive = now.not_alive_count;
+    note(impl, [&](ReaderStatus& totals) {
+      totals.alive = now.alive_count;
+      totals.not_alive = now.not_alive_count;
     });
   });
   dds_lset_sample_lost(out.get(), [](dds_entity_t, const dds_sample_lost_status_t now, void* impl) {
-    note(impl, [&](ReaderStatus& status) { status.lost = now.total_count; });
+    note(impl, [&](ReaderStatus& totals) { totals.lost = now.total_count; });
   });
   return out;
 }

@@ -25,9 +25,9 @@ struct Writer::Impl {
   static void note(void* self, Change change) noexcept {
     auto& impl = *static_cast<Impl*>(self);
     {
-      auto status = impl.status.lock();
-      change(*status);
-      impl.matched->store(status->matched, std::memory_order_relaxed);
+      auto totals = impl.status.lock();
+      change(*totals);
+      impl.matched->store(totals->matched, std::memory_order_relaxed);
     }
     if (impl.listener != nullptr) impl.listener->on_status();
   }
@@ -37,24 +37,24 @@ struct Writer::Impl {
 CycloneListener Writer::Impl::make_listener(Impl& self) {
   CycloneListener out{dds_create_listener(&self)};
   dds_lset_publication_matched(out.get(), [](dds_entity_t, const dds_publication_matched_status_t now, void* impl) {
-    note(impl, [&](WriterStatus& status) {
-      status.matched = now.current_count;
-      status.matched_total = now.total_count;
+    note(impl, [&](WriterStatus& totals) {
+      totals.matched = now.current_count;
+      totals.matched_total = now.total_count;
     });
   });
   dds_lset_offered_incompatible_qos(out.get(),
                                     [](dds_entity_t, const dds_offered_incompatible_qos_status_t now, void* impl) {
-                                      note(impl, [&](WriterStatus& status) {
-                                        status.incompatible_qos = now.total_count;
-                                        status.last_policy = static_cast<DdsPolicy>(now.last_policy_id);
+                                      note(impl, [&](WriterStatus& totals) {
+                                        totals.incompatible_qos = now.total_count;
+                                        totals.last_policy = static_cast<DdsPolicy>(now.last_policy_id);
                                       });
                                     });
   dds_lset_offered_deadline_missed(
       out.get(), [](dds_entity_t, const dds_offered_deadline_missed_status_t now, void* impl) {
-        note(impl, [&](WriterStatus& status) { status.deadline_missed = now.total_count; });
+        note(impl, [&](WriterStatus& totals) { totals.deadline_missed = now.total_count; });
       });
   dds_lset_liveliness_lost(out.get(), [](dds_entity_t, const dds_liveliness_lost_status_t now, void* impl) {
-    note(impl, [&](WriterStatus& status) { status.liveliness_lost = now.total_count; });
+    note(impl, [&](WriterStatus& totals) { totals.liveliness_lost = now.total_count; });
   });
   return out;
 }

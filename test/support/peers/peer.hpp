@@ -97,11 +97,12 @@ inline void tell_message(const Image& message) {
 }
 
 /// usage: PEER VERB --domain N --topic NAME [options]
-///   pub    writes --count messages once --readers are matched, and stays
+///   pub    writes --count messages once --readers are matched and a line has come, and stays
 ///   echo   tells of each message
 ///   serve  answers --topic's requests (add_two_ints)
-///   call   asks once for --a plus --b
-/// All stay until their standard input ends.
+///   call   asks once for --a plus --b when a line has come
+/// All stay until their standard input ends. The line is for the other side to say that it has found them: what is
+/// written before that is lost, if nobody keeps it.
 struct Options {
   std::string verb, topic = "rt/chatter", type = "string", text = "hello";
   unsigned domain = 0;
@@ -163,7 +164,10 @@ class Peer {
   int run() {
     std::thread watching([this] {
       std::array<char, 64> ignored{};
-      while (::read(STDIN_FILENO, ignored.data(), ignored.size()) > 0) {}
+      while (::read(STDIN_FILENO, ignored.data(), ignored.size()) > 0) {
+        told_to_go_ = true;
+        bell_.ring();
+      }
       ended_ = true;
       bell_.ring();
     });
@@ -196,7 +200,7 @@ class Peer {
   bool publish() {
     typename Dds::template Writer<T> writer(dds_, options_.topic, options_.qos);
     tell("ready");
-    if (!wait([&] { return writer.matched() >= options_.readers; })) return false;
+    if (!wait([&] { return told_to_go_ && writer.matched() >= options_.readers; })) return false;
     for (int i = 0; i < options_.count; ++i) writer.write(make_message(options_, i, T{}));
     tell("wrote " + std::to_string(options_.count));
     return stay();
@@ -205,7 +209,7 @@ class Peer {
   bool publish_garbage() {
     GarbageWriter writer(dds_, options_.topic, options_.type == "image" ? Image::kName : Text::kName, options_.qos);
     tell("ready");
-    if (!wait([&] { return writer.matched() >= options_.readers; })) return false;
+    if (!wait([&] { return told_to_go_ && writer.matched() >= options_.readers; })) return false;
     std::mt19937 random{*options_.garbage};
     for (int i = 0; i < options_.count; ++i) writer.write(random);
     tell("wrote " + std::to_string(options_.count));
@@ -238,7 +242,7 @@ class Peer {
     typename Dds::template Writer<AddRequest> requests(dds_, "rq/" + options_.topic + "Request", options_.qos);
     typename Dds::template Reader<AddResponse> replies(dds_, "rr/" + options_.topic + "Reply", options_.qos);
     tell("ready");
-    if (!wait([&] { return requests.matched() > 0 && replies.matched() > 0; })) return false;
+    if (!wait([&] { return told_to_go_ && requests.matched() > 0 && replies.matched() > 0; })) return false;
     const std::uint64_t client = requests.handle();
     requests.write({client, 1, options_.a, options_.b});
     std::optional<AddResponse> reply;
@@ -261,7 +265,7 @@ class Peer {
 
   const Options options_;
   Bell bell_;
-  std::atomic<bool> ended_{false};
+  std::atomic<bool> ended_{false}, told_to_go_{false};
   Dds dds_;
 };
 

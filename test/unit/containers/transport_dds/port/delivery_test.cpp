@@ -19,7 +19,7 @@ using test::say;
 constexpr std::array<std::uint8_t, 4> kLittleEndian{0, 1, 0, 0};
 
 class Delivery : public ::testing::Test {
- protected:
+ public:
   std::unique_ptr<Writer> make_writer(const EndpointOptions& options) {
     auto made = here->create_writer(options, &told);
     if (!made) ADD_FAILURE() << made.error().text();

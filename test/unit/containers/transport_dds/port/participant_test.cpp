@@ -6,6 +6,17 @@
 
 #include "support/dds.hpp"
 
+#if defined(__SANITIZE_ADDRESS__)
+#define NACELLE_FINDS_LEAKS
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define NACELLE_FINDS_LEAKS
+#endif
+#endif
+#ifdef NACELLE_FINDS_LEAKS
+#include <sanitizer/lsan_interface.h>
+#endif
+
 namespace nacelle::transport_dds {
 namespace {
 
@@ -40,6 +51,14 @@ TEST(Participant, is_one_per_domain_and_process) {
   EXPECT_THAT(problem_with({.domain_id = 91, .config = config}), HasSubstr("already"));
 }
 
+/// Cyclone 0.10 loses 240 bytes in rtps_init() when it finds no index.
+auto create_and_forgive_cyclone(const ParticipantOptions& options) {
+#ifdef NACELLE_FINDS_LEAKS
+  const __lsan::ScopedDisabler forgive;
+#endif
+  return Participant::create(options);
+}
+
 TEST(Participant, says_when_there_is_no_free_index) {
   ParticipantOptions options;
   options.domain_id = 100;
@@ -52,7 +71,7 @@ TEST(Participant, says_when_there_is_no_free_index) {
   std::vector<std::unique_ptr<Participant>> others;
   std::string problem;
   for (; problem.empty() && others.size() < 5; ++options.domain_id) {
-    auto made = Participant::create(options);
+    auto made = create_and_forgive_cyclone(options);
     if (made) {
       others.push_back(std::move(*made));
     } else {
