@@ -20,7 +20,8 @@ inline constexpr Duration kDdsInfinite = Duration::max();
 /// DDS_LENGTH_UNLIMITED
 inline constexpr std::int32_t kDdsUnlimited = -1;
 
-/// The policies of a DDS writer or reader that ROS 2 sets; all others have DDS's defaults, and resource limits are none.
+/// The policies of a DDS writer or reader that ROS 2 sets; all others have DDS's defaults, and resource limits are
+/// none.
 ///
 /// The defaults here are those of a ROS 2 endpoint. The data representation offered is XCDR1 only.
 struct DdsQos {
@@ -33,8 +34,8 @@ struct DdsQos {
   Duration lifespan = kDdsInfinite;  ///< Of writers only.
   DdsLiveliness liveliness = DdsLiveliness::Automatic;
   Duration lease = kDdsInfinite;
-  /// A writer with TransientLocal: what it keeps for readers that come late is its DURABILITY_SERVICE, with cleanup delay zero,
-  /// no resource limits, and the history and depth above.
+  /// A writer with TransientLocal: what it keeps for readers that come late is its DURABILITY_SERVICE, with cleanup
+  /// delay zero, no resource limits, and the history and depth above.
   [[nodiscard]] bool has_durability_service() const { return durability != DdsDurability::Volatile; }
   /// WRITER_DATA_LIFECYCLE. Disposing of instances means nothing to ROS 2.
   bool autodispose_unregistered_instances = false;
@@ -44,12 +45,13 @@ struct DdsQos {
   friend bool operator==(const DdsQos&, const DdsQos&) = default;
 };
 
-/// Nacelle's words to DDS's. What is left of system_default and best_available is made concrete as resolved() does it; unknown is
-/// taken as system_default: the caller has checked. Source: create_readwrite_qos, rmw_cyclonedds_cpp/src/rmw_node.cpp (jazzy).
-[[nodiscard]] DdsQos to_dds(const QoS& qos);
+/// Nacelle's words to DDS's. What is left of system_default and best_available is made concrete as resolved() does it;
+/// unknown is taken as system_default: the caller has checked. Source: create_readwrite_qos,
+/// rmw_cyclonedds_cpp/src/rmw_node.cpp (jazzy).
+[[nodiscard]] DdsQos to_dds(const QoS& given);
 /// DDS's words, of a remote endpoint, to Nacelle's; what ROS 2 cannot say becomes Unknown. KEEP_ALL has depth 0.
 /// Source: dds_qos_to_rmw_qos, in the same file.
-[[nodiscard]] QoS from_dds(const DdsQos& qos);
+[[nodiscard]] QoS from_dds(const DdsQos& dds);
 
 /// ros_discovery_info's QoS. Source: rmw_context_impl_s::init, in the same file.
 [[nodiscard]] DdsQos discovery_writer_qos();

@@ -18,7 +18,7 @@ namespace nacelle::transport_dds {
 ///   offset  bytes  field
 ///        0     12  prefix     of the participant
 ///       12      3  key        of the entity
-///       15      1  kind       03 writer and 04 reader without a key (all of ROS 2's), 02 and 07 with one, c1 participant
+///       15      1  kind       03 writer, 04 reader (without a key: all of ROS 2's), 02 and 07 with one, c1 participant
 /// Source: OMG DDSI-RTPS 2.3 section 9.3.1; 16 bytes in ROS 2 since iron (humble has 24).
 struct Gid {
   static constexpr std::size_t kBytes = 16, kPrefixBytes = 12;

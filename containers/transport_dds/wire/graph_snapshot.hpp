@@ -12,8 +12,8 @@
 
 namespace nacelle::transport_dds {
 
-/// rmw_dds_common/msg/ParticipantEntitiesInfo, what goes over ros_discovery_info: all nodes of a participant, each with the gids of
-/// its readers and writers. A service or a client is a reader and a writer.
+/// rmw_dds_common/msg/ParticipantEntitiesInfo, what goes over ros_discovery_info: all nodes of a participant, each with
+/// the gids of its readers and writers. A service or a client is a reader and a writer.
 using Snapshot = ::rmw_dds_common::msg::ParticipantEntitiesInfo;
 
 [[nodiscard]] Gid from_message(const ::rmw_dds_common::msg::Gid& gid);

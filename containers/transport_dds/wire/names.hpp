@@ -11,7 +11,8 @@
 
 namespace nacelle::transport_dds {
 
-// How ROS 2 names DDS's topics and types. An action is three services and two topics, a service event a topic: no names of their own.
+// How ROS 2 names DDS's topics and types. An action is three services and two topics, a service event a topic: no names
+// of their own.
 //
 //   ROS 2                             DDS topic            DDS type
 //   topic /a/b of pkg/msg/T           rt/a/b               pkg::msg::dds_::T_
@@ -25,7 +26,8 @@ namespace nacelle::transport_dds {
 inline constexpr std::size_t kMaxDdsNameBytes = 255;
 inline constexpr std::string_view kDiscoveryTopic = "ros_discovery_info";
 
-/// `name` is fully qualified. With avoid_ros_namespace_conventions the name stays as it is, and only has to be short enough.
+/// `name` is fully qualified. With avoid_ros_namespace_conventions the name stays as it is, and only has to be short
+/// enough.
 [[nodiscard]] Result<std::string, Problem> dds_topic_name(std::string_view name, bool avoid_ros_conventions = false);
 [[nodiscard]] Result<std::string, Problem> dds_request_name(std::string_view service,
                                                             bool avoid_ros_conventions = false);
@@ -52,7 +54,8 @@ struct RosName {
 [[nodiscard]] Result<std::string, Problem> dds_type_name(std::string_view ros_type);
 /// The way back: nothing where the name is not one that ROS 2 would give to a type.
 [[nodiscard]] std::optional<std::string> ros_type_name(std::string_view dds_type);
-/// The type of the service that a ROS type is the request or the response of: "pkg/srv/S". Nothing for every other type.
+/// The type of the service that a ROS type is the request or the response of: "pkg/srv/S". Nothing for every other
+/// type.
 [[nodiscard]] std::optional<std::string> service_of_half(std::string_view ros_type);
 
 /// Where a service publishes what its clients and it do: the ROS name of the topic.

@@ -19,8 +19,8 @@
 
 namespace nacelle::transport_dds {
 
-/// How much the cache keeps of what anybody on the network may announce. What is beyond is refused and counted, and stays out until
-/// it is announced anew.
+/// How much the cache keeps of what anybody on the network may announce. What is beyond is refused and counted, and
+/// stays out until it is announced anew.
 struct RemoteGraphLimits {
   std::size_t participants = 256;
   std::size_t endpoints = 16384;        ///< Of all participants together ...
@@ -75,19 +75,19 @@ struct RemoteEndpoint {
 
 /// The nodes, topics and services of other processes, as ROS 2's tools show them, made of what DDS discovers.
 ///
-/// Everything that comes in is hostile: it is checked, bounded and safe to be shown on a terminal. It may come in any order; a node is
-/// listed once its participant is known to be of ROS 2, as the participant's last snapshot has it. Endpoints without a name in ROS 2
-/// are passed over.
+/// Everything that comes in is hostile: it is checked, bounded and safe to be shown on a terminal. It may come in any
+/// order; a node is listed once its participant is known to be of ROS 2, as the participant's last snapshot has it.
+/// Endpoints without a name in ROS 2 are passed over.
 /// Threads: one at a time. Source: graph_cache.cpp of rmw_dds_common, rmw_node.cpp of rmw_cyclonedds_cpp (jazzy).
 class RemoteGraph {
  public:
   /// What `own` announces is not remote, and is passed over.
   explicit RemoteGraph(const Gid& own, const RemoteGraphLimits& limits = {});
 
-  void participant_is_there(const DiscoveredParticipant& participant);
-  void participant_has_gone(const Gid& participant);  ///< With all that was its.
-  void endpoint_is_there(const DiscoveredEndpoint& endpoint);
-  void endpoint_has_gone(const Gid& endpoint);
+  void participant_is_there(const DiscoveredParticipant& told);
+  void participant_has_gone(const Gid& gone);  ///< With all that was its.
+  void endpoint_is_there(const DiscoveredEndpoint& told);
+  void endpoint_has_gone(const Gid& gone);
   /// A sample of ros_discovery_info, with its encapsulation, and who wrote it.
   void snapshot_came(const Gid& writer, ByteView payload);
 
@@ -131,8 +131,8 @@ class RemoteGraph {
     friend bool operator==(const Endpoint&, const Endpoint&) = default;
   };
 
-  [[nodiscard]] Participant* entry_of(const Gid& participant);
-  void forget_if_empty(const Gid& participant);
+  [[nodiscard]] Participant* entry_of(const Gid& gid);
+  void forget_if_empty(const Gid& gid);
   [[nodiscard]] std::vector<Node> checked_nodes(const Gid& participant, const Snapshot& snapshot);
   [[nodiscard]] bool has_room_for(const Gid& participant, const Snapshot& snapshot) const;
   [[nodiscard]] const Node* node_of(const Gid& endpoint, bool is_writer) const;

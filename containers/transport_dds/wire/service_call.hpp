@@ -14,15 +14,17 @@
 
 namespace nacelle::transport_dds {
 
-// A request or a reply as rmw_cyclonedds writes it. The header takes 16 bytes, so what follows is aligned as if it were not there.
+// A request or a reply as rmw_cyclonedds writes it. The header takes 16 bytes, so what follows is aligned as if it were
+// not there.
 //
 //   offset  bytes  field           becomes
-//        0      2  representation  00 01 little-endian (what is written), 00 00 big-endian (read too); the header's order as well
+//        0      2  representation  00 01 little-endian (written), 00 00 big-endian (read too): of the header as well
 //        2      2  options         00 00 when written, ignored when read
-//        4      8  client          of the request's writer: a random number that its process made, returned in the reply
+//        4      8  client          a random number of the request's writer, returned in the reply
 //       12      8  sequence        of the request, from 1; returned in the reply
 //       20      n  body            the request's or the response's members
-// Source: serdata.hpp, Serialization.cpp, rmw_node.cpp of rmw_cyclonedds_cpp (jazzy). Fast DDS writes no header: another protocol.
+// Source: serdata.hpp, Serialization.cpp, rmw_node.cpp of rmw_cyclonedds_cpp (jazzy). Fast DDS writes no header:
+// another protocol.
 
 inline constexpr std::size_t kCallHeaderBytes = 16;
 
@@ -43,10 +45,12 @@ struct Call {
   CallHeader header;
   ByteView message;  ///< The body behind an encapsulation of its own, as msgs::decode() reads it.
 };
-/// Splits hostile bytes; the body is left to decode(). `scratch` takes the body and must live as long as `Call::message` is used.
+/// Splits hostile bytes; the body is left to decode(). `scratch` takes the body and must live as long as
+/// `Call::message` is used.
 /// Errors: Truncated below 20 bytes; UnknownEncoding. Allocates: in `scratch`, as much as the payload has bytes.
 [[nodiscard]] Result<Call, msgs::DecodeFault> read_call(ByteView payload, Bytes& scratch);
-/// The same without a copy, for whoever alone owns the bytes: the encapsulation is moved down to the body, over the header's end.
+/// The same without a copy, for whoever alone owns the bytes: the encapsulation is moved down to the body, over the
+/// header's end.
 [[nodiscard]] Result<Call, msgs::DecodeFault> read_call_in_place(ByteSpan payload);
 
 /// A client sees the replies to all clients of its service; its own is the one that returns its number.
@@ -65,14 +69,15 @@ inline constexpr Duration kReplyPatience = 100ms, kReplyPoll = 10ms;
 
 /// A client's two endpoints are discovered one after the other: a reply that is sent between them would be lost.
 ///
-/// `request_writer`: the client_id that the matched request writer announces, empty where it announces none (Fast DDS, others); null
-/// when it is matched no more. `reply_readers`: the client_ids of all matched reply readers. `waited`: since the first look.
+/// `request_writer`: the client_id that the matched request writer announces, empty where it announces none (Fast DDS,
+/// others); null when it is matched no more. `reply_readers`: the client_ids of all matched reply readers. `waited`:
+/// since the first look.
 /// Source: rmw_send_response, check_for_response_reader.
 [[nodiscard]] ReplyStep reply_step(const std::string* request_writer, std::span<const std::string> reply_readers,
                                    Duration waited);
 
-/// Whether a client may send: some server has both its ends matched. Texts are the service_ids of all matched request readers and
-/// reply writers, empty where one announces none. Source: check_for_service_reader_writer.
+/// Whether a client may send: some server has both its ends matched. Texts are the service_ids of all matched request
+/// readers and reply writers, empty where one announces none. Source: check_for_service_reader_writer.
 [[nodiscard]] bool is_service_available(std::span<const std::string> request_readers,
                                         std::span<const std::string> reply_writers);
 

@@ -24,9 +24,10 @@ using UserData = std::map<std::string, std::string, std::less<>>;
 
 /// Reads hostile bytes exactly as ROS 2 does, so that both sides agree on who is a ROS participant.
 ///
-/// Keys are letters and digits, values one byte or more. A value ends at a ';' that something else follows, so ";;" stands for a
-/// ';' only at the end of everything; one byte between two pairs is passed over; the last of equal keys counts; NULs behind the
-/// last pair are padding. Anything else makes the whole map empty: a peer that uses USER_DATA for something of its own.
+/// Keys are letters and digits, values one byte or more. A value ends at a ';' that something else follows, so ";;"
+/// stands for a ';' only at the end of everything; one byte between two pairs is passed over; the last of equal keys
+/// counts; NULs behind the last pair are padding. Anything else makes the whole map empty: a peer that uses USER_DATA
+/// for something of its own.
 [[nodiscard]] UserData parse_user_data(ByteView bytes);
 
 /// Longer user data is not read at all: what ROS 2 writes has at most some 400 bytes.
@@ -53,8 +54,9 @@ struct EndpointUserData {
 /// True for a hash that ROS 2 reads: version 1, digits of either case, nothing behind them.
 [[nodiscard]] bool is_type_hash(std::string_view text);
 
-/// The id of a participant's client or server number `count` (from 1; clients and servers share the numbers), as it is written:
-/// prefix and big-endian count in hexadecimal without leading zeros, joined by '.', the first number padded to two with a blank.
+/// The id of a participant's client or server number `count` (from 1; clients and servers share the numbers), as it is
+/// written: prefix and big-endian count in hexadecimal without leading zeros, joined by '.', the first number padded to
+/// two with a blank.
 [[nodiscard]] std::string endpoint_id_text(const Gid& participant, std::uint32_t count);
 
 }  // namespace nacelle::transport_dds

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Peers that announce anything, in any order: the cache stays within its limits, what it shows is fit for a terminal, and when all
-// have gone nothing is left.
+// Peers that announce anything, in any order: the cache stays within its limits, what it shows is fit for a terminal,
+// and when all have gone nothing is left.
 //
-//   input: records of  u8 what (0 participant, 1 endpoint, 2 snapshot, 3 endpoint gone, 4 participant gone), u8 peer, u8 entity,
-//                      u16 little-endian length, bytes
+//   input: records of  u8 what (0 participant, 1 endpoint, 2 snapshot, 3 endpoint gone, 4 participant gone), u8 peer,
+//                      u8 entity, u16 little-endian length, bytes
 //   bytes: USER_DATA of a participant; topic NUL type NUL USER_DATA of an endpoint; the payload of a snapshot
 #include <algorithm>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names, USER_DATA, calls and snapshots from the network: what is accepted is well-formed and goes back to the same bytes.
+// Names, USER_DATA, calls and snapshots from the network: what is accepted is well-formed and goes back to the same
+// bytes.
 #include <algorithm>
 
 #include "nacelle/base/expect.hpp"

@@ -10,7 +10,7 @@
 namespace nacelle::transport_dds {
 namespace {
 
-const Gid kUs = recorded::gid("0110fa5e8be4654810e75956000001c1");
+const Gid kOurs = recorded::gid("0110fa5e8be4654810e75956000001c1");
 const Gid kWriter = recorded::gid("0110fa5e8be4654810e7595600000603");
 const Gid kReader = recorded::gid("0110fa5e8be4654810e7595600000704");
 
@@ -77,11 +77,11 @@ TEST(GraphSnapshot, grows_as_that_of_the_recorded_talker_did) {
 }
 
 TEST(GraphSnapshot, has_the_bytes_of_the_facts) {
-  GraphSnapshot us{kUs};
+  GraphSnapshot us{kOurs};
   us.add_node("/", "talker");
   EXPECT_TRUE(us.add_endpoint("/", "talker", kWriter, true));
 
-  EXPECT_EQ(to_hex(msgs::to_cdr(us.message())), "00010000" + kUs.text() +
+  EXPECT_EQ(to_hex(msgs::to_cdr(us.message())), "00010000" + kOurs.text() +
                                                     "01000000"
                                                     "02000000"
                                                     "2f000000"
@@ -93,7 +93,7 @@ TEST(GraphSnapshot, has_the_bytes_of_the_facts) {
 }
 
 TEST(GraphSnapshot, forgets_what_is_taken_away_and_nothing_else) {
-  GraphSnapshot us{kUs};
+  GraphSnapshot us{kOurs};
   us.add_node("/", "a");
   us.add_node("/", "b");
   EXPECT_TRUE(us.add_endpoint("/", "a", kReader, false));

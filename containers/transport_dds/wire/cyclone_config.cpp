@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport_dds/wire/cyclone_config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "nacelle/base/expect.hpp"
+
+namespace nacelle::transport_dds {
+namespace {
+
+// Both were validated; in case a rule above grows, no value leaves its attribute.
+std::string escaped(std::string_view value) {
+  std::string out;
+  for (const char c : value) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += c;
+    }
+  }
+  return out;
+}
+
+bool is_address(std::string_view text) {
+  return text.find(':') != std::string_view::npos || text.find_first_not_of("0123456789.") == std::string_view::npos;
+}
+
+std::string interfaces_of(const NetworkSettings& settings) {
+  if (settings.discovery == Discovery::Loopback) {
+    // Said to do multicast, lo has no limit of ten processes.
+    return R"(<Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)";
+  }
+  std::string all;
+  for (const auto& name : settings.interfaces) {
+    all += fmt::format(R"(<NetworkInterface {}="{}"{}/>)", is_address(name) ? "address" : "name", escaped(name),
+                       name == "lo" ? R"( multicast="true")" : "");
+  }
+  return all.empty() ? all : "<Interfaces>" + all + "</Interfaces>";
+}
+
+std::string general_of(const NetworkSettings& settings) {
+  std::string general = interfaces_of(settings);
+  if (settings.discovery == Discovery::Unicast) general += "<AllowMulticast>false</AllowMulticast>";
+  // Datagrams as large as lo carries: in Cyclone's own of 1.5 kB a message of megabytes drowns.
+  if (settings.discovery == Discovery::Loopback)
+    general += "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>";
+  return general.empty() ? general : "<General>" + general + "</General>";
+}
+
+std::string discovery_of(const NetworkSettings& settings) {
+  const bool asks_this_machine = settings.discovery == Discovery::Unicast;
+  if (!asks_this_machine && settings.peers.empty()) return {};
+  std::string peers = asks_this_machine ? R"(<Peer address="localhost"/>)" : "";
+  for (const auto& peer : settings.peers) peers += fmt::format(R"(<Peer address="{}"/>)", escaped(peer));
+  return fmt::format(
+      "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>"
+      "<Peers>{}</Peers></Discovery>",
+      kMostParticipantIndex, peers);
+}
+
+}  // namespace
+
+std::string cyclone_config(const NetworkSettings& settings) {
+  NACELLE_EXPECT(settings.mode != NetworkMode::Off, "a network that is off has no configuration");
+  std::string config = general_of(settings) + discovery_of(settings);
+  if (!config.empty()) config = "<CycloneDDS><Domain>" + config + "</Domain></CycloneDDS>";
+  if (!config.empty() && !settings.cyclonedds_uri.empty()) config += ",";
+  return config + settings.cyclonedds_uri;
+}
+
+PortRange ports_of_domain(int domain, int most_index) {
+  const int first = 7400 + 250 * domain;
+  return {first, first + 11 + 2 * most_index};
+}
+
+std::optional<Problem> port_remark(int domain, const PortRange& ephemeral) {
+  const PortRange ports = ports_of_domain(domain);
+  if (ports.last < ephemeral.first || ports.first > ephemeral.last) return std::nullopt;
+  return Problem{
+      fmt::format("domain {}", domain),
+      fmt::format("its UDP ports {} to {} reach those from {} to {} that the kernel gives to any program", ports.first,
+                  ports.last, ephemeral.first, ephemeral.last),
+      fmt::format("take another domain, or `sysctl net.ipv4.ip_local_reserved_ports={}-{}`", ports.first, ports.last)};
+}
+
+}  // namespace nacelle::transport_dds

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "nacelle/base/problem.hpp"
+#include "transport_dds/wire/network_settings.hpp"
+
+namespace nacelle::transport_dds {
+
+/// Without multicast each process of a machine takes a number from 0 to this one, and its ports; a peer is asked on all
+/// of them. rmw_cyclonedds' number: both sides must have the same.
+inline constexpr int kMostParticipantIndex = 32;
+
+/// What dds_create_domain() gets: our settings, then CYCLONEDDS_URI's, separated by ',' as Cyclone wants it; empty: its
+/// defaults.
+/// Precondition: the mode is not Off.
+/// Source: check_create_domain of rmw_node.cpp (jazzy) for Unicast; docs/manual/options.md of Cyclone 0.10.
+[[nodiscard]] std::string cyclone_config(const NetworkSettings& settings);
+
+/// UDP ports, both ends included.
+struct PortRange {
+  int first = 0;
+  int last = 0;
+};
+/// Those that a domain may use: multicast, and those of participants up to `most_index`.
+/// Source: OMG DDSI-RTPS 2.3 section 9.6.1.1: 7400 + 250 * domain; + 0, 1 multicast; + 10, 11 + 2 * index.
+[[nodiscard]] PortRange ports_of_domain(int domain, int most_index = kMostParticipantIndex);
+/// A warning if the kernel may have given one of these ports to somebody else; `ephemeral` is
+/// net.ipv4.ip_local_port_range.
+[[nodiscard]] std::optional<Problem> port_remark(int domain, const PortRange& ephemeral);
+
+}  // namespace nacelle::transport_dds

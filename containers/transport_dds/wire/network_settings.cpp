@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport_dds/wire/network_settings.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "nacelle/base/names.hpp"
+
+namespace nacelle::transport_dds {
+namespace {
+
+constexpr std::size_t kMostInterfaceBytes = 45;  // an IPv6 address; a name has 15
+
+const std::vector<std::string> kModes{"off", "local", "export"};
+
+Problem at(std::string_view key, const Problem& problem) {
+  return {"network: " + std::string(key), problem.what, problem.way_out};
+}
+
+Result<void, Problem> validate_interface(const std::string& name) {
+  const bool is_name =
+      !name.empty() && name.size() <= kMostInterfaceBytes && std::all_of(name.begin(), name.end(), [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+               std::string_view(".-_:%@").find(c) != std::string_view::npos;
+      });
+  if (is_name) return {};
+  return err(Problem{"", "'" + name.substr(0, kMostInterfaceBytes) + "' is no interface",
+                     "a name from `ip link`, or an address"});
+}
+
+Result<void, Problem> validate_rule(const ExportRule& rule) {
+  if (auto valid = validate_full_topic_name(rule.topic); !valid) return valid;
+  if (std::isfinite(rule.max_hz) && rule.max_hz >= 0.0) return {};
+  return err(Problem{"", "max_hz of " + rule.topic + " is negative or no number", "0 is every message"});
+}
+
+Result<void, Problem> validate(const NetworkWish& wish) {
+  if (wish.domain_id && (*wish.domain_id < 0 || *wish.domain_id > kMostDomain)) {
+    return err(at("domain_id", {"", std::to_string(*wish.domain_id) + " is no domain", "0 to 101 work everywhere"}));
+  }
+  for (const auto& name : wish.interfaces) {
+    if (auto valid = validate_interface(name); !valid) return err(at("interfaces", valid.error()));
+  }
+  for (const auto& peer : wish.peers) {
+    if (auto valid = validate_peer(peer); !valid) return err(at("peers", valid.error()));
+  }
+  for (const auto& rule : wish.exports) {
+    if (auto valid = validate_rule(rule); !valid) return err(at("export", valid.error()));
+  }
+  return {};
+}
+
+/// A mode, and who asked for it.
+struct Asked {
+  NetworkMode mode = NetworkMode::Local;
+  std::string because_of;
+};
+
+// What ROS 2's variables mean; nothing if they say nothing of it.
+std::optional<Asked> asked_by(const EnvironmentWish& wish) {
+  constexpr const char* kRange = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+  if (wish.localhost_only) return Asked{NetworkMode::Local, "ROS_LOCALHOST_ONLY"};
+  const bool has_peers = !wish.peers.empty();
+  if (!wish.range) return has_peers ? std::optional(Asked{NetworkMode::Export, "ROS_STATIC_PEERS"}) : std::nullopt;
+  switch (*wish.range) {
+    case DiscoveryRange::Off: return Asked{NetworkMode::Off, kRange};
+    case DiscoveryRange::Localhost:
+      return has_peers ? Asked{NetworkMode::Export, "ROS_STATIC_PEERS"} : Asked{NetworkMode::Local, kRange};
+    case DiscoveryRange::Subnet:
+    case DiscoveryRange::SystemDefault: break;
+  }
+  return Asked{NetworkMode::Export, kRange};
+}
+
+Asked asked_by(const NetworkWish& launch, const EnvironmentWish& environment) {
+  if (launch.mode) return {*launch.mode, "network: mode"};
+  const auto asked = asked_by(environment);
+  if (!launch.peers.empty() && !asked) return {NetworkMode::Export, "network: peers"};
+  return asked.value_or(Asked{});
+}
+
+// How others are found is the environment's word where there is one: two programs of one machine meet only if both do
+// it alike.
+Discovery discovery_of(NetworkMode mode, const NetworkWish& launch, const EnvironmentWish& environment) {
+  const bool by_unicast = environment.localhost_only || environment.range == DiscoveryRange::Localhost;
+  if (mode == NetworkMode::Off) return Discovery::None;
+  if (mode == NetworkMode::Local) return by_unicast ? Discovery::Unicast : Discovery::Loopback;
+  if (environment.range == DiscoveryRange::SystemDefault) return Discovery::AsConfigured;
+  // Peers without a word that the LAN is meant.
+  const bool only_peers = !launch.mode && environment.range != DiscoveryRange::Subnet;
+  return only_peers ? Discovery::Unicast : Discovery::Multicast;
+}
+
+void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& environment, NetworkSettings& settings) {
+  const auto asked = asked_by(environment);
+  if (launch.mode && asked && asked->mode != *launch.mode) {
+    settings.remarks.push_back({asked->because_of,
+                                std::string("it asks for ") + to_text(asked->mode) + ", the launch file says " +
+                                    to_text(*launch.mode) + ", which is in force",
+                                ""});
+  }
+  if (launch.domain_id && environment.domain && *environment.domain != *launch.domain_id) {
+    settings.remarks.push_back({"ROS_DOMAIN_ID",
+                                "it says " + std::to_string(*environment.domain) + ", the launch file says " +
+                                    std::to_string(*launch.domain_id) + ", which is in force",
+                                ""});
+  }
+  if (!settings.cyclonedds_uri.empty()) {
+    settings.remarks.push_back({"CYCLONEDDS_URI",
+                                "Cyclone reads it after our settings: who can see the robot is what it says",
+                                "unset it to have the network as said here"});
+  }
+}
+
+// Peers in order, each once; only where they are asked.
+void take_peers(const NetworkWish& launch, const EnvironmentWish& environment, NetworkSettings& settings) {
+  const bool asks = settings.mode == NetworkMode::Export && settings.discovery != Discovery::AsConfigured;
+  const auto take = [&](const std::vector<std::string>& peers, const char* where) {
+    if (!asks && !peers.empty()) {
+      settings.remarks.push_back(
+          {where, "peers are not asked in this mode", "network:=export shows the robot to them"});
+    }
+    for (const auto& peer : peers) {
+      const bool is_new = std::find(settings.peers.begin(), settings.peers.end(), peer) == settings.peers.end();
+      if (asks && is_new) settings.peers.push_back(peer);
+    }
+  };
+  take(launch.peers, "network: peers");
+  if (!environment.localhost_only) take(environment.peers, "ROS_STATIC_PEERS");
+}
+
+}  // namespace
+
+const char* to_text(NetworkMode mode) { return kModes[static_cast<std::size_t>(mode)].c_str(); }
+
+Result<NetworkMode, Problem> parse_network_mode(std::string_view text) {
+  const auto found = std::find(kModes.begin(), kModes.end(), text);
+  if (found != kModes.end()) return static_cast<NetworkMode>(found - kModes.begin());
+  return err(
+      Problem{"", "'" + std::string(text.substr(0, 80)) + "' is no mode of the network", suggestion(text, kModes)});
+}
+
+Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch, const Environment& environment) {
+  if (auto valid = validate(launch); !valid) return err(valid.error());
+  auto asked = read_environment(environment);
+  if (!asked) return err(asked.error());
+
+  Asked mode = asked_by(launch, *asked);
+  NetworkSettings settings;
+  settings.mode = mode.mode;
+  settings.discovery = discovery_of(mode.mode, launch, *asked);
+  settings.because_of = std::move(mode.because_of);
+  settings.domain = launch.domain_id.value_or(asked->domain.value_or(0));
+  settings.interfaces = launch.interfaces;
+  settings.exports = launch.exports;
+  settings.allow_load = launch.allow_load;
+  settings.security = asked->security;
+  settings.cyclonedds_uri = asked->cyclonedds_uri;
+  settings.remarks = asked->remarks;
+  remark_on_differences(launch, *asked, settings);
+  take_peers(launch, *asked, settings);
+  return settings;
+}
+
+std::string network_line(const NetworkSettings& settings) {
+  std::string line = "network: ";
+  switch (settings.mode) {
+    case NetworkMode::Off: return line + "off; to let tools of this machine see it: network:=local";
+    case NetworkMode::Local: line += "local only"; break;
+    case NetworkMode::Export:
+      line += settings.discovery == Discovery::Unicast ? "shown to " + join(settings.peers) : "shown to the LAN";
+      break;
+  }
+  if (settings.domain != 0) line += ", domain " + std::to_string(settings.domain);
+  if (!settings.cyclonedds_uri.empty()) line += ", as CYCLONEDDS_URI allows";
+  return line + (settings.mode == NetworkMode::Local ? "; to show it to the LAN: network:=export"
+                                                     : "; to keep it on this machine: network:=local");
+}
+
+}  // namespace nacelle::transport_dds

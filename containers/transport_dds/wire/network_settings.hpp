@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "transport_dds/wire/ros_environment.hpp"
+
+namespace nacelle::transport_dds {
+
+/// Who may see the container.
+enum class NetworkMode : std::uint8_t {
+  Off,    ///< Nobody: no participant is made.
+  Local,  ///< This machine.
+  Export  ///< Other machines too.
+};
+[[nodiscard]] const char* to_text(NetworkMode mode);
+/// "off", "local", "export". Errors: a Problem without `where`, with the nearest word.
+[[nodiscard]] Result<NetworkMode, Problem> parse_network_mode(std::string_view text);
+
+/// What leaves the machine of one topic in mode Export.
+struct ExportRule {
+  std::string topic;                ///< Fully qualified name.
+  double max_hz = 0.0;              ///< 0: every message.
+  std::size_t max_bytes_per_s = 0;  ///< 0: no limit.
+  bool compressed_only = false;     ///< Only the compressed form of an image.
+  friend bool operator==(const ExportRule&, const ExportRule&) = default;
+};
+
+/// The launch file's `network:`, as written. What is not written is not given.
+struct NetworkWish {
+  std::optional<NetworkMode> mode;
+  std::optional<int> domain_id;
+  std::vector<std::string> interfaces;  ///< Names ("eth0") or addresses of this machine.
+  std::vector<std::string> peers;
+  std::vector<ExportRule> exports;
+  bool allow_load = false;  ///< Others may load and unload components.
+};
+
+/// How others are found.
+enum class Discovery : std::uint8_t {
+  None,
+  Loopback,     ///< Multicast on lo: nothing leaves the machine, whatever the other side sends.
+  Unicast,      ///< No multicast: this machine and the peers are asked, as rmw_cyclonedds does for LOCALHOST.
+  Multicast,    ///< The network's other machines, and the peers.
+  AsConfigured  ///< SYSTEM_DEFAULT: Cyclone's own settings.
+};
+
+/// What is in force.
+struct NetworkSettings {
+  NetworkMode mode = NetworkMode::Local;
+  Discovery discovery = Discovery::Loopback;
+  int domain = 0;
+  std::vector<std::string> interfaces;  ///< Empty: Cyclone's choice.
+  std::vector<std::string> peers;       ///< With Unicast and Multicast.
+  std::vector<ExportRule> exports;      ///< Empty: every topic.
+  bool allow_load = false;
+  SecurityWish security;
+  std::string cyclonedds_uri;  ///< Read by Cyclone after our own configuration: it has the last word.
+  std::string because_of;      ///< What set the mode: "network: mode", "ROS_LOCALHOST_ONLY"; empty: the default.
+  /// One line each about what was asked for and is not so, for the bring-up and `nacelle doctor net`.
+  std::vector<Problem> remarks;
+};
+
+/// Puts launch file and environment together. The launch file wins; where they differ there is a remark.
+///
+/// Neither says anything: Local on the loopback interface. Peers without a mode or a range mean Export to them alone.
+/// In mode Local and Off peers are not asked. A mode of the launch file keeps the environment's way to find others
+/// (LOCALHOST: by unicast), since two programs of one machine meet only if both do it alike.
+/// Errors: a domain, a peer, an interface or a rule that is none; `where` is "network: ..." or the variable.
+[[nodiscard]] Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch,
+                                                                const Environment& environment);
+
+/// The bring-up's last line: "network: local only; to show it to the LAN: network:=export".
+[[nodiscard]] std::string network_line(const NetworkSettings& settings);
+
+}  // namespace nacelle::transport_dds

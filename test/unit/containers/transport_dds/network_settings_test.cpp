@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport_dds/wire/network_settings.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "transport_dds/wire/cyclone_config.hpp"
+
+namespace nacelle::transport_dds {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr const char* kRange = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+constexpr const char* kPeers = "ROS_STATIC_PEERS";
+
+NetworkSettings settings_of(const NetworkWish& launch, const Environment& environment = {}) {
+  auto settings = network_settings(launch, environment);
+  EXPECT_TRUE(settings) << settings.error().text();
+  return std::move(settings).value();
+}
+NetworkWish launch_with(NetworkMode mode) {
+  NetworkWish wish;
+  wish.mode = mode;
+  return wish;
+}
+std::string remarks_of(const NetworkSettings& settings) {
+  std::string all;
+  for (const auto& remark : settings.remarks) all += remark.text() + "\n";
+  return all;
+}
+
+TEST(NetworkSettings, are_local_on_lo_if_nobody_asks) {
+  const auto settings = settings_of({});
+
+  EXPECT_EQ(settings.mode, NetworkMode::Local);
+  EXPECT_EQ(settings.discovery, Discovery::Loopback);
+  EXPECT_EQ(settings.domain, 0);
+  EXPECT_EQ(settings.because_of, "");
+  EXPECT_THAT(settings.remarks, IsEmpty());
+  EXPECT_EQ(network_line(settings), "network: local only; to show it to the LAN: network:=export");
+  EXPECT_EQ(
+      cyclone_config(settings),
+      R"(<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
+      "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General></Domain></CycloneDDS>");
+}
+
+TEST(NetworkSettings, obey_the_range_of_ros) {
+  const auto of = [](const char* range) { return settings_of({}, {{kRange, range}}); };
+  EXPECT_EQ(of("OFF").mode, NetworkMode::Off);
+  EXPECT_EQ(of("SUBNET").mode, NetworkMode::Export);
+  EXPECT_EQ(cyclone_config(of("SUBNET")), "") << "Cyclone's defaults, as rmw_cyclonedds has them";
+  EXPECT_EQ(cyclone_config(of("SYSTEM_DEFAULT")), "");
+  EXPECT_EQ(of("LOCALHOST").mode, NetworkMode::Local);
+  EXPECT_EQ(of("LOCALHOST").because_of, kRange);
+  EXPECT_EQ(cyclone_config(of("LOCALHOST")),
+            "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General>"
+            "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+            R"(<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>)");
+}
+
+TEST(NetworkSettings, show_the_robot_to_peers_alone_where_only_peers_are_named) {
+  NetworkWish launch;
+  launch.peers = {"10.0.0.7"};
+  for (const auto& settings : {settings_of(launch), settings_of({}, {{kPeers, "10.0.0.7"}}),
+                               settings_of({}, {{kPeers, "10.0.0.7"}, {kRange, "LOCALHOST"}})}) {
+    EXPECT_EQ(settings.mode, NetworkMode::Export);
+    EXPECT_EQ(settings.discovery, Discovery::Unicast);
+    EXPECT_THAT(cyclone_config(settings), HasSubstr(R"(<Peer address="localhost"/><Peer address="10.0.0.7"/>)"));
+    EXPECT_THAT(cyclone_config(settings), HasSubstr("<AllowMulticast>false"));
+    EXPECT_EQ(network_line(settings), "network: shown to 10.0.0.7; to keep it on this machine: network:=local");
+  }
+}
+
+TEST(NetworkSettings, ask_peers_besides_the_lan) {
+  NetworkWish launch = launch_with(NetworkMode::Export);
+  launch.peers = {"10.0.0.7", "10.0.0.8"};
+  launch.interfaces = {"eth0", "10.0.0.1"};
+  const auto settings = settings_of(launch, {{kPeers, "10.0.0.8;10.0.0.9"}});
+
+  EXPECT_EQ(settings.discovery, Discovery::Multicast);
+  EXPECT_THAT(settings.peers, ElementsAre("10.0.0.7", "10.0.0.8", "10.0.0.9"));
+  EXPECT_THAT(settings.remarks, IsEmpty());
+  const std::string config = cyclone_config(settings);
+  EXPECT_THAT(config, HasSubstr(R"(<NetworkInterface name="eth0"/><NetworkInterface address="10.0.0.1"/>)"));
+  EXPECT_THAT(config, HasSubstr(R"(<Peer address="10.0.0.9"/>)"));
+  EXPECT_THAT(config, Not(HasSubstr("localhost")));
+  EXPECT_THAT(config, Not(HasSubstr("AllowMulticast")));
+  EXPECT_EQ(network_line(settings), "network: shown to the LAN; to keep it on this machine: network:=local");
+}
+
+TEST(NetworkSettings, of_the_launch_file_win_and_say_so) {
+  NetworkWish launch = launch_with(NetworkMode::Local);
+  launch.domain_id = 7;
+  const auto settings = settings_of(launch, {{kRange, "SUBNET"}, {"ROS_DOMAIN_ID", "5"}, {kPeers, "10.0.0.7"}});
+
+  EXPECT_EQ(settings.mode, NetworkMode::Local);
+  EXPECT_EQ(settings.discovery, Discovery::Loopback);
+  EXPECT_EQ(settings.domain, 7);
+  EXPECT_THAT(settings.peers, IsEmpty());
+  EXPECT_EQ(remarks_of(settings),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE: it asks for export, the launch file says local, which is in force\n"
+            "ROS_DOMAIN_ID: it says 5, the launch file says 7, which is in force\n"
+            "ROS_STATIC_PEERS: peers are not asked in this mode; network:=export shows the robot to them\n");
+  EXPECT_EQ(network_line(settings), "network: local only, domain 7; to show it to the LAN: network:=export");
+}
+
+TEST(NetworkSettings, find_tools_of_this_machine_as_these_are_told_to) {
+  EXPECT_EQ(settings_of(launch_with(NetworkMode::Local), {{kRange, "LOCALHOST"}}).discovery, Discovery::Unicast);
+  EXPECT_EQ(settings_of(launch_with(NetworkMode::Local), {{kRange, "LOCALHOST"}, {kPeers, "10.0.0.7"}}).discovery,
+            Discovery::Unicast);
+  EXPECT_EQ(settings_of(launch_with(NetworkMode::Local), {{"ROS_LOCALHOST_ONLY", "1"}}).discovery, Discovery::Unicast);
+  EXPECT_EQ(settings_of(launch_with(NetworkMode::Export), {{kRange, "LOCALHOST"}}).discovery, Discovery::Multicast);
+  EXPECT_EQ(settings_of(launch_with(NetworkMode::Off), {{kRange, "SUBNET"}}).discovery, Discovery::None);
+}
+
+TEST(NetworkSettings, obey_localhost_only_before_range_and_peers) {
+  const auto settings = settings_of({}, {{"ROS_LOCALHOST_ONLY", "1"}, {kRange, "SUBNET"}, {kPeers, "10.0.0.7"}});
+
+  EXPECT_EQ(settings.mode, NetworkMode::Local);
+  EXPECT_EQ(settings.discovery, Discovery::Unicast);
+  EXPECT_THAT(settings.peers, IsEmpty());
+  EXPECT_EQ(settings.because_of, "ROS_LOCALHOST_ONLY");
+  EXPECT_EQ(settings_of({}, {{"ROS_LOCALHOST_ONLY", "0"}, {kRange, "SUBNET"}}).mode, NetworkMode::Export);
+}
+
+TEST(NetworkSettings, leave_cyclonedds_uri_the_last_word_and_say_so) {
+  const auto settings = settings_of({}, {{"CYCLONEDDS_URI", "file:///etc/cyclone.xml"}});
+
+  EXPECT_THAT(cyclone_config(settings), ::testing::EndsWith("</CycloneDDS>,file:///etc/cyclone.xml"));
+  EXPECT_THAT(remarks_of(settings), HasSubstr("CYCLONEDDS_URI"));
+  EXPECT_THAT(network_line(settings), HasSubstr("as CYCLONEDDS_URI allows"));
+  EXPECT_EQ(cyclone_config(settings_of({}, {{"CYCLONEDDS_URI", "x"}, {kRange, "SUBNET"}})), "x");
+}
+
+TEST(NetworkSettings, of_a_network_that_is_off_say_how_to_switch_it_on) {
+  EXPECT_EQ(network_line(settings_of(launch_with(NetworkMode::Off))),
+            "network: off; to let tools of this machine see it: network:=local");
+}
+
+TEST(NetworkSettings, refuse_what_is_no_setting_with_its_key) {
+  const auto where = [](const auto& change) {
+    NetworkWish wish;
+    change(wish);
+    const auto settings = network_settings(wish, {});
+    return settings ? std::string("accepted") : settings.error().where;
+  };
+  EXPECT_EQ(where([](auto& w) { w.domain_id = 233; }), "network: domain_id");
+  EXPECT_EQ(where([](auto& w) { w.domain_id = -1; }), "network: domain_id");
+  EXPECT_EQ(where([](auto& w) { w.interfaces = {"eth0\"/>"}; }), "network: interfaces");
+  EXPECT_EQ(where([](auto& w) { w.interfaces = {""}; }), "network: interfaces");
+  EXPECT_EQ(where([](auto& w) { w.peers = {"a b"}; }), "network: peers");
+  EXPECT_EQ(where([](auto& w) { w.exports = {{"scan"}}; }), "network: export");
+  EXPECT_EQ(where([](auto& w) { w.exports = {{"/scan", -1.0}}; }), "network: export");
+  EXPECT_EQ(where([](auto& w) {
+              w.exports = {{"/scan", std::numeric_limits<double>::quiet_NaN()}};
+            }),
+            "network: export");
+  EXPECT_EQ(where([](auto& w) { w.exports = {{"/scan", 5.0, 1000, true}}; }), "accepted");
+  EXPECT_EQ(network_settings({}, {{"ROS_DOMAIN_ID", "x"}}).error().where, "ROS_DOMAIN_ID");
+}
+
+TEST(NetworkSettings, have_three_modes) {
+  for (const auto mode : {NetworkMode::Off, NetworkMode::Local, NetworkMode::Export}) {
+    EXPECT_EQ(parse_network_mode(to_text(mode)).value(), mode);
+  }
+  EXPECT_EQ(parse_network_mode("exprot").error().way_out, "did you mean 'export'?");
+}
+
+TEST(NetworkSettings, carry_on_what_they_do_not_judge) {
+  NetworkWish launch = launch_with(NetworkMode::Export);
+  launch.allow_load = true;
+  launch.exports = {{"/scan", 5.0}};
+  const auto settings = settings_of(launch, {{"ROS_SECURITY_ENABLE", "true"}, {"ROS_SECURITY_STRATEGY", "Enforce"}});
+
+  EXPECT_TRUE(settings.allow_load);
+  EXPECT_EQ(settings.exports, launch.exports);
+  EXPECT_TRUE(settings.security.enforced);
+}
+
+TEST(DomainPorts, are_those_of_rtps) {
+  EXPECT_EQ(ports_of_domain(0).first, 7400);
+  EXPECT_EQ(ports_of_domain(42, 0).last, 17911);
+  EXPECT_EQ(ports_of_domain(101).last, 32725);
+}
+
+TEST(DomainPorts, that_the_kernel_gives_to_anybody_are_a_remark_with_both_ranges) {
+  constexpr PortRange kUsual{32768, 60999};
+  EXPECT_FALSE(port_remark(0, kUsual));
+  EXPECT_FALSE(port_remark(101, kUsual));
+  EXPECT_FALSE(port_remark(215, kUsual));
+  const auto remark = port_remark(102, kUsual);
+  ASSERT_TRUE(remark);
+  EXPECT_EQ(remark->text(),
+            "domain 102: its UDP ports 32900 to 32975 reach those from 32768 to 60999 that the kernel gives to any "
+            "program; take "
+            "another domain, or `sysctl net.ipv4.ip_local_reserved_ports=32900-32975`");
+  EXPECT_TRUE(port_remark(1, {7700, 7800})) << "a machine with another range";
+  EXPECT_TRUE(port_remark(214, kUsual)) << "its multicast ports";
+}
+
+}  // namespace
+}  // namespace nacelle::transport_dds
