@@ -47,7 +47,7 @@ class BrokerReader final : public ProxyReader {
     std::erase(topic_->readers_, queue_);
     topic_->version_.fetch_add(1, std::memory_order_release);
     for (BrokerWriter* writer : topic_->writers_) {
-      if (matches(writer->spec(), queue_->spec())) writer->tell();
+      if (writer->is_read_by(*queue_)) writer->tell();
     }
     broker_.links_.gone(queue_->id());
     if (is_tool(queue_->spec())) return;
@@ -179,7 +179,8 @@ std::unique_ptr<ProxyReader> Broker::make_reader(std::shared_ptr<ReaderQueue> qu
   types_to_compare_ = true;
   queue->tell_links(&links_);
   auto reader = std::make_unique<BrokerReader>(*this, topic(queue->spec()), queue);
-  links_.made(info_of(queue->spec(), queue->id(), false, queue->is_enabled()));
+  if (!queue->is_tap() && !queue->is_witness())
+    links_.made(info_of(queue->spec(), queue->id(), false, queue->is_enabled()));
   return reader;
 }
 

@@ -24,8 +24,10 @@ std::uint32_t Broker::join(GraphListener& listener) {
     const std::lock_guard topic_lock(topic->mutex_);
     for (const BrokerWriter* writer : topic->writers_)
       listener.on_made(info_of(writer->spec(), writer->id(), true, true));
-    for (const auto& reader : topic->readers_)
-      listener.on_made(info_of(reader->spec(), reader->id(), false, reader->is_enabled()));
+    for (const auto& reader : topic->readers_) {
+      if (!reader->is_tap() && !reader->is_witness())
+        listener.on_made(info_of(reader->spec(), reader->id(), false, reader->is_enabled()));
+    }
   }
   return link;
 }
@@ -35,6 +37,33 @@ void Broker::leave(std::uint32_t link) { links_.remove(link); }
 std::unique_ptr<ProxyWriter> Broker::create_proxy_writer(const EndpointSpec& spec, std::uint64_t id) {
   const std::lock_guard lock(mutex_);
   return make_writer(spec, id);
+}
+
+std::unique_ptr<ProxyReader> Broker::create_tap(const EndpointInfo& writer, std::uint32_t link,
+                                                ReadyListener* listener) {
+  EndpointSpec spec;
+  spec.topic = writer.spec.topic;
+  spec.type = writer.spec.type;
+  spec.qos = writer.spec.qos.resolved();
+  spec.qos.keep_last(std::max<std::size_t>(1, spec.qos.queue_capacity()));
+  spec.via = link;
+  const std::lock_guard lock(mutex_);
+  auto queue = std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), next_id_++);
+  queue->be_tap_of(writer.id);
+  auto tap = make_reader(queue);
+  // A process sends only what somebody here reads; nobody else is to know.
+  if (writer.spec.via != 0) links_.made(info_of(spec, queue->id(), false, true), writer.spec.via);
+  return tap;
+}
+
+std::unique_ptr<ProxyReader> Broker::create_witness(const EndpointSpec& spec) {
+  static constexpr std::atomic<bool> kClosed{false};
+  EndpointSpec closed = spec;
+  closed.gate = &kClosed;
+  const std::lock_guard lock(mutex_);
+  auto queue = std::make_shared<ReaderQueue>(closed, Taking::Share, nullptr, clock_, watchdog_.get(), next_id_++);
+  queue->be_witness();
+  return make_reader(std::move(queue));
 }
 
 void Broker::note_lost(const EndpointInfo& reader, const ReaderCounters& losses) {

@@ -126,7 +126,8 @@ WiringReport Broker::wiring(const std::string& name, Duration age) const {
       std::size_t owners = 0, sharers = 0, links = 0;  // a message is copied on its way to or from another process
       if (writer->spec().via != 0) ++links;
       for (const auto& reader : topic->readers_) {
-        if (!matches(writer->spec(), reader->spec())) continue;
+        // Who listens on the network is not of the robot's wiring, and may come and go.
+        if (reader->is_tap() || reader->is_witness() || !matches(writer->spec(), reader->spec())) continue;
         ++(reader->taking() == Taking::Own ? owners : sharers);
         if (reader->spec().via != 0) {
           ++links;

@@ -257,7 +257,7 @@ void BrokerWriter::tell() const {
 // Under the topic's lock.
 void BrokerWriter::tell_readers() const {
   for (const auto& reader : topic_->readers_) {
-    if (matches(spec_, reader->spec())) reader->tell();
+    if (is_read_by(*reader)) reader->tell();
   }
 }
 
@@ -266,7 +266,7 @@ void BrokerWriter::tell_readers() const {
 std::size_t BrokerWriter::reader_count() const {
   const std::lock_guard lock(topic_->mutex_);
   return static_cast<std::size_t>(
-      std::ranges::count_if(topic_->readers_, [&](const auto& reader) { return matches(spec_, reader->spec()); }));
+      std::ranges::count_if(topic_->readers_, [&](const auto& reader) { return is_read_by(*reader); }));
 }
 
 WriterCounters BrokerWriter::counters() const {
@@ -304,7 +304,7 @@ void BrokerWriter::fold_into(Topic::Totals& totals) const {
 // --- hand-over ----------------------------------------------------------------------------------------------------------
 
 void BrokerWriter::replay(ReaderQueue& reader) {
-  if (!keeps_history_ || !matches(spec_, reader.spec())) return;
+  if (!keeps_history_ || !serves(reader)) return;
   const MonotonicTime now = broker_.clock_.now();
   for (Block* block : history_) {
     if (block->info.sequence <= reader.seen(id_) || block->expires < now) continue;
@@ -324,7 +324,7 @@ void BrokerWriter::refresh_routes() {
   routes_.clear();
   std::size_t deepest = keeps_history_ ? history_limit_ : 0;
   for (const auto& reader : topic_->readers_) {
-    if (!matches(spec_, reader->spec())) continue;
+    if (reader->is_witness() || !serves(*reader)) continue;
     routes_.push_back(reader);
     deepest = std::max(deepest, reader->spec().qos.resolved().queue_capacity());
   }

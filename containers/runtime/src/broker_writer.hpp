@@ -56,6 +56,14 @@ class BrokerWriter final : public ProxyWriter {
   void tell() const;
   [[nodiscard]] bool is_alive() const;
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
+  /// Whether its messages are for this reader.
+  [[nodiscard]] bool serves(const ReaderQueue& reader) const {
+    return reader.is_tap() ? reader.taps(id_) : matches(spec_, reader.spec());
+  }
+  /// Whether the reader is one of its subscriptions.
+  [[nodiscard]] bool is_read_by(const ReaderQueue& reader) const {
+    return !reader.is_tap() && matches(spec_, reader.spec());
+  }
   /// The last one that published; 0: none yet.
   [[nodiscard]] std::uintptr_t thread() const { return thread_.get(); }
 

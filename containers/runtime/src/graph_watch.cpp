@@ -20,6 +20,13 @@ void GraphWatch::made(const EndpointInfo& endpoint) const {
   for (const auto& [link, listener] : listeners_) listener->on_made(endpoint);
 }
 
+void GraphWatch::made(const EndpointInfo& endpoint, std::uint32_t only) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [link, listener] : listeners_) {
+    if (link == only) listener->on_made(endpoint);
+  }
+}
+
 void GraphWatch::gone(std::uint64_t id) const {
   const std::lock_guard lock(mutex_);
   for (const auto& [link, listener] : listeners_) listener->on_gone(id);

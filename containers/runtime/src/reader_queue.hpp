@@ -63,6 +63,13 @@ class ReaderQueue {
   /// Before the queue is shared.
   void tell_links(const GraphWatch* links) { links_ = keep_all_ ? links : nullptr; }
 
+  // Before the queue is shared; see Graph.
+  void be_tap_of(std::uint64_t writer) { tapped_ = writer; }
+  void be_witness() { witness_ = true; }
+  [[nodiscard]] bool is_tap() const { return tapped_ != 0; }
+  [[nodiscard]] bool is_witness() const { return witness_; }
+  [[nodiscard]] bool taps(std::uint64_t writer) const { return tapped_ == writer; }
+
   // Of a stand-in for a reader of another process; see ProxyReader (reader_proxy.cpp).
   [[nodiscard]] Block* look();
   void release(std::uint64_t messages);
@@ -150,6 +157,8 @@ class ReaderQueue {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
   const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
   std::shared_ptr<BufferLender> lender_;
+  std::uint64_t tapped_ = 0;  // the only writer that it hears; 0: it is no tap
+  bool witness_ = false;
   std::size_t looked_at_ = 0;         // of those that wait, the oldest
   std::uint64_t released_early_ = 0;  // looked at, and gone before release()
 };

@@ -50,6 +50,9 @@ class Broker final : public Graph {
   [[nodiscard]] std::unique_ptr<ProxyWriter> create_proxy_writer(const EndpointSpec& spec, std::uint64_t id) override;
   [[nodiscard]] std::unique_ptr<ProxyReader> create_proxy_reader(const EndpointSpec& spec,
                                                                  ReadyListener* listener) override;
+  [[nodiscard]] std::unique_ptr<ProxyReader> create_tap(const EndpointInfo& writer, std::uint32_t link,
+                                                        ReadyListener* listener) override;
+  [[nodiscard]] std::unique_ptr<ProxyReader> create_witness(const EndpointSpec& spec) override;
   void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;

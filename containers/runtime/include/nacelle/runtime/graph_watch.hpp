@@ -18,6 +18,8 @@ class GraphWatch final {
   /// After its return the listener is not called any more.
   void remove(std::uint32_t link);
   void made(const EndpointInfo& endpoint) const;
+  /// Tells one link only.
+  void made(const EndpointInfo& endpoint, std::uint32_t link) const;
   void gone(std::uint64_t id) const;
   void gate(std::uint64_t reader, bool open) const;
   void life(std::uint64_t writer) const;

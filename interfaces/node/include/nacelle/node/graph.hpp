@@ -77,6 +77,14 @@ class Graph : public Transport {
                                                                          std::uint64_t id) = 0;
   [[nodiscard]] virtual std::unique_ptr<ProxyReader> create_proxy_reader(const EndpointSpec& spec,
                                                                          ReadyListener* listener) = 0;
+  /// A reader of what this one writer publishes, history included, for a link that has an end of its own for each writer. Its queue
+  /// overwrites, so that it never holds a publisher up. It is no subscription: neither counted nor told, but to the process that
+  /// the writer itself stands for. The writer's end leaves it without messages.
+  [[nodiscard]] virtual std::unique_ptr<ProxyReader> create_tap(const EndpointInfo& writer, std::uint32_t link,
+                                                                ReadyListener* listener) = 0;
+  /// A stand-in for a reader that gets its messages by taps: matched, judged and counted as it, and never given anything. Costs
+  /// a publish() nothing.
+  [[nodiscard]] virtual std::unique_ptr<ProxyReader> create_witness(const EndpointSpec& spec) = 0;
   /// What a reader of this process has lost on the way to it: adds `overwritten`, `full`, `expired` and `inactive`.
   virtual void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) = 0;
 };

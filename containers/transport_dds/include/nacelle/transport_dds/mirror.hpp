@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/node/graph.hpp"
+
+namespace nacelle {
+
+namespace transport_dds {
+class RemoteGraph;
+}
+
+struct MirrorOptions {
+  std::uint32_t domain_id = 0;
+  std::string config;         ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
+  std::string enclave = "/";  ///< ROS 2's; without an own one it is "/".
+  std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
+  /// What keeps an endpoint from the network, or two of them apart, each once. On the network's thread. Null: the log.
+  std::function<void(const Problem&)> on_problem;
+};
+
+/// Since the start, but for those that say "now".
+struct MirrorStats {
+  std::uint64_t encoded = 0, bytes_encoded = 0;  ///< Messages of this side, once each for all that read them.
+  std::uint64_t overtaken = 0;                   ///< Never encoded: the network was slower than their writer's depth.
+  std::uint64_t refused = 0;                     ///< Not sent: too long, or more on its way than may be.
+  std::uint64_t received = 0, decoded = 0;       ///< For readers of this side; one decoding serves several of them.
+  std::uint64_t broken = 0;                      ///< Were no messages of their type.
+  std::uint64_t stray = 0;                       ///< From a writer that is unknown, gone, or has another definition.
+  std::uint64_t snapshots = 0;                   ///< Of the own nodes, sent.
+  std::uint64_t problems = 0;
+  std::uint64_t writers = 0, readers = 0;  ///< Of this side on the network, now.
+  std::uint64_t taps = 0;                  ///< Writers whose messages are fetched, now.
+  std::uint64_t stand_ins = 0;             ///< For ends of other participants, now.
+};
+
+/// Shows a graph on the network as ROS 2 nodes, and brings in what other participants publish (docs/adr/0012).
+///
+/// Each writer and reader of the graph has a DDS endpoint of its own with its QoS, from when it is made to its end, whether
+/// its node is active or not. Messages of a writer are fetched and encoded while somebody on the network has matched it;
+/// those of a transient_local writer always, for who comes late. For each remote end of a topic with a use here the graph
+/// gets a stand-in, so that the graph's own rules judge QoS and tell what happens.
+///
+/// A publisher never waits for the network: what that cannot follow is overwritten within the writer's depth, and counted.
+/// Not over the network: services, and topics that avoid ROS's naming towards this side.
+/// Threads: one of its own, "network"; all members from any thread.
+class DdsMirror final {
+ public:
+  /// `graph` and `clock` must outlive it. Errors: as Participant::create().
+  [[nodiscard]] static Result<std::unique_ptr<DdsMirror>, Problem> start(Graph& graph, const Clock& clock,
+                                                                         MirrorOptions options);
+  DdsMirror(const DdsMirror&) = delete;
+  DdsMirror& operator=(const DdsMirror&) = delete;
+  /// All leave the network.
+  ~DdsMirror();
+
+  [[nodiscard]] MirrorStats stats() const;
+  /// Nodes, topics and services of other participants. The network's thread waits meanwhile: do not use the graph from
+  /// within.
+  void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;
+
+ private:
+  struct Impl;
+  explicit DdsMirror(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace nacelle

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/base/log.hpp"
+#include "nacelle/transport_dds/mirror.hpp"
+#include "transport_dds/port/discovery.hpp"
+#include "transport_dds/port/reader.hpp"
+#include "transport_dds/port/writer.hpp"
+#include "transport_dds/wire/graph_snapshot.hpp"
+#include "transport_dds/wire/remote_graph.hpp"
+
+namespace nacelle {
+
+namespace dds = transport_dds;
+
+/// A counter with one writing thread, read by others.
+using Figure = std::atomic<std::uint64_t>;
+
+/// What a mirror keeps. Threads: on_*() and note_*() any; the rest the network's own.
+struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
+  /// An endpoint of this side. Threads: on_*() any.
+  struct LocalEnd : dds::EndpointListener, ReadyListener {
+    LocalEnd(Impl& owner, EndpointInfo of) : mirror(owner), info(std::move(of)) {}
+    void on_status() noexcept override {
+      is_status_new = true;
+      mirror.note_ready(*this);
+    }
+    void on_data() noexcept override { mirror.note_ready(*this); }
+    void on_ready() noexcept override { mirror.note_ready(*this); }
+
+    Impl& mirror;
+    EndpointInfo info;
+    std::atomic<bool> queued{false}, is_status_new{false};
+  };
+  struct LocalWriter final : LocalEnd {
+    using LocalEnd::LocalEnd;
+    ~LocalWriter() override { drop_unsent(); }
+    void drop_unsent() {
+      if (unsent != nullptr) drop_reference(*std::exchange(unsent, nullptr));
+    }
+    std::set<dds::Gid> matched;
+    Block* unsent = nullptr;  // taken from the tap; DDS had no room for it yet
+    std::uint64_t told_overwritten = 0;
+    bool showed_life = false, told_refused = false;
+    std::unique_ptr<dds::Writer> writer;  // null: refused. Its calls end before what is above
+    std::unique_ptr<ProxyReader> tap;
+  };
+  struct LocalReader final : LocalEnd {
+    using LocalEnd::LocalEnd;
+    /// What comes behind a closed gate waits for its opening, if the reader asks for history.
+    [[nodiscard]] bool takes() const;
+    std::map<dds::Gid, std::uint64_t> sequences;  // of the writers that it has heard
+    std::optional<dds::Sample> head;              // taken out, and not handed on yet
+    dds::ReaderCounters told;
+    std::uint64_t told_lost = 0;
+    std::unique_ptr<dds::Reader> reader;
+  };
+  /// For an end of another participant; one of the two.
+  struct StandIn {
+    dds::RemoteEndpoint end;
+    std::uint64_t id = 0;
+    const msgs::MessageType* type = nullptr;
+    bool told_broken = false;
+    MonotonicTime showed_life;
+    std::unique_ptr<ProxyWriter> writer;
+    std::unique_ptr<ProxyReader> witness;
+  };
+  struct TopicUse {
+    std::vector<LocalWriter*> writers;
+    std::vector<LocalReader*> readers;
+  };
+  struct Event {
+    enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
+    EndpointInfo info;  // of Made; else only the id and `open`
+  };
+  /// What others have told and the network's thread has not looked at yet.
+  struct Noted {
+    std::vector<Event> events;
+    std::vector<std::uint64_t> ready;
+    bool discovery = false, snapshots = false, stopping = false;
+    [[nodiscard]] bool any() const { return discovery || snapshots || stopping || !events.empty() || !ready.empty(); }
+  };
+  /// Of the reader of other participants' nodes.
+  struct SnapshotListener final : dds::EndpointListener {
+    explicit SnapshotListener(Impl& owner) : mirror(owner) {}
+    void on_status() noexcept override {}
+    void on_data() noexcept override;
+    Impl& mirror;
+  };
+
+  Impl(Graph& graph, const Clock& clock, MirrorOptions options, std::unique_ptr<dds::Participant> participant);
+  ~Impl() override;
+  [[nodiscard]] Result<void, Problem> open();
+
+  // GraphListener, DiscoveryListener
+  void on_made(const EndpointInfo& endpoint) noexcept override;
+  void on_gone(std::uint64_t id) noexcept override;
+  void on_gate(std::uint64_t reader, bool open) noexcept override;
+  void on_life(std::uint64_t writer) noexcept override;
+  void on_left(std::uint64_t) noexcept override {}
+  void on_discovery() noexcept override;
+  void note_ready(LocalEnd& end) noexcept;
+  template <typename F>
+  void note(F change) noexcept;
+
+  // mirror.cpp: the thread
+  void run();
+  void turn();
+  void tell(const Problem& problem);
+  /// Once for each key, of which so many are remembered.
+  void tell_once(const std::string& key, const Problem& problem);
+
+  // mirror_local.cpp: the ends of this side on the network
+  void take(const Event& event);
+  void take_made(const EndpointInfo& info);
+  void take_gone(std::uint64_t id);
+  void make_writer(const EndpointInfo& info);
+  void make_reader(const EndpointInfo& info);
+  [[nodiscard]] Result<dds::EndpointOptions, Problem> options_for(const EndpointInfo& info) const;
+  void show(const EndpointInfo& info, const dds::Gid& gid);
+  void hide(const EndpointInfo& info, const dds::Gid& gid);
+  void look_at_status(LocalWriter& end);
+  void look_at_status(LocalReader& end);
+
+  // mirror_remote.cpp: the ends of the others
+  void take_discovery();
+  void take_participant(dds::DiscoveryEvent::Kind kind, const dds::DiscoveredParticipant& found);
+  void take_endpoint(dds::DiscoveryEvent::Kind kind, const dds::DiscoveredEndpoint& found);
+  void take_snapshots();
+  void consider(const dds::RemoteEndpoint& end);
+  void consider_all(const std::string& topic);
+  void make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
+  [[nodiscard]] bool may_be_counted(const dds::RemoteEndpoint& reader, const TopicUse& use) const;
+  [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
+  void drop_gone();
+  void forget(const dds::Gid& gid);
+  MonotonicTime show_life();
+
+  // mirror_messages.cpp
+  /// Sends what has been published; true if it stopped before the end, for others to have their turn.
+  bool send(LocalWriter& end);
+  /// False: a KEEP_ALL writer has no room for it now.
+  [[nodiscard]] bool send(LocalWriter& end, const Block& block);
+  MonotonicTime send_held_up();
+  /// Hands on what has come for these readers; true if it stopped before the end, for others to have their turn.
+  bool receive(TopicUse& use);
+  [[nodiscard]] StandIn* stand_in_of(const dds::Sample& sample);
+  void hand_on(const std::vector<LocalReader*>& to, StandIn& from, std::uint64_t sequence);
+  void tell_losses(LocalReader& end);
+  void send_snapshot();
+
+  Graph& graph;
+  const Clock& clock;
+  const MirrorOptions options;
+  const Logger log{"network"};
+  const std::unique_ptr<dds::Participant> participant;
+  std::atomic<std::uint32_t> number{0};  // our link's
+
+  std::map<std::uint64_t, std::unique_ptr<LocalWriter>> writers;
+  std::map<std::uint64_t, std::unique_ptr<LocalReader>> readers;
+  std::map<std::string, TopicUse, std::less<>> topics;
+  std::map<dds::Gid, StandIn> stand_ins;
+  std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
+  std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
+  std::set<std::string> told;
+  std::uint64_t next_stand_in = 0;
+  std::set<std::uint64_t> held_up;  // writers with something unsent ...
+  MonotonicTime retry_at;           // ... and when to try again: nobody tells of room
+  std::set<dds::Gid> manual;        // stand-ins for writers that have to show life themselves
+  dds::GraphSnapshot own_nodes;
+  std::map<std::string, std::size_t> ends_of_node;
+  bool is_snapshot_new = true;
+  Guarded<dds::RemoteGraph> remote;
+  Noted now;
+  std::vector<dds::DiscoveryEvent> found_now;
+  std::vector<std::uint64_t> targets;
+  std::vector<LocalReader*> same;
+
+  std::mutex noting;  // what follows; the last lock of all
+  std::condition_variable woken;
+  Noted noted;
+  bool sleeping = false;
+
+  Figure encoded{0}, bytes_encoded{0}, overtaken{0}, refused{0}, received{0}, decoded{0}, broken{0}, stray{0},
+      snapshots{0}, problems{0}, taps{0}, writer_count{0}, reader_count{0}, stand_in_count{0};
+
+  SnapshotListener snapshot_listener{*this};
+  // The last members but the thread: what they tell goes to what is above.
+  std::unique_ptr<dds::Writer> snapshot_writer;
+  std::unique_ptr<dds::Reader> snapshot_reader;
+  std::unique_ptr<dds::Discovery> discovery;
+  std::thread thread;
+};
+
+}  // namespace nacelle

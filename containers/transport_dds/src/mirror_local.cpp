@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ends of this side, and what the network knows of them.
+#include <algorithm>
+
+#include "mirror_impl.hpp"
+#include "nacelle/msgs/message_type.hpp"
+#include "transport_dds/wire/names.hpp"
+#include "transport_dds/wire/user_data.hpp"
+
+namespace nacelle {
+namespace {
+
+/// "/arm" and "driver" of "/arm/driver".
+std::pair<std::string, std::string> split_node(const std::string& node) {
+  const auto slash = node.rfind('/');
+  if (slash == std::string::npos) return {"/", node};
+  return {slash == 0 ? "/" : node.substr(0, slash), node.substr(slash + 1)};
+}
+
+bool keeps_history(const EndpointInfo& writer) {
+  return writer.spec.qos.resolved().durability() == Durability::TransientLocal;
+}
+
+}  // namespace
+
+bool DdsMirror::Impl::LocalReader::takes() const {
+  return info.open || info.spec.qos.resolved().durability() != Durability::TransientLocal;
+}
+
+void DdsMirror::Impl::take(const Event& event) {
+  const std::uint64_t id = event.info.id;
+  switch (event.kind) {
+    case Event::Kind::Made: take_made(event.info); break;
+    case Event::Kind::Gone: take_gone(id); break;
+    case Event::Kind::Gate:
+      if (const auto found = readers.find(id); found != readers.end()) {
+        found->second->info.open = event.info.open;
+        if (event.info.open) note_ready(*found->second);
+      }
+      break;
+    case Event::Kind::Life:
+      if (const auto found = writers.find(id); found != writers.end()) {
+        found->second->showed_life = true;
+        note_ready(*found->second);
+      }
+      break;
+  }
+}
+
+void DdsMirror::Impl::take_made(const EndpointInfo& info) {
+  if (info.is_writer) {
+    make_writer(info);
+  } else {
+    make_reader(info);
+  }
+  writer_count = writers.size();
+  reader_count = readers.size();
+  consider_all(info.spec.topic);
+}
+
+Result<dds::EndpointOptions, Problem> DdsMirror::Impl::options_for(const EndpointInfo& info) const {
+  const EndpointSpec& spec = info.spec;
+  auto name = dds::dds_topic_name(spec.topic, spec.qos.avoid_ros_namespace_conventions());
+  if (!name) return err(name.error());
+  dds::EndpointOptions with;
+  with.topic = std::move(*name);
+  with.type = spec.type->dds_name;
+  with.structure = spec.type->hash;
+  with.qos = dds::to_dds(spec.qos);
+  const std::string data =
+      dds::write_endpoint_user_data({.type_hash = spec.type->hash, .client_id = {}, .service_id = {}});
+  const ByteView bytes = as_bytes(data);
+  with.user_data.assign(bytes.begin(), bytes.end());
+  return with;
+}
+
+void DdsMirror::Impl::make_writer(const EndpointInfo& info) {
+  auto end = std::make_unique<LocalWriter>(*this, info);
+  auto with = options_for(info);
+  if (with && with->qos.history == dds::DdsHistory::KeepAll) {
+    // A reader that does not acknowledge must not hold up the streams of the others: we try again.
+    with->qos.max_blocking = Duration::zero();
+    with->most_out = static_cast<std::uint32_t>(std::min<std::size_t>(info.spec.qos.max_samples(), 1U << 20U));
+  }
+  auto writer = with ? participant->create_writer(*with, end.get()) : err(with.error());
+  LocalWriter& made = *writers.insert_or_assign(info.id, std::move(end)).first->second;
+  topics[info.spec.topic].writers.push_back(&made);
+  if (!writer) return tell({info.spec.topic, "is not on the network: " + writer.error().text(), ""});
+  made.writer = std::move(*writer);
+  show(info, made.writer->gid());
+  look_at_status(made);
+}
+
+void DdsMirror::Impl::make_reader(const EndpointInfo& info) {
+  auto end = std::make_unique<LocalReader>(*this, info);
+  auto with = options_for(info);
+  if (with) {
+    with->qos.ignores_own_participant = true;
+    with->most_waiting = std::max<std::size_t>(1, info.spec.qos.max_samples());
+  }
+  auto reader = with ? participant->create_reader(*with, end.get()) : err(with.error());
+  LocalReader& made = *readers.insert_or_assign(info.id, std::move(end)).first->second;
+  topics[info.spec.topic].readers.push_back(&made);
+  if (!reader) return tell({info.spec.topic, "is not on the network: " + reader.error().text(), ""});
+  made.reader = std::move(*reader);
+  show(info, made.reader->gid());
+  // What came before the end was to be found.
+  made.is_status_new = true;
+  made.queued = false;
+  note_ready(made);
+}
+
+void DdsMirror::Impl::take_gone(std::uint64_t id) {
+  std::string topic;
+  if (const auto writer = writers.find(id); writer != writers.end()) {
+    LocalWriter& end = *writer->second;
+    topic = end.info.spec.topic;
+    while (send(end)) {}  // what was published before its end
+    if (end.tap) --taps;
+    if (end.writer) hide(end.info, end.writer->gid());
+    std::erase(topics.at(topic).writers, &end);
+    writers.erase(writer);
+  } else if (const auto reader = readers.find(id); reader != readers.end()) {
+    LocalReader& end = *reader->second;
+    topic = end.info.spec.topic;
+    if (end.reader) hide(end.info, end.reader->gid());
+    std::erase(topics.at(topic).readers, &end);
+    readers.erase(reader);
+  } else {
+    return;
+  }
+  writer_count = writers.size();
+  reader_count = readers.size();
+  consider_all(topic);
+  const TopicUse& use = topics.at(topic);
+  if (use.writers.empty() && use.readers.empty()) topics.erase(topic);
+}
+
+// A node is there as long as it has ends.
+void DdsMirror::Impl::show(const EndpointInfo& info, const dds::Gid& gid) {
+  if (info.spec.node.empty()) return;
+  const auto [node_namespace, name] = split_node(info.spec.node);
+  if (ends_of_node[info.spec.node]++ == 0) own_nodes.add_node(node_namespace, name);
+  own_nodes.add_endpoint(node_namespace, name, gid, info.is_writer);
+  is_snapshot_new = true;
+}
+
+void DdsMirror::Impl::hide(const EndpointInfo& info, const dds::Gid& gid) {
+  if (info.spec.node.empty()) return;
+  own_nodes.remove_endpoint(gid, info.is_writer);
+  if (--ends_of_node[info.spec.node] == 0) {
+    const auto [node_namespace, name] = split_node(info.spec.node);
+    own_nodes.remove_node(node_namespace, name);
+    ends_of_node.erase(info.spec.node);
+  }
+  is_snapshot_new = true;
+}
+
+void DdsMirror::Impl::look_at_status(LocalWriter& end) {
+  if (!end.writer) return;
+  const bool wanted = keeps_history(end.info) || end.writer->matched_count() != 0;
+  if (wanted && !end.tap) {
+    end.tap = graph.create_tap(end.info, number, &end);
+    end.told_overwritten = 0;
+    ++taps;
+  } else if (!wanted && end.tap) {
+    end.tap.reset();
+    end.drop_unsent();
+    --taps;
+  }
+  std::set<dds::Gid> matched;
+  for (const auto& peer : end.writer->matched()) matched.insert(peer.endpoint.gid);
+  std::swap(end.matched, matched);
+  // From now on they may be counted: what is published for them reaches the tap.
+  for (const auto& gid : end.matched) {
+    if (matched.contains(gid)) continue;
+    if (const auto peer = remote.lock()->endpoint(gid)) consider(*peer);
+  }
+}
+
+void DdsMirror::Impl::look_at_status(LocalReader& end) {
+  if (!end.reader) return;
+  for (const auto& peer : end.reader->matched()) handles[peer.handle] = peer.endpoint.gid;
+}
+
+}  // namespace nacelle
