@@ -27,6 +27,9 @@ struct ParameterSource {
   bool substituted = false;                   ///< The file's text is not what the nodes are to see.
 };
 
+/// The command line's argument that every launch file has: network:=off, local or export.
+inline constexpr const char* kNetworkArgument = "network";
+
 /// What the files are read for.
 enum class Wanted : std::uint8_t { Plan, Arguments };
 
@@ -82,6 +85,12 @@ class Builder {
   void read_thread(const Element& element, Scope& scope, ThreadPlan& into);
   void read_budget(const Element& element, Scope& scope, ComponentPlan& into);
   void read_on_fault(const Element& element, Scope& scope, ComponentPlan& into);
+
+  // network.cpp
+  void network(const Element& element, Scope& scope);
+  void read_export(const Element& element, Scope& scope);
+  void add_export(ExportPlan made, const Scope& scope);
+  void apply_network_argument();
 
   /// False, and reported once, when the files ask for too much.
   [[nodiscard]] bool counted(const Element& action);

@@ -132,7 +132,7 @@ void Builder::find_cycles() {
 
 void Builder::check_arguments() {
   for (const auto& [name, value] : arguments_) {
-    if (declared_.count(name) != 0) continue;
+    if (declared_.count(name) != 0 || name == kNetworkArgument) continue;
     report({plan_.file, 0}, "the files declare no argument '" + name.substr(0, 80) + "'",
            suggestion(name.substr(0, 80), {declared_.begin(), declared_.end()}));
   }
@@ -146,6 +146,7 @@ Result<Plan, std::vector<Problem>> Builder::finish() {
     if (problems_.empty()) find_cycles();
   }
   check_arguments();
+  apply_network_argument();
   for (auto& refusal : refuse_unavailable(plan_)) problems_.push_back(std::move(refusal));
   for (const auto& [key, section] : sections_) {
     if (!section.second) plan_.unused_sections.push_back({key.second, section.first});

@@ -60,6 +60,17 @@ void describe(Text& out, const ProgramPlan& p) {
       1, "sigterm_timeout " + text_or_none(p.sigterm_timeout) + ", sigkill_timeout " + text_or_none(p.sigkill_timeout));
 }
 
+void describe(Text& out, const NetworkPlan& n) {
+  if (!n.declared && !n.mode) return;
+  out.line(0, std::string("network ") + (n.mode ? to_text(*n.mode) : "default") +
+                  (n.domain_id ? " domain " + std::to_string(*n.domain_id) : "") + " interfaces [" +
+                  join(n.interfaces) + "] peers [" + join(n.peers) + "]" + (n.allow_load ? ", allow_load" : ""));
+  for (const auto& e : n.exports) {
+    out.line(1, "export " + e.topic + " max_hz " + to_text(ParameterValue{e.max_hz}) + " max_bytes " +
+                    std::to_string(e.max_bytes_per_s) + (e.compressed_only ? " compressed_only" : ""));
+  }
+}
+
 }  // namespace
 
 QoS ComponentPlan::qos_for(const std::string& topic, Side side, const QoS& in_code) const {
@@ -88,6 +99,7 @@ std::string to_text(const Plan& plan) {
   Text out;
   out.line(0, "container " + fully_qualified_node_name(plan.container.namespace_, plan.container.name));
   out.parameters(1, "param", plan.container.parameters);
+  describe(out, plan.network);
   for (const auto& a : plan.arguments) {
     out.line(0, "argument " + a.name + (a.default_value ? " default " + *a.default_value : "") + " choices [" +
                     join(a.choices) + "] " + a.description);

@@ -41,13 +41,13 @@ Rule make_rule(const std::string& attributes, const std::string& children) {
 
 const char* const kActions =
     "node_container load_composable_node node executable arg let include group push_ros_namespace set_env unset_env "
-    "log set_parameter set_parameters_from_file set_remap set_use_sim_time";
+    "log set_parameter set_parameters_from_file set_remap set_use_sim_time network";
 const char* const kProcess =
     " if unless name cwd output shell launch-prefix emulate_tty respawn respawn_delay respawn_max_retries "
     "sigterm_timeout sigkill_timeout required";
 
-// ROS 2's launch and launch_ros (jazzy), extended by qos, after, thread, required, isolate, budget,
-// on_fault, resume and autostart.
+// ROS 2's launch and launch_ros (jazzy), extended by network and by qos, after, thread, required, isolate,
+// budget, on_fault, resume and autostart.
 // "include/arg" is the rule of an arg inside an include; without such an entry the rule of "arg" holds.
 const std::map<std::string, Rule>& rules() {
   static const std::map<std::string, Rule> all = [] {
@@ -85,6 +85,8 @@ const std::map<std::string, Rule>& rules() {
     r["budget"] = make_rule("topic " + limits, "");
     r["on_fault"] = make_rule("policy max backoff", "restart");
     r["restart"] = make_rule("max backoff", "");
+    r["network"] = make_rule("mode domain_id interfaces* peers* export* allow_load if unless", "export");
+    r["export"] = make_rule("topic! max_hz max_bytes compressed_only", "");
     r["push_ros_namespace"] = make_rule("namespace! if unless", "");
     r["set_env"] = make_rule("name! value! if unless", "");
     r["unset_env"] = make_rule("name! if unless", "");

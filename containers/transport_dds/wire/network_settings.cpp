@@ -2,7 +2,6 @@
 #include "transport_dds/wire/network_settings.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -11,23 +10,10 @@
 namespace nacelle::transport_dds {
 namespace {
 
-constexpr std::size_t kMostInterfaceBytes = 45;  // an IPv6 address; a name has 15
-
 const std::vector<std::string> kModes{"off", "local", "export"};
 
 Problem at(std::string_view key, const Problem& problem) {
   return {"network: " + std::string(key), problem.what, problem.way_out};
-}
-
-Result<void, Problem> validate_interface(const std::string& name) {
-  const bool is_name =
-      !name.empty() && name.size() <= kMostInterfaceBytes && std::all_of(name.begin(), name.end(), [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-               std::string_view(".-_:%@").find(c) != std::string_view::npos;
-      });
-  if (is_name) return {};
-  return err(Problem{"", "'" + name.substr(0, kMostInterfaceBytes) + "' is no interface",
-                     "a name from `ip link`, or an address"});
 }
 
 Result<void, Problem> validate_rule(const ExportRule& rule) {
@@ -37,8 +23,8 @@ Result<void, Problem> validate_rule(const ExportRule& rule) {
 }
 
 Result<void, Problem> validate(const NetworkWish& wish) {
-  if (wish.domain_id && (*wish.domain_id < 0 || *wish.domain_id > kMostDomain)) {
-    return err(at("domain_id", {"", std::to_string(*wish.domain_id) + " is no domain", "0 to 101 work everywhere"}));
+  if (wish.domain_id) {
+    if (auto valid = validate_domain(*wish.domain_id); !valid) return err(at("domain_id", valid.error()));
   }
   for (const auto& name : wish.interfaces) {
     if (auto valid = validate_interface(name); !valid) return err(at("interfaces", valid.error()));

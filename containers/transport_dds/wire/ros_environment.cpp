@@ -175,20 +175,6 @@ const char* to_text(DiscoveryRange range) {
   return "";
 }
 
-Result<void, Problem> validate_peer(std::string_view peer) {
-  if (peer.empty()) return err(Problem{"", "the peer is empty", "a host name or an address"});
-  if (peer.size() > kMostPeerBytes) {
-    return err(Problem{"", "the peer " + shown(peer) + " has more than " + std::to_string(kMostPeerBytes) + " bytes",
-                       "a host name or an address"});
-  }
-  const bool is_address = std::all_of(peer.begin(), peer.end(), [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-           std::string_view(".-_:[]%").find(c) != std::string_view::npos;
-  });
-  if (!is_address) return err(Problem{"", "the peer " + shown(peer) + " is no address", "a host name or an address"});
-  return {};
-}
-
 Result<EnvironmentWish, Problem> read_environment(const Environment& environment) {
   EnvironmentWish wish;
   auto domain = read_domain(value_of(environment, "ROS_DOMAIN_ID"));

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nacelle/base/network_names.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 
@@ -16,8 +17,7 @@ namespace nacelle::transport_dds {
 /// The variables of a process: all of them, or those that begin with ROS_, RMW_ and CYCLONEDDS_.
 using Environment = std::map<std::string, std::string, std::less<>>;
 
-inline constexpr int kMostDomain = 232;  ///< The ports of a higher one would be above 65535.
-inline constexpr std::size_t kMostPeerBytes = 255;
+using nacelle::kMostDomain;
 
 /// ROS_AUTOMATIC_DISCOVERY_RANGE.
 enum class DiscoveryRange : std::uint8_t { Off, Localhost, Subnet, SystemDefault };
@@ -51,8 +51,5 @@ struct EnvironmentWish {
 /// Errors: a domain that is none (rcl refuses to start, too, but for what stands behind the digits).
 /// Source: domain_id.c, localhost.c, discovery_options.c, security.c, init.c of rcl (jazzy).
 [[nodiscard]] Result<EnvironmentWish, Problem> read_environment(const Environment& environment);
-
-/// A host name, an IPv4 or IPv6 address, with or without a port: what may stand in Cyclone's list of peers.
-[[nodiscard]] Result<void, Problem> validate_peer(std::string_view peer);
 
 }  // namespace nacelle::transport_dds

@@ -9,6 +9,7 @@
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/launch/network_plan.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 #include "nacelle/qos/profiles.hpp"
 #include "nacelle/qos/qos.hpp"
@@ -168,6 +169,7 @@ struct UnusedSection {
 struct Plan {
   std::string file;
   ContainerPlan container;
+  NetworkPlan network;
   std::vector<ComponentPlan> components;  ///< In the files' order.
   std::vector<ProgramPlan> programs;
   std::vector<ArgumentPlan> arguments;  ///< Of all files, each name once.
