@@ -133,7 +133,17 @@ void DdsMirror::Impl::run() {
 }
 
 void DdsMirror::Impl::turn() {
-  for (const Event& event : now.events) take(event);
+  // Ends that have come and gone since the last turn are not worth an announcement, and may be many.
+  std::set<std::uint64_t> ends;
+  std::vector<bool> is_over(now.events.size());
+  for (std::size_t i = now.events.size(); i-- > 0;) {
+    const Event& event = now.events[i];
+    if (event.kind == Event::Kind::Gone) ends.insert(event.info.id);
+    is_over[i] = event.kind == Event::Kind::Made && ends.erase(event.info.id) != 0;
+  }
+  for (std::size_t i = 0; i < now.events.size(); ++i) {
+    if (!is_over[i]) take(now.events[i]);
+  }
   if (now.discovery) take_discovery();
   if (now.snapshots) take_snapshots();
   for (const auto id : now.ready) {
@@ -195,6 +205,7 @@ MirrorStats DdsMirror::stats() const {
   out.encoded = of.encoded;
   out.bytes_encoded = of.bytes_encoded;
   out.overtaken = of.overtaken;
+  out.held_back = of.held_back;
   out.refused = of.refused;
   out.received = of.received;
   out.decoded = of.decoded;
@@ -204,6 +215,7 @@ MirrorStats DdsMirror::stats() const {
   out.problems = of.problems;
   out.writers = of.writer_count;
   out.readers = of.reader_count;
+  out.hidden = of.hidden_count;
   out.taps = of.taps;
   out.stand_ins = of.stand_in_count;
   return out;

@@ -47,9 +47,11 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     ~LocalWriter() override { drop_unsent(); }
     void drop_unsent() {
       if (unsent != nullptr) drop_reference(*std::exchange(unsent, nullptr));
+      is_admitted = false;
     }
     std::set<dds::Gid> matched;
-    Block* unsent = nullptr;  // taken from the tap; DDS had no room for it yet
+    Block* unsent = nullptr;   // taken from the tap; DDS, or the rule of its export, had no room for it yet
+    bool is_admitted = false;  // by the rule: `unsent`
     std::uint64_t told_overwritten = 0;
     bool showed_life = false, told_refused = false;
     std::unique_ptr<dds::Writer> writer;  // null: refused. Its calls end before what is above
@@ -78,6 +80,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   struct TopicUse {
     std::vector<LocalWriter*> writers;
     std::vector<LocalReader*> readers;
+    std::optional<dds::ExportGate> gate;  // none: every message goes
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
@@ -152,6 +155,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   /// False: a KEEP_ALL writer has no room for it now.
   [[nodiscard]] bool send(LocalWriter& end, const Block& block);
   MonotonicTime send_held_up();
+  void hold_up(const LocalWriter& end, MonotonicTime until);
+  enum class Passage : std::uint8_t { Goes, Waits, Dropped };
+  /// What the rule of its export says of the message that is to be sent.
+  [[nodiscard]] Passage passage_of(LocalWriter& end);
   /// Hands on what has come for these readers; true if it stopped before the end, for others to have their turn.
   bool receive(TopicUse& use);
   [[nodiscard]] StandIn* stand_in_of(const dds::Sample& sample);
@@ -176,6 +183,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::uint64_t next_stand_in = 0;
   std::set<std::uint64_t> held_up;  // writers with something unsent ...
   MonotonicTime retry_at;           // ... and when to try again: nobody tells of room
+  std::set<std::uint64_t> hidden;   // ends that no rule of export names
   std::set<dds::Gid> manual;        // stand-ins for writers that have to show life themselves
   dds::GraphSnapshot own_nodes;
   std::map<std::string, std::size_t> ends_of_node;
@@ -191,8 +199,9 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   Noted noted;
   bool sleeping = false;
 
-  Figure encoded{0}, bytes_encoded{0}, overtaken{0}, refused{0}, received{0}, decoded{0}, broken{0}, stray{0},
-      snapshots{0}, problems{0}, taps{0}, writer_count{0}, reader_count{0}, stand_in_count{0};
+  Figure encoded{0}, bytes_encoded{0}, overtaken{0}, held_back{0}, refused{0}, received{0}, decoded{0}, broken{0},
+      stray{0}, snapshots{0}, problems{0}, taps{0}, writer_count{0}, reader_count{0}, stand_in_count{0},
+      hidden_count{0};
 
   SnapshotListener snapshot_listener{*this};
   // The last members but the thread: what they tell goes to what is above.

@@ -48,6 +48,13 @@ void DdsMirror::Impl::take(const Event& event) {
 }
 
 void DdsMirror::Impl::take_made(const EndpointInfo& info) {
+  const dds::ExportRule* const rule = dds::rule_of(options.exports, info.spec.topic, info.spec.type->name);
+  if (rule == nullptr && !options.exports.empty()) {
+    hidden.insert(info.id);
+    hidden_count = hidden.size();
+    return;
+  }
+  if (auto& gate = topics[info.spec.topic].gate; rule != nullptr && !gate) gate.emplace(*rule);
   if (info.is_writer) {
     make_writer(info);
   } else {
@@ -111,6 +118,10 @@ void DdsMirror::Impl::make_reader(const EndpointInfo& info) {
 }
 
 void DdsMirror::Impl::take_gone(std::uint64_t id) {
+  if (hidden.erase(id) != 0) {
+    hidden_count = hidden.size();
+    return;
+  }
   std::string topic;
   if (const auto writer = writers.find(id); writer != writers.end()) {
     LocalWriter& end = *writer->second;

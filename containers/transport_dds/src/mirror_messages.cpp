@@ -19,15 +19,18 @@ constexpr Duration kRetryAfter = 5ms;
 
 bool DdsMirror::Impl::send(LocalWriter& end) {
   int sent = 0;
+  bool went = false;
   if (end.tap) {
     for (; sent < kMostSentAtOnce; ++sent) {
       if (end.unsent == nullptr) end.unsent = end.tap->take();
       if (end.unsent == nullptr) break;
-      if (!send(end, *end.unsent)) {
-        if (held_up.empty()) retry_at = clock.now() + kRetryAfter;
-        held_up.insert(end.info.id);
+      const Passage passage = passage_of(end);
+      if (passage == Passage::Waits) break;
+      if (passage == Passage::Goes && !send(end, *end.unsent)) {
+        hold_up(end, clock.now() + kRetryAfter);
         break;
       }
+      went = went || passage == Passage::Goes;
       end.drop_unsent();
     }
     const std::uint64_t overwritten = end.tap->counters().overwritten;
@@ -35,7 +38,7 @@ bool DdsMirror::Impl::send(LocalWriter& end) {
     if (sent == kMostSentAtOnce) note_ready(end);
   }
   // A message shows it too.
-  if (std::exchange(end.showed_life, false) && sent == 0 && end.writer) end.writer->assert_liveliness();
+  if (std::exchange(end.showed_life, false) && !went && end.writer) end.writer->assert_liveliness();
   return sent == kMostSentAtOnce;
 }
 
@@ -64,6 +67,29 @@ bool DdsMirror::Impl::send(LocalWriter& end, const Block& block) {
   end.tap->note_copied(bytes);
   if (did != dds::Writer::Sent::Yes) ++refused;
   return true;
+}
+
+// Of a writer with history the last word counts, however late: its messages wait for their turn. Of the others those
+// that are too many are left out, by the times at which they were published.
+DdsMirror::Impl::Passage DdsMirror::Impl::passage_of(LocalWriter& end) {
+  auto& gate = topics.at(end.info.spec.topic).gate;
+  if (!gate || end.is_admitted) return Passage::Goes;
+  const std::size_t bytes = end.info.spec.type->encoded_size(end.unsent->message);
+  const bool waits = end.info.spec.qos.resolved().durability() == Durability::TransientLocal;
+  const MonotonicTime at = waits ? clock.now() : end.unsent->info.source_time;
+  end.is_admitted = gate->admits(at, bytes);
+  if (end.is_admitted) return Passage::Goes;
+  if (waits) {
+    hold_up(end, gate->due(at, bytes));
+    return Passage::Waits;
+  }
+  ++held_back;
+  return Passage::Dropped;
+}
+
+void DdsMirror::Impl::hold_up(const LocalWriter& end, MonotonicTime until) {
+  retry_at = held_up.empty() ? until : std::min(retry_at, until);
+  held_up.insert(end.info.id);
 }
 
 // Returns when to look again.

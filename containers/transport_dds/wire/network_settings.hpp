@@ -10,6 +10,7 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
+#include "transport_dds/wire/export_rules.hpp"
 #include "transport_dds/wire/ros_environment.hpp"
 
 namespace nacelle::transport_dds {
@@ -23,15 +24,6 @@ enum class NetworkMode : std::uint8_t {
 [[nodiscard]] const char* to_text(NetworkMode mode);
 /// "off", "local", "export". Errors: a Problem without `where`, with the nearest word.
 [[nodiscard]] Result<NetworkMode, Problem> parse_network_mode(std::string_view text);
-
-/// What leaves the machine of one topic in mode Export.
-struct ExportRule {
-  std::string topic;                ///< Fully qualified name.
-  double max_hz = 0.0;              ///< 0: every message.
-  std::size_t max_bytes_per_s = 0;  ///< 0: no limit.
-  bool compressed_only = false;     ///< Only the compressed form of an image.
-  friend bool operator==(const ExportRule&, const ExportRule&) = default;
-};
 
 /// The launch file's `network:`, as written. What is not written is not given.
 struct NetworkWish {

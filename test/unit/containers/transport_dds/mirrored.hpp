@@ -8,6 +8,7 @@
 #include <mutex>
 #include <std_msgs/msg/string.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
@@ -57,11 +58,12 @@ class Bell final : public StatusListener, public ReadyListener {
 /// A container's graph with its mirror: one of several on a network.
 class MirroredBroker {
  public:
-  explicit MirroredBroker(const std::string& name) : name_(name) {
+  explicit MirroredBroker(const std::string& name, std::vector<transport_dds::ExportRule> exports = {}) : name_(name) {
     static std::uint32_t next = 1000;  // in this process; on the network they share test_domain()
     MirrorOptions options;
     options.domain_id = next++;
     options.config = loopback_config(test_domain());
+    options.exports = std::move(exports);
     options.on_problem = [this](const Problem& problem) {
       problems.lock()->push_back(problem.text());
       bell.ring();

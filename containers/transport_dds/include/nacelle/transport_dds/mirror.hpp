@@ -6,10 +6,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/node/graph.hpp"
+#include "transport_dds/wire/export_rules.hpp"
 
 namespace nacelle {
 
@@ -22,6 +24,8 @@ struct MirrorOptions {
   std::string config;         ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
   std::string enclave = "/";  ///< ROS 2's; without an own one it is "/".
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
+  /// Ends of other topics are not shown, and nothing of them goes either way. Empty: all are.
+  std::vector<transport_dds::ExportRule> exports;
   /// What keeps an endpoint from the network, or two of them apart, each once. On the network's thread. Null: the log.
   std::function<void(const Problem&)> on_problem;
 };
@@ -30,6 +34,7 @@ struct MirrorOptions {
 struct MirrorStats {
   std::uint64_t encoded = 0, bytes_encoded = 0;  ///< Messages of this side, once each for all that read them.
   std::uint64_t overtaken = 0;                   ///< Never encoded: the network was slower than their writer's depth.
+  std::uint64_t held_back = 0;                   ///< Not encoded: more than their rule of export lets through.
   std::uint64_t refused = 0;                     ///< Not sent: too long, or more on its way than may be.
   std::uint64_t received = 0, decoded = 0;       ///< For readers of this side; one decoding serves several of them.
   std::uint64_t broken = 0;                      ///< Were no messages of their type.
@@ -37,6 +42,7 @@ struct MirrorStats {
   std::uint64_t snapshots = 0;                   ///< Of the own nodes, sent.
   std::uint64_t problems = 0;
   std::uint64_t writers = 0, readers = 0;  ///< Of this side on the network, now.
+  std::uint64_t hidden = 0;                ///< Of this side and not on the network, since no rule of export names them.
   std::uint64_t taps = 0;                  ///< Writers whose messages are fetched, now.
   std::uint64_t stand_ins = 0;             ///< For ends of other participants, now.
 };
