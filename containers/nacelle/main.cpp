@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   add_watch_commands(root);
   add_doctor_command(root);
   add_estop_command(root);
+  add_export_command(root);
   add_teleop_command(root);
   add_sim_commands(root);
   add_interface_command(root);

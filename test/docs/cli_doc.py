@@ -103,6 +103,9 @@ EXAMPLES = (
     Example("qos check launch/robot.launch.yaml"),
     Example("qos explain --offered reliability=best_effort --requested reliability=reliable"),
     Example("doctor", exit_codes=(0, 1), lines=40),  # what is wrong with the machine that wrote this page is its own affair
+    Example("doctor net", lines=40),
+    Example("export on", after=("export off",)),
+    Example("export off"),
     Example("estop set", after=("estop release",)),
     Example("estop release", before=("estop set",)),
     Example("teleop", keys="iik", lines=20),
@@ -140,9 +143,10 @@ a value that cannot be, which shows without asking anybody; 3 no container is ru
 
 def leaves(tree, path=()):
     """The commands that run, as words: ("topic", "echo")."""
-    if not tree["subcommands"]:
-        return {path: tree["what"]}
-    return {leaf: what for below in tree["subcommands"] for leaf, what in leaves(below, (*path, below["name"])).items()}
+    found = {path: tree["what"]} if tree["runs"] else {}
+    for below in tree["subcommands"]:
+        found.update(leaves(below, (*path, below["name"])))
+    return found
 
 
 def command_of(line, known):

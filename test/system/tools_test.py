@@ -314,9 +314,8 @@ class WithoutRobot(RobotTest):
 def leaves(tree, path=""):
     """The commands that run: "nacelle topic echo"."""
     path = f"{path} {tree['name']}".strip()
-    if not tree["subcommands"]:
-        return [path]
-    return [leaf for below in tree["subcommands"] for leaf in leaves(below, path)]
+    below = [leaf for one in tree["subcommands"] for leaf in leaves(one, path)]
+    return [path, *below] if tree["runs"] else below
 
 
 if __name__ == "__main__":

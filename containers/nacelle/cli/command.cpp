@@ -104,8 +104,13 @@ void add_command(CLI::App& app, const Command& command, const Command*& chosen) 
   add_options(app, command);
   app.footer(command.note());
   if (command.is_hidden()) app.group("");
-  if (command.body()) app.callback([&command, &chosen] { chosen = &command; });
-  if (!command.subcommands().empty()) app.require_subcommand(1);
+  // CLI11 calls what stands below first.
+  if (command.body()) {
+    app.callback([&command, &chosen] {
+      if (chosen == nullptr) chosen = &command;
+    });
+  }
+  if (!command.subcommands().empty() && !command.body()) app.require_subcommand(1);
   for (const Command& below : command.subcommands())
     add_command(*app.add_subcommand(below.name(), below.what()), below, chosen);
 }
@@ -126,14 +131,14 @@ Way follow(const Command& root, int argc, char** argv) {
     const std::string word = argv[i];
     if (word.starts_with('-')) {
       const bool asks = word == "-h" || word == "--help" || word == "--version";
-      if (!asks && way.early.empty()) way.early = word;
+      if (!asks && way.early.empty() && !way.command->body()) way.early = word;
       way.asks = way.asks || asks;
       continue;
     }
     const auto& below = way.command->subcommands();
     const auto found = std::ranges::find_if(below, [&](const Command& one) { return one.name() == word; });
     if (found == below.end()) {
-      way.lost = word;
+      if (!way.command->body()) way.lost = word;
       break;
     }
     way.command = &*found;
@@ -209,7 +214,8 @@ int complain_of_extras(const Way& way, const std::vector<std::string>& extras) {
 
 int run_command_line(const Command& root, const std::string& version, int argc, char** argv) {
   const Way way = follow(root, argc, argv);
-  const bool leads = way.lost.empty() && way.early.empty() && way.command->subcommands().empty();
+  const bool leads =
+      way.lost.empty() && way.early.empty() && (way.command->subcommands().empty() || way.command->body());
   if (!way.asks && !leads) return complain_of_command(root, way);
   CLI::App app{root.what(), root.name()};
   app.set_version_flag("--version", version);

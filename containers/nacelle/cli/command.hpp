@@ -66,7 +66,7 @@ struct Option {
 
 /// A command of the program as data: the parser, --help, the completion, the man page and docs/cli.md are made of it.
 ///
-/// A command has subcommands or it runs; one with subcommands needs one of them. Options are read in the order in which they
+/// A command has subcommands, or it runs, or both: one that does not run needs one of its subcommands. Options are read in the order in which they
 /// were added. References stay valid while the root lives.
 class Command {
  public:

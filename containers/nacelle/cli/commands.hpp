@@ -16,6 +16,9 @@ void add_faults_command(Command& root);
 /// What a launch file's `isolate: process` starts; not for people.
 void add_isolated_command(Command& root);
 void add_doctor_command(Command& root);
+/// `doctor net`.
+void add_doctor_net_command(Command& doctor);
+void add_export_command(Command& root);
 void add_drive_command(Command& root);
 void add_component_commands(Command& root);
 void add_lifecycle_commands(Command& root);

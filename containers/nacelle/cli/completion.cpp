@@ -2,6 +2,7 @@
 #include "completion.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace nacelle::cli {
 namespace {
@@ -126,7 +127,7 @@ std::vector<Candidate> completions(const Command& root, std::vector<std::string>
       if (!below.is_hidden() && place.positional.empty()) all.push_back({below.name(), below.what()});
     }
     if (const Option* const option = positional(*place.command, place.positional.size()))
-      all = values_of(*option, place, ask, containers);
+      std::ranges::move(values_of(*option, place, ask, containers), std::back_inserter(all));
   }
   std::erase_if(all, [&](const Candidate& candidate) { return !begins_with(candidate.word, current); });
   return all;

@@ -134,7 +134,10 @@ json tree_of(const Command& command) {
   for (const Command& one : command.subcommands()) {
     if (!one.is_hidden()) below.push_back(tree_of(one));
   }
-  return {{"name", command.name()}, {"what", command.what()}, {"subcommands", std::move(below)}};
+  return {{"name", command.name()},
+          {"what", command.what()},
+          {"runs", static_cast<bool>(command.body())},
+          {"subcommands", std::move(below)}};
 }
 
 }  // namespace

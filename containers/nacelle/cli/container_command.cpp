@@ -11,12 +11,30 @@ namespace {
 
 struct ContainerWish {
   std::string name = "nacelle", state_file;
+  std::vector<std::string> arguments;
   bool resume = false, verbose = false;
 };
+
+/// There is no launch file, so there is one argument.
+Result<void, Problem> take_arguments(const std::vector<std::string>& words, launch::NetworkPlan& network) {
+  const auto arguments = launch::parse_arguments(words);
+  if (!arguments) return err(arguments.error().front());
+  for (const auto& [name, value] : *arguments) {
+    if (name != "network")
+      return err(Problem{"'" + name + ":=" + value + "'", "the container takes network:=MODE only",
+                         suggestion(name, {"network"})});
+    const auto mode = launch::parse_network_argument(value);
+    if (!mode) return err(mode.error());
+    network.mode = mode.value();
+    network.mode_by_argument = true;
+  }
+  return {};
+}
 
 int run(const ContainerWish& wish) {
   session::StopSignal stop{session::leave_at_once};
   launch::Plan plan;
+  if (const auto taken = take_arguments(wish.arguments, plan.network); !taken) return complain_of_usage(taken.error());
   plan.file = "nacelle container";
   plan.container.name = wish.name;
   plan.container.declared = true;
@@ -37,6 +55,7 @@ int run(const ContainerWish& wish) {
 void add_container_command(Command& root) {
   auto wish = std::make_shared<ContainerWish>();
   Command& command = root.add("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
+  command.option("arguments", wish->arguments, "network:=off, local or export: who may see it");
   command.option("--name", wish->name, "its name on the control socket").with_default();
   command.flag("--resume", wish->resume, "after a crash: the components, parameters and states that the last run had");
   command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")

@@ -116,6 +116,7 @@ void add_doctor_command(Command& root) {
       "running containers say. Changes nothing; needs no root, though root sees more of other users' programs.\n"
       "Exit codes: 0 nothing is wrong (there may be advice), 1 something is, 2 wrong usage.");
   command.runs([wish] { return examine(*wish); });
+  add_doctor_net_command(command);
 }
 
 }  // namespace nacelle::cli

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <map>
@@ -47,6 +48,10 @@ void show_arguments(const launch::Plan& plan) {
       std::printf("        (required)\n");
     }
   }
+  const auto is_network = [](const launch::ArgumentPlan& argument) { return argument.name == "network"; };
+  if (std::ranges::any_of(plan.arguments, is_network)) return;
+  std::printf("\n    'network':\n        who may see it, one of off, local, export; every launch file has it\n");
+  std::printf("        (default: what the launch file and ROS 2's variables say)\n");
 }
 
 int run(const LaunchWish& wish) {

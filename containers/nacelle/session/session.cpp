@@ -19,6 +19,7 @@
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
 #include "nacelle/session/load_request.hpp"
+#include "nacelle/session/network_wish.hpp"
 #include "nacelle/session/topic_tap.hpp"
 #include "nacelle/session/verb_desk.hpp"
 
@@ -62,6 +63,7 @@ void Session::end() {
   supervision_.reset();
   service_.reset();
   emergency_stops_.reset();
+  network_.reset();
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
 }
@@ -111,6 +113,12 @@ int Session::run_robot() {
   container_options.name = options_.container_name;
   container_options.component_path = options_.places.component_folders;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
+  network_ = std::make_unique<Network>(plan_.network, ros_environment(), container_->graph(), clock_,
+                                       [this](const std::string& line) { say(line); });
+  if (auto joined = network_->start(); !joined) {
+    say("nacelle: " + joined.error().text());
+    return 1;
+  }
   supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
   lookout_ = std::make_unique<Lookout>(
       stop_, [this] { return is_going_up_ ? Duration::zero() : kMainThreadLimit; },
@@ -248,6 +256,7 @@ std::optional<Problem> Session::serve() {
     waits.push_back({server_->handed_over_descriptor(), POLLIN, 0});
     waits.push_back({fault_event_, POLLIN, 0});
     waits.push_back({clock_watch.descriptor(), POLLIN, 0});
+    waits.push_back({network_->descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
     const std::size_t stops_at = waits.size();
     emergency_stops_->append_waits(waits);
@@ -268,6 +277,10 @@ std::optional<Problem> Session::serve() {
       const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
+    if (const auto due = network_->next_due()) {
+      const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
+      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
+    }
     if (const auto due = desk_->next_due()) {
       const int left_ms = std::max(0, static_cast<int>(std::min<Duration>(*due - clock_.now(), 1h) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
@@ -284,6 +297,7 @@ std::optional<Problem> Session::serve() {
     if (waits[3].revents != 0) {
       if (const auto step = clock_watch.look()) say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
     }
+    network_->serve(waits[4].revents != 0);
     const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
                                            waits.begin() + static_cast<std::ptrdiff_t>(guests_at),
                                            [](const pollfd& wait) { return wait.revents != 0; });

@@ -25,6 +25,7 @@
 #include "nacelle/session/emergency_stops.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/lookout.hpp"
+#include "nacelle/session/network.hpp"
 #include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "nacelle/session/stop_signal.hpp"
@@ -74,6 +75,7 @@ class Session {
   // For the requests of the control socket.
   [[nodiscard]] runtime::Container& container() { return *container_; }
   [[nodiscard]] const launch::Plan& plan() const { return plan_; }
+  [[nodiscard]] Network& network() { return *network_; }
   [[nodiscard]] const SessionOptions& options() const { return options_; }
   [[nodiscard]] const EmergencyStops& emergency_stops() const { return *emergency_stops_; }
   [[nodiscard]] Phase phase() const { return service_->phase(); }
@@ -135,6 +137,7 @@ class Session {
   std::vector<std::unique_ptr<ForeignProgram>> programs_;
   std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;
+  std::unique_ptr<Network> network_;
   std::unique_ptr<Supervision> supervision_;
   std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;

@@ -10,6 +10,7 @@
 #include "nacelle/session/figures_verb.hpp"
 #include "nacelle/session/graph_verbs.hpp"
 #include "nacelle/session/load_request.hpp"
+#include "nacelle/session/network_verbs.hpp"
 #include "nacelle/session/parameter_verbs.hpp"
 #include "nacelle/session/service_verbs.hpp"
 #include "nacelle/session/session.hpp"
@@ -220,6 +221,7 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb == "service.call") return call_service(session, types, request);
   if (verb == "figures") return figures_of(session);
   if (verb == "tf.tree" || verb == "tf.lookup") return reply_to_tf_verb(session, verb, request);
+  if (verb.starts_with("network")) return reply_to_network_verb(session, verb, request);
   if (verb == "shutdown") {
     session.request_shutdown();
     return json{{"ok", true}};

@@ -27,6 +27,11 @@ struct Completion : ::testing::Test {
     set.option("--as", text, "").one_of({"int", "text"});
     root.add("load", "load").option("plugins", list, "").names_a(Names::Plugin);
     root.add("launch", "start").option("file", text, "").names_a(Names::File);
+    Command& check = root.add("inspect", "a command with another below it");
+    check.option("what", text, "").one_of({"net_card", "disk"});
+    check.flag("--all", flag, "");
+    check.runs([] { return 0; });
+    check.add("net", "the network");
     root.add("isolated", "not for people").hidden();
   }
   std::vector<std::string> at(std::vector<std::string> words) {
@@ -56,10 +61,10 @@ struct Completion : ::testing::Test {
 };
 
 TEST_F(Completion, offers_the_commands_that_are_for_people) {
-  EXPECT_THAT(at({""}), ElementsAre("topic", "param", "load", "launch"));
+  EXPECT_THAT(at({""}), ElementsAre("topic", "param", "load", "launch", "inspect"));
   EXPECT_THAT(at({"l"}), ElementsAre("load", "launch"));
   EXPECT_THAT(at({"topic", ""}), ElementsAre("echo", "list"));
-  EXPECT_THAT(at({}), ElementsAre("topic", "param", "load", "launch"));
+  EXPECT_THAT(at({}), ElementsAre("topic", "param", "load", "launch", "inspect"));
 }
 
 TEST_F(Completion, tells_what_a_command_does) {
@@ -105,6 +110,13 @@ TEST_F(Completion, leaves_files_to_the_shell_and_says_nothing_of_the_unknown) {
   EXPECT_THAT(at({"launch", ""}), IsEmpty());
   EXPECT_THAT(at({"nonsense", "--no-such=x", ""}), IsEmpty());
   EXPECT_THAT(at({"topic", "echo", "--no-such="}), IsEmpty());
+}
+
+TEST_F(Completion, of_a_command_that_runs_and_has_others_below_it_offers_both) {
+  EXPECT_THAT(at({"inspect", ""}), ElementsAre("net", "net_card", "disk"));
+  EXPECT_THAT(at({"inspect", "ne"}), ElementsAre("net", "net_card"));
+  EXPECT_THAT(at({"inspect", "disk", ""}), IsEmpty());
+  EXPECT_THAT(at({"inspect", "--"}), ElementsAre("--all", "--help"));
 }
 
 }  // namespace

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "inert_launch.hpp"
+#include "nacelle/control/socket_path.hpp"
+#include "nacelle/session/network_links.hpp"
+#include "nacelle/session/network_wish.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+struct NetWish {
+  std::string file;
+  std::vector<std::string> arguments;
+  bool as_json = false;
+};
+
+json links_json() {
+  json rows = json::array();
+  for (const auto& link : session::network_links())
+    rows.push_back(
+        {{"name", link.name}, {"up", link.up}, {"loopback", link.is_loopback}, {"addresses", link.addresses}});
+  return rows;
+}
+
+/// What the robots that run on this machine are shown to, and where it is something else than `here`.
+json containers_json(const json& here) {
+  json rows = json::array();
+  for (const auto& found : control::running_containers(control::socket_places_from_environment())) {
+    json row{{"name", found.name}, {"differs", json::array()}};
+    auto client = control::Client::connect(found.path);
+    auto reply = client ? client.value().call({{"verb", "network"}}, 2s) : err(client.error());
+    if (!reply) {
+      row["problem"] = session::to_json(reply.error());
+      rows.push_back(std::move(row));
+      continue;
+    }
+    for (const char* const key :
+         {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports", "figures"})
+      row[key] = reply.value().value(key, json(nullptr));
+    for (const char* const key : {"mode", "domain", "interfaces", "peers", "exports"}) {
+      if (here.contains(key) && row[key] != here[key]) row["differs"].push_back(key);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string words_of(const json& list, const char* empty) {
+  const auto words = list.get<std::vector<std::string>>();
+  return words.empty() ? empty : join(words);
+}
+
+std::string words_of_rule(const json& rule) {
+  std::string text = rule["topic"].get<std::string>();
+  if (!rule["max_hz"].is_null()) text += fmt::format(", at most {:g} Hz", rule["max_hz"].get<double>());
+  if (!rule["max_bytes"].is_null()) text += fmt::format(", at most {} bytes/s", rule["max_bytes"].get<std::uint64_t>());
+  if (rule["compressed_only"].get<bool>()) text += ", compressed only";
+  return text;
+}
+
+void row(const char* key, const std::string& text) { std::printf("%-11s %s\n", key, text.c_str()); }
+
+void print_settings(const json& net) {
+  const std::string because_of = net["because_of"].get<std::string>();
+  row("mode",
+      net["mode"].get<std::string>() + " (" + (because_of.empty() ? "nobody asks for another" : because_of) + ")");
+  if (net["mode"] == "off") return;
+  row("discovery", net["discovery"].get<std::string>());
+  row("domain", fmt::format("{}, UDP ports {} to {}", net["domain"].get<int>(), net["ports"]["first"].get<int>(),
+                            net["ports"]["last"].get<int>()));
+  row("interfaces", words_of(net["interfaces"], "as Cyclone DDS chooses"));
+  row("peers", words_of(net["peers"], "none"));
+  if (net["mode"] == "export") {
+    if (net["exports"].empty()) row("exports", "every topic");
+    for (const auto& rule : net["exports"]) row("exports", words_of_rule(rule));
+  }
+  if (net["allow_load"].get<bool>()) row("allow_load", "others may load and unload components");
+  if (const auto uri = net["cyclonedds_uri"].get<std::string>(); !uri.empty()) row("CYCLONEDDS", uri);
+}
+
+std::string words_of_container(const json& container) {
+  std::string text = container["name"].get<std::string>() + ": ";
+  if (!container.contains("line")) return text + "does not answer";
+  text += container["line"].get<std::string>();
+  const auto differs = container["differs"].get<std::vector<std::string>>();
+  if (!differs.empty()) text += " (not as here: " + join(differs) + ")";
+  return text;
+}
+
+void print(const json& net) {
+  if (!net["built_in"].get<bool>())
+    row("built", "without Cyclone DDS: no network; " + net["way_out"].get<std::string>());
+  if (net.contains("mode")) print_settings(net);
+  for (const auto& link : net["links"]) {
+    row("link", fmt::format("{} {}{}", link["name"].get<std::string>(),
+                            words_of(link["addresses"], "without an address"), link["up"].get<bool>() ? "" : ", down"));
+  }
+  for (const auto& container : net["containers"]) row("container", words_of_container(container));
+  for (const auto& remark : net["remarks"]) {
+    const Problem problem{remark["where"], remark["what"], remark["way_out"]};
+    row("remark", problem.text());
+  }
+}
+
+int examine(const NetWish& wish) {
+  const auto arguments = parse_or_complain(wish.arguments);
+  if (!arguments) return kUsage;
+  launch::NetworkPlan plan;
+  if (!wish.file.empty()) {
+    auto loaded = launch::load_plan(wish.file, *arguments, launch_environment(program_places()));
+    if (!loaded) {
+      for (const auto& problem : loaded.error()) complain(problem);
+      return kFailed;
+    }
+    plan = loaded.value().network;
+  }
+  const auto settings = session::network_in_force(plan, session::ros_environment());
+  json net = settings ? session::to_json(settings.value())
+                      : json{{"remarks", json::array({session::to_json(settings.error())})}};
+  net["built_in"] = session::network_is_built_in();
+  if (!session::network_is_built_in()) net["way_out"] = session::network_is_not_built_in("").way_out;
+  net["links"] = links_json();
+  net["containers"] = containers_json(net);
+  if (wish.as_json) {
+    std::printf("%s\n", net.dump(2).c_str());
+  } else {
+    print(net);
+  }
+  return settings ? kDone : kFailed;
+}
+
+}  // namespace
+
+void add_doctor_net_command(Command& doctor) {
+  auto wish = std::make_shared<NetWish>();
+  Command& command = doctor.add("net", "who on the network would see a robot that is started here, and why");
+  command.option("launch_file", wish->file, "with what this launch file says of the network").names_a(Names::File);
+  command.option("arguments", wish->arguments, "name:=value for its arguments");
+  command.flag("--json", wish->as_json, "print one JSON object");
+  command.note(
+      "Mode and domain with what has set them, interfaces, peers, what is exported, what of ROS 2's variables is not\n"
+      "obeyed and why, and what the containers that run say of themselves. See docs/network.md in the source tree.\n"
+      "Exit codes: 0 told, 1 launch file or environment cannot be obeyed, 2 wrong usage.");
+  command.runs([wish] { return examine(*wish); });
+}
+
+}  // namespace nacelle::cli

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <memory>
+
+#include "asking.hpp"
+#include "commands.hpp"
+#include "program.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+using nlohmann::json;
+
+struct ExportWish {
+  std::string container;
+  bool as_json = false;
+};
+
+}  // namespace
+
+void add_export_command(Command& root) {
+  Command& group = root.add("export", "show a running robot to other machines, or keep it on this one");
+  auto wish = std::make_shared<ExportWish>();
+  for (const bool exported : {true, false}) {
+    Command& command = exported ? group.add("on", "other machines may see it, as far as the launch file's list goes")
+                                : group.add("off", "what the launch file says, but for this machine at most");
+    add_common_options(command, wish->container, wish->as_json);
+    command.note(
+        "ROS 2's tools meet all nodes anew; within the robot nothing changes. It holds until the container ends.\n"
+        "What may leave and who may see it: docs/network.md in the source tree.");
+    command.runs([wish, exported] {
+      return ask(wish->container, {{"verb", "network.show"}, {"exported", exported}}, wish->as_json,
+                 [](const json& state) { std::printf("%s\n", text_of(state, "line").c_str()); });
+    });
+  }
+}
+
+}  // namespace nacelle::cli

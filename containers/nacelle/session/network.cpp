@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/network.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "nacelle/session/network_wish.hpp"
+#include "nacelle/transport_dds/mirror.hpp"
+#include "transport_dds/wire/cyclone_config.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using nlohmann::json;
+using transport_dds::NetworkMode;
+
+// DHCP and IPv6 give addresses one after the other; discovery is to come within 3 s.
+constexpr Duration kRest = 500ms;
+
+}  // namespace
+
+#ifdef NACELLE_HAS_DDS
+struct Network::Joined {
+  std::unique_ptr<DdsMirror> mirror;
+};
+#else
+struct Network::Joined {};
+#endif
+
+Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, const Clock& clock,
+                 Say say)
+    : plan_(plan),
+      written_(std::move(plan)),
+      environment_(std::move(environment)),
+      graph_(graph),
+      clock_(clock),
+      say_(std::move(say)) {}
+
+Network::~Network() = default;
+
+Result<void, Problem> Network::start() {
+  const bool wants_it = plan_.mode.value_or(launch::NetworkMode::Off) != launch::NetworkMode::Off;
+  if (wants_it && !network_is_built_in()) {
+    return err(network_is_not_built_in(plan_.mode_by_argument ? std::string("network:=") + launch::to_text(*plan_.mode)
+                                                              : plan_.where.text() + ": network"));
+  }
+  if (auto joined = join(); !joined && is_asked_for_) say_("nacelle: " + network_off_line(joined.error()));
+  if (!is_asked_for_) return {};
+  for (const auto& remark : settings_.remarks) say_("nacelle: network: " + remark.text());
+  return {};
+}
+
+Result<void, Problem> Network::join() {
+  why_not_.reset();
+  is_asked_for_ = true;
+  auto settings = network_in_force(plan_, environment_);
+  if (!settings) {
+    settings_ = {};
+    settings_.mode = NetworkMode::Off;
+    why_not_ = settings.error();
+    return err(*why_not_);
+  }
+  settings_ = std::move(*settings);
+  if (settings_.mode == NetworkMode::Off) {
+    watch_links();
+    return {};
+  }
+#ifdef NACELLE_HAS_DDS
+  joined_with_ = links_of_interest();
+  MirrorOptions options;
+  options.domain_id = static_cast<std::uint32_t>(settings_.domain);
+  options.config = transport_dds::cyclone_config(settings_);
+  if (!settings_.security.enclave.empty()) options.enclave = settings_.security.enclave;
+  if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
+  options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
+  auto mirror = DdsMirror::start(graph_, clock_, std::move(options));
+  if (mirror) {
+    joined_ = std::make_unique<Joined>(Joined{std::move(*mirror)});
+  } else {
+    why_not_ = mirror.error();
+  }
+#else
+  is_asked_for_ = plan_.mode.has_value() || !settings_.because_of.empty();
+  why_not_ = network_is_not_built_in(settings_.because_of);
+#endif
+  watch_links();
+  return why_not_ ? Result<void, Problem>{err(*why_not_)} : Result<void, Problem>{};
+}
+
+void Network::leave() { joined_.reset(); }
+
+Result<void, Problem> Network::show(launch::NetworkMode mode, const std::string& because_of) {
+  if (mode != launch::NetworkMode::Off && !network_is_built_in()) return err(network_is_not_built_in(because_of));
+  const launch::NetworkPlan before = plan_;
+  leave();
+  plan_.mode = mode;
+  plan_.mode_by_argument = false;
+  auto joined = join();
+  if (joined) {
+    settings_.because_of = because_of;
+    return joined;
+  }
+  const Problem problem = joined.error();
+  plan_ = before;
+  if (auto back = join(); !back) say_("nacelle: " + network_off_line(back.error()));
+  return err(problem);
+}
+
+launch::NetworkMode Network::unexported() const {
+  const auto settings = network_in_force(written_, environment_);
+  return settings && settings.value().mode == NetworkMode::Off ? launch::NetworkMode::Off : launch::NetworkMode::Local;
+}
+
+std::string Network::line() const {
+  if (why_not_) return is_asked_for_ ? network_off_line(*why_not_) : std::string{};
+  return transport_dds::network_line(settings_);
+}
+
+json Network::state() const {
+  json state = to_json(settings_);
+  state["line"] = line();
+  state["running"] = joined_ != nullptr;
+  state["problem"] = why_not_ ? to_json(*why_not_) : json(nullptr);
+  state["figures"] = nullptr;
+#ifdef NACELLE_HAS_DDS
+  if (joined_) {
+    const MirrorStats figures = joined_->mirror->stats();
+    state["figures"] = {{"writers", figures.writers},
+                        {"readers", figures.readers},
+                        {"hidden", figures.hidden},
+                        {"others", figures.stand_ins},
+                        {"sent", figures.encoded},
+                        {"bytes_sent", figures.bytes_encoded},
+                        {"overtaken", figures.overtaken},
+                        {"held_back", figures.held_back},
+                        {"refused", figures.refused},
+                        {"received", figures.received},
+                        {"broken", figures.broken + figures.stray},
+                        {"problems", figures.problems}};
+  }
+#endif
+  return state;
+}
+
+// --- addresses that change -------------------------------------------------------------------------------------------
+
+// In mode Local there is lo alone, which does not come and go; there it is watched only until the network is joined.
+void Network::watch_links() {
+  const bool wanted = settings_.mode == NetworkMode::Export || (why_not_ && network_is_built_in());
+  if (!wanted) {
+    watch_.reset();
+    due_.reset();
+  } else if (!watch_) {
+    watch_ = std::make_unique<LinkWatch>();
+    // What has changed between the question and the watch.
+    if (links_of_interest() != joined_with_) due_ = clock_.now() + kRest;
+  }
+}
+
+std::vector<NetworkLink> Network::links_of_interest() const {
+  std::vector<NetworkLink> links = network_links();
+  const auto& names = settings_.interfaces;
+  std::erase_if(links, [&](const NetworkLink& link) {
+    if (link.is_loopback) return settings_.mode == NetworkMode::Export;
+    const auto is_named = [&](const std::string& name) {
+      return name == link.name || std::find(link.addresses.begin(), link.addresses.end(), name) != link.addresses.end();
+    };
+    return !link.up || link.addresses.empty() || (!names.empty() && std::none_of(names.begin(), names.end(), is_named));
+  });
+  return links;
+}
+
+void Network::serve(bool told) {
+  if (told && watch_) {
+    watch_->drain();
+    due_ = links_of_interest() == joined_with_ ? std::nullopt : std::optional(clock_.now() + kRest);
+  }
+  if (!due_ || clock_.now() < *due_) return;
+  due_.reset();
+  if (links_of_interest() == joined_with_) return;
+  leave();
+  const auto because_of = settings_.because_of;
+  if (auto joined = join(); !joined) {
+    say_("nacelle: " + network_off_line(joined.error()));
+  } else {
+    settings_.because_of = because_of;
+    say_("nacelle: network: this machine's addresses have changed: joined anew");
+  }
+}
+
+}  // namespace nacelle::session

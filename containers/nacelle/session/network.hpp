@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/launch/network_plan.hpp"
+#include "nacelle/node/graph.hpp"
+#include "nacelle/session/network_links.hpp"
+#include "transport_dds/wire/network_settings.hpp"
+
+namespace nacelle {
+class DdsMirror;
+}
+
+namespace nacelle::session {
+
+/// The robot on ROS 2's network: who may see it now, and why it cannot be seen if so.
+///
+/// The robot never needs it: what goes wrong here is told, and nothing local changes. While the robot is shown to other
+/// machines, or could not join, the machine's addresses are watched, and it joins anew when they have changed.
+/// Threads: one, but for `say`, which the network's thread calls too.
+class Network {
+ public:
+  using Say = std::function<void(const std::string& line)>;
+  /// `graph` and `clock` outlive it.
+  Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, const Clock& clock, Say say);
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+  ~Network();
+
+  /// Joins as launch file and environment ask, and tells what is remarkable.
+  /// Errors: the launch file asks for a network, and this program was built without.
+  [[nodiscard]] Result<void, Problem> start();
+  /// From now on in this mode; who listens meets all nodes anew. Errors: why not; then it is as it was.
+  [[nodiscard]] Result<void, Problem> show(launch::NetworkMode mode, const std::string& because_of);
+  /// What `nacelle export off` means: the launch file's mode, but never Export.
+  [[nodiscard]] launch::NetworkMode unexported() const;
+
+  /// For the bring-up's last line; empty: nothing to say (built without, and nobody asked).
+  [[nodiscard]] std::string line() const;
+  /// The settings (network_wish.hpp), `running`, `problem`, and what has crossed so far.
+  [[nodiscard]] nlohmann::json state() const;
+
+  /// To be polled for reading; -1: nothing is watched.
+  [[nodiscard]] int descriptor() const { return watch_ ? watch_->descriptor() : -1; }
+  [[nodiscard]] std::optional<MonotonicTime> next_due() const { return due_; }
+  /// `told`: the descriptor is readable. Joins anew when addresses have changed and been at rest for a moment.
+  void serve(bool told);
+
+ private:
+  [[nodiscard]] Result<void, Problem> join();
+  void leave();
+  void watch_links();
+  [[nodiscard]] std::vector<NetworkLink> links_of_interest() const;
+
+  launch::NetworkPlan plan_;
+  const launch::NetworkPlan written_;  // as the launch file has it
+  const transport_dds::Environment environment_;
+  Graph& graph_;
+  const Clock& clock_;
+  const Say say_;
+  transport_dds::NetworkSettings settings_;
+  std::optional<Problem> why_not_;  // it is not on the network, though it should be
+  bool is_asked_for_ = false;       // by somebody, not only by default
+  std::unique_ptr<LinkWatch> watch_;
+  std::vector<NetworkLink> joined_with_;
+  std::optional<MonotonicTime> due_;
+  struct Joined;
+  std::unique_ptr<Joined> joined_;  // null: not on the network
+};
+
+}  // namespace nacelle::session

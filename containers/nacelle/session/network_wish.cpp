@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/network_wish.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "transport_dds/wire/cyclone_config.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using nlohmann::json;
+using transport_dds::NetworkMode;
+
+transport_dds::NetworkWish wish_of(const launch::NetworkPlan& plan) {
+  transport_dds::NetworkWish wish;
+  if (plan.mode) wish.mode = static_cast<NetworkMode>(*plan.mode);
+  wish.domain_id = plan.domain_id;
+  wish.interfaces = plan.interfaces;
+  wish.peers = plan.peers;
+  wish.allow_load = plan.allow_load;
+  for (const auto& one : plan.exports)
+    wish.exports.push_back({one.topic, one.max_hz, static_cast<std::size_t>(one.max_bytes_per_s), one.compressed_only});
+  return wish;
+}
+
+/// Linux' own numbers where they cannot be read.
+transport_dds::PortRange ephemeral_ports() {
+  transport_dds::PortRange range{32768, 60999};
+  std::ifstream{"/proc/sys/net/ipv4/ip_local_port_range"} >> range.first >> range.last;
+  return range;
+}
+
+const char* to_text(transport_dds::Discovery discovery) {
+  constexpr std::array<const char*, 5> kWords{"none", "loopback", "unicast", "multicast", "as configured"};
+  return kWords[static_cast<std::size_t>(discovery)];
+}
+
+void obey_security(transport_dds::NetworkSettings& settings) {
+  if (!settings.security.enabled) return;
+  if (settings.security.enforced) {
+    settings.remarks.push_back({"ROS_SECURITY_STRATEGY",
+                                "it enforces security, which is not available yet: the network stays off",
+                                "unset ROS_SECURITY_ENABLE to have it without"});
+    settings.mode = NetworkMode::Off;
+    settings.discovery = transport_dds::Discovery::None;
+    settings.because_of = "ROS_SECURITY_STRATEGY";
+  } else {
+    settings.remarks.push_back({"ROS_SECURITY_ENABLE", "security is not available yet: everything goes in the clear",
+                                "with ROS_SECURITY_STRATEGY=Enforce the network stays off"});
+  }
+}
+
+}  // namespace
+
+bool network_is_built_in() {
+#ifdef NACELLE_HAS_DDS
+  return true;
+#else
+  return false;
+#endif
+}
+
+Problem network_is_not_built_in(const std::string& where) {
+  return {where, "this program was built without Cyclone DDS: it cannot be on a network",
+          "install cyclonedds-dev and build again, or network:=off"};
+}
+
+transport_dds::Environment ros_environment() {
+  transport_dds::Environment found;
+  for (char** at = ::environ; at != nullptr && *at != nullptr; ++at) {
+    const std::string_view entry{*at};
+    const auto equals = entry.find('=');
+    if (equals == std::string_view::npos) continue;
+    for (const std::string_view beginning : {"ROS_", "RMW_", "CYCLONEDDS_"}) {
+      if (entry.starts_with(beginning)) found.emplace(entry.substr(0, equals), entry.substr(equals + 1));
+    }
+  }
+  return found;
+}
+
+Result<transport_dds::NetworkSettings, Problem> network_in_force(const launch::NetworkPlan& plan,
+                                                                 const transport_dds::Environment& environment) {
+  auto settings = transport_dds::network_settings(wish_of(plan), environment);
+  if (!settings) return settings;
+  if (plan.mode && plan.mode_by_argument) settings->because_of = std::string("network:=") + to_text(*plan.mode);
+  obey_security(*settings);
+  if (settings->mode == NetworkMode::Off) return settings;
+  if (auto remark = transport_dds::port_remark(settings->domain, ephemeral_ports()))
+    settings->remarks.push_back(std::move(*remark));
+  return settings;
+}
+
+std::string network_off_line(const Problem& why) {
+  return "network: off, since " + why.text() + "; the robot runs without it";
+}
+
+json to_json(const Problem& problem) {
+  return {{"where", problem.where}, {"what", problem.what}, {"way_out", problem.way_out}};
+}
+
+json to_json(const transport_dds::NetworkSettings& settings) {
+  json exports = json::array(), remarks = json::array();
+  for (const auto& rule : settings.exports) {
+    exports.push_back({{"topic", rule.topic},
+                       {"max_hz", rule.max_hz == 0 ? json(nullptr) : json(rule.max_hz)},
+                       {"max_bytes", rule.max_bytes_per_s == 0 ? json(nullptr) : json(rule.max_bytes_per_s)},
+                       {"compressed_only", rule.compressed_only}});
+  }
+  for (const auto& remark : settings.remarks) remarks.push_back(to_json(remark));
+  const auto ports = transport_dds::ports_of_domain(settings.domain);
+  return {{"mode", transport_dds::to_text(settings.mode)},
+          {"because_of", settings.because_of},
+          {"discovery", to_text(settings.discovery)},
+          {"domain", settings.domain},
+          {"ports", {{"first", ports.first}, {"last", ports.last}}},
+          {"interfaces",
+           settings.discovery == transport_dds::Discovery::Loopback ? json::array({"lo"}) : json(settings.interfaces)},
+          {"peers", settings.peers},
+          {"exports", std::move(exports)},
+          {"allow_load", settings.allow_load},
+          {"cyclonedds_uri", settings.cyclonedds_uri},
+          {"remarks", std::move(remarks)},
+          {"line", transport_dds::network_line(settings)}};
+}
+
+}  // namespace nacelle::session

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/network_wish.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace nacelle::session {
+namespace {
+
+using transport_dds::NetworkMode;
+
+launch::NetworkPlan asking_for(launch::NetworkMode mode, bool by_argument = false) {
+  launch::NetworkPlan plan;
+  plan.mode = mode;
+  plan.mode_by_argument = by_argument;
+  return plan;
+}
+transport_dds::NetworkSettings in_force(const launch::NetworkPlan& plan,
+                                        const transport_dds::Environment& environment = {}) {
+  auto settings = network_in_force(plan, environment);
+  EXPECT_TRUE(settings) << settings.error().text();
+  return settings ? std::move(settings).value() : transport_dds::NetworkSettings{};
+}
+
+TEST(NetworkInForce, hands_on_everything_that_the_launch_file_says) {
+  launch::NetworkPlan plan = asking_for(launch::NetworkMode::Export);
+  plan.domain_id = 7;
+  plan.interfaces = {"eth0"};
+  plan.peers = {"laptop"};
+  plan.allow_load = true;
+  plan.exports = {{"/scan", 5, 1000, true, {}}};
+  const auto settings = in_force(plan);
+  EXPECT_EQ(settings.mode, NetworkMode::Export);
+  EXPECT_EQ(settings.because_of, "network: mode");
+  EXPECT_EQ(settings.domain, 7);
+  EXPECT_EQ(settings.interfaces, std::vector<std::string>{"eth0"});
+  EXPECT_EQ(settings.peers, std::vector<std::string>{"laptop"});
+  EXPECT_TRUE(settings.allow_load);
+  EXPECT_EQ(settings.exports, (std::vector<transport_dds::ExportRule>{{"/scan", 5, 1000, true}}));
+  const auto json = to_json(settings);
+  EXPECT_EQ(json["exports"][0]["max_hz"], 5);
+  EXPECT_EQ(json["ports"]["first"], 9150);
+  EXPECT_EQ(json["interfaces"], nlohmann::json::array({"eth0"}));
+}
+
+TEST(NetworkInForce, names_the_word_of_the_command_line_that_has_set_it) {
+  EXPECT_EQ(in_force(asking_for(launch::NetworkMode::Off, true)).because_of, "network:=off");
+  EXPECT_EQ(in_force({}, {{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}).because_of, "ROS_AUTOMATIC_DISCOVERY_RANGE");
+  EXPECT_EQ(in_force({}).because_of, "");
+}
+
+TEST(NetworkInForce, stays_off_where_security_that_it_does_not_have_is_enforced) {
+  const auto settings = in_force(asking_for(launch::NetworkMode::Export),
+                                 {{"ROS_SECURITY_ENABLE", "true"}, {"ROS_SECURITY_STRATEGY", "Enforce"}});
+  EXPECT_EQ(settings.mode, NetworkMode::Off);
+  EXPECT_EQ(settings.because_of, "ROS_SECURITY_STRATEGY");
+  ASSERT_EQ(settings.remarks.size(), 1U);
+  EXPECT_THAT(settings.remarks[0].text(), ::testing::HasSubstr("not available yet"));
+  const auto permissive = in_force(asking_for(launch::NetworkMode::Export), {{"ROS_SECURITY_ENABLE", "true"}});
+  EXPECT_EQ(permissive.mode, NetworkMode::Export);
+  EXPECT_EQ(permissive.remarks.size(), 1U);
+}
+
+TEST(NetworkInForce, refuses_a_domain_that_is_none) {
+  const auto refused = network_in_force({}, {{"ROS_DOMAIN_ID", "lab"}});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(network_off_line(refused.error()).rfind("network: off, since ROS_DOMAIN_ID: 'lab' is not a number", 0), 0U);
+}
+
+TEST(NetworkInForce, in_json_says_lo_where_that_is_all_there_is) {
+  const auto json = to_json(in_force({}));
+  EXPECT_EQ(json["interfaces"], nlohmann::json::array({"lo"}));
+  EXPECT_EQ(json["mode"], "local");
+  EXPECT_EQ(json["line"], "network: local only; to show it to the LAN: network:=export");
+}
+
+}  // namespace
+}  // namespace nacelle::session
