@@ -41,6 +41,8 @@ class RobotTest(unittest.TestCase):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="nacelle-system-"))
         cls.environment = {**os.environ, "XDG_RUNTIME_DIR": str(cls.folder)}
         cls.environment.pop("NACELLE_CONTAINER", None)
+        # Robots of other tests, and of this machine, are not to meet ours; network_test.py has networks of its own.
+        cls.environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
 
     @classmethod
     def tearDownClass(cls):

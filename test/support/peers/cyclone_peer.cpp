@@ -2,6 +2,7 @@
 // A peer on plain Cyclone DDS: types of idlc, dds_write() and dds_take().
 #include <dds/dds.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 
@@ -62,6 +63,41 @@ struct Idl<Image> {
   }
 };
 template <>
+struct Idl<Twist> {
+  using Struct = geometry_msgs_msg_dds__Twist_;
+  static const dds_topic_descriptor_t& descriptor() { return geometry_msgs_msg_dds__Twist__desc; }
+  static Struct from(const Twist& in) {
+    Struct out{};
+    std::copy(in.linear_angular.begin(), in.linear_angular.end(), out.linear_angular);
+    return out;
+  }
+  static Twist to(const Struct& in) {
+    Twist out;
+    std::copy_n(in.linear_angular, out.linear_angular.size(), out.linear_angular.begin());
+    return out;
+  }
+};
+template <>
+struct Idl<Odometry> {
+  using Struct = nav_msgs_msg_dds__Odometry_;
+  static const dds_topic_descriptor_t& descriptor() { return nav_msgs_msg_dds__Odometry__desc; }
+  static Struct from(const Odometry& in) {
+    Struct out{};
+    out.header.stamp = {in.sec, in.nanosec};
+    out.header.frame_id = const_cast<char*>(in.frame_id.c_str());
+    out.child_frame_id = const_cast<char*>(in.child_frame_id.c_str());
+    std::copy(in.pose.begin(), in.pose.end(), out.pose);
+    std::copy(in.twist.begin(), in.twist.end(), out.twist);
+    return out;
+  }
+  static Odometry to(const Struct& in) {
+    Odometry out{in.header.stamp.sec, in.header.stamp.nanosec, in.header.frame_id, in.child_frame_id, {}, {}};
+    std::copy_n(in.pose, out.pose.size(), out.pose.begin());
+    std::copy_n(in.twist, out.twist.size(), out.twist.begin());
+    return out;
+  }
+};
+template <>
 struct Idl<AddRequest> {
   using Struct = example_interfaces_srv_dds__AddTwoInts_Request_;
   static const dds_topic_descriptor_t& descriptor() { return example_interfaces_srv_dds__AddTwoInts_Request__desc; }
@@ -89,8 +125,9 @@ dds_qos_t* make_qos(const Qos& qos) {
 
 class Cyclone {
  public:
-  Cyclone(unsigned domain, Bell& bell)
-      : bell_(bell), participant_(must(dds_create_participant(domain, nullptr, nullptr), "participant")) {}
+  // How it is on the network is said by CYCLONEDDS_URI.
+  Cyclone(const Options& options, Bell& bell)
+      : bell_(bell), participant_(must(dds_create_participant(options.domain, nullptr, nullptr), "participant")) {}
   Cyclone(const Cyclone&) = delete;
   Cyclone& operator=(const Cyclone&) = delete;
   ~Cyclone() { dds_delete(DDS_CYCLONEDDS_HANDLE); }

@@ -38,6 +38,8 @@ std::size_t most_bytes(const Text& text) { return text.data.size() + kOverhead; 
 std::size_t most_bytes(const Image& image) {
   return image.data.size() + image.encoding.size() + image.frame_id.size() + kOverhead;
 }
+std::size_t most_bytes(const Twist& /*twist*/) { return kOverhead; }
+std::size_t most_bytes(const Odometry& in) { return in.frame_id.size() + in.child_frame_id.size() + kOverhead; }
 std::size_t most_bytes(const AddRequest& /*request*/) { return kOverhead; }
 std::size_t most_bytes(const AddResponse& /*response*/) { return kOverhead; }
 
@@ -50,6 +52,14 @@ void put(Cdr& cdr, const Image& in) {
 void get(Cdr& cdr, Image& out) {
   cdr >> out.sec >> out.nanosec >> out.frame_id >> out.height >> out.width >> out.encoding >> out.is_bigendian >>
       out.step >> out.data;
+}
+void put(Cdr& cdr, const Twist& in) { cdr << in.linear_angular; }
+void get(Cdr& cdr, Twist& out) { cdr >> out.linear_angular; }
+void put(Cdr& cdr, const Odometry& in) {
+  cdr << in.sec << in.nanosec << in.frame_id << in.child_frame_id << in.pose << in.twist;
+}
+void get(Cdr& cdr, Odometry& out) {
+  cdr >> out.sec >> out.nanosec >> out.frame_id >> out.child_frame_id >> out.pose >> out.twist;
 }
 void put(Cdr& cdr, const AddRequest& in) { cdr << in.client << in.number << in.a << in.b; }
 void get(Cdr& cdr, AddRequest& out) { cdr >> out.client >> out.number >> out.a >> out.b; }
@@ -108,14 +118,16 @@ constexpr const char* kPace = "pace";
 
 class FastDds {
  public:
-  FastDds(unsigned domain, Bell& bell) : bell_(bell) {
+  FastDds(const Options& options, Bell& bell) : bell_(bell) {
     dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
-    // The loopback interface only, and no shared memory: as a peer on another machine.
-    auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-    udp->interfaceWhiteList = {"127.0.0.1"};
-    qos.transport().use_builtin_transports = false;
-    qos.transport().user_transports = {udp};
-    qos.transport().listen_socket_buffer_size = 4 << 20;
+    if (!options.as_delivered) {
+      // The loopback interface only, and no shared memory: as a peer on another machine.
+      auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+      udp->interfaceWhiteList = {"127.0.0.1"};
+      qos.transport().use_builtin_transports = false;
+      qos.transport().user_transports = {udp};
+      qos.transport().listen_socket_buffer_size = 4 << 20;
+    }
     // A socket's buffer holds two packets of a long message; a writer that outruns its reader sends most of them again,
     // seconds later.
     auto pace = std::make_shared<eprosima::fastdds::rtps::FlowControllerDescriptor>();
@@ -123,7 +135,7 @@ class FastDds {
     pace->max_bytes_per_period = 130000;
     pace->period_ms = 4;
     qos.flow_controllers().push_back(pace);
-    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
+    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos);
     if (participant_ == nullptr) std::exit(1);
     publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
     subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);

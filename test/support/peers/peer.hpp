@@ -39,6 +39,18 @@ struct Image {
   std::uint32_t step = 0;
   std::vector<std::uint8_t> data;
 };
+struct Twist {
+  static constexpr const char* kName = "geometry_msgs::msg::dds_::Twist_";
+  std::array<double, 6> linear_angular{};
+};
+struct Odometry {
+  static constexpr const char* kName = "nav_msgs::msg::dds_::Odometry_";
+  std::int32_t sec = 0;
+  std::uint32_t nanosec = 0;
+  std::string frame_id, child_frame_id;
+  std::array<double, 43> pose{};   // position, quaternion, covariance
+  std::array<double, 42> twist{};  // linear, angular, covariance
+};
 struct AddRequest {
   static constexpr const char* kName = "example_interfaces::srv::dds_::AddTwoInts_Request_";
   std::uint64_t client = 0;
@@ -95,9 +107,13 @@ inline void tell_message(const Image& message) {
   tell("image " + std::to_string(message.data.size()) + " " + std::to_string(checksum(message.data)) + " " +
        message.encoding + " " + message.frame_id);
 }
+inline void tell_message(const Twist& message) { tell("twist " + std::to_string(message.linear_angular[0])); }
+inline void tell_message(const Odometry& message) {
+  tell("odometry " + std::to_string(message.twist[0]) + " " + message.frame_id + " " + message.child_frame_id);
+}
 
 /// usage: PEER VERB --domain N --topic NAME [options]
-///   pub    writes --count messages once --readers are matched and a line has come, and stays
+///   pub    writes --count messages once --readers are matched and a line has come, and stays; --every MS between them
 ///   echo   tells of each message
 ///   serve  answers --topic's requests (add_two_ints)
 ///   call   asks once for --a plus --b when a line has come
@@ -106,7 +122,9 @@ inline void tell_message(const Image& message) {
 struct Options {
   std::string verb, topic = "rt/chatter", type = "string", text = "hello";
   unsigned domain = 0;
-  int count = 1, readers = 1;
+  int count = 1, readers = 1, every_ms = 0;
+  double speed = 0;           ///< Of a twist, in m/s.
+  bool as_delivered = false;  ///< Interfaces and transports as the DDS has them by itself.
   std::size_t bytes = 64;
   std::int64_t a = 0, b = 0;
   std::optional<unsigned> garbage;  ///< Seed: bytes that are no message, under the type's name.
@@ -122,6 +140,8 @@ inline Options read_options(int argc, char** argv) {
       {"--domain", [&](const char* v) { out.domain = static_cast<unsigned>(std::atoi(v)); }},
       {"--count", [&](const char* v) { out.count = std::atoi(v); }},
       {"--readers", [&](const char* v) { out.readers = std::atoi(v); }},
+      {"--every", [&](const char* v) { out.every_ms = std::atoi(v); }},
+      {"--speed", [&](const char* v) { out.speed = std::atof(v); }},
       {"--bytes", [&](const char* v) { out.bytes = std::strtoull(v, nullptr, 10); }},
       {"--depth", [&](const char* v) { out.qos.depth = std::atoi(v); }},
       {"--a", [&](const char* v) { out.a = std::strtoll(v, nullptr, 10); }},
@@ -129,6 +149,7 @@ inline Options read_options(int argc, char** argv) {
       {"--garbage", [&](const char* v) { out.garbage = static_cast<unsigned>(std::atoi(v)); }},
   };
   std::map<std::string, bool*> flags{{"--best-effort", &out.qos.best_effort},
+                                     {"--as-delivered", &out.as_delivered},
                                      {"--transient-local", &out.qos.transient_local},
                                      {"--keep-all", &out.qos.keep_all}};
   if (argc > 1) out.verb = argv[1];
@@ -154,12 +175,16 @@ inline Image make_message(const Options& options, int i, const Image& /*kind*/) 
   for (std::size_t at = 0; at < image.data.size(); ++at) image.data[at] = static_cast<std::uint8_t>(at * 7 + i);
   return image;
 }
+inline Twist make_message(const Options& options, int /*i*/, const Twist& /*kind*/) { return {{options.speed}}; }
+inline Odometry make_message(const Options& options, int i, const Odometry& /*kind*/) {
+  return {i, 0, "odom", "base_footprint", {}, {options.speed}};
+}
 
 /// What a DDS has to offer: `Dds::Writer<T>` with matched() and write(), `Dds::Reader<T>` with matched() and take().
 template <typename Dds>
 class Peer {
  public:
-  explicit Peer(Options options) : options_(std::move(options)), dds_(options_.domain, bell_) {}
+  explicit Peer(Options options) : options_(std::move(options)), dds_(options_, bell_) {}
 
   int run() {
     std::thread watching([this] {
@@ -183,8 +208,12 @@ class Peer {
     if constexpr (requires { typename Dds::GarbageWriter; }) {
       if (options_.garbage) return publish_garbage<typename Dds::GarbageWriter>();
     }
-    if (options_.verb == "pub") return options_.type == "image" ? publish<Image>() : publish<Text>();
-    if (options_.verb == "echo") return options_.type == "image" ? echo<Image>() : echo<Text>();
+    if (options_.verb == "pub" || options_.verb == "echo") {
+      if (options_.type == "image") return publish_or_echo<Image>();
+      if (options_.type == "twist") return publish_or_echo<Twist>();
+      if (options_.type == "odometry") return publish_or_echo<Odometry>();
+      return publish_or_echo<Text>();
+    }
     if (options_.verb == "serve") return serve();
     if (options_.verb == "call") return call();
     std::fprintf(stderr, "pub, echo, serve or call?\n");
@@ -197,11 +226,20 @@ class Peer {
   }
 
   template <typename T>
+  bool publish_or_echo() {
+    return options_.verb == "pub" ? publish<T>() : echo<T>();
+  }
+  template <typename T>
   bool publish() {
     typename Dds::template Writer<T> writer(dds_, options_.topic, options_.qos);
     tell("ready");
     if (!wait([&] { return told_to_go_ && writer.matched() >= options_.readers; })) return false;
-    for (int i = 0; i < options_.count; ++i) writer.write(make_message(options_, i, T{}));
+    for (int i = 0; i < options_.count && !ended_; ++i) {
+      writer.write(make_message(options_, i, T{}));
+      if (options_.every_ms == 0) continue;
+      const auto next = std::chrono::steady_clock::now() + std::chrono::milliseconds(options_.every_ms);
+      static_cast<void>(bell_.until([this] { return ended_.load(); }, next));
+    }
     tell("wrote " + std::to_string(options_.count));
     return stay();
   }

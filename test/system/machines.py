@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Machines on a LAN of their own, made of network namespaces and veth pairs: what they send reaches nobody else."""
+import contextlib
+import os
+import subprocess
+import time
+import unittest
+
+from robot import wait_for
+
+
+def ip(*words):
+    subprocess.run(["ip", *map(str, words)], check=True, capture_output=True, text=True)
+
+
+def need_namespaces():
+    """Skips the tests of a class where the kernel does not let us make networks."""
+    tried = subprocess.run(["unshare", "-n", "true"], capture_output=True, text=True)
+    if tried.returncode != 0 or os.geteuid() != 0:
+        raise unittest.SkipTest("network namespaces need root: " + tried.stderr.strip())
+
+
+class Machine:
+    """A network namespace with a loopback interface. It ends with close(), and what runs in it then has no network."""
+
+    def __init__(self):
+        self.holder = subprocess.Popen(["unshare", "-n", "cat"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+        ours = os.readlink("/proc/self/ns/net")
+
+        def is_apart():
+            with contextlib.suppress(OSError):
+                return os.readlink(f"/proc/{self.holder.pid}/ns/net") != ours
+            return False
+
+        wait_for("a network namespace", is_apart, 5)
+        self.ip("link", "set", "lo", "up")
+
+    def close(self):
+        self.holder.stdin.close()
+        self.holder.wait()
+
+    def within(self, *words):
+        """The command line that runs in this network."""
+        return ["nsenter", "-t", str(self.holder.pid), "-n", *map(str, words)]
+
+    def ip(self, *words):
+        self.run("ip", *words)
+
+    def run(self, *words):
+        return subprocess.run(self.within(*words), check=True, capture_output=True, text=True)
+
+    def sent(self, link):
+        """Packets that have left by a link."""
+        with open(f"/proc/{self.holder.pid}/net/dev", encoding="ascii") as file:
+            for line in file:
+                name, _, rest = line.partition(":")
+                if name.strip() == link:
+                    return int(rest.split()[9])
+        raise AssertionError(f"no link {link}")
+
+    def udp_sockets(self):
+        """Bound addresses as (hex of the address, port)."""
+        with open(f"/proc/{self.holder.pid}/net/udp", encoding="ascii") as file:
+            return [tuple(line.split()[1].split(":")) for line in list(file)[1:]]
+
+
+def cable(one, other, name="lan0", network="10.77.0"):
+    """Joins two machines: .1 and .2 on a link of the same name. IPv6 is off, so that the kernel itself says nothing."""
+    ip("link", "add", name, "netns", one.holder.pid, "type", "veth", "peer", "name", name, "netns", other.holder.pid)
+    for machine, address in ((one, 1), (other, 2)):
+        machine.run("sh", "-c", f"echo 1 > /proc/sys/net/ipv6/conf/{name}/disable_ipv6")
+        machine.ip("addr", "add", f"{network}.{address}/24", "dev", name)
+        machine.ip("link", "set", name, "up")
+        machine.ip("route", "add", "224.0.0.0/4", "dev", name)
+
+
+class Lines:
+    """A program whose lines a test waits for."""
+
+    def __init__(self, command, environment):
+        self.process = subprocess.Popen(
+            command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, bufsize=0
+        )
+        os.set_blocking(self.process.stdout.fileno(), False)
+        self.seen, self.rest = [], b""
+
+    def read(self):
+        with contextlib.suppress(BlockingIOError):
+            while more := self.process.stdout.read(65536):
+                *whole, self.rest = (self.rest + more).split(b"\n")
+                self.seen += [line.decode(errors="replace") for line in whole]
+        return self.seen
+
+    def wait_for(self, what, fits, limit_s=30.0):
+        """The first line that fits and has not been waited for yet."""
+
+        def look():
+            for number, line in enumerate(self.read()):
+                if fits(line):
+                    del self.seen[: number + 1]
+                    return line
+            if self.process.poll() is not None and not self.read():
+                raise AssertionError(f"{what}: the program ended with {self.process.returncode}")
+            return None
+
+        try:
+            return wait_for(what, look, limit_s)
+        except AssertionError as failed:
+            raise AssertionError(f"{failed}; it said: {self.seen[-20:]}") from None
+
+    def within(self, seconds, fits):
+        """Whether such a line comes in so long."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if any(fits(line) for line in self.read()):
+                return True
+            time.sleep(0.02)  # the polling period, not a synchronisation
+        return False
+
+    def go(self):
+        self.process.stdin.write(b"\n")
+
+    def close(self):
+        with contextlib.suppress(OSError):
+            self.process.stdin.close()
+        try:
+            self.process.wait(5)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self.process.stdout.close()
