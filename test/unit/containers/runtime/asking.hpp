@@ -25,11 +25,11 @@ class Call {
     }
   }
   [[nodiscard]] bool is_answered() const { return call_ != nullptr && call_->state() == ServiceCall::State::Answered; }
+  /// Waits until it is answered or refused; false if neither comes.
+  bool ends() { return call_ != nullptr && has_come_.wait_for(std::chrono::seconds{20}) == std::future_status::ready; }
   /// The answer; none if the call was refused, or nothing comes.
   std::optional<typename S::Response> wait() {
-    if (call_ == nullptr || !has_come_.valid()) return std::nullopt;
-    if (has_come_.wait_for(std::chrono::seconds{20}) != std::future_status::ready) return std::nullopt;
-    if (call_->response() == nullptr) return std::nullopt;
+    if (!ends() || call_->response() == nullptr) return std::nullopt;
     return *static_cast<const typename S::Response*>(call_->response());
   }
   /// Why it could not be sent.
