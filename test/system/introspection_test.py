@@ -334,8 +334,26 @@ class Services(OnRobot):
         self.assertEqual(state["response"], {"current_state": {"id": 3, "label": "active"}})
         values = self.json_of("service", "call", "/chaos/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [share]}")
         self.assertEqual(values["response"]["values"][0]["double_value"], 0.5)
-        log = self.json_of("topic", "echo", "/rosout", "--once")
-        self.assertTrue(log["msg"] and log["name"] and log["file"], log)
+
+    def test_what_is_logged_is_on_rosout(self):
+        heard = self.folder / "rosout"
+        with open(heard, "w") as file:
+            listening = self.start_program("topic", "echo", "/rosout", "--json", stdout=file, stderr=subprocess.DEVNULL)
+
+        def line():
+            refused = self.json_of("service", "call", "/chaos/change_state", "lifecycle_msgs/srv/ChangeState", "{transition: {label: fly}}")
+            self.assertEqual(refused["response"], {"success": False})
+            logs = [json.loads(text) for text in heard.read_text().split("\n")[:-1]]
+            return next((log for log in logs if "'fly'" in log["msg"]), None)
+
+        try:
+            log = wait_for("a line on /rosout", line)
+        finally:
+            listening.kill()
+            listening.wait()
+        self.assertIn("transition 0 'fly', which does not lead on from active", log["msg"])
+        self.assertEqual((log["level"], log["name"]), (30, "container"))
+        self.assertTrue(log["file"].endswith("lifecycle_services.cpp"), log)
 
     def test_a_service_is_called_as_ros2_does(self):
         self.assertEqual(self.out("service", "call", "/chaos/answer", "std_srvs/srv/SetBool", "{data: true}"),
