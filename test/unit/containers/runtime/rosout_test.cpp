@@ -153,6 +153,27 @@ TEST_F(StandingRosout, lines_that_find_no_room_are_dropped_counted_and_said) {
   EXPECT_EQ(lines.next().msg, "again");
 }
 
+std::uint64_t memory_for_a_line() {
+  const Logger log{"noisy"};
+  log.info("{} {}", "warm", std::string(100, 'x'));
+  const std::string text(100, 'x');
+  const nacelle::test::AllocationGuard heap;
+  log.info("{} {}", "counted", text);
+  return heap.count();
+}
+
+TEST(Rosout, costs_whoever_writes_a_line_no_memory) {
+  const std::uint64_t before = memory_for_a_line();
+  const SystemClock clock;
+  Broker broker{clock};
+  Executor executor{"services", clock, {.own = true}};
+  NodeGroups node{executor, "/test", [](const std::string&, const std::string&, const std::string&) {}};
+  CallbackGroup group{node};
+  const Rosout rosout{group, broker, clock, "/test"};
+  executor.open(node);
+  EXPECT_EQ(memory_for_a_line(), before);
+}
+
 TEST(LogQueue, costs_the_writer_no_memory_and_gives_back_what_was_written) {
   LogQueue queue;
   const std::string too_long = std::string(LogQueue::kLongestText - 1, 'a') + "\xC3\xA4" + "rest";
