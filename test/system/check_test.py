@@ -89,6 +89,16 @@ class Check(RobotTest):
             self.assertIn(word, outcome.stdout)
         self.assertIn("4 errors", outcome.stdout)
 
+    def test_the_services_that_every_node_has_may_be_waited_for(self):
+        text = (BROKEN / "after_one_that_stays_inactive.launch.yaml").read_text().replace("      autostart: inactive\n", "")
+        for condition, code in (("service(/imu/get_state)", 0), ("service(get_parameters)", 1), ("service(/imu/get_stat)", 1),
+                                ("service(imu/list_parameters)", 0)):  # fmt: skip
+            with self.subTest(condition=condition):
+                file = self.write("after.launch.yaml", text.replace("when: active", f"when: {condition}"))
+                findings = json.loads(self.check("--json", file, code=code).stdout)["findings"]
+                offered = [f for f in findings if "which nobody offers" in f["what"]]
+                self.assertEqual(len(offered), code, findings)
+
     def test_a_component_that_is_not_required_only_warns(self):
         more = ", {name: scan_points, value: 0}"
         outcome = self.check(self.write("optional.launch.yaml", LIDAR.format(more=more, required="false")))

@@ -308,6 +308,53 @@ class Services(OnRobot):
         row = next(row for row in self.json_of("service", "list") if row["name"] == "/chaos/answer")
         self.assertEqual(row, {"name": "/chaos/answer", "types": ["std_srvs/srv/SetBool"], "nodes": ["/chaos"]})
 
+    def test_what_every_node_offers_is_left_out_and_counted(self):
+        shown = self.expect_exit(self.run_program("service", "list"), 0)
+        self.assertNotIn("/lidar/get_parameters", shown.stdout.split())
+        every = self.out("service", "list", "--all").split()
+        self.assertIn("/lidar/get_parameters", every)
+        self.assertIn("/lidar/change_state", every)
+        left_out = [row["name"] for row in self.json_of("service", "list") if row.get("standard")]
+        self.assertEqual(shown.stderr, f"(and {len(left_out)} that nodes have by standard: --all shows them)\n")
+        self.assertEqual(len(left_out), 12 * (len(NODES) + 1), "ten of the robot's, and /chaos")
+        self.assertLessEqual(set(left_out), set(every))
+        self.assertEqual(self.out("service", "type", "/lidar/get_state"), "lifecycle_msgs/srv/GetState\n")
+        info = self.expect_exit(self.run_program("node", "info", "/lidar"), 0)
+        self.assertNotIn("get_state", info.stdout)
+        self.assertNotIn("/rosout", info.stdout)
+        self.assertEqual(info.stderr, "(and 15 that nodes have by standard: --all shows them)\n")
+        full = self.out("node", "info", "/lidar", "--all")
+        self.assertIn("    /lidar/get_state: lifecycle_msgs/srv/GetState\n", full)
+        self.assertIn("    /rosout: rcl_interfaces/msg/Log\n", full)
+        rows = self.json_of("node", "info", "/lidar")["service_servers"]
+        self.assertIn({"name": "/lidar/set_parameters", "types": ["rcl_interfaces/srv/SetParameters"], "standard": True}, rows)
+
+    def test_what_every_node_offers_is_there(self):
+        state = self.json_of("service", "call", "/chaos/get_state", "lifecycle_msgs/srv/GetState")
+        self.assertEqual(state["response"], {"current_state": {"id": 3, "label": "active"}})
+        values = self.json_of("service", "call", "/chaos/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [share]}")
+        self.assertEqual(values["response"]["values"][0]["double_value"], 0.5)
+
+    def test_what_is_logged_is_on_rosout(self):
+        heard = self.folder / "rosout"
+        with open(heard, "w") as file:
+            listening = self.start_program("topic", "echo", "/rosout", "--json", stdout=file, stderr=subprocess.DEVNULL)
+
+        def line():
+            refused = self.json_of("service", "call", "/chaos/change_state", "lifecycle_msgs/srv/ChangeState", "{transition: {label: fly}}")
+            self.assertEqual(refused["response"], {"success": False})
+            logs = [json.loads(text) for text in heard.read_text().split("\n")[:-1]]
+            return next((log for log in logs if "'fly'" in log["msg"]), None)
+
+        try:
+            log = wait_for("a line on /rosout", line)
+        finally:
+            listening.kill()
+            listening.wait()
+        self.assertIn("transition 0 'fly', which does not lead on from active", log["msg"])
+        self.assertEqual((log["level"], log["name"]), (30, "container"))
+        self.assertTrue(log["file"].endswith("lifecycle_services.cpp"), log)
+
     def test_a_service_is_called_as_ros2_does(self):
         self.assertEqual(self.out("service", "call", "/chaos/answer", "std_srvs/srv/SetBool", "{data: true}"),
                          "requester: making request: std_srvs.srv.SetBool_Request(data=True)\n\nresponse:\n"

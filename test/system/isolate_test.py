@@ -80,6 +80,21 @@ class Isolated(RunningRobotTest):
         self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "activate"), 0)
         self.assertAlmostEqual(self.rate("/scan"), 10, delta=1 * SLOW)
 
+    def test_2b_what_ros_2_s_tools_ask_is_answered_by_the_container(self):
+        def call(service, kind, values="{}"):
+            text = self.expect_exit(self.run_program("service", "call", service, kind, values, "--json"), 0).stdout
+            return json.loads(text)["response"]
+
+        for label, state in (("deactivate", "inactive"), ("activate", "active")):
+            answer = call("/lidar/change_state", "lifecycle_msgs/srv/ChangeState", f"{{transition: {{label: {label}}}}}")
+            self.assertEqual(answer, {"success": True})
+            self.assertEqual(call("/lidar/get_state", "lifecycle_msgs/srv/GetState")["current_state"]["label"], state)
+        self.assertEqual(call("/lidar/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [frame_id]}"), {"values": []})
+        refused = call("/lidar/set_parameters", "rcl_interfaces/srv/SetParameters", "{parameters: [{name: frame_id, value: {type: 4, string_value: x}}]}")
+        self.assertIn("out of reach", refused["results"][0]["reason"])
+        graph = json.loads(self.expect_exit(self.run_program("topic", "info", "/rosout", "--json"), 0).stdout)
+        self.assertIn("/lidar", [end["node"] for end in graph["publishers"]], "its log comes from its own process")
+
     def test_3_a_killed_process_faults_its_component_only(self):
         pid = self.child_of("/lidar")
         os.kill(pid, signal.SIGKILL)

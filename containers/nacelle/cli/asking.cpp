@@ -44,6 +44,12 @@ std::string full_type_name(const std::string& type, const char* kind) {
 
 bool is_hidden(const std::string& name) { return name.find("/_") != std::string::npos; }
 
+bool is_standard(const json& row) { return row.value("standard", false); }
+
+void tell_left_out(std::size_t rows) {
+  if (rows != 0) std::fprintf(stderr, "(and %zu that nodes have by standard: --all shows them)\n", rows);
+}
+
 std::string text_of(const json& row, const char* key) { return row.value(key, ""); }
 
 std::vector<std::string> texts_of(const json& rows, const char* key, const std::function<bool(const json&)>& fits) {

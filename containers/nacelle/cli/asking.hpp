@@ -29,6 +29,10 @@ int ask(const std::string& container, const nlohmann::json& request, bool as_jso
 [[nodiscard]] std::string full_type_name(const std::string& type, const char* kind);
 /// As ros2: a name is hidden if one of its parts begins with '_'.
 [[nodiscard]] bool is_hidden(const std::string& name);
+/// A row of the graph that every node has alike (nacelle/node/standard_interfaces.hpp).
+[[nodiscard]] bool is_standard(const nlohmann::json& row);
+/// Says on stderr how many such rows are not shown, if any.
+void tell_left_out(std::size_t rows);
 /// The text under a key, or nothing.
 [[nodiscard]] std::string text_of(const nlohmann::json& row, const char* key);
 /// The different texts under a key of rows that fit, sorted.

@@ -5,6 +5,7 @@
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/node/lifecycle_graph.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -20,40 +21,6 @@ struct LifecycleWish {
   bool as_json = false, all = false, only_count = false;
 };
 
-/// One row of lifecycle_msgs' machine. Source: rcl_lifecycle (jazzy), default_state_machine.c.
-struct Row {
-  const char* label;
-  int id;
-  const char *start, *goal;
-};
-constexpr Row kMachine[] = {
-    {"configure", 1, "unconfigured", "configuring"},
-    {"transition_success", 10, "configuring", "inactive"},
-    {"transition_failure", 11, "configuring", "unconfigured"},
-    {"transition_error", 12, "configuring", "errorprocessing"},
-    {"cleanup", 2, "inactive", "cleaningup"},
-    {"transition_success", 20, "cleaningup", "unconfigured"},
-    {"transition_failure", 21, "cleaningup", "inactive"},
-    {"transition_error", 22, "cleaningup", "errorprocessing"},
-    {"activate", 3, "inactive", "activating"},
-    {"transition_success", 30, "activating", "active"},
-    {"transition_failure", 31, "activating", "inactive"},
-    {"transition_error", 32, "activating", "errorprocessing"},
-    {"deactivate", 4, "active", "deactivating"},
-    {"transition_success", 40, "deactivating", "inactive"},
-    {"transition_failure", 41, "deactivating", "active"},
-    {"transition_error", 42, "deactivating", "errorprocessing"},
-    {"shutdown", 5, "unconfigured", "shuttingdown"},
-    {"shutdown", 6, "inactive", "shuttingdown"},
-    {"shutdown", 7, "active", "shuttingdown"},
-    {"transition_success", 50, "shuttingdown", "finalized"},
-    {"transition_failure", 51, "shuttingdown", "finalized"},
-    {"transition_error", 52, "shuttingdown", "errorprocessing"},
-    {"transition_success", 60, "errorprocessing", "unconfigured"},
-    {"transition_failure", 61, "errorprocessing", "finalized"},
-    {"transition_error", 62, "errorprocessing", "finalized"},
-};
-
 int list_transitions(const LifecycleWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
@@ -61,9 +28,10 @@ int list_transitions(const LifecycleWish& wish) {
   if (!reply) return complain(reply.error());
   const std::string state = text_of(reply.value(), "state");
   json rows = json::array();
-  for (const Row& row : kMachine) {
-    if (wish.all || row.start == state)
-      rows.push_back({{"label", row.label}, {"id", row.id}, {"start", row.start}, {"goal", row.goal}});
+  for (const LifecycleEdge& edge : kLifecycleGraph) {
+    const char* const start = nacelle::to_text(edge.start);
+    if (wish.all || state == start)
+      rows.push_back({{"label", edge.label}, {"id", edge.id}, {"start", start}, {"goal", nacelle::to_text(edge.goal)}});
   }
   if (wish.as_json) {
     std::printf("%s\n", json{{"node", reply.value()["node"]}, {"state", state}, {"transitions", rows}}.dump().c_str());

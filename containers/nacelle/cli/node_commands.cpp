@@ -41,26 +41,39 @@ bool note_action(Section& section, const std::string& name, const std::string& t
   return true;
 }
 
-std::map<std::string, Section> sections_of(const json& graph, const std::string& node, bool all) {
+struct NodeView {
   std::map<std::string, Section> sections;
-  const auto note = [&](const char* title, const std::string& name, const std::string& type) {
-    if (all || !is_hidden(name)) sections[title][name].insert(type);
+  std::set<std::string> standard;  ///< Names, shown or not.
+  std::size_t left_out = 0;
+};
+
+NodeView view_of(const json& graph, const std::string& node, bool hidden, bool standard) {
+  NodeView view;
+  auto& sections = view.sections;
+  const auto note = [&](const json& row, const char* title, const std::string& name, const std::string& type) {
+    if (!hidden && is_hidden(name)) return;
+    if (is_standard(row)) view.standard.insert(name);
+    if (is_standard(row) && !standard) {
+      ++view.left_out;
+    } else {
+      sections[title][name].insert(type);
+    }
   };
   for (const auto& end : graph["endpoints"]) {
     if (text_of(end, "node") != node) continue;
     const std::string name = text_of(end, "topic"), type = text_of(end, "type");
     const bool publishes = end["publisher"].get<bool>();
-    note(publishes ? "Publishers" : "Subscribers", name, type);
+    note(end, publishes ? "Publishers" : "Subscribers", name, type);
     if (!publishes) note_action(sections["Action Clients"], name, type, "feedback", "FeedbackMessage");
   }
   for (const auto& service : graph["services"]) {
     if (text_of(service, "node") != node) continue;
     const std::string name = text_of(service, "name"), type = text_of(service, "type");
     const bool serves = service["server"].get<bool>();
-    note(serves ? "Service Servers" : "Service Clients", name, type);
+    note(service, serves ? "Service Servers" : "Service Clients", name, type);
     if (serves) note_action(sections["Action Servers"], name, type, "send_goal", "SendGoal");
   }
-  return sections;
+  return view;
 }
 
 int info(const NodeWish& wish) {
@@ -69,14 +82,18 @@ int info(const NodeWish& wish) {
   auto node = node_of(graph.value(), wish.node);
   if (!node) return node.error();
   const std::string name = text_of(node.value(), "node");
-  auto sections = sections_of(graph.value(), name, wish.all);
+  NodeView view = view_of(graph.value(), name, wish.all, wish.all || wish.as_json);
+  auto& sections = view.sections;
   if (wish.as_json) {
     json answer{{"node", name}};
     for (const char* title : kSections) {
       std::string key = title;
       for (char& c : key) c = c == ' ' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
       answer[key] = json::array();
-      for (const auto& [entry, types] : sections[title]) answer[key].push_back({{"name", entry}, {"types", types}});
+      for (const auto& [entry, types] : sections[title]) {
+        answer[key].push_back({{"name", entry}, {"types", types}});
+        if (view.standard.contains(entry)) answer[key].back()["standard"] = true;
+      }
     }
     std::printf("%s\n", answer.dump().c_str());
     return kDone;
@@ -88,6 +105,8 @@ int info(const NodeWish& wish) {
       std::printf("    %s: %s\n", entry.c_str(), join({types.begin(), types.end()}).c_str());
     std::printf("%s", sections[title].empty() ? "\n" : "");
   }
+  std::fflush(stdout);
+  tell_left_out(view.left_out);
   return kDone;
 }
 
@@ -105,7 +124,8 @@ void add_node_commands(Command& root) {
 
   Command& info_command = group.add("info", "what a node publishes, reads, offers and calls, with the types");
   info_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
-  info_command.flag("--include-hidden", wish->all, "hidden topics and services too");
+  info_command.flag("-a,--all,--include-hidden", wish->all,
+                    "hidden topics and services, and those that every node has, too");
   add_common_options(info_command, wish->container, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <poll.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -31,7 +32,13 @@ int list(const ServiceWish& wish) {
   auto graph = graph_of(wish.container);
   if (!graph) return graph.error();
   const json& services = graph.value()["services"];
-  const auto shown = [&](const json& row) { return is_server(row) && (wish.all || !is_hidden(text_of(row, "name"))); };
+  const auto is_wanted = [&](const json& row) {
+    return is_server(row) && (wish.all || !is_hidden(text_of(row, "name")));
+  };
+  const bool with_standard = wish.all || (wish.as_json && !wish.only_count);
+  const auto shown = [&](const json& row) { return is_wanted(row) && (with_standard || !is_standard(row)); };
+  if (!with_standard && !wish.only_count)
+    tell_left_out(texts_of(services, "name", [&](const json& row) { return is_wanted(row) && !shown(row); }).size());
   const auto names = texts_of(services, "name", shown);
   if (wish.only_count || (!wish.as_json && !wish.with_types)) {
     print_names(names, wish.only_count, wish.as_json);
@@ -43,6 +50,8 @@ int list(const ServiceWish& wish) {
     rows.push_back({{"name", name},
                     {"types", texts_of(services, "type", of_name)},
                     {"nodes", texts_of(services, "node", of_name)}});
+    if (std::ranges::any_of(services, [&](const json& row) { return of_name(row) && is_standard(row); }))
+      rows.back()["standard"] = true;
     if (!wish.as_json) std::printf("%s [%s]\n", name.c_str(), join(texts_of(services, "type", of_name)).c_str());
   }
   if (wish.as_json) std::printf("%s\n", rows.dump().c_str());
@@ -148,7 +157,8 @@ void add_service_commands(Command& root) {
   Command& list_command = group.add("list", "the services");
   list_command.flag("-t,--show-types", wish->with_types, "the types too");
   list_command.flag("-c,--count-services", wish->only_count, "only how many");
-  list_command.flag("-a,--include-hidden-services", wish->all, "those whose name has a part that begins with '_' too");
+  list_command.flag("-a,--all,--include-hidden-services", wish->all,
+                    "those that every node has, and those whose name has a part that begins with '_', too");
   add_common_options(list_command, wish->container, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 

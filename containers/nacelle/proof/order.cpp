@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/proof/rules.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
 
@@ -33,8 +34,8 @@ class Order {
     for (const auto& endpoint : evidence.endpoints) {
       if (!endpoint.publishes) continue;
       publishers_[endpoint.topic].insert(endpoint.node);
-      // Everybody's transition_event would hide the topic that is meant.
-      if (!endpoint.topic.ends_with("/transition_event")) topics_.push_back(endpoint.topic);
+      // What everybody has would hide the topic that is meant.
+      if (!is_standard_topic(endpoint.topic)) topics_.push_back(endpoint.topic);
     }
     topics_.erase(std::unique(topics_.begin(), topics_.end()), topics_.end());  // they come by topic
     for (const auto& component : evidence.loaded) {
@@ -46,6 +47,8 @@ class Order {
         servers_[service].insert(component.plan->full_name());
         services_.push_back(service);
       }
+      for (const auto& service : standard_services_of(evidence, component))
+        servers_[service].insert(component.plan->full_name());
       const auto found = evidence.container.find(component.plan->full_name());
       if (found && !found.value().managed) free_.insert(component.plan->full_name());  // it runs since it was made
     }

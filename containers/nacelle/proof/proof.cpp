@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/proof/rules.hpp"
 #include "nacelle/session/load_request.hpp"
 
@@ -65,6 +66,11 @@ std::string place_of_parameter(const launch::ComponentPlan& plan, const std::str
     if (given.name == parameter) return given.where.text();
   }
   return plan.where.text();
+}
+
+std::vector<std::string> standard_services_of(const Evidence& evidence, const LoadedComponent& component) {
+  const auto found = evidence.container.find(component.plan->full_name());
+  return standard_services(component.plan->full_name(), !found || found.value().managed);
 }
 
 session::TopicEnds Evidence::ends_of(const LoadedComponent& component) const {

@@ -25,6 +25,8 @@ struct Evidence {
   [[nodiscard]] session::TopicEnds ends_of(const LoadedComponent& component) const;
 };
 
+/// The services that the container will offer for a component's node, as for every one.
+[[nodiscard]] std::vector<std::string> standard_services_of(const Evidence& evidence, const LoadedComponent& component);
 /// A launch goes on without a component that is not required.
 [[nodiscard]] Severity severity_of(const launch::ComponentPlan& plan);
 /// The same of several nodes: what one of them is optional for is optional.

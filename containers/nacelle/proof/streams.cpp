@@ -2,6 +2,7 @@
 // Rules about what flows between components: types, quality of service, names, limits.
 #include <algorithm>
 
+#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/proof/rules.hpp"
 
 namespace nacelle::proof {
@@ -105,6 +106,7 @@ std::vector<runtime::StreamBudget> stream_budgets(const launch::Plan& plan, cons
     for (const auto& budget : component.budgets) {
       std::vector<std::string> topics{budget.topic};
       if (budget.topic.empty()) topics = container.topics_of(component.full_name());
+      std::erase_if(topics, [&](const std::string& topic) { return budget.topic.empty() && is_standard_topic(topic); });
       for (const auto& topic : topics)
         budgets.push_back({budget.where.text(), topic, budget.max_copies, budget.max_age, budget.min_hz});
     }

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "nacelle/control/client.hpp"
+#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/qos/text.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/parameter_verbs.hpp"
@@ -38,6 +39,7 @@ json to_json(const runtime::EndpointReport& end) {
            {"node", end.node},
            {"id", end.id},
            {"publisher", end.is_writer},
+           {"standard", is_standard_topic(end.topic)},
            {"elsewhere", end.in_other_process},
            {"qos", to_json(end.qos)}};
   if (end.command_timeout.after > Duration::zero()) {
@@ -116,7 +118,8 @@ json graph_of(Session& session) {
                         {"type", service.type},
                         {"node", service.node},
                         {"server", service.is_server},
-                        {"open", service.open}});
+                        {"open", service.open},
+                        {"standard", service.is_standard}});
   }
   for (const auto& end : container.endpoints()) {
     note(end.node, true);

@@ -33,6 +33,8 @@ class IsolatedProcess {
     runtime::ContainerOptions options;
     options.name = name;
     options.component_path = places.component_folders;
+    options.node_interfaces =
+        runtime::NodeInterfaces::Topics;  // services end at the process: the container offers them
     container_ = std::make_unique<runtime::Container>(std::move(options), clock);
     if (!carrier.empty()) {
       auto started = start_carrier(carrier);

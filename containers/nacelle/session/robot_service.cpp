@@ -9,6 +9,7 @@
 
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/session/process_figures.hpp"
 
@@ -118,6 +119,7 @@ void RobotService::append_stats(std::string& out) {
   container_.report_streams(streams_);
   bool first = true;
   for (const auto& stream : streams_) {
+    if (is_standard_topic(stream.name)) continue;
     fmt::format_to(
         at,
         R"({}{{"name":"{}","type":"{}","published":{},"delivered":{},"readers":{},"writers":{},"copies":{},"hz":{:.3f}}})",

@@ -15,6 +15,7 @@
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
@@ -112,6 +113,7 @@ int Session::run_robot() {
   runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
   container_options.name = options_.container_name;
   container_options.component_path = options_.places.component_folders;
+  container_options.node_interfaces = runtime::NodeInterfaces::All;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
   network_ = std::make_unique<Network>(plan_.network, ros_environment(), container_->graph(), clock_,
                                        [this](const std::string& line) { say(line); });
@@ -371,7 +373,7 @@ void Session::take_final_figures() {
   container_->report_histograms(report_.histograms);
   // Only topics that had ends or messages; services are no streams.
   std::erase_if(report_.streams, [](const runtime::StreamReport& stream) {
-    return stream.type.find("/msg/") == std::string::npos || stream.name.ends_with("/transition_event") ||
+    return stream.type.find("/msg/") == std::string::npos || is_standard_topic(stream.name) ||
            (stream.readers == 0 && stream.writers == 0 && stream.published == 0);
   });
 }

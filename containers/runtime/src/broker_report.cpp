@@ -177,6 +177,18 @@ std::vector<std::string> Broker::topics_of(const std::string& node) const {
   return names;
 }
 
+std::vector<const msgs::MessageType*> Broker::types_of(const std::string& node) const {
+  std::vector<const msgs::MessageType*> types;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [key, topic] : topics_) {
+    const std::lock_guard topic_lock(topic->mutex_);
+    if (std::ranges::any_of(topic->writers_, [&](const BrokerWriter* writer) { return writer->spec().node == node; }) ||
+        std::ranges::any_of(topic->readers_, [&](const auto& reader) { return reader->spec().node == node; }))
+      types.push_back(key.second);
+  }
+  return types;
+}
+
 void Broker::report(std::vector<StreamReport>& out) const {
   const std::lock_guard lock(mutex_);
   std::size_t used = 0;

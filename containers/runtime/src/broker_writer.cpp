@@ -366,6 +366,7 @@ void BrokerWriter::reserve(const Block& block) {
 
 // How many messages like this one are made before they are needed.
 std::size_t BrokerWriter::most_in_reserve(const Block& block) const {
+  if (!spec_.reserves) return kReserveMessages;
   return std::max(kReserveMessages, kReserveBytes / (spec_.type->size + spec_.type->encoded_size(block.message)));
 }
 

@@ -97,6 +97,7 @@ Container::~Container() {
     if (last == 0) break;
     static_cast<void>(unload(last));
   }
+  impl_->node_services.reset();
   impl_->sweep();
   // A thread that hangs in a component cannot be joined, and what it uses must stay: the process ends with it.
   if (!impl_->abandoned.empty()) {

@@ -19,6 +19,8 @@
 #include "nacelle/runtime/foreign_component.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "node_runtime.hpp"
+#include "node_services.hpp"
+#include "parameter_events.hpp"
 #include "supervisor.hpp"
 
 namespace nacelle::runtime {
@@ -38,6 +40,8 @@ struct Record {
   Guarded<FaultReason> fault;
   Guarded<LoadRequest> request;  // as it was loaded; its parameters follow what is set
   std::atomic<bool> hung{false};
+  std::shared_ptr<ParameterEvents> events;  // the node's standard topic ...
+  std::shared_ptr<NodeFace> face;           // ... and services; null: it has none
 
   // Of loading and unloading. The container's lock covers given_up, and runtime while it comes and goes.
   std::unique_ptr<Errand> errand;
@@ -53,7 +57,10 @@ struct Container::Impl final : Context {
         commons(clock),
         supervisor({options.handover_after, options.hang_after}),
         index(options.component_path),
-        services(std::make_unique<ContainerServices>(self, commons, options.name)) {}
+        services(std::make_unique<ContainerServices>(self, commons, options.name)),
+        node_services(options.node_interfaces == NodeInterfaces::None
+                          ? nullptr
+                          : std::make_unique<NodeServices>(self, commons, options.node_interfaces, services->node())) {}
 
   const ContainerOptions options;
   const Logger log{"container"};
@@ -64,6 +71,7 @@ struct Container::Impl final : Context {
   mutable std::mutex mutex;  // what follows, and the shared executor; no code of a component runs under it
   std::map<std::uint64_t, std::shared_ptr<Record>> records;
   std::map<std::uint64_t, std::shared_ptr<ForeignComponent>> foreign;  // of other processes
+  std::map<std::uint64_t, std::shared_ptr<NodeFace>> foreign_faces;    // their nodes' standard services
   std::map<std::string, const Record*> names;      // of nodes that are loaded, being loaded or being unloaded
   std::vector<std::shared_ptr<Record>> abandoned;  // their code has not returned
   struct HeldImage {
@@ -78,6 +86,7 @@ struct Container::Impl final : Context {
   Guarded<std::function<void()>> change_listener;
   Guarded<FaultHistory> history;
   std::unique_ptr<ContainerServices> services;
+  std::unique_ptr<NodeServices> node_services;  // null: none are wanted
 
   Patience patience{options.transition_timeout, commons.clock};
 
@@ -90,6 +99,11 @@ struct Container::Impl final : Context {
   /// Why this thread must not wait for the component: it would wait for itself. Empty if it may.
   [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
   [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what);
+  /// As they are now, also while a callback runs. Errors: it is not loaded, or in another process.
+  [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;
+  /// NodeServices::set_parameters().
+  void change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
+                         std::weak_ptr<void> asker, NodeServices::Then then);
   void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
   /// The first reason since it was well is the cause; false for a later one.
   bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);

@@ -5,12 +5,12 @@
 #include <composition_interfaces/srv/list_nodes.hpp>
 #include <composition_interfaces/srv/load_node.hpp>
 #include <composition_interfaces/srv/unload_node.hpp>
-#include <rcl_interfaces/msg/parameter.hpp>
 #include <stdexcept>
 
 #include "nacelle/base/log.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "parameter_messages.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -27,29 +27,6 @@ NodeIdentity identity_of(std::string name) {
   return {std::move(name), "/"};
 }
 
-template <typename T, typename Sequence>
-std::vector<T> vector_of(const Sequence& sequence) {
-  return std::vector<T>(sequence.begin(), sequence.end());
-}
-
-ParameterValue value_of(const rcl_interfaces::msg::Parameter& parameter) {
-  const auto& value = parameter.value;
-  switch (static_cast<ParameterType>(value.type)) {
-    case ParameterType::NotSet: return {};
-    case ParameterType::Bool: return static_cast<bool>(value.bool_value);
-    case ParameterType::Integer: return std::int64_t{value.integer_value};
-    case ParameterType::Double: return value.double_value;
-    case ParameterType::String: return value.string_value;
-    case ParameterType::ByteArray: return vector_of<std::uint8_t>(value.byte_array_value);
-    case ParameterType::BoolArray: return vector_of<bool>(value.bool_array_value);
-    case ParameterType::IntegerArray: return vector_of<std::int64_t>(value.integer_array_value);
-    case ParameterType::DoubleArray: return vector_of<double>(value.double_array_value);
-    case ParameterType::StringArray: return vector_of<std::string>(value.string_array_value);
-  }
-  throw std::invalid_argument("parameter " + parameter.name + ": there is no type " + std::to_string(value.type) +
-                              " (rcl_interfaces/msg/ParameterType has 0 to 9)");
-}
-
 // Errors: std::invalid_argument in words for the caller.
 LoadRequest request_of(const LoadNode::Request& asked) {
   LoadRequest wanted;
@@ -61,10 +38,11 @@ LoadRequest request_of(const LoadNode::Request& asked) {
     if (!rule) throw std::invalid_argument("remap rule '" + text + "': " + rule.error().text());
     wanted.remaps.push_back(std::move(rule).value());
   }
-  for (const auto& parameter : asked.parameters) wanted.parameters[parameter.name] = value_of(parameter);
+  for (const auto& parameter : asked.parameters)
+    wanted.parameters[parameter.name] = value_of(parameter.name, parameter.value);
   for (const auto& argument : asked.extra_arguments) {
     const bool known = argument.name == "use_intra_process_comms" || argument.name == "forward_global_arguments";
-    if (known && !std::holds_alternative<bool>(value_of(argument)))
+    if (known && !std::holds_alternative<bool>(value_of(argument.name, argument.value)))
       throw std::invalid_argument("Extra component argument '" + argument.name + "' must be a boolean");
   }
   return wanted;
@@ -115,10 +93,12 @@ bool ContainerServices::run(void* container, std::int64_t, const void* request, 
 
 ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name)
     : executor_("container", commons.clock, {.own = true}),
-      node_(commons, identity_of(name), executor_,
-            [](const std::string& code, const std::string& text, const std::string& callback) {
-              Logger{"container"}.error("{}: {} (in {})", code, text, callback);
-            }) {
+      node_(
+          commons, identity_of(name), executor_,
+          [](const std::string& code, const std::string& text, const std::string& callback) {
+            Logger{"container"}.error("{}: {} (in {})", code, text, callback);
+          },
+          false) {
   const std::string prefix = node_.identity().fully_qualified() + "/_container/";
   const auto offer = [&]<typename S>(const char* what, std::in_place_type_t<S>) {
     return node_.create_service(prefix + what, S::Request::message_type(), S::Response::message_type(),

@@ -26,6 +26,7 @@ class ContainerServices {
   ContainerServices(const ContainerServices&) = delete;
   ContainerServices& operator=(const ContainerServices&) = delete;
 
+  [[nodiscard]] std::string node() const { return node_.identity().fully_qualified(); }
   void report_services(std::vector<ServiceReport>& out) const { node_.report_services(out); }
 
  private:

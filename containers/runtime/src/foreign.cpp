@@ -16,6 +16,12 @@ Result<ComponentInfo, Problem> Container::adopt(std::shared_ptr<ForeignComponent
   info.id = impl_->next_id++;
   impl_->foreign.emplace(info.id, std::move(component));
   lock.unlock();
+  if (impl_->node_services) {
+    auto face = impl_->node_services->offer(info.id, info.node, info.managed);
+    lock.lock();
+    if (face) impl_->foreign_faces.emplace(info.id, std::move(face));
+    lock.unlock();
+  }
   impl_->note_change();
   return info;
 }

@@ -54,7 +54,11 @@ std::vector<ServiceReport> Container::services() const {
   std::vector<ServiceReport> all;
   {
     const std::lock_guard lock(impl_->mutex);
-    for (const auto& [id, record] : impl_->records) record->runtime->report_services(all);
+    for (const auto& [id, record] : impl_->records) {
+      record->runtime->report_services(all);
+      NodeServices::report_services(record->face.get(), all);
+    }
+    for (const auto& [id, face] : impl_->foreign_faces) NodeServices::report_services(face.get(), all);
     if (impl_->services) impl_->services->report_services(all);
   }
   std::ranges::stable_sort(all, {}, &ServiceReport::name);

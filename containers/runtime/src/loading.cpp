@@ -274,10 +274,14 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     if (!request.faults) impl_->log.warn("{}", warnings.back());  // who collects faults tells this one, too
   }
   auto declared = Impl::declarations_of(*record);
-  ComponentInfo info;
   {
     const std::lock_guard lock(impl_->mutex);
     record->id = impl_->next_id++;
+  }
+  if (impl_->node_services) impl_->node_services->begin(*record);
+  ComponentInfo info;
+  {
+    const std::lock_guard lock(impl_->mutex);
     impl_->records.emplace(record->id, record);
     record->runtime->open();
     info = Impl::info_of(*record);
@@ -294,8 +298,13 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
   impl_->sweep();
   if (const auto other = impl_->foreign_component(id)) {
     const UnloadOutcome outcome = other->unload();
-    const std::lock_guard lock(impl_->mutex);
-    impl_->foreign.erase(id);
+    decltype(impl_->foreign_faces)::node_type face;
+    {
+      const std::lock_guard lock(impl_->mutex);
+      impl_->foreign.erase(id);
+      face = impl_->foreign_faces.extract(id);
+    }
+    if (!face.empty()) impl_->node_services->withdraw(id, face.mapped());
     impl_->note_change();
     return outcome;
   }
@@ -328,6 +337,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     const std::lock_guard lock(impl_->mutex);
     impl_->records.erase(id);
   }
+  if (impl_->node_services) impl_->node_services->end(*record, returned);
   impl_->note_change();
   if (!returned) {
     record->busy_with = "a callback that has not returned";

@@ -196,7 +196,7 @@ class ServicePort final : public ServiceHandle, private PortBase {
   ServicePort(NodeRuntime& node, std::string name, const msgs::MessageType& request, const msgs::MessageType& response,
               ServiceCallback callback, const NodeRuntime::GroupPointer& group)
       : PortBase(node, group, "service", std::move(name)),
-        port_(*member_of_, request, response, callback, node.active(), node.commons().clock) {
+        port_(*member_of_, request, response, callback, node.active(), node.commons().clock, node.is_measured()) {
     port_.describe_as(kind_, name_.c_str());
     node_.commons().services.add(name_, port_);
     node_.enroll(*this);
@@ -213,7 +213,11 @@ class ServicePort final : public ServiceHandle, private PortBase {
 
  private:
   void set_active(bool) override {}  // the port looks at the gate itself
-  void report(CallbackReport& row) const override { fill(row, port_.stats(), port_.stats().latency); }
+  void report(CallbackReport& row) const override {
+    static const CallbackStats nothing;
+    const CallbackStats& stats = port_.stats() != nullptr ? *port_.stats() : nothing;
+    fill(row, stats, stats.latency);
+  }
   bool describe(ServiceReport& row) const override {
     row = {name_, service_type_of(port_.request_type()), node_.identity().fully_qualified(), true, port_.is_open()};
     return true;
@@ -320,9 +324,10 @@ class DetachedTask final : public Executable {
 
 }  // namespace
 
-NodeRuntime::NodeRuntime(Commons& commons, NodeIdentity identity, Executor& executor, OnFault on_fault)
+NodeRuntime::NodeRuntime(Commons& commons, NodeIdentity identity, Executor& executor, OnFault on_fault, bool measured)
     : commons_(commons),
       identity_(std::move(identity)),
+      measured_(measured),
       on_fault_(on_fault),
       groups_(executor, identity_.fully_qualified(), std::move(on_fault)),
       own_group_(std::make_shared<CallbackGroup>(groups_)),
@@ -463,6 +468,11 @@ void NodeRuntime::leave(ServerPort& server) {
 void NodeRuntime::withdraw() {
   set_active(false);
   commons_.frames.withdraw(identity_.fully_qualified());
+  withdraw_services();
+}
+
+void NodeRuntime::withdraw_services() {
+  set_active(false);
   const std::lock_guard lock(mutex_);
   for (const auto& [name, server] : servers_) {
     commons_.services.remove(name, *server);

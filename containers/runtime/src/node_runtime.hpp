@@ -47,7 +47,8 @@ class NodeRuntime {
  public:
   using OnFault = NodeGroups::OnFault;
   using GroupPointer = std::shared_ptr<nacelle::CallbackGroup>;
-  NodeRuntime(Commons& commons, NodeIdentity identity, Executor& executor, OnFault on_fault);
+  /// `measured`: how long its services take is kept, for report_callbacks().
+  NodeRuntime(Commons& commons, NodeIdentity identity, Executor& executor, OnFault on_fault, bool measured = true);
   ~NodeRuntime();
 
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec);
@@ -86,6 +87,8 @@ class NodeRuntime {
   /// For a component whose code does not return: it takes and sends nothing any more, its frames are free for others, and who
   /// waits for an answer of its services is told that there will be none.
   void withdraw();
+  /// Only the services; for a node that is none but offers some.
+  void withdraw_services();
   void write_safe_stop() const noexcept { safe_stop_.write(); }
   /// It has registered a stop frame at least once: it moves something.
   [[nodiscard]] bool is_actuator() const { return safe_stop_.was_ever_set(); }
@@ -95,6 +98,7 @@ class NodeRuntime {
   [[nodiscard]] const NodeGroups& groups() const { return groups_; }
   [[nodiscard]] const NodeIdentity& identity() const { return identity_; }
   [[nodiscard]] const std::atomic<bool>& active() const { return active_; }
+  [[nodiscard]] bool is_measured() const { return measured_; }
   void report_histograms(std::vector<HistogramReport>& out, std::size_t& used) const;
   void report_callbacks(std::vector<CallbackReport>& out, std::size_t& used) const;
   void report_services(std::vector<ServiceReport>& out) const;
@@ -126,6 +130,7 @@ class NodeRuntime {
 
   Commons& commons_;
   const NodeIdentity identity_;
+  const bool measured_;
   const OnFault on_fault_;
   NodeGroups groups_;
   const std::shared_ptr<CallbackGroup> own_group_;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A component's parameters, read and set from outside: always between two of its callbacks, on its executor.
+#include <algorithm>
+
 #include "container_impl.hpp"
 
 namespace nacelle::runtime {
@@ -12,6 +14,11 @@ std::vector<ParameterReport> read(const ParameterStore& store) {
     all.push_back({name, value, store.declared_type(name), store.describe(name), store.overrides().count(name) != 0});
   }
   return all;
+}
+
+Problem out_of_reach(const std::string& node) {
+  return {node, "runs in a process of its own, where its parameters are out of reach",
+          "set them in the launch file, or take `isolate: process` out"};
 }
 
 /// As rclcpp: only what was declared without a fixed type can be taken away.
@@ -33,17 +40,35 @@ std::string set(ParameterStore& store, const Parameter& parameter) {
   } catch (const std::exception& e) { return e.what(); }
 }
 
+// All or nothing, with rclcpp's words.
+SetParametersResult set_together(ParameterStore& store, const std::vector<Parameter>& parameters) {
+  if (parameters.empty())
+    return {false,
+            "parameter list cannot be empty, this might be due to pre_set_parameters_callback modifying the original "
+            "parameters list."};
+  for (const auto& parameter : parameters) {
+    if (parameter.get_name().empty()) return {false, "parameter name must not be empty"};
+  }
+  try {
+    return store.set_atomically(parameters);
+  } catch (const std::exception& e) { return {false, e.what()}; }
+}
+
+void keep_in(LoadRequest& request, const Parameter& parameter) {
+  if (parameter.get_type() == ParameterType::NotSet) {
+    request.parameters.erase(parameter.get_name());
+  } else {
+    request.parameters[parameter.get_name()] = parameter.get_parameter_value();
+  }
+}
+
 }  // namespace
 
 /// Runs something between two callbacks of a component. Errors: nobody is there to run it.
 Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what) {
   // Under the lock: who unloads takes the runtime away.
   const std::lock_guard lock(mutex);
-  if (const auto other = foreign.find(id); other != foreign.end()) {
-    return err(Problem{other->second->info().node,
-                       "runs in a process of its own, where its parameters are out of reach",
-                       "set them in the launch file, or take `isolate: process` out"});
-  }
+  if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
   if (found == records.end())
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
@@ -55,6 +80,50 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
   // By reference: what is posted runs, or is dropped, before the record goes.
   record.runtime->post(name, patience, [&record, what = std::move(what)] { what(record); });
   return {};
+}
+
+Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std::uint64_t id) const {
+  // Under the lock: who is listed is not destroyed.
+  const std::lock_guard lock(mutex);
+  if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
+  const auto found = records.find(id);
+  if (found == records.end())
+    return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
+  const ParameterStore& store = found->second->node->parameters();
+  std::vector<ParameterReport> all;
+  store.for_each([&](const std::string& name, const ParameterValue& value, ParameterType type,
+                     const ParameterDescriptor& descriptor) {
+    all.push_back({name, value, type, descriptor, store.overrides().count(name) != 0});
+  });
+  return all;
+}
+
+void Container::Impl::change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
+                                        std::weak_ptr<void> asker, NodeServices::Then then) {
+  const auto change = [this, parameters = std::move(parameters), atomically, asker = std::move(asker),
+                       then](Record& record) {
+    if (!asker.lock()) return;
+    ParameterStore& store = record.node->parameters();
+    std::vector<SetParametersResult> results;
+    const auto set_some = [&](const std::vector<Parameter>& some) {
+      results.push_back(set_together(store, some));
+      if (!results.back().successful) return;
+      auto request = record.request.lock();
+      for (const auto& parameter : some) keep_in(*request, parameter);
+    };
+    const auto is_unknown = [&](const Parameter& parameter) { return !store.has(parameter.get_name()); };
+    if (!atomically) {
+      for (const auto& parameter : parameters) set_some({parameter});
+    } else if (std::ranges::any_of(parameters, is_unknown)) {
+      results.push_back({false, "One or more parameters were not declared before setting"});
+    } else {
+      set_some(parameters);
+    }
+    note_change();
+    then(std::move(results));
+  };
+  auto posted = post_to(id, "set_parameters", change);
+  if (!posted) then(err(posted.error()));
 }
 
 void Container::read_parameters(std::uint64_t id, std::weak_ptr<void> asker, ParametersRead then) {
@@ -74,12 +143,7 @@ void Container::set_parameters(std::uint64_t id, std::vector<Parameter> paramete
     for (const auto& parameter : parameters) {
       outcomes.push_back({parameter.get_name(), set(record.node->parameters(), parameter)});
       if (!outcomes.back().refusal.empty()) continue;
-      auto request = record.request.lock();
-      if (parameter.get_type() == ParameterType::NotSet) {
-        request->parameters.erase(parameter.get_name());
-      } else {
-        request->parameters[parameter.get_name()] = parameter.get_parameter_value();
-      }
+      keep_in(*record.request.lock(), parameter);
     }
     impl->note_change();
     then(std::move(outcomes));

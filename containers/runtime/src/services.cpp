@@ -89,14 +89,13 @@ void ServerPort::push(Call call) {
 }
 
 void ServerPort::execute(MonotonicTime now) {
-  std::deque<Waiting> taken;
+  std::list<Waiting> taken;
   {
     auto calls = calls_.lock();
     if (calls->empty()) return;
-    taken.push_back(std::move(calls->front()));
-    calls->pop_front();
+    taken.splice(taken.begin(), *calls, calls->begin());
     waiting_.store(calls->size(), std::memory_order_release);
-    stats_.latency.record(now - taken.front().since);
+    if (stats_) stats_->latency.record(now - taken.front().since);
     // In a reentrant group the next call need not wait for this one's callback.
     if (!calls->empty() && group().type() == CallbackGroupType::Reentrant) on_ready();
   }
@@ -134,7 +133,7 @@ bool ServerPort::send_response(std::int64_t call, void* response) {
 }
 
 void ServerPort::refuse_all() {
-  std::deque<Waiting> waiting;
+  std::list<Waiting> waiting;
   {
     auto calls = calls_.lock();
     calls->swap(waiting);

@@ -9,6 +9,9 @@
 #include <atomic>
 #include <cctype>
 #include <memory>
+#include <vector>
+
+#include "nacelle/base/guarded.hpp"
 
 namespace nacelle {
 namespace {
@@ -45,12 +48,34 @@ std::shared_ptr<spdlog::logger>& process_log() {
   return log;
 }
 
+// Whoever listens, and whether anybody does: a line that nobody else wants costs one load more.
+Guarded<std::vector<LogListener*>>& listeners() {
+  static Guarded<std::vector<LogListener*>> all;
+  return all;
+}
+std::atomic<bool> somebody_listens{false};
+
 }  // namespace
+
+void add_log_listener(LogListener& listener) {
+  auto all = listeners().lock();
+  all->push_back(&listener);
+  somebody_listens = true;
+}
+
+void remove_log_listener(LogListener& listener) {
+  auto all = listeners().lock();
+  std::erase(*all, &listener);
+  somebody_listens = !all->empty();
+}
 
 bool Logger::enabled(LogLevel level) const { return level >= lowest_level.load(std::memory_order_relaxed); }
 
-void Logger::write(LogLevel level, std::string_view text) const {
+void Logger::write(LogLevel level, std::string_view text, const LogPlace& place) const {
   process_log()->log(to_spdlog(level), "[{}] {}", name_, text);
+  if (!somebody_listens.load(std::memory_order_acquire)) return;
+  auto all = listeners().lock();
+  for (LogListener* const listener : *all) listener->on_line(level, name_, text, place);
 }
 
 void set_log_level(LogLevel level) { lowest_level.store(level, std::memory_order_relaxed); }

@@ -128,7 +128,13 @@ const ParameterValue& ParameterStore::declare(const std::string& name, Parameter
       throw exceptions::InvalidParameterValueException(fmt::format("node {}: {}", node_, why));
     }
   }
-  return entries_.emplace(name, std::move(entry)).first->second.value;
+  const ParameterValue* declared = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    declared = &entries_.emplace(name, std::move(entry)).first->second.value;
+  }
+  if (listener_) listener_->on_change({{{name, *declared}}, {}, {}});
+  return *declared;
 }
 
 const ParameterValue& ParameterStore::get(const std::string& name) const {
@@ -160,17 +166,45 @@ SetParametersResult ParameterStore::set_atomically(const std::vector<Parameter>&
     if (found->second.descriptor.read_only)
       return {false, fmt::format("parameter '{}' cannot be set because it is read-only", name)};
     ParameterValue value = widened(parameter.get_parameter_value(), found->second.type);
+    if (type_of(value) == ParameterType::NotSet && type_of(found->second.value) != ParameterType::NotSet &&
+        !found->second.descriptor.dynamic_typing)
+      return {false, "cannot undeclare a statically typed parameter"};
     if (const auto why = refusal(name, found->second, value); !why.empty()) return {false, why};
     wanted.emplace_back(name, std::move(value));
   }
   for (const auto& callback : on_set_) {
     if (auto result = callback(wanted); !result.successful) return result;
   }
-  for (const auto& parameter : wanted) entries_.at(parameter.get_name()).value = parameter.get_parameter_value();
+  const ParameterChange change = commit(wanted);
+  if (listener_) listener_->on_change(change);
   return {};
 }
 
-void ParameterStore::undeclare(const std::string& name) { entries_.erase(name); }
+ParameterChange ParameterStore::commit(const std::vector<Parameter>& wanted) {
+  ParameterChange change;
+  const std::lock_guard lock(mutex_);
+  for (const auto& parameter : wanted) {
+    const auto found = entries_.find(parameter.get_name());
+    if (found == entries_.end()) continue;  // twice in the list, and undeclared by the first
+    const bool goes =
+        parameter.get_type() == ParameterType::NotSet && type_of(found->second.value) != ParameterType::NotSet;
+    if (listener_) (goes ? change.undeclared : change.set).push_back(parameter);
+    if (goes) {
+      entries_.erase(found);
+    } else {
+      found->second.value = parameter.get_parameter_value();
+    }
+  }
+  return change;
+}
+
+void ParameterStore::undeclare(const std::string& name) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (entries_.erase(name) == 0) return;
+  }
+  if (listener_) listener_->on_change({{}, {}, {{name, ParameterValue{}}}});
+}
 
 std::vector<std::string> ParameterStore::list() const {
   std::vector<std::string> names;

@@ -120,5 +120,61 @@ TEST(ParameterStore, a_default_out_of_its_range_is_the_programmers_fault_even_th
   EXPECT_THROW(base.declare("gain", 2.0, ParameterType::Double, range), exceptions::InvalidParameterValueException);
 }
 
+/// What it was told, as text.
+class Told final : public ParameterListener {
+ public:
+  void on_change(const ParameterChange& change) noexcept override {
+    const auto append = [&](const char* what, const std::vector<Parameter>& parameters) {
+      for (const auto& one : parameters) text += what + one.get_name() + "=" + to_text(one.get_parameter_value()) + " ";
+    };
+    append("+", change.declared);
+    append("", change.set);
+    append("-", change.undeclared);
+  }
+  std::string text;
+};
+
+TEST(ParameterStore, tells_what_has_changed_and_nothing_of_what_was_refused) {
+  auto parameters = store();
+  parameters.declare("before", true, ParameterType::Bool, {});
+  const auto told = std::make_shared<Told>();
+  parameters.set_listener(told);
+  parameters.declare("rate", 50.0, ParameterType::Double, {});
+  EXPECT_THROW(parameters.declare("rate", 50.0, ParameterType::Double, {}),
+               exceptions::ParameterAlreadyDeclaredException);
+  EXPECT_TRUE(parameters.set_atomically({{"rate", std::int64_t{10}}, {"before", false}}).successful);
+  EXPECT_FALSE(parameters.set_atomically({{"rate", 20.0}, {"before", 1.0}}).successful);
+  parameters.undeclare("before");
+  parameters.undeclare("before");
+  EXPECT_EQ(told->text, "+rate=50 rate=10 before=false -before=(not set) ");
+  parameters.set_listener(nullptr);
+  parameters.undeclare("rate");
+  EXPECT_EQ(told->text, "+rate=50 rate=10 before=false -before=(not set) ");
+}
+
+TEST(ParameterStore, a_value_that_is_not_set_undeclares_what_has_no_fixed_type) {
+  auto parameters = store();
+  parameters.declare("rate", 50.0, ParameterType::Double, {});
+  parameters.declare("loose", std::int64_t{1}, ParameterType::Integer, {.dynamic_typing = true});
+  const auto fixed = parameters.set_atomically({{"loose", ParameterValue{}}, {"rate", ParameterValue{}}});
+  EXPECT_FALSE(fixed.successful);
+  EXPECT_EQ(fixed.reason, "cannot undeclare a statically typed parameter");
+  EXPECT_TRUE(parameters.has("loose"));
+  EXPECT_TRUE(parameters.set_atomically({{"loose", ParameterValue{}}, {"loose", std::int64_t{2}}}).successful);
+  EXPECT_FALSE(parameters.has("loose"));
+}
+
+TEST(ParameterStore, shows_all_that_is_declared) {
+  auto parameters = store();
+  parameters.declare("b", 50.0, ParameterType::Double, {.description = "Hz"});
+  parameters.declare("a", ParameterValue{}, ParameterType::Integer, {});
+  std::string all;
+  parameters.for_each([&](const std::string& name, const ParameterValue& value, ParameterType type,
+                          const ParameterDescriptor& descriptor) {
+    all += name + " " + to_text(value) + " " + to_text(type) + " " + descriptor.description + ";";
+  });
+  EXPECT_EQ(all, "a (not set) integer ;b 50 double Hz;");
+}
+
 }  // namespace
 }  // namespace nacelle

@@ -61,6 +61,8 @@ class Broker final : public Graph {
   [[nodiscard]] WiringReport wiring(const std::string& name, Duration age) const;
   [[nodiscard]] std::vector<EndpointReport> endpoints() const;
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
+  /// The types of the streams that a node sends or reads.
+  [[nodiscard]] std::vector<const msgs::MessageType*> types_of(const std::string& node) const;
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& name) const;
 
   /// Pools whose writer is gone wait here for their last messages; sweep() frees those that are complete.

@@ -26,12 +26,20 @@ struct ThreadPolicy {
   std::uint32_t threads = 1;  ///< Of one's own: more than one lets callback groups run at the same time.
 };
 
+/// What is offered in the name of each component's node, as rclcpp's nodes do (docs/node_interfaces.md).
+enum class NodeInterfaces : std::uint8_t {
+  None,
+  Topics,  ///< /rosout and /parameter_events: of a process whose services nobody else reaches.
+  All,     ///< The services of parameters, lifecycle and types too.
+};
+
 struct ContainerOptions {
   std::string name = "nacelle";
   std::vector<std::string> component_path;  ///< Folders with plugin libraries and their index/.
   Duration handover_after = 20ms;           ///< A callback longer than this loses its executor to a spare thread.
   Duration hang_after = 1500ms;             ///< A callback longer than this faults its component.
   Duration transition_timeout = 30s;  ///< A lifecycle callback, constructor or destructor longer than this is given up.
+  NodeInterfaces node_interfaces = NodeInterfaces::None;
 };
 
 /// What follows when a component is faulted.
@@ -336,6 +344,7 @@ class Container final {
   void on_change(std::function<void()> callback);
 
  private:
+  friend class NodeServices;  // asks what no other asks
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -32,6 +32,8 @@ struct ServiceReport {
   std::string node;
   bool is_server = true;
   bool open = true;  ///< A server's lifecycle gate: it answers.
+  bool is_standard =
+      false;  ///< The container offers it for the node, as for every one (ContainerOptions::node_interfaces).
 };
 
 /// A declared parameter.

@@ -3,46 +3,86 @@
 
 #include <fmt/format.h>
 
+#include <concepts>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace nacelle {
 
 enum class LogLevel : unsigned char { Debug = 10, Info = 20, Warn = 30, Error = 40, Fatal = 50 };  // rcl_interfaces/Log
 
+/// Where a line is written in the source; rcl_interfaces/Log's words. The texts are literals of whoever writes.
+struct LogPlace {
+  const char *file = "", *function = "";
+  unsigned line = 0;
+};
+
+/// A format, checked at compile time, and the place where it stands.
+template <typename... Args>
+struct PlacedFormat {
+  template <typename Text>
+  requires std::convertible_to<const Text&, std::string_view> FMT_CONSTEVAL
+  PlacedFormat(const Text& text, const char* file = __builtin_FILE(),  // NOLINT(google-explicit-constructor)
+               const char* function = __builtin_FUNCTION(), unsigned line = __builtin_LINE())
+      : format(text), place{file, function, line} {}
+  fmt::format_string<Args...> format;
+  LogPlace place;
+};
+
+/// Told of each line that is written. Threads: whoever writes, one line at a time, with a lock held: only note it and return;
+/// it must not write a line itself. The texts are gone when it returns.
+class LogListener {
+ public:
+  virtual ~LogListener() = default;
+  virtual void on_line(LogLevel level, std::string_view name, std::string_view text,
+                       const LogPlace& place) noexcept = 0;
+};
+void add_log_listener(LogListener& listener);
+/// After its return the listener is not called any more.
+void remove_log_listener(LogListener& listener);
+
 /// Writes lines under one name, as rclcpp's loggers do. A small value; copy it freely.
 ///
 /// The text is only built if its level is enabled. Threads: any. Allocates: yes, so not for hot paths; a message that
 /// may repeat at a sensor's rate belongs into a counter.
 class Logger {
+  template <typename... Args>
+  using Format = PlacedFormat<std::type_identity_t<Args>...>;
+
  public:
   explicit Logger(std::string name) : name_(std::move(name)) {}
 
   template <typename... Args>
-  void debug(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Debug)) write(LogLevel::Debug, fmt::format(format, std::forward<Args>(args)...));
+  void debug(Format<Args...> format, Args&&... args) const {
+    if (enabled(LogLevel::Debug))
+      write(LogLevel::Debug, fmt::format(format.format, std::forward<Args>(args)...), format.place);
   }
   template <typename... Args>
-  void info(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Info)) write(LogLevel::Info, fmt::format(format, std::forward<Args>(args)...));
+  void info(Format<Args...> format, Args&&... args) const {
+    if (enabled(LogLevel::Info))
+      write(LogLevel::Info, fmt::format(format.format, std::forward<Args>(args)...), format.place);
   }
   template <typename... Args>
-  void warn(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Warn)) write(LogLevel::Warn, fmt::format(format, std::forward<Args>(args)...));
+  void warn(Format<Args...> format, Args&&... args) const {
+    if (enabled(LogLevel::Warn))
+      write(LogLevel::Warn, fmt::format(format.format, std::forward<Args>(args)...), format.place);
   }
   template <typename... Args>
-  void error(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Error)) write(LogLevel::Error, fmt::format(format, std::forward<Args>(args)...));
+  void error(Format<Args...> format, Args&&... args) const {
+    if (enabled(LogLevel::Error))
+      write(LogLevel::Error, fmt::format(format.format, std::forward<Args>(args)...), format.place);
   }
   template <typename... Args>
-  void fatal(fmt::format_string<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Fatal)) write(LogLevel::Fatal, fmt::format(format, std::forward<Args>(args)...));
+  void fatal(Format<Args...> format, Args&&... args) const {
+    if (enabled(LogLevel::Fatal))
+      write(LogLevel::Fatal, fmt::format(format.format, std::forward<Args>(args)...), format.place);
   }
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] bool enabled(LogLevel level) const;
-  void write(LogLevel level, std::string_view text) const;
+  void write(LogLevel level, std::string_view text, const LogPlace& place = {}) const;
 
  private:
   std::string name_;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -147,11 +148,23 @@ struct StoredAs<std::vector<int>> {
 };
 }  // namespace detail
 
+/// What has become of some parameters, in rcl_interfaces/msg/ParameterEvent's parts.
+struct ParameterChange {
+  std::vector<Parameter> declared, set, undeclared;  ///< With their values; of the last one, names only.
+};
+
+/// Told of changes. Threads: the component's executor, after the change; keep it short.
+class ParameterListener {
+ public:
+  virtual ~ParameterListener() = default;
+  virtual void on_change(const ParameterChange& change) noexcept = 0;
+};
+
 /// The declared parameters of one node: typed once, held in their ranges, watched by callbacks.
 ///
 /// An integer override for a double parameter is taken as that double (a person writes `rate: 50`).
 /// Errors:  rclcpp's named exceptions; texts name node, parameter, value and range.
-/// Threads: one executor; a component copies what its own threads need.
+/// Threads: one executor, but for for_each(); a component copies what its own threads need.
 class ParameterStore {
  public:
   using OnSet = std::function<SetParametersResult(const std::vector<Parameter>&)>;
@@ -167,7 +180,15 @@ class ParameterStore {
   [[nodiscard]] const ParameterValue& get(const std::string& name) const;
   [[nodiscard]] const ParameterDescriptor& describe(const std::string& name) const;
   [[nodiscard]] ParameterType declared_type(const std::string& name) const;
-  /// All or nothing; refusals come with the reason in rclcpp's words.
+  /// Calls `what(name, value, type, descriptor)` for each, in the order of the names, while none changes. Threads: any; `what`
+  /// calls nothing of the store.
+  template <typename F>
+  void for_each(F&& what) const {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [name, entry] : entries_) what(name, entry.value, entry.type, entry.descriptor);
+  }
+  /// All or nothing; refusals come with the reason in rclcpp's words. As there, a value that is not set undeclares a parameter of
+  /// dynamic type.
   SetParametersResult set_atomically(const std::vector<Parameter>& parameters);
   void undeclare(const std::string& name);
   [[nodiscard]] std::vector<std::string> list() const;
@@ -176,6 +197,8 @@ class ParameterStore {
     if (faults_) faults_->lock()->push_back(std::move(fault));
   }
   void add_on_set(OnSet callback) { on_set_.push_back(std::move(callback)); }
+  /// From now on; null for nobody. Threads: any, while no callback of the component runs.
+  void set_listener(std::shared_ptr<ParameterListener> listener) { listener_ = std::move(listener); }
 
   [[nodiscard]] const std::map<std::string, ParameterValue>& overrides() const { return overrides_; }
   /// Overrides that nobody has declared: misspelt, most likely.
@@ -189,12 +212,15 @@ class ParameterStore {
   };
   [[nodiscard]] std::string refusal(const std::string& name, const Entry& entry, const ParameterValue& value) const;
   void take_override(const std::string& name, Entry& entry, const ParameterValue& given) const;
+  [[nodiscard]] ParameterChange commit(const std::vector<Parameter>& wanted);
 
   std::string node_;
   std::map<std::string, ParameterValue> overrides_;
   std::shared_ptr<ParameterFaults> faults_;
+  mutable std::mutex mutex_;  // held to change entries_, and to read them on another thread
   std::map<std::string, Entry> entries_;
   std::vector<OnSet> on_set_;
+  std::shared_ptr<ParameterListener> listener_;
 };
 
 }  // namespace nacelle

@@ -57,6 +57,8 @@ struct EndpointSpec {
   std::uint32_t via = 0;
   /// Of a reader, for tools that publish: they say when they are too slow for it.
   CommandTimeout command_timeout{};
+  /// Of a writer: what the queues of its readers may hold is made before it is needed. Not for a deep queue that is empty as a rule.
+  bool reserves = true;
 };
 
 /// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the

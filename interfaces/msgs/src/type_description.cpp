@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "transport_dds/wire/type_description.hpp"
+#include "nacelle/msgs/type_description.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -8,17 +8,14 @@
 #include <string_view>
 #include <utility>
 
-#include "transport_dds/wire/user_data.hpp"
-
-namespace nacelle::transport_dds {
+namespace nacelle::msgs {
 namespace {
 
 using Described = ::type_description_interfaces::msg::IndividualTypeDescription;
 using FieldMessage = ::type_description_interfaces::msg::Field;
 using FieldType = ::type_description_interfaces::msg::FieldType;
 
-std::uint8_t id_of(msgs::Kind kind, bool has_bound) {
-  using msgs::Kind;
+std::uint8_t id_of(Kind kind, bool has_bound) {
   switch (kind) {
     case Kind::Bool: return FieldType::FIELD_TYPE_BOOLEAN;
     case Kind::Byte: return FieldType::FIELD_TYPE_BYTE;
@@ -40,12 +37,12 @@ std::uint8_t id_of(msgs::Kind kind, bool has_bound) {
   return FieldType::FIELD_TYPE_NOT_SET;
 }
 
-std::uint8_t offset_of(msgs::Shape shape) {
+std::uint8_t offset_of(Shape shape) {
   switch (shape) {
-    case msgs::Shape::Single: return 0;
-    case msgs::Shape::Array: return FieldType::FIELD_TYPE_INT8_ARRAY - FieldType::FIELD_TYPE_INT8;
-    case msgs::Shape::BoundedSequence: return FieldType::FIELD_TYPE_INT8_BOUNDED_SEQUENCE - FieldType::FIELD_TYPE_INT8;
-    case msgs::Shape::Sequence: break;
+    case Shape::Single: return 0;
+    case Shape::Array: return FieldType::FIELD_TYPE_INT8_ARRAY - FieldType::FIELD_TYPE_INT8;
+    case Shape::BoundedSequence: return FieldType::FIELD_TYPE_INT8_BOUNDED_SEQUENCE - FieldType::FIELD_TYPE_INT8;
+    case Shape::Sequence: break;
   }
   return FieldType::FIELD_TYPE_INT8_UNBOUNDED_SEQUENCE - FieldType::FIELD_TYPE_INT8;
 }
@@ -66,7 +63,7 @@ std::string default_text(const char* json) {
   return plain;
 }
 
-FieldMessage field_of(const msgs::Field& field) {
+FieldMessage field_of(const Field& field) {
   FieldMessage message;
   message.name = field.name;
   message.type.type_id = static_cast<std::uint8_t>(id_of(field.kind, field.text_bound != 0) + offset_of(field.shape));
@@ -95,9 +92,9 @@ Described described(const char* name, std::vector<FieldMessage> fields) {
 /// Describes types, each once, and those they are made of.
 class Collector {
  public:
-  Described own(const msgs::MessageType& type) {
+  Described own(const MessageType& type) {
     std::vector<FieldMessage> fields;
-    for (const msgs::Field& field : type.fields) {
+    for (const Field& field : type.fields) {
       fields.push_back(field_of(field));
       if (field.message != nullptr) refer(field.message());
     }
@@ -107,13 +104,13 @@ class Collector {
     }
     return described(type.name, std::move(fields));
   }
-  Described own(const msgs::ServiceType& type) {
+  Described own(const ServiceType& type) {
     for (const auto part : {type.request, type.response, type.event}) refer(part());
     return described(type.name, {nested_field("request_message", type.request().name),
                                  nested_field("response_message", type.response().name),
                                  nested_field("event_message", type.event().name)});
   }
-  Described own(const msgs::ActionType& type) {
+  Described own(const ActionType& type) {
     for (const auto part : {type.goal, type.result, type.feedback, type.feedback_message}) refer(part());
     for (const auto part : {type.send_goal, type.get_result}) refer(part());
     return described(type.name, {nested_field("goal", type.goal().name), nested_field("result", type.result().name),
@@ -164,6 +161,14 @@ std::string encoding_of(std::string_view type) {
   return second == std::string_view::npos ? std::string() : std::string(type.substr(first + 1, second - first - 1));
 }
 
+constexpr std::string_view kHashPrefix = "RIHS01_";
+
+bool is_type_hash(std::string_view text) {
+  constexpr std::size_t kDigits = 64;
+  return text.size() == kHashPrefix.size() + kDigits && text.starts_with(kHashPrefix) &&
+         text.find_first_not_of("0123456789abcdefABCDEF", kHashPrefix.size()) == std::string_view::npos;
+}
+
 const char* hash_of(const UsedType& used) {
   return std::visit([](const auto* type) { return type->hash; }, used);
 }
@@ -202,7 +207,7 @@ GetTypeDescription::Response answer(const GetTypeDescription::Request& request, 
     return response;
   }
   std::string hash = request.type_hash;
-  std::transform(hash.begin() + 7, hash.end(), hash.begin() + 7,
+  std::transform(hash.begin() + kHashPrefix.size(), hash.end(), hash.begin() + kHashPrefix.size(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const auto found =
       std::find_if(in_use.begin(), in_use.end(), [&](const UsedType& used) { return hash == hash_of(used); });
@@ -216,4 +221,4 @@ GetTypeDescription::Response answer(const GetTypeDescription::Request& request, 
   return response;
 }
 
-}  // namespace nacelle::transport_dds
+}  // namespace nacelle::msgs

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "nacelle/msgs/message_type.hpp"
+
 #include <span>
 #include <type_description_interfaces/srv/get_type_description.hpp>
 #include <variant>
 #include <vector>
 
-#include "nacelle/msgs/message_type.hpp"
-
-namespace nacelle::transport_dds {
+namespace nacelle::msgs {
 
 // What a node tells of its types over ~/get_type_description, so that a tool can read messages of which it has no
 // package.
@@ -19,7 +19,7 @@ using TypeSource = ::type_description_interfaces::msg::TypeSource;
 using GetTypeDescription = ::type_description_interfaces::srv::GetTypeDescription;
 
 /// A type that is in use by a node. Never null.
-using UsedType = std::variant<const msgs::MessageType*, const msgs::ServiceType*, const msgs::ActionType*>;
+using UsedType = std::variant<const MessageType*, const ServiceType*, const ActionType*>;
 
 /// The fields of a type, and of all types that it is made of, sorted by name. Without the default values it is what the
 /// type's hash is the hash of.
@@ -34,4 +34,4 @@ using UsedType = std::variant<const msgs::MessageType*, const msgs::ServiceType*
 [[nodiscard]] GetTypeDescription::Response answer(const GetTypeDescription::Request& request,
                                                   std::span<const UsedType> in_use);
 
-}  // namespace nacelle::transport_dds
+}  // namespace nacelle::msgs

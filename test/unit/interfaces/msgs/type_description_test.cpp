@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "transport_dds/wire/type_description.hpp"
+#include "nacelle/msgs/type_description.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "sha256.hpp"
 
-namespace nacelle::transport_dds {
+namespace nacelle::msgs {
 namespace {
 
 using GetState = lifecycle_msgs::srv::GetState;
@@ -47,7 +47,7 @@ TEST(Sha256, has_the_digests_of_its_standard) {
 }
 
 TEST(TypeDescription, of_every_type_is_what_its_hash_is_the_hash_of) {
-  msgs::TypeLibrary library({NACELLE_MSGS_LIBRARIES});
+  TypeLibrary library({NACELLE_MSGS_LIBRARIES});
   std::size_t seen = 0;
   const auto check = [&](const auto& type) {
     EXPECT_EQ(hash_of(describe(&type)), type.hash) << type.name;
@@ -129,4 +129,4 @@ TEST(GetTypeDescription, fails_with_rcls_words) {
 }
 
 }  // namespace
-}  // namespace nacelle::transport_dds
+}  // namespace nacelle::msgs

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "nacelle/base/log.hpp"
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::runtime {
+
+/// Lines of the log on their way to somebody who has time for them. What finds no room is dropped and counted.
+///
+/// Two buffers that change places: writing is a copy of the text, under a lock that is never held for longer than that.
+/// Threads: push() any; take() one.
+/// Allocates: in the constructor only.
+class LogQueue {
+ public:
+  static constexpr std::size_t kBytes = std::size_t{32} * 1024;  ///< Of each buffer.
+  static constexpr std::size_t kLongestText = 4096;              ///< What is longer is cut.
+
+  /// Valid while it is shown.
+  struct Line {
+    LogLevel level = LogLevel::Info;
+    WallTime when;
+    std::string_view name, text, file, function;
+    std::uint32_t number = 0;  ///< Of the line in the file.
+  };
+
+  LogQueue();
+  /// False: no room.
+  bool push(LogLevel level, WallTime when, std::string_view name, std::string_view text,
+            const LogPlace& place) noexcept;
+  /// Shows all that has come, in its order. Returns how many lines were dropped since the last time.
+  std::uint64_t take(const std::function<void(const Line&)>& show);
+
+ private:
+  std::mutex mutex_;  // filling_ and dropped_
+  std::string filling_, showing_;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace nacelle::runtime

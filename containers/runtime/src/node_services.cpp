@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "node_services.hpp"
+
+#include <utility>
+
+#include "container_impl.hpp"
+#include "node_face.hpp"
+
+namespace nacelle::runtime {
+
+NodeServices::NodeServices(Container& container, Commons& commons, NodeInterfaces which, const std::string& own_node)
+    : container_(container),
+      commons_(commons),
+      which_(which),
+      executor_("services", commons.clock, {.own = true}),
+      log_node_(executor_, own_node, [](const std::string&, const std::string&, const std::string&) {}),
+      log_group_(log_node_),
+      rosout_(log_group_, commons.broker, commons.clock, own_node) {
+  executor_.open(log_node_);
+}
+
+NodeServices::~NodeServices() = default;
+
+void NodeServices::begin(Record& record) {
+  const std::string node = record.runtime->identity().fully_qualified();
+  ParameterStore& store = record.node->parameters();
+  rosout_.add(node);
+  record.events = std::make_shared<ParameterEvents>(commons_.broker, commons_.clock, node);
+  // The constructor's came before there was somebody to tell: all at once.
+  ParameterChange all;
+  store.for_each([&](const std::string& name, const ParameterValue& value, ParameterType, const ParameterDescriptor&) {
+    all.declared.emplace_back(name, value);
+  });
+  record.events->on_change(all);
+  store.set_listener(record.events);
+  record.face = offer(record.id, node, record.managed != nullptr);
+}
+
+void NodeServices::end(Record& record, bool returned) {
+  withdraw(record.id, record.face);
+  record.face.reset();
+  if (!record.events) return;
+  if (returned) record.node->parameters().set_listener(nullptr);
+  record.events->end();
+  rosout_.remove(record.runtime->identity().fully_qualified());
+}
+
+std::shared_ptr<NodeFace> NodeServices::offer(std::uint64_t id, const std::string& node, bool managed) {
+  if (which_ != NodeInterfaces::All) return nullptr;
+  return NodeFace::make(*this, commons_, executor_, id, node, managed);
+}
+
+void NodeServices::withdraw(std::uint64_t id, const std::shared_ptr<NodeFace>& face) {
+  if (!face) return;
+  lanes_.drop(id);
+  face->withdraw();
+}
+
+void NodeServices::report_services(const NodeFace* face, std::vector<ServiceReport>& out) {
+  if (face != nullptr) face->report_services(out);
+}
+
+Result<std::vector<ParameterReport>, Problem> NodeServices::parameters(std::uint64_t id) const {
+  return container_.impl_->parameters_of(id);
+}
+
+void NodeServices::set_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
+                                  std::weak_ptr<void> asker, Then then) {
+  container_.impl_->change_parameters(id, std::move(parameters), atomically, std::move(asker), std::move(then));
+}
+
+StateId NodeServices::state(std::uint64_t id) const {
+  if (const auto other = container_.impl_->foreign_component(id)) return other->info().state;
+  const std::lock_guard lock(container_.impl_->mutex);  // who is listed is not destroyed
+  const auto found = container_.impl_->records.find(id);
+  if (found == container_.impl_->records.end() || found->second->managed == nullptr) return StateId::Unknown;
+  return found->second->managed->get_current_state().state();
+}
+
+TransitionOutcome NodeServices::trigger(std::uint64_t id, Transition transition) const {
+  return container_.trigger(id, transition);
+}
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nacelle/node/parameter.hpp"
+#include "nacelle/runtime/container.hpp"
+#include "node_runtime.hpp"
+#include "rosout.hpp"
+#include "transition_lanes.hpp"
+
+namespace nacelle::runtime {
+
+class NodeFace;
+struct Record;
+
+/// What ROS 2's tools expect of every node, offered in the names of a container's components while they are loaded: the services
+/// of parameters, lifecycle and types, /parameter_events and /rosout. Ordinary services and topics, for components too.
+///
+/// They answer on one thread of their own. What is asked for is read beside the component's callbacks and answered at once; what
+/// is to be set is handed to the component's executor, and a transition to a thread that lives as long as it; those are answered
+/// when they are done. So nothing that one node is busy with holds up a question to any.
+/// Threads: any.
+/// Source: rclcpp (jazzy), parameter_service.cpp, node_parameters.cpp; rclcpp_lifecycle, lifecycle_node_interface_impl.cpp.
+class NodeServices {
+ public:
+  /// `own_node`, the container's, publishes the log of what is no node's. `which` is not None.
+  NodeServices(Container& container, Commons& commons, NodeInterfaces which, const std::string& own_node);
+  /// Waits for transitions that are under way. No face is left.
+  ~NodeServices();
+  NodeServices(const NodeServices&) = delete;
+  NodeServices& operator=(const NodeServices&) = delete;
+
+  /// A component is made, has its id, and none of its callbacks runs yet.
+  void begin(Record& record);
+  /// None of its callbacks runs any more (`returned`), or one does not return.
+  void end(Record& record, bool returned);
+  /// The services of a node; null if there are to be none.
+  [[nodiscard]] std::shared_ptr<NodeFace> offer(std::uint64_t id, const std::string& node, bool managed);
+  /// They go at once; whoever waits for an answer is told that there will be none.
+  void withdraw(std::uint64_t id, const std::shared_ptr<NodeFace>& face);
+  static void report_services(const NodeFace* face, std::vector<ServiceReport>& out);
+
+  // What the services ask.
+  [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters(std::uint64_t id) const;
+  using Then = std::function<void(Result<std::vector<SetParametersResult>, Problem>)>;
+  /// As Container::set_parameters(), with rclcpp's words; one result for all if it is `atomically`.
+  void set_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically, std::weak_ptr<void> asker,
+                      Then then);
+  /// Unknown: there is no such component, or it has no lifecycle.
+  [[nodiscard]] StateId state(std::uint64_t id) const;
+  [[nodiscard]] TransitionOutcome trigger(std::uint64_t id, Transition transition) const;
+  [[nodiscard]] TransitionLanes& lanes() { return lanes_; }
+
+ private:
+  Container& container_;
+  Commons& commons_;
+  const NodeInterfaces which_;
+  Executor executor_;
+  NodeGroups log_node_;
+  CallbackGroup log_group_;
+  Rosout rosout_;
+  TransitionLanes lanes_;  // the last: its jobs use what is above
+};
+
+}  // namespace nacelle::runtime

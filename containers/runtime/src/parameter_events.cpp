@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "parameter_events.hpp"
+
+#include <rcl_interfaces/msg/parameter_event.hpp>
+
+#include "nacelle/node/standard_interfaces.hpp"
+#include "nacelle/qos/presets.hpp"
+#include "parameter_messages.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+using rcl_interfaces::msg::ParameterEvent;
+
+template <typename Sequence>
+void fill(Sequence& to, const std::vector<Parameter>& from) {
+  to.clear();
+  for (const auto& parameter : from) to.push_back(message_of(parameter));
+}
+
+}  // namespace
+
+ParameterEvents::ParameterEvents(Transport& transport, const Clock& clock, std::string node)
+    : clock_(clock), node_(std::move(node)) {
+  EndpointSpec spec{kParameterEventsTopic, &ParameterEvent::message_type(), ParameterEventsQoS{}, node_};
+  spec.reserves = false;
+  *writer_.lock() = transport.create_writer(spec);
+}
+
+void ParameterEvents::on_change(const ParameterChange& change) noexcept {
+  auto writer = writer_.lock();
+  if (!*writer || (*writer)->reader_count() == 0) return;
+  Block* const block = (*writer)->borrow();
+  if (block == nullptr) return;
+  auto& event = *static_cast<ParameterEvent*>(block->message);
+  const Duration now = clock_.wall_now().since_origin;
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
+  event.stamp.sec = static_cast<std::int32_t>(seconds.count());
+  event.stamp.nanosec = static_cast<std::uint32_t>((now - seconds).count());
+  event.node = node_;
+  fill(event.new_parameters, change.declared);
+  fill(event.changed_parameters, change.set);
+  fill(event.deleted_parameters, change.undeclared);
+  static_cast<void>((*writer)->publish(*block));
+}
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transition_lanes.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace nacelle::runtime {
+
+TransitionLanes::~TransitionLanes() {
+  std::vector<std::unique_ptr<Errand>> running;
+  {
+    auto lanes = lanes_.lock();
+    for (auto& [node, lane] : *lanes) {
+      lane.waiting.clear();
+      running.push_back(std::move(lane.errand));
+    }
+  }
+  running.clear();  // without the lock, which they take
+}
+
+bool TransitionLanes::push(std::uint64_t node, std::function<void()> job) {
+  auto lanes = lanes_.lock();
+  sweep(*lanes);
+  Lane& lane = (*lanes)[node];
+  if (lane.waiting.size() >= kMostWaiting) return false;
+  lane.waiting.push_back(std::move(job));
+  if (lane.busy) return true;
+  lane.busy = true;
+  // The last errand, if there was one, has nothing more to do than to end.
+  lane.errand = std::make_unique<Errand>("transition", [this, &lane] { work(lane); });
+  return true;
+}
+
+void TransitionLanes::drop(std::uint64_t node) {
+  auto lanes = lanes_.lock();
+  if (const auto found = lanes->find(node); found != lanes->end()) {
+    found->second.waiting.clear();
+    found->second.gone = true;
+  }
+  sweep(*lanes);
+}
+
+void TransitionLanes::sweep(Lanes& lanes) {
+  std::erase_if(lanes, [](const auto& entry) { return entry.second.gone && !entry.second.busy; });
+}
+
+void TransitionLanes::work(Lane& lane) {
+  for (;;) {
+    std::function<void()> job;
+    {
+      const auto lanes = lanes_.lock();
+      if (lane.waiting.empty()) {
+        lane.busy = false;
+        return;
+      }
+      job = std::move(lane.waiting.front());
+      lane.waiting.pop_front();
+    }
+    job();
+  }
+}
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// The log on /rosout: whose line it is, what is in it, and that whoever logs never waits for who reads.
+#include "runtime/src/rosout.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <rcl_interfaces/msg/log.hpp>
+#include <thread>
+
+#include "container_fixture.hpp"
+#include "nacelle/qos/presets.hpp"
+#include "nacelle/runtime/broker.hpp"
+#include "nacelle/runtime/executor.hpp"
+#include "support/allocation_guard.hpp"
+
+namespace nacelle::runtime {
+namespace {
+
+using rcl_interfaces::msg::Log;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+
+/// Reads /rosout, and waits for a line.
+class Lines final : ReadyListener {
+ public:
+  explicit Lines(Transport& transport, const QoS& qos = RosoutQoS{})
+      : reader_(transport.create_reader({"/rosout", &Log::message_type(), qos, "/watch"}, Taking::Share, this)) {}
+  ~Lines() override { reader_.reset(); }
+  Log next() {
+    std::unique_lock lock(mutex_);
+    Log log;
+    log.msg = "(silence)";
+    if (!arrived_.wait_for(lock, 20s, [&] { return count_ > 0; })) return log;
+    --count_;
+    lock.unlock();
+    Block* const block = reader_->take();
+    log = *static_cast<const Log*>(block->message);
+    writer_ = block->info.writer_id;
+    drop_reference(*block);
+    return log;
+  }
+  /// The first line with this text.
+  Log with(const std::string& text) {
+    for (;;) {
+      Log log = next();
+      if (log.msg == text || log.msg == "(silence)") return log;
+    }
+  }
+  /// That has published the last one.
+  [[nodiscard]] std::uint64_t writer() const { return writer_; }
+
+ private:
+  void on_ready() noexcept override {
+    const std::lock_guard lock(mutex_);
+    ++count_;
+    arrived_.notify_all();
+  }
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  int count_ = 0;
+  std::uint64_t writer_ = 0;
+  std::unique_ptr<Reader> reader_;
+};
+
+struct RosoutTest : ContainerTest {
+  RosoutTest() : ContainerTest(ContainerOptions{.node_interfaces = NodeInterfaces::Topics}) {}
+  std::string node_of(std::uint64_t writer) const {
+    for (const auto& end : container.endpoints()) {
+      if (end.id == writer) return end.node;
+    }
+    return "(nobody)";
+  }
+};
+
+TEST_F(RosoutTest, a_line_is_published_by_the_node_that_has_written_it) {
+  load("Talker");
+  Lines lines{container.transport()};
+  const unsigned here = __LINE__ + 1;
+  Logger{"talker"}.warn("the word is {}", "moo");
+  const Log log = lines.with("the word is moo");
+  EXPECT_EQ(node_of(lines.writer()), "/talker");
+  EXPECT_EQ(log.level, Log::WARN);
+  EXPECT_EQ(log.name, "talker");
+  EXPECT_THAT(log.file, EndsWith("rosout_test.cpp"));
+  EXPECT_EQ(log.function, "TestBody");
+  EXPECT_EQ(log.line, here);
+  EXPECT_GT(log.stamp.sec, 0);
+  Logger{"talker.driver"}.info("a part of it");
+  EXPECT_EQ(lines.with("a part of it").name, "talker.driver");
+  EXPECT_EQ(node_of(lines.writer()), "/talker");
+}
+
+TEST_F(RosoutTest, what_is_no_nodes_is_the_containers) {
+  Lines lines{container.transport()};
+  Logger{"network"}.error("no interface");
+  EXPECT_EQ(lines.with("no interface").name, "network");
+  EXPECT_EQ(node_of(lines.writer()), "/test");
+}
+
+TEST_F(RosoutTest, what_is_not_written_is_not_published) {
+  Lines lines{container.transport()};
+  Logger{"network"}.debug("not enabled");
+  Logger{"network"}.info("enabled");
+  EXPECT_EQ(lines.next().msg, "enabled");
+}
+
+TEST_F(RosoutTest, a_late_reader_gets_what_was_said_and_a_node_that_goes_takes_its_lines_along) {
+  const auto talker = load("Talker");
+  Logger{"talker"}.info("before");
+  {
+    Lines first{container.transport()};
+    first.with("before");  // it has been published
+    Lines late{container.transport()};
+    EXPECT_EQ(late.with("before").msg, "before");
+  }
+  ASSERT_TRUE(container.unload(talker.id));
+  Logger{"talker"}.info("after its end");
+  Lines lines{container.transport()};
+  for (Log log = lines.next(); log.msg != "after its end"; log = lines.next()) ASSERT_NE(log.msg, "before");
+  EXPECT_EQ(node_of(lines.writer()), "/test");
+}
+
+/// A Rosout whose thread does nothing until it is let.
+struct StandingRosout : ::testing::Test {
+  SystemClock clock;
+  Broker broker{clock};
+  Executor executor{"services", clock, {.own = true}};
+  NodeGroups node{executor, "/test", [](const std::string&, const std::string&, const std::string&) {}};
+  CallbackGroup group{node};
+  Rosout rosout{group, broker, clock, "/test"};
+};
+
+TEST_F(StandingRosout, lines_that_find_no_room_are_dropped_counted_and_said) {
+  Lines lines{broker, QoS(100'000)};
+  const Logger log{"noisy"};
+  constexpr int kLines = 2000;
+  const std::string long_text(100, 'x');
+  for (int i = 0; i < kLines; ++i) log.info("{} {}", i, long_text);
+  executor.open(node);
+  int came = 0;
+  Log last;
+  for (last = lines.next(); last.name == "noisy"; last = lines.next())
+    EXPECT_THAT(last.msg, HasSubstr(std::to_string(came++)));
+  EXPECT_GT(came, 100);
+  EXPECT_LT(came, kLines);
+  EXPECT_EQ(rosout.dropped(), static_cast<std::uint64_t>(kLines - came));
+  EXPECT_EQ(last.name, "test");
+  EXPECT_EQ(last.level, Log::WARN);
+  EXPECT_EQ(last.msg, std::to_string(kLines - came) +
+                          " lines of the log are not on /rosout: they came faster than it could be published");
+  log.info("again");
+  EXPECT_EQ(lines.next().msg, "again");
+}
+
+std::uint64_t memory_for_a_line() {
+  const Logger log{"noisy"};
+  log.info("{} {}", "warm", std::string(100, 'x'));
+  const std::string text(100, 'x');
+  const nacelle::test::AllocationGuard heap;
+  log.info("{} {}", "counted", text);
+  return heap.count();
+}
+
+TEST(Rosout, costs_whoever_writes_a_line_no_memory) {
+  const std::uint64_t before = memory_for_a_line();
+  const SystemClock clock;
+  Broker broker{clock};
+  Executor executor{"services", clock, {.own = true}};
+  NodeGroups node{executor, "/test", [](const std::string&, const std::string&, const std::string&) {}};
+  CallbackGroup group{node};
+  const Rosout rosout{group, broker, clock, "/test"};
+  executor.open(node);
+  EXPECT_EQ(memory_for_a_line(), before);
+}
+
+TEST(LogQueue, costs_the_writer_no_memory_and_gives_back_what_was_written) {
+  LogQueue queue;
+  const std::string too_long = std::string(LogQueue::kLongestText - 1, 'a') + "\xC3\xA4" + "rest";
+  {
+    const nacelle::test::AllocationGuard heap;
+    EXPECT_TRUE(queue.push(LogLevel::Error, WallTime{Duration{1500}}, "lidar", "lost", {"a.cpp", "run", 7}));
+    EXPECT_TRUE(queue.push(LogLevel::Info, WallTime{}, "", too_long, {}));
+    EXPECT_EQ(heap.count(), 0U);
+  }
+  std::vector<std::string> told;
+  EXPECT_EQ(queue.take([&](const LogQueue::Line& line) {
+    told.push_back(std::string{line.name} + "|" + std::string{line.text} + "|" + std::string{line.file} + "|" +
+                   std::string{line.function} + "|" + std::to_string(line.number) + "|" +
+                   std::to_string(line.when.nanoseconds()));
+  }),
+            0U);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0], "lidar|lost|a.cpp|run|7|1500");
+  EXPECT_EQ(told[1], "|" + std::string(LogQueue::kLongestText - 1, 'a') + "|||0|0")
+      << "cut before a character, not in it";
+}
+
+TEST(LogQueue, keeps_what_is_older_and_counts_what_it_drops) {
+  LogQueue queue;
+  const std::string text(1000, 'x');
+  std::uint64_t taken = 0, dropped = 0;
+  for (int i = 0; i < 100; ++i) ++(queue.push(LogLevel::Info, WallTime{}, "a", text, {}) ? taken : dropped);
+  EXPECT_GT(taken, 20U);
+  std::uint64_t shown = 0;
+  EXPECT_EQ(queue.take([&](const LogQueue::Line&) { ++shown; }), dropped);
+  EXPECT_EQ(shown, taken);
+  EXPECT_TRUE(queue.push(LogLevel::Info, WallTime{}, "a", text, {}));
+  EXPECT_EQ(queue.take([](const LogQueue::Line&) {}), 0U);
+}
+
+}  // namespace
+}  // namespace nacelle::runtime
