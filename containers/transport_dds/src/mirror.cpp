@@ -144,6 +144,8 @@ void DdsMirror::Impl::turn() {
   for (const Event& event : now.events) take(event);
   if (now.discovery) take_discovery();
   if (now.snapshots) take_snapshots();
+  // Before the topics: an action's client learns of its goal before it hears of the goal's status and feedback.
+  if (services) services->turn();
   for (const auto id : now.ready) {
     if (const auto writer = writers.find(id); writer != writers.end()) {
       LocalWriter& end = *writer->second;
@@ -159,7 +161,6 @@ void DdsMirror::Impl::turn() {
       tell_losses(end);
     }
   }
-  if (services) services->turn();
   drop_gone();
   if (is_snapshot_new) send_snapshot();
   now.events.clear();

@@ -12,6 +12,9 @@ namespace {
 constexpr int kMostRepliesAtOnce = 256;
 // Calls of one client that have no answer. Beyond it the oldest are told that there will be none.
 constexpr std::size_t kMostWaitingCalls = 1000;
+// Both sides learn of each other apart. What a client sends before its server's side has met it is lost, and DDS does
+// not tell when it has: so the server is left that long. As with the other direction (kReplyPatience).
+constexpr Duration kSettling = 100ms;
 
 }  // namespace
 
@@ -100,7 +103,17 @@ void DdsMirror::Impl::Services::look_for_servers(Client& client) {
     }
     return ids;
   };
-  const bool is_available = dds::is_service_available(ids_of(client.readers), ids_of(client.writers));
+  const bool has_met = dds::is_service_available(ids_of(client.readers), ids_of(client.writers));
+  const MonotonicTime at = mirror.clock.now();
+  if (!has_met) {
+    client.settled = kNeverExpires;
+    settling.erase(client.info.id);
+  } else if (client.settled == kNeverExpires) {
+    client.settled = at + kSettling;
+    settling.insert(client.info.id);
+  }
+  const bool is_available = has_met && at >= client.settled;
+  if (is_available) settling.erase(client.info.id);
   if (client.is_available != is_available) {
     client.is_available = is_available;
     graph.set_remote(client.info.id, is_available ? &client : nullptr);
@@ -111,6 +124,15 @@ void DdsMirror::Impl::Services::look_for_servers(Client& client) {
     std::erase_if(sent.servers, [&](const dds::Gid& server) { return !client.readers.contains(server); });
     if (sent.servers.empty()) fail(sent.asker);
     call = sent.servers.empty() ? client.waiting.erase(call) : std::next(call);
+  }
+}
+
+void DdsMirror::Impl::Services::look_at_settling() {
+  const MonotonicTime at = mirror.clock.now();
+  // Those that have settled leave the set.
+  for (const std::uint64_t id : std::set<std::uint64_t>(settling)) {
+    Client& client = *clients.at(id);
+    if (at >= client.settled) look_for_servers(client);
   }
 }
 

@@ -118,6 +118,7 @@ void DdsMirror::Impl::Services::turn() {
   }
   for (const std::uint64_t id : now.ready) look_at(id);
   reply_to_held();
+  look_at_settling();
   now.events.clear();
   now.answers.clear();
   now.calls.clear();
@@ -130,6 +131,9 @@ MonotonicTime DdsMirror::Impl::Services::due() const {
   for (const std::uint64_t id : holding) {
     const auto server = servers.find(id);
     if (server != servers.end()) first = std::min(first, server->second->held.front().since + dds::kReplyPatience);
+  }
+  for (const std::uint64_t id : settling) {
+    if (const auto client = clients.find(id); client != clients.end()) first = std::min(first, client->second->settled);
   }
   return first;
 }
@@ -230,6 +234,7 @@ void DdsMirror::Impl::Services::take_gone(std::uint64_t id) {
     servers.erase(server);
   } else if (const auto client = clients.find(id); client != clients.end()) {
     hide(*client->second);
+    settling.erase(id);
     clients.erase(client);
   }
   server_count = servers.size();

@@ -83,6 +83,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
     std::size_t noted = 0;  // calls that are not sent yet; of the lock below
     std::map<std::int64_t, Sent> waiting;
     bool is_available = false;
+    MonotonicTime settled = kNeverExpires;  // when its server may be called
   };
 
   Services(DdsMirror::Impl& owner, ServiceGraph& of);
@@ -128,6 +129,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   void take_reply(Client& client, const dds::Sample& sample);
   /// After its peers have changed.
   void look_for_servers(Client& client);
+  void look_at_settling();
   /// There will be no answer.
   void fail(const Asker& asker);
 
@@ -155,9 +157,10 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   ServiceGraph& graph;
   std::map<std::uint64_t, std::unique_ptr<Server>> servers;
   std::map<std::uint64_t, std::unique_ptr<Client>> clients;
-  std::set<std::uint64_t> holding;  // servers with answers that are held
-  std::uint32_t last_id = 0;        // of clients and servers together, as the user data has it
-  std::int64_t last_sequence = 0;   // of all clients together
+  std::set<std::uint64_t> holding;   // servers with answers that are held
+  std::set<std::uint64_t> settling;  // clients that have met a server a moment ago
+  std::uint32_t last_id = 0;         // of clients and servers together, as the user data has it
+  std::int64_t last_sequence = 0;    // of all clients together
   Bytes scratch;
   Noted now;
 
