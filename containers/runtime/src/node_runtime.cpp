@@ -198,7 +198,7 @@ class ServicePort final : public ServiceHandle, private PortBase {
       : PortBase(node, group, "service", std::move(name)),
         port_(*member_of_, request, response, callback, node.active(), node.commons().clock, node.is_measured()) {
     port_.describe_as(kind_, name_.c_str());
-    node_.commons().services.add(name_, port_);
+    node_.commons().services.add(name_, node_.identity().fully_qualified(), port_);
     node_.enroll(*this);
     node_.enroll(name_, port_);
   }
@@ -227,15 +227,18 @@ class ServicePort final : public ServiceHandle, private PortBase {
 
 class ClientEnd final : public ClientHandle, private PortBase {
  public:
-  ClientEnd(NodeRuntime& node, std::string name, const msgs::MessageType& request, ResponseCallback callback,
-            const NodeRuntime::GroupPointer& group)
+  ClientEnd(NodeRuntime& node, std::string name, const msgs::MessageType& request, const msgs::MessageType& response,
+            ResponseCallback callback, const NodeRuntime::GroupPointer& group)
       : PortBase(node, group, "client", std::move(name)),
         request_(request),
         port_(*member_of_, callback, node.commons().clock) {
     port_.describe_as(kind_, name_.c_str());
     node_.enroll(*this);
+    id_ =
+        node_.commons().services.add_client({0, false, name_, node_.identity().fully_qualified(), &request, &response});
   }
   ~ClientEnd() override {
+    node_.commons().services.remove_client(id_);
     node_.leave(*this);
     port_.detach();
     node_.executor().forget(port_);
@@ -243,10 +246,10 @@ class ClientEnd final : public ClientHandle, private PortBase {
   std::int64_t send(void* request) override {
     Call call{{port_.handle(), next_}, AnyMessage{request_}};
     request_.move_assign(call.request.get(), request);
-    if (!node_.commons().services.send(name_, request_, std::move(call))) return 0;
+    if (!node_.commons().services.send(name_, request_, std::move(call), id_)) return 0;
     return next_++;
   }
-  bool service_is_ready() const override { return node_.commons().services.is_ready(name_, request_); }
+  bool service_is_ready() const override { return node_.commons().services.is_ready(name_, request_, id_); }
   std::string why_not_wait() const override { return node_.executor().why_not_wait_for(*member_of_); }
 
  private:
@@ -258,6 +261,7 @@ class ClientEnd final : public ClientHandle, private PortBase {
   }
   const msgs::MessageType& request_;
   ClientPort port_;
+  std::uint64_t id_ = 0;
   std::int64_t next_ = 1;
 };
 
@@ -365,9 +369,9 @@ std::unique_ptr<ServiceHandle> NodeRuntime::create_service(const std::string& na
 }
 
 std::unique_ptr<ClientHandle> NodeRuntime::create_client(const std::string& name, const msgs::MessageType& request,
-                                                         const msgs::MessageType&, ResponseCallback callback,
+                                                         const msgs::MessageType& response, ResponseCallback callback,
                                                          const GroupPointer& group) {
-  return std::make_unique<ClientEnd>(*this, name, request, callback, group);
+  return std::make_unique<ClientEnd>(*this, name, request, response, callback, group);
 }
 
 NodeRuntime::GroupPointer NodeRuntime::create_callback_group(CallbackGroupType type) {

@@ -5,72 +5,114 @@
 #include <utility>
 
 namespace nacelle::runtime {
-namespace {
 
-bool answer(const Asker& asker, std::unique_ptr<AnyMessage> response) {
-  const auto client = asker.client.lock();
-  if (!client) return false;
-  auto port = client->lock();  // held while pushing, so that the client cannot go meanwhile
-  if (*port == nullptr) return false;
-  (*port)->push(asker.sequence, std::move(response));
-  return true;
+void ServiceDirectory::add(const std::string& name, const std::string& node, ServerPort& server) {
+  auto ends = ends_.lock();
+  const auto made = ends->servers.emplace(name, Server{&server, ++ends->last_id, node});
+  for (ServiceListener* const listener : ends->listeners) listener->on_made(info_of(name, made->second));
 }
-
-}  // namespace
-
-void ServiceDirectory::add(const std::string& name, ServerPort& server) { servers_.lock()->emplace(name, &server); }
 
 void ServiceDirectory::remove(const std::string& name, ServerPort& server) {
-  auto servers = servers_.lock();
-  const auto [first, last] = servers->equal_range(name);
-  for (auto it = first; it != last; ++it) {
-    if (it->second == &server) {
-      servers->erase(it);
-      return;
-    }
-  }
+  auto ends = ends_.lock();
+  const auto [first, last] = ends->servers.equal_range(name);
+  const auto found = std::find_if(first, last, [&](const auto& entry) { return entry.second.port == &server; });
+  if (found == last) return;
+  const std::uint64_t id = found->second.id;
+  ends->servers.erase(found);
+  for (ServiceListener* const listener : ends->listeners) listener->on_gone(id);
 }
 
-bool ServiceDirectory::send(const std::string& name, const msgs::MessageType& request, Call call) {
-  auto servers = servers_.lock();
-  const auto [first, last] = servers->equal_range(name);
+std::uint64_t ServiceDirectory::add_client(ServiceEndInfo client) {
+  auto ends = ends_.lock();
+  client.id = ++ends->last_id;
+  client.is_server = false;
+  for (ServiceListener* const listener : ends->listeners) listener->on_made(client);
+  const std::uint64_t id = client.id;
+  ends->clients.emplace(id, Client{std::move(client)});
+  return id;
+}
+
+void ServiceDirectory::remove_client(std::uint64_t client) {
+  auto ends = ends_.lock();
+  if (ends->clients.erase(client) == 0) return;
+  for (ServiceListener* const listener : ends->listeners) listener->on_gone(client);
+}
+
+bool ServiceDirectory::send(const std::string& name, const msgs::MessageType& request, Call call,
+                            std::uint64_t client) {
+  auto ends = ends_.lock();
+  const auto [first, last] = ends->servers.equal_range(name);
   for (auto it = first; it != last; ++it) {
-    if (&it->second->request_type() != &request || !it->second->is_open()) continue;
-    it->second->push(std::move(call));
+    ServerPort& server = *it->second.port;
+    if (&server.request_type() != &request || !server.is_open()) continue;
+    server.push(std::move(call));
     return true;
   }
-  return false;
+  const auto asks = ends->clients.find(client);
+  if (asks == ends->clients.end() || asks->second.remote == nullptr) return false;
+  return asks->second.remote->take(std::move(call));
 }
 
-bool ServiceDirectory::is_ready(const std::string& name, const msgs::MessageType& request) const {
-  auto servers = servers_.lock();
-  const auto [first, last] = servers->equal_range(name);
-  for (auto it = first; it != last; ++it) {
-    if (&it->second->request_type() == &request && it->second->is_open()) return true;
-  }
-  return false;
+bool ServiceDirectory::is_ready(const std::string& name, const msgs::MessageType& request, std::uint64_t client) const {
+  auto ends = ends_.lock();
+  const auto [first, last] = ends->servers.equal_range(name);
+  const bool here = std::any_of(first, last, [&](const auto& entry) {
+    return &entry.second.port->request_type() == &request && entry.second.port->is_open();
+  });
+  if (here) return true;
+  const auto asks = ends->clients.find(client);
+  return asks != ends->clients.end() && asks->second.remote != nullptr;
 }
 
 bool ServiceDirectory::is_ready(const std::string& name) const {
-  auto servers = servers_.lock();
-  const auto [first, last] = servers->equal_range(name);
-  return std::any_of(first, last, [](const auto& entry) { return entry.second->is_open(); });
+  auto ends = ends_.lock();
+  const auto [first, last] = ends->servers.equal_range(name);
+  return std::any_of(first, last, [](const auto& entry) { return entry.second.port->is_open(); });
 }
 
 Problem ServiceDirectory::why_not(const std::string& name, const msgs::MessageType& request) const {
-  auto servers = servers_.lock();
-  const auto [first, last] = servers->equal_range(name);
+  auto ends = ends_.lock();
+  const auto [first, last] = ends->servers.equal_range(name);
   std::vector<std::string> others;
   for (auto it = first; it != last; ++it) {
-    const msgs::MessageType& type = it->second->request_type();
+    const msgs::MessageType& type = it->second.port->request_type();
     if (&type == &request) return {"service " + name, "its node is not active", "see `nacelle lifecycle nodes`"};
     others.push_back(service_type_of(type));
   }
   if (!others.empty())
-    return {"service " + name, "has the type " + join(others, " and ") + ", not " + service_type_of(request), ""};
+    return {"service " + name, "has the type " + nacelle::join(others, " and ") + ", not " + service_type_of(request), ""};
   std::vector<std::string> names;
-  for (const auto& [other, server] : *servers) names.push_back(other);
+  for (const auto& [other, server] : ends->servers) names.push_back(other);
   return {"service " + name, "no node of this process offers it", suggestion(name, names)};
+}
+
+ServiceEndInfo ServiceDirectory::info_of(const std::string& name, const Server& server) {
+  return {server.id, true, name, server.node, &server.port->request_type(), &server.port->response_type()};
+}
+
+void ServiceDirectory::join(ServiceListener& listener) {
+  auto ends = ends_.lock();
+  ends->listeners.push_back(&listener);
+  for (const auto& [name, server] : ends->servers) listener.on_made(info_of(name, server));
+  for (const auto& [id, client] : ends->clients) listener.on_made(client.info);
+}
+
+void ServiceDirectory::leave(ServiceListener& listener) { std::erase(ends_.lock()->listeners, &listener); }
+
+void ServiceDirectory::set_remote(std::uint64_t client, RemoteServer* server) {
+  auto ends = ends_.lock();
+  const auto found = ends->clients.find(client);
+  if (found != ends->clients.end()) found->second.remote = server;
+}
+
+ServiceGraph::Sent ServiceDirectory::send(std::uint64_t server, Call call) {
+  auto ends = ends_.lock();
+  const auto found = std::find_if(ends->servers.begin(), ends->servers.end(),
+                                  [&](const auto& entry) { return entry.second.id == server; });
+  if (found == ends->servers.end()) return Sent::Gone;
+  if (!found->second.port->is_open()) return Sent::Closed;
+  found->second.port->push(std::move(call));
+  return Sent::Yes;
 }
 
 std::string service_type_of(const msgs::MessageType& request) {
@@ -101,7 +143,7 @@ void ServerPort::execute(MonotonicTime now) {
   }
   const Call& call = taken.front().call;
   if (!is_open()) {
-    answer(call.asker, nullptr);
+    call.asker.answer(nullptr);
     return;
   }
   std::int64_t number = 0;
@@ -123,7 +165,7 @@ void ServerPort::execute(MonotonicTime now) {
 bool ServerPort::answer_open(std::int64_t call, std::unique_ptr<AnyMessage> response) {
   // The asker may have its answer, or have been told that there will be none.
   const auto taken = open_calls_.lock()->calls.extract(call);
-  return !taken.empty() && answer(taken.mapped(), std::move(response));
+  return !taken.empty() && taken.mapped().answer(std::move(response));
 }
 
 bool ServerPort::send_response(std::int64_t call, void* response) {
@@ -141,8 +183,8 @@ void ServerPort::refuse_all() {
   }
   std::map<std::int64_t, Asker> open;
   open_calls_.lock()->calls.swap(open);
-  for (const auto& entry : open) answer(entry.second, nullptr);
-  for (const Waiting& refused : waiting) answer(refused.call.asker, nullptr);
+  for (const auto& entry : open) entry.second.answer(nullptr);
+  for (const Waiting& refused : waiting) refused.call.asker.answer(nullptr);
 }
 
 void ClientPort::push(std::int64_t sequence, std::unique_ptr<AnyMessage> response) {

@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,71 +14,61 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/node/host.hpp"
+#include "nacelle/node/service_graph.hpp"
 #include "nacelle/runtime/executor.hpp"
 
 namespace nacelle::runtime {
 
-/// A message of a type known at run time only, on the heap.
-class AnyMessage {
- public:
-  explicit AnyMessage(const msgs::MessageType& type)
-      : type_(&type), memory_(::operator new (type.size, std::align_val_t{type.alignment})) {
-    type.construct(memory_);
-  }
-  AnyMessage(AnyMessage&& other) noexcept : type_(other.type_), memory_(std::exchange(other.memory_, nullptr)) {}
-  AnyMessage& operator=(AnyMessage&&) = delete;
-  ~AnyMessage() {
-    if (memory_ == nullptr) return;
-    type_->destroy(memory_);
-    ::operator delete (memory_, std::align_val_t{type_->alignment});
-  }
-  [[nodiscard]] void* get() const { return memory_; }
-  [[nodiscard]] const msgs::MessageType& type() const { return *type_; }
-
- private:
-  const msgs::MessageType* type_;
-  void* memory_;
-};
+using msgs::AnyMessage;
 
 class ServerPort;
-
-/// Takes the answers of calls. Threads: the server's, with locks held: only note it and return.
-class AnswerTaker {
- public:
-  virtual ~AnswerTaker() = default;
-  /// A null response: there will be none.
-  virtual void push(std::int64_t sequence, std::unique_ptr<AnyMessage> response) = 0;
-};
-
-/// Who waits for an answer. The pointer is null once nobody does any more.
-struct Asker {
-  std::weak_ptr<Guarded<AnswerTaker*>> client;
-  std::int64_t sequence;
-};
-
-/// One request on its way; nothing in it belongs to a component.
-struct Call {
-  Asker asker;
-  AnyMessage request;
-};
 
 /// "std_srvs/srv/SetBool" from its request's type.
 [[nodiscard]] std::string service_type_of(const msgs::MessageType& request);
 
-/// Who answers which service of the container. Threads: any.
-class ServiceDirectory {
+/// Who answers which service of the container, and who calls it. Threads: any.
+class ServiceDirectory final : public ServiceGraph {
  public:
-  void add(const std::string& name, ServerPort& server);
+  void add(const std::string& name, const std::string& node, ServerPort& server);
+  /// Twice does no harm.
   void remove(const std::string& name, ServerPort& server);
-  /// Hands the call to the server, or returns false if there is none that is open.
-  [[nodiscard]] bool send(const std::string& name, const msgs::MessageType& request, Call call);
-  [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request) const;
+  /// Returns the client's id. What is not known to the directory can call too, but only servers of this process.
+  [[nodiscard]] std::uint64_t add_client(ServiceEndInfo client);
+  void remove_client(std::uint64_t client);
+  /// Hands the call to a server that is open, to one of this process first; or returns false if there is none.
+  [[nodiscard]] bool send(const std::string& name, const msgs::MessageType& request, Call call,
+                          std::uint64_t client = 0);
+  [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request,
+                              std::uint64_t client = 0) const;
+  /// Of servers of this process.
   [[nodiscard]] bool is_ready(const std::string& name) const;
   /// Why a call would go nowhere: no such service, another type, a server that is not active.
   [[nodiscard]] Problem why_not(const std::string& name, const msgs::MessageType& request) const;
 
+  // ServiceGraph
+  void join(ServiceListener& listener) override;
+  void leave(ServiceListener& listener) override;
+  void set_remote(std::uint64_t client, RemoteServer* server) override;
+  [[nodiscard]] Sent send(std::uint64_t server, Call call) override;
+
  private:
-  Guarded<std::multimap<std::string, ServerPort*>> servers_;
+  struct Server {
+    ServerPort* port;
+    std::uint64_t id;
+    std::string node;
+  };
+  struct Client {
+    ServiceEndInfo info;
+    RemoteServer* remote = nullptr;
+  };
+  struct Ends {
+    std::multimap<std::string, Server> servers;
+    std::map<std::uint64_t, Client> clients;
+    std::vector<ServiceListener*> listeners;
+    std::uint64_t last_id = 0;
+  };
+  [[nodiscard]] static ServiceEndInfo info_of(const std::string& name, const Server& server);
+  Guarded<Ends> ends_;
 };
 
 /// A service's queue of calls.
@@ -103,6 +92,7 @@ class ServerPort final : public Executable {
   [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
   /// Null if it is not measured: 4 KiB less.
   [[nodiscard]] const CallbackStats* stats() const { return stats_.get(); }
+  [[nodiscard]] const msgs::MessageType& response_type() const { return response_; }
 
  private:
   struct Waiting {

@@ -23,6 +23,8 @@ struct EndpointOptions {
   std::uint32_t most_out = 0;
   /// Reader with KEEP_ALL: messages that may wait to be taken.
   std::size_t most_waiting = 1000;
+  /// Reader with KEEP_LAST: so many wait to be taken, if that is more than the history announces.
+  std::size_t least_depth = 0;
 };
 
 /// An endpoint of the other side that is matched now.

@@ -25,7 +25,8 @@ constexpr std::size_t kMostKnownWriters = 64;
 
 Ring ring_for(const EndpointOptions& options) {
   const bool keeps_all = options.qos.history == DdsHistory::KeepAll;
-  return Ring{keeps_all ? options.most_waiting : static_cast<std::size_t>(std::max(options.qos.depth, 1))};
+  const auto depth = static_cast<std::size_t>(std::max(options.qos.depth, 1));
+  return Ring{keeps_all ? options.most_waiting : std::max(depth, options.least_depth)};
 }
 
 }  // namespace

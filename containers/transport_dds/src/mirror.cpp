@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "mirror_impl.hpp"
+#include "mirror_services.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "transport_dds/wire/names.hpp"
 #include "transport_dds/wire/user_data.hpp"
@@ -32,7 +33,7 @@ DdsMirror::Impl::Impl(Graph& g, const Clock& c, MirrorOptions o, std::unique_ptr
       own_nodes(participant->gid()),
       remote(std::in_place, participant->gid()) {}
 
-Result<void, Problem> DdsMirror::Impl::open() {
+Result<void, Problem> DdsMirror::Impl::open(ServiceGraph* service_graph) {
   const msgs::MessageType& type = dds::Snapshot::message_type();
   dds::EndpointOptions with;
   with.topic = dds::kDiscoveryTopic;
@@ -51,6 +52,7 @@ Result<void, Problem> DdsMirror::Impl::open() {
   if (!found) return err(found.error());
   discovery = std::move(*found);
   number = graph.join(*this);
+  if (service_graph != nullptr) services = std::make_unique<Services>(*this, *service_graph);
   thread = std::thread([this] { run(); });
   return {};
 }
@@ -59,6 +61,7 @@ DdsMirror::Impl::~Impl() {
   note([](Noted& to) { to.stopping = true; });
   if (thread.joinable()) thread.join();
   if (number != 0) graph.leave(number);
+  services.reset();
   // Before what they use, and without a word to a graph that may see each go.
   stand_ins.clear();
   writers.clear();
@@ -99,6 +102,10 @@ void DdsMirror::Impl::on_discovery() noexcept {
   note([](Noted& to) { to.discovery = true; });
 }
 
+void DdsMirror::Impl::note_services() noexcept {
+  note([](Noted& to) { to.services = true; });
+}
+
 void DdsMirror::Impl::SnapshotListener::on_data() noexcept {
   mirror.note([](Noted& to) { to.snapshots = true; });
 }
@@ -129,6 +136,7 @@ void DdsMirror::Impl::run() {
     if (now.stopping) return;
     turn();
     due = std::min(show_life(), send_held_up());
+    if (services) due = std::min(due, services->due());
   }
 }
 
@@ -146,6 +154,8 @@ void DdsMirror::Impl::turn() {
   }
   if (now.discovery) take_discovery();
   if (now.snapshots) take_snapshots();
+  // Before the topics: an action's client learns of its goal before it hears of the goal's status and feedback.
+  if (services) services->turn();
   for (const auto id : now.ready) {
     if (const auto writer = writers.find(id); writer != writers.end()) {
       LocalWriter& end = *writer->second;
@@ -165,7 +175,7 @@ void DdsMirror::Impl::turn() {
   if (is_snapshot_new) send_snapshot();
   now.events.clear();
   now.ready.clear();
-  now.discovery = now.snapshots = false;
+  now.discovery = now.snapshots = now.services = false;
 }
 
 void DdsMirror::Impl::tell(const Problem& problem) {
@@ -186,7 +196,8 @@ void DdsMirror::Impl::tell_once(const std::string& key, const Problem& problem) 
 DdsMirror::DdsMirror(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DdsMirror::~DdsMirror() = default;
 
-Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const Clock& clock, MirrorOptions options) {
+Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const Clock& clock, MirrorOptions options,
+                                                             ServiceGraph* services) {
   dds::ParticipantOptions with;
   with.domain_id = options.domain_id;
   with.config = options.config;
@@ -195,7 +206,7 @@ Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const
   auto participant = dds::Participant::create(with);
   if (!participant) return err(participant.error());
   auto impl = std::make_unique<Impl>(graph, clock, std::move(options), std::move(*participant));
-  if (const auto opened = impl->open(); !opened) return err(opened.error());
+  if (const auto opened = impl->open(services); !opened) return err(opened.error());
   return std::unique_ptr<DdsMirror>(new DdsMirror(std::move(impl)));
 }
 
@@ -218,6 +229,7 @@ MirrorStats DdsMirror::stats() const {
   out.hidden = of.hidden_count;
   out.taps = of.taps;
   out.stand_ins = of.stand_in_count;
+  if (of.services) of.services->fill(out);
   return out;
 }
 

@@ -90,9 +90,12 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   struct Noted {
     std::vector<Event> events;
     std::vector<std::uint64_t> ready;
-    bool discovery = false, snapshots = false, stopping = false;
-    [[nodiscard]] bool any() const { return discovery || snapshots || stopping || !events.empty() || !ready.empty(); }
+    bool discovery = false, snapshots = false, services = false, stopping = false;
+    [[nodiscard]] bool any() const {
+      return discovery || snapshots || services || stopping || !events.empty() || !ready.empty();
+    }
   };
+  struct Services;  // mirror_services.hpp
   /// Of the reader of other participants' nodes.
   struct SnapshotListener final : dds::EndpointListener {
     explicit SnapshotListener(Impl& owner) : mirror(owner) {}
@@ -103,7 +106,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
 
   Impl(Graph& graph, const Clock& clock, MirrorOptions options, std::unique_ptr<dds::Participant> participant);
   ~Impl() override;
-  [[nodiscard]] Result<void, Problem> open();
+  [[nodiscard]] Result<void, Problem> open(ServiceGraph* service_graph);
 
   // GraphListener, DiscoveryListener
   void on_made(const EndpointInfo& endpoint) noexcept override;
@@ -113,6 +116,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void on_left(std::uint64_t) noexcept override {}
   void on_discovery() noexcept override;
   void note_ready(LocalEnd& end) noexcept;
+  void note_services() noexcept;
   template <typename F>
   void note(F change) noexcept;
 
@@ -130,8 +134,9 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void make_writer(const EndpointInfo& info);
   void make_reader(const EndpointInfo& info);
   [[nodiscard]] Result<dds::EndpointOptions, Problem> options_for(const EndpointInfo& info) const;
-  void show(const EndpointInfo& info, const dds::Gid& gid);
-  void hide(const EndpointInfo& info, const dds::Gid& gid);
+  /// An endpoint of this node is on the network from now on, or no longer.
+  void show(const std::string& node, const dds::Gid& gid, bool is_writer);
+  void hide(const std::string& node, const dds::Gid& gid, bool is_writer);
   void look_at_status(LocalWriter& end);
   void look_at_status(LocalReader& end);
 
@@ -147,6 +152,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
   void drop_gone();
   void forget(const dds::Gid& gid);
+  /// "/arm/driver", for people.
+  [[nodiscard]] std::string node_of(const dds::Gid& endpoint) const;
   MonotonicTime show_life();
 
   // mirror_messages.cpp
@@ -203,6 +210,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
       stray{0}, snapshots{0}, problems{0}, taps{0}, writer_count{0}, reader_count{0}, stand_in_count{0},
       hidden_count{0};
 
+  std::unique_ptr<Services> services;  // null: topics only
   SnapshotListener snapshot_listener{*this};
   // The last members but the thread: what they tell goes to what is above.
   std::unique_ptr<dds::Writer> snapshot_writer;

@@ -94,7 +94,7 @@ void DdsMirror::Impl::make_writer(const EndpointInfo& info) {
   topics[info.spec.topic].writers.push_back(&made);
   if (!writer) return tell({info.spec.topic, "is not on the network: " + writer.error().text(), ""});
   made.writer = std::move(*writer);
-  show(info, made.writer->gid());
+  show(info.spec.node, made.writer->gid(), true);
   look_at_status(made);
 }
 
@@ -110,7 +110,7 @@ void DdsMirror::Impl::make_reader(const EndpointInfo& info) {
   topics[info.spec.topic].readers.push_back(&made);
   if (!reader) return tell({info.spec.topic, "is not on the network: " + reader.error().text(), ""});
   made.reader = std::move(*reader);
-  show(info, made.reader->gid());
+  show(info.spec.node, made.reader->gid(), false);
   // What came before the end was to be found.
   made.is_status_new = true;
   made.queued = false;
@@ -128,13 +128,13 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
     topic = end.info.spec.topic;
     while (send(end)) {}  // what was published before its end
     if (end.tap) --taps;
-    if (end.writer) hide(end.info, end.writer->gid());
+    if (end.writer) hide(end.info.spec.node, end.writer->gid(), true);
     std::erase(topics.at(topic).writers, &end);
     writers.erase(writer);
   } else if (const auto reader = readers.find(id); reader != readers.end()) {
     LocalReader& end = *reader->second;
     topic = end.info.spec.topic;
-    if (end.reader) hide(end.info, end.reader->gid());
+    if (end.reader) hide(end.info.spec.node, end.reader->gid(), false);
     std::erase(topics.at(topic).readers, &end);
     readers.erase(reader);
   } else {
@@ -148,21 +148,21 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
 }
 
 // A node is there as long as it has ends.
-void DdsMirror::Impl::show(const EndpointInfo& info, const dds::Gid& gid) {
-  if (info.spec.node.empty()) return;
-  const auto [node_namespace, name] = split_node(info.spec.node);
-  if (ends_of_node[info.spec.node]++ == 0) own_nodes.add_node(node_namespace, name);
-  own_nodes.add_endpoint(node_namespace, name, gid, info.is_writer);
+void DdsMirror::Impl::show(const std::string& node, const dds::Gid& gid, bool is_writer) {
+  if (node.empty()) return;
+  const auto [node_namespace, name] = split_node(node);
+  if (ends_of_node[node]++ == 0) own_nodes.add_node(node_namespace, name);
+  own_nodes.add_endpoint(node_namespace, name, gid, is_writer);
   is_snapshot_new = true;
 }
 
-void DdsMirror::Impl::hide(const EndpointInfo& info, const dds::Gid& gid) {
-  if (info.spec.node.empty()) return;
-  own_nodes.remove_endpoint(gid, info.is_writer);
-  if (--ends_of_node[info.spec.node] == 0) {
-    const auto [node_namespace, name] = split_node(info.spec.node);
+void DdsMirror::Impl::hide(const std::string& node, const dds::Gid& gid, bool is_writer) {
+  if (node.empty()) return;
+  own_nodes.remove_endpoint(gid, is_writer);
+  if (--ends_of_node[node] == 0) {
+    const auto [node_namespace, name] = split_node(node);
     own_nodes.remove_node(node_namespace, name);
-    ends_of_node.erase(info.spec.node);
+    ends_of_node.erase(node);
   }
   is_snapshot_new = true;
 }

@@ -20,7 +20,7 @@ std::uint64_t id_of(std::uint32_t link, std::uint64_t count) {
          static_cast<std::uint64_t>(link & 0xFFU) << 32U | (count & 0xFFFFFFFFU);
 }
 
-std::string node_of(const dds::RemoteEndpoint& end) {
+std::string node_name_of(const dds::RemoteEndpoint& end) {
   if (end.node_name == dds::kUnknownNodeName) return "participant " + end.gid.participant().text();
   return (end.node_namespace == "/" ? "" : end.node_namespace) + "/" + end.node_name;
 }
@@ -96,6 +96,11 @@ void DdsMirror::Impl::consider_all(const std::string& topic) {
   for (const auto& end : ends) consider(end);
 }
 
+std::string DdsMirror::Impl::node_of(const dds::Gid& endpoint) const {
+  const auto known = remote.lock()->endpoint(endpoint);
+  return known ? node_name_of(*known) : "participant " + endpoint.participant().text();
+}
+
 // Makes, keeps or drops the stand-in, as this side has a use for it now.
 void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
   if (end.kind != dds::WireKind::Topic) return;
@@ -114,7 +119,7 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
     if (ours.empty()) return;
     return tell_once(end.name + " " + end.type + " " + end.gid.participant().text() + (end.is_writer ? " w" : " r"),
                      {end.name,
-                      node_of(end) + (end.is_writer ? " publishes " : " reads ") + end.type + ", this side has " +
+                      node_name_of(end) + (end.is_writer ? " publishes " : " reads ") + end.type + ", this side has " +
                           join({ours.begin(), ours.end()}) + ": they do not hear each other",
                       "rename one of the topics with a remap, or make both sides use one type"});
   }
@@ -127,7 +132,7 @@ bool DdsMirror::Impl::fits(const dds::RemoteEndpoint& end, const msgs::MessageTy
   if (end.user_data.type_hash.empty() || end.user_data.type_hash == type.hash) return true;
   tell_once(end.name + " " + end.user_data.type_hash,
             {end.name,
-             node_of(end) + " has " + end.type + " as " + end.user_data.type_hash + ", this side as " + type.hash +
+             node_name_of(end) + " has " + end.type + " as " + end.user_data.type_hash + ", this side as " + type.hash +
                  ": they do not hear each other",
              "build both sides with the same message definitions"});
   return false;
@@ -158,7 +163,7 @@ void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::
   spec.topic = end.name;
   spec.type = &type;
   spec.qos = within_reason(end.qos);
-  spec.node = node_of(end);
+  spec.node = node_name_of(end);
   spec.via = number;
   if (end.is_writer) {
     made.writer = graph.create_proxy_writer(spec, made.id);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <initializer_list>
 
 namespace nacelle::transport_dds {
 namespace {
@@ -55,6 +56,24 @@ Result<Call, msgs::DecodeFault> read_call_in_place(ByteSpan payload) {
   const ByteSpan message = payload.subspan(kCallHeaderBytes);
   std::copy_n(payload.begin(), msgs::kEncapsulationSize, message.begin());
   return Call{*header, message};
+}
+
+DdsQos service_qos(std::string_view service_type) {
+  DdsQos qos;
+  qos.depth = 10;
+  const auto slash = service_type.rfind('/');
+  const std::string_view package = service_type.substr(0, service_type.find('/'));
+  const std::string_view name = slash == std::string_view::npos ? "" : service_type.substr(slash + 1);
+  const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (package == "rcl_interfaces" && is_one_of({"DescribeParameters", "GetParameters", "GetParameterTypes",
+                                                "ListParameters", "SetParameters", "SetParametersAtomically"})) {
+    qos.depth = 1000;
+  } else if (package == "composition_interfaces" && is_one_of({"LoadNode", "UnloadNode"})) {
+    qos.depth = 200;
+  }
+  return qos;
 }
 
 ReplyStep reply_step(const std::string* request_writer, std::span<const std::string> reply_readers, Duration waited) {

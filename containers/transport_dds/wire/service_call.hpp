@@ -6,11 +6,14 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "nacelle/base/bytes.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/msgs/message_type.hpp"
+#include "transport_dds/wire/dds_qos.hpp"
+#include "transport_dds/wire/user_data.hpp"
 
 namespace nacelle::transport_dds {
 
@@ -52,6 +55,19 @@ struct Call {
 /// The same without a copy, for whoever alone owns the bytes: the encapsulation is moved down to the body, over the
 /// header's end.
 [[nodiscard]] Result<Call, msgs::DecodeFault> read_call_in_place(ByteSpan payload);
+
+/// The QoS of all four ends of a service: reliable, volatile, and of its type the depth that ROS 2's own nodes have.
+/// `service_type`: "rcl_interfaces/srv/GetParameters". Source: recorded (ddsdump_*.jsonl): rmw_qos_profile_parameters,
+/// component_manager.cpp, rmw_qos_profile_services_default.
+[[nodiscard]] DdsQos service_qos(std::string_view service_type);
+
+/// Whether an end of a service with this user data is of a ROS 2 middleware that is not rmw_cyclonedds: those give the
+/// type's hash and no id. Their requests and replies have no header (rmw_fastrtps has the number in RTPS's inline QoS,
+/// which Cyclone shows to nobody): nothing that they send can be understood here, nor the other way round. Who gives
+/// neither is no ROS 2, and believed. Source: rmw_request.cpp, rmw_client.cpp of rmw_fastrtps (jazzy).
+[[nodiscard]] inline bool has_other_protocol(const EndpointUserData& data) {
+  return !data.type_hash.empty() && data.client_id.empty() && data.service_id.empty();
+}
 
 /// A client sees the replies to all clients of its service; its own is the one that returns its number.
 [[nodiscard]] inline bool is_reply_to(const CallHeader& reply, std::uint64_t own_client) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <lifecycle_msgs/srv/get_state.hpp>
+#include <set>
 
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -138,6 +139,31 @@ TEST(Reply, waits_for_the_reader_of_the_client_that_asked) {
   EXPECT_EQ(reply_step(&client, ours, 500ms), ReplyStep::Send);
   EXPECT_EQ(reply_step(&none, {}, 0ms), ReplyStep::Send) << "a client that names itself not is not waited for";
   EXPECT_EQ(reply_step(nullptr, ours, 0ms), ReplyStep::Drop) << "the client has gone";
+}
+
+TEST(Service, has_the_qos_that_was_recorded) {
+  std::set<std::int32_t> depths;
+  for (const std::string recording : {"lifecycle", "action"}) {
+    for (const auto& endpoint : recorded::endpoints(recording)) {
+      const WireKind kind = ros_name(endpoint.topic).kind;
+      if (kind != WireKind::Request && kind != WireKind::Reply) continue;
+      const std::string half = ros_type_name(endpoint.type).value();
+      const DdsQos qos = service_qos(service_of_half(half).value());
+      EXPECT_EQ(qos, endpoint.qos) << endpoint.topic << ": depth " << qos.depth;
+      depths.insert(qos.depth);
+    }
+  }
+  EXPECT_EQ(depths, (std::set<std::int32_t>{10, 1000}));
+  EXPECT_EQ(service_qos("composition_interfaces/srv/LoadNode").depth, 200);
+  EXPECT_EQ(service_qos("composition_interfaces/srv/ListNodes").depth, 10);
+  EXPECT_EQ(service_qos("").depth, 10);
+}
+
+TEST(Service, of_another_middleware_is_known_by_its_user_data) {
+  EXPECT_FALSE(has_other_protocol({"RIHS01_x", " 1.10.a", ""})) << "a client of rmw_cyclonedds";
+  EXPECT_FALSE(has_other_protocol({"RIHS01_x", "", " 1.10.a"})) << "and its server";
+  EXPECT_TRUE(has_other_protocol({"RIHS01_x", "", ""})) << "rmw_fastrtps";
+  EXPECT_FALSE(has_other_protocol({"", "", ""})) << "no ROS 2";
 }
 
 TEST(Service, is_available_once_both_ends_of_one_server_are_matched) {

@@ -14,6 +14,7 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/node/graph.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/node/service_graph.hpp"
 #include "nacelle/runtime/introspection.hpp"
 
 namespace nacelle::runtime {
@@ -253,6 +254,7 @@ class Container final {
   [[nodiscard]] Transport& transport();
   /// The same, for links to other processes.
   [[nodiscard]] Graph& graph();
+  [[nodiscard]] ServiceGraph& service_graph();
 
   /// Errors: what is wrong with plugin, library or parameters; a name that is taken; a constructor that threw, or has not
   /// returned in time (then the image is kept, and what the constructor makes later is destroyed at once).

@@ -11,6 +11,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/node/graph.hpp"
+#include "nacelle/node/service_graph.hpp"
 #include "transport_dds/wire/export_rules.hpp"
 
 namespace nacelle {
@@ -26,6 +27,8 @@ struct MirrorOptions {
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Ends of other topics are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;
+  /// Whether load_node and unload_node (composition_interfaces) are done for callers outside; else they are refused in words.
+  bool allow_load = false;
   /// What keeps an endpoint from the network, or two of them apart, each once. On the network's thread. Null: the log.
   std::function<void(const Problem&)> on_problem;
 };
@@ -45,6 +48,17 @@ struct MirrorStats {
   std::uint64_t hidden = 0;                ///< Of this side and not on the network, since no rule of export names them.
   std::uint64_t taps = 0;                  ///< Writers whose messages are fetched, now.
   std::uint64_t stand_ins = 0;             ///< For ends of other participants, now.
+
+  // Services. What of them is no message, or comes from a stranger, counts as `broken` and `stray`.
+  std::uint64_t requests = 0;          ///< From outside, handed to a server of this side.
+  std::uint64_t requests_refused = 0;  ///< Too many wait, the node is not active or has gone, or no loading is allowed.
+  std::uint64_t replies = 0;           ///< Sent.
+  std::uint64_t replies_dropped = 0;   ///< Their client had gone, or its reader did not come within 100 ms.
+  std::uint64_t calls = 0;             ///< Of this side, sent.
+  std::uint64_t answers = 0;           ///< To them.
+  std::uint64_t calls_failed = 0;      ///< Their clients were told that there will be no answer.
+  std::uint64_t late = 0;              ///< Answers to calls that nobody waits for any more.
+  std::uint64_t servers = 0, clients = 0;  ///< Of this side on the network, now.
 };
 
 /// Shows a graph on the network as ROS 2 nodes, and brings in what other participants publish (docs/adr/0012).
@@ -55,13 +69,19 @@ struct MirrorStats {
 /// gets a stand-in, so that the graph's own rules judge QoS and tell what happens.
 ///
 /// A publisher never waits for the network: what that cannot follow is overwritten within the writer's depth, and counted.
-/// Not over the network: services, and topics that avoid ROS's naming towards this side.
+/// Services (docs/adr/0013): each server and client has its two endpoints, as rmw_cyclonedds makes them. Callers outside are
+/// answered by servers whose node is active; clients of this side reach servers outside while none of this process is open.
+/// A client is always told in the end, and no more than a bounded number of calls waits on either side.
+/// Not over the network: topics that avoid ROS's naming towards this side, and services of other middlewares than
+/// rmw_cyclonedds, which have another protocol.
 /// Threads: one of its own, "network"; all members from any thread.
 class DdsMirror final {
  public:
-  /// `graph` and `clock` must outlive it. Errors: as Participant::create().
+  /// `graph`, `clock` and `services` must outlive it; without `services` there are only topics. Errors: as
+  /// Participant::create().
   [[nodiscard]] static Result<std::unique_ptr<DdsMirror>, Problem> start(Graph& graph, const Clock& clock,
-                                                                         MirrorOptions options);
+                                                                         MirrorOptions options,
+                                                                         ServiceGraph* services = nullptr);
   DdsMirror(const DdsMirror&) = delete;
   DdsMirror& operator=(const DdsMirror&) = delete;
   /// All leave the network.

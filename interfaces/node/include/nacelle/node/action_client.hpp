@@ -117,8 +117,10 @@ class Client final {
   Client& operator=(const Client&) = delete;
 
   [[nodiscard]] const std::string& get_action_name() const { return name_; }
+  /// All five parts are there. Source: rcl_action_server_is_available.
   [[nodiscard]] bool action_server_is_ready() const {
-    return send_goal_->service_is_ready() && get_result_->service_is_ready() && cancel_goal_->service_is_ready();
+    return send_goal_->service_is_ready() && get_result_->service_is_ready() && cancel_goal_->service_is_ready() &&
+           feedback_->get_publisher_count() != 0 && status_->get_publisher_count() != 0;
   }
   /// Blocks until a server is there and active; negative: without an end. For threads of one's own: in a callback it keeps the
   /// whole executor waiting, where a timer that asks action_server_is_ready() would not. Returns action_server_is_ready().
