@@ -28,12 +28,13 @@ struct Network::Joined {
 struct Network::Joined {};
 #endif
 
-Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, const Clock& clock,
-                 Say say)
+Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph,
+                 ServiceGraph& services, const Clock& clock, Say say)
     : plan_(plan),
       written_(std::move(plan)),
       environment_(std::move(environment)),
       graph_(graph),
+      services_(services),
       clock_(clock),
       say_(std::move(say)) {}
 
@@ -73,8 +74,9 @@ Result<void, Problem> Network::join() {
   options.config = transport_dds::cyclone_config(settings_);
   if (!settings_.security.enclave.empty()) options.enclave = settings_.security.enclave;
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
+  options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
-  auto mirror = DdsMirror::start(graph_, clock_, std::move(options));
+  auto mirror = DdsMirror::start(graph_, clock_, std::move(options), &services_);
   if (mirror) {
     joined_ = std::make_unique<Joined>(Joined{std::move(*mirror)});
   } else {

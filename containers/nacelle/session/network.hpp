@@ -13,6 +13,7 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/launch/network_plan.hpp"
 #include "nacelle/node/graph.hpp"
+#include "nacelle/node/service_graph.hpp"
 #include "nacelle/session/network_links.hpp"
 #include "transport_dds/wire/network_settings.hpp"
 
@@ -30,8 +31,9 @@ namespace nacelle::session {
 class Network {
  public:
   using Say = std::function<void(const std::string& line)>;
-  /// `graph` and `clock` outlive it.
-  Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, const Clock& clock, Say say);
+  /// `graph`, `services` and `clock` outlive it.
+  Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
+          const Clock& clock, Say say);
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
   ~Network();
@@ -65,6 +67,7 @@ class Network {
   const launch::NetworkPlan written_;  // as the launch file has it
   const transport_dds::Environment environment_;
   Graph& graph_;
+  ServiceGraph& services_;
   const Clock& clock_;
   const Say say_;
   transport_dds::NetworkSettings settings_;

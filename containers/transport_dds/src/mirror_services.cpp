@@ -166,6 +166,9 @@ void DdsMirror::Impl::Services::look_at(std::uint64_t id) {
 }
 
 void DdsMirror::Impl::Services::take_made(const ServiceEndInfo& info) {
+  // A list of what others may see names services as it names topics.
+  const auto& exports = mirror.options.exports;
+  if (!exports.empty() && dds::rule_of(exports, info.name, service_type_of(info)) == nullptr) return;
   std::unique_ptr<Server> server;
   std::unique_ptr<Client> client;
   End* end = nullptr;

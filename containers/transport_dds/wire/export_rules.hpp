@@ -11,9 +11,9 @@
 
 namespace nacelle::transport_dds {
 
-/// What leaves the machine of one topic in mode Export.
+/// What leaves the machine of one topic, or that a service may be seen there, in mode Export.
 struct ExportRule {
-  std::string topic;                ///< Fully qualified name.
+  std::string topic;                ///< Fully qualified name; a service's has no limits.
   double max_hz = 0.0;              ///< 0: every message.
   std::size_t max_bytes_per_s = 0;  ///< 0: no limit.
   bool compressed_only = false;     ///< Only the compressed form of an image.

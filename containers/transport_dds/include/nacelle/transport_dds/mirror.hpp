@@ -25,7 +25,7 @@ struct MirrorOptions {
   std::string config;         ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
   std::string enclave = "/";  ///< ROS 2's; without an own one it is "/".
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
-  /// Ends of other topics are not shown, and nothing of them goes either way. Empty: all are.
+  /// Ends of other topics and services are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;
   /// Whether load_node and unload_node (composition_interfaces) are done for callers outside; else they are refused in words.
   bool allow_load = false;
