@@ -36,7 +36,7 @@ option(NACELLE_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 set(NACELLE_SANITIZER "" CACHE STRING "address (with undefined), thread, or empty")
 set_property(CACHE NACELLE_SANITIZER PROPERTY STRINGS "" address thread)
 option(NACELLE_BENCHMARKS "Make the target `benchmarks` (./dev bench)" OFF)
-option(NACELLE_UNITY "Compile several files of a target as one: a build from nothing takes two thirds, one changed file longer" OFF)
+option(NACELLE_UNITY "Compile several files of a target as one: a build from nothing is shorter, one changed file's longer" OFF)
 option(NACELLE_FUZZING "Link fuzz targets with libFuzzer (needs clang)" OFF)
 
 # Then names in anonymous namespaces are one target's, not one file's. A target for which that is too much sets UNITY_BUILD OFF.

@@ -133,7 +133,8 @@ TEST_F(CallbacksTest, every_callback_thread_and_component_is_accounted_for) {
   }
   EXPECT_GT(ticks->latency_max, 0ns);
   EXPECT_GE(ticks->latency_max, ticks->latency_p99);
-  EXPECT_GE(ask->duration_max, answer->duration_max) << "it waited for it";
+  // Not until the answer's callback returned: that may lose its core once it has answered.
+  EXPECT_GE(ask->duration_max, answer->latency_max) << "it waited for it";
 
   container.report_threads(threads);
   EXPECT_EQ(std::ranges::count(threads, "own", &ThreadReport::executor), 3);
