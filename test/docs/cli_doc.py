@@ -24,6 +24,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 os.environ.setdefault("NACELLE_PROGRAM", str(ROOT / "build" / "bin" / "nacelle"))
 os.environ.setdefault("NACELLE_LAUNCH_FILE", str(ROOT / "launch" / "robot.launch.yaml"))
 sys.path.insert(0, str(ROOT / "test" / "system"))
+from machines import enter_own_network  # noqa: E402
 from robot import PROGRAM, SLOW, RunningRobotTest, wait_for  # noqa: E402
 
 DOCUMENT = ROOT / "docs" / "cli.md"
@@ -160,6 +161,7 @@ class Robot(RunningRobotTest):
 
     @classmethod
     def setUpClass(cls):
+        cls.has_own_network = enter_own_network()
         super().setUpClass()
         cls.home = cls.folder / "home"
         cls.home.mkdir()

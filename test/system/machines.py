@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Machines on a LAN of their own, made of network namespaces and veth pairs: what they send reaches nobody else."""
 import contextlib
+import ctypes
 import os
 import subprocess
 import time
@@ -18,6 +19,19 @@ def need_namespaces():
     tried = subprocess.run(["unshare", "-n", "true"], capture_output=True, text=True)
     if tried.returncode != 0 or os.geteuid() != 0:
         raise unittest.SkipTest("network namespaces need root: " + tried.stderr.strip())
+
+
+def enter_own_network():
+    """Takes this process, and what it starts, to a machine with a LAN on which nobody else is. False where that is not allowed."""
+    clone_newnet = 0x40000000  # sched.h; os.unshare() came with Python 3.12
+    if os.geteuid() != 0 or ctypes.CDLL(None).unshare(clone_newnet) != 0:
+        return False
+    ip("link", "set", "lo", "up")
+    with contextlib.suppress(subprocess.CalledProcessError):  # a kernel without such links
+        ip("link", "add", "lan0", "type", "dummy")
+        ip("addr", "add", "192.168.1.20/24", "dev", "lan0")
+        ip("link", "set", "lan0", "up")
+    return True
 
 
 class Machine:

@@ -15,10 +15,15 @@ PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_
 SILENCE_S = 3.0
 # A robot's own variables are those of the test, not of the shell that runs it.
 FOREIGN = ("ROS_", "RMW_", "CYCLONEDDS_")
+# What rmw_cyclonedds makes of ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
+AT_HOME = ("<General><AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+           "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address=\"localhost\"/></Peers></Discovery>")
 LO = '<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>'
 
 
 class NetworkTest(RobotTest):
+    has_own_network = True
+
     @classmethod
     def setUpClass(cls):
         need_namespaces()
@@ -56,13 +61,15 @@ class NetworkTest(RobotTest):
         return robot
 
     def peer(self, vendor, machine, *arguments, **variables):
-        peer = Lines(machine.within(PEERS[vendor], *arguments, "--as-delivered"), {**self.environment, **variables})
+        how = () if {"--at-home", "--on-loopback"} & set(arguments) else ("--as-delivered",)
+        arguments = [word for word in arguments if word != "--on-loopback"]  # which it does by itself
+        peer = Lines(machine.within(PEERS[vendor], *arguments, *how), {**self.environment, **variables})
         self.addCleanup(peer.close)
         peer.wait_for(f"the {vendor} peer is ready", lambda line: line == "ready")
         return peer
 
-    def reads_odometry(self, vendor, machine, **variables):
-        return self.peer(vendor, machine, "echo", "--topic", "rt/odom", "--type", "odometry", "--count", 1000000, **variables)
+    def reads_odometry(self, vendor, machine, *more, **variables):
+        return self.peer(vendor, machine, "echo", "--topic", "rt/odom", "--type", "odometry", "--count", 1000000, *more, **variables)
 
     def nacelle(self, *words, code=0):
         return self.expect_exit(self.run_program(*words), code)
@@ -138,26 +145,57 @@ class Kept(NetworkTest):
         self.assertFalse(stranger.within(SILENCE_S, is_odometry))
         self.assertEqual(self.robot_machine.sent("lan0"), 0, "what a local robot sends stays on lo")
 
-    def check_as_delivered(self, vendor):
-        """A program of ROS 2's on the robot itself, with nothing set: docs/network.md says what it sees."""
+    # What docs/network.md tells people who want to see a local robot with programs on the robot itself.
+
+    def sees(self, vendor, machine, *more, **variables):
+        return self.reads_odometry(vendor, machine, *more, **variables).wait_for(f"{vendor} sees the robot", is_odometry)
+
+    def test_programs_on_the_loopback_see_a_local_robot(self):
         self.start_robot()
-        reader = self.reads_odometry(vendor, self.robot_machine)
-        return reader.within(10 * SLOW, is_odometry)
+        self.sees("cyclone", self.robot_machine, CYCLONEDDS_URI=LO)
+        if "fastdds" in PEERS:
+            self.sees("fastdds", self.robot_machine, "--on-loopback")
 
-    def test_tools_of_ros_on_the_robot_see_a_local_robot_with_the_range_localhost(self):
-        # What rmw_cyclonedds makes of ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
-        rmw = ("<General><AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-               "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address=\"localhost\"/></Peers></Discovery>")
-        self.start_robot(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
-        reader = self.reads_odometry("cyclone", self.robot_machine, CYCLONEDDS_URI=rmw)
-        reader.wait_for("odometry on the robot itself", is_odometry)
+    def test_programs_with_the_range_localhost_see_a_robot_with_the_same(self):
+        robot = self.start_robot(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+        self.assertEqual(robot.line, "network: local only; to show it to the LAN: network:=export")
+        self.sees("cyclone", self.robot_machine, CYCLONEDDS_URI=AT_HOME)
+        if "fastdds" in PEERS:
+            self.sees("fastdds", self.robot_machine, "--at-home")
 
-    def test_what_a_cyclone_program_with_nothing_set_sees_of_a_local_robot(self):
-        print("cyclone as delivered sees a local robot:", self.check_as_delivered("cyclone"))
+    def test_programs_with_the_range_localhost_see_a_local_robot_where_there_is_no_lan(self):
+        alone = self.machine()
+        self.start_robot(machine=alone)
+        self.sees("cyclone", alone, CYCLONEDDS_URI=AT_HOME)
 
-    @unittest.skipUnless("fastdds" in PEERS, "built without the Fast DDS peer")
-    def test_what_a_fast_dds_program_with_nothing_set_sees_of_a_local_robot(self):
-        print("fastdds as delivered sees a local robot:", self.check_as_delivered("fastdds"))
+    def test_programs_that_look_on_the_lan_do_not_see_a_local_robot(self):
+        self.start_robot()
+        readers = [self.reads_odometry(vendor, self.robot_machine) for vendor in PEERS]
+        readers.append(self.reads_odometry("cyclone", self.robot_machine, CYCLONEDDS_URI=AT_HOME))
+        for reader in readers:
+            self.assertFalse(reader.within(SILENCE_S, is_odometry))
+
+    def test_programs_on_the_robot_with_nothing_set_see_an_exported_robot(self):
+        self.start_robot("network:=export")
+        for vendor in PEERS:
+            with self.subTest(vendor=vendor):
+                self.sees(vendor, self.robot_machine)
+
+    def test_more_programs_than_have_a_number_share_the_loopback(self):
+        """33 have one; the rest meet by multicast."""
+        self.start_robot()
+        taken = ["ready"]
+        command = self.robot_machine.within(PEERS["cyclone"], "echo", "--topic", "rt/odom", "--type", "odometry")
+        while "ready" in taken[-1]:
+            self.assertLess(len(taken), 40, "there are 33 numbers")
+            peer = Lines(command, {**self.environment, "CYCLONEDDS_URI": AT_HOME})
+            self.addCleanup(peer.close)
+            taken.append(peer.wait_for("a peer is ready or has no number", lambda line: line == "ready" or "participant index" in line))
+        late = self.start_robot(name="late")
+        self.assertEqual(late.line, "network: local only; to show it to the LAN: network:=export")
+        robots = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"]
+        self.assertEqual([robot["running"] for robot in robots], [True, True])
+        self.sees("cyclone", self.robot_machine, CYCLONEDDS_URI=LO)
 
     def test_a_robot_that_cannot_join_runs_and_says_why(self):
         robot = self.start_robot("network:=export", CYCLONEDDS_URI="<Generall/>")

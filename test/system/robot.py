@@ -36,13 +36,15 @@ def wait_for(what, condition, limit_s=20.0):
 class RobotTest(unittest.TestCase):
     """Each class has a runtime folder of its own, so that its containers are alone."""
 
+    has_own_network = False  # else its robots stay off the network: those of other tests, and of this machine, do not meet them
+
     @classmethod
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="nacelle-system-"))
         cls.environment = {**os.environ, "XDG_RUNTIME_DIR": str(cls.folder)}
         cls.environment.pop("NACELLE_CONTAINER", None)
-        # Robots of other tests, and of this machine, are not to meet ours; network_test.py has networks of its own.
-        cls.environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
+        if not cls.has_own_network:
+            cls.environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
 
     @classmethod
     def tearDownClass(cls):

@@ -106,6 +106,8 @@ Result<std::unique_ptr<ForeignProgram>, Problem> ForeignProgram::start(const Pro
   }
   if (spec.inherited_descriptor >= 0)
     ::posix_spawn_file_actions_adddup2(&actions, spec.inherited_descriptor, kInheritedDescriptor);
+  // Not every library closes its own: a program that kept the network's sockets would keep their ports.
+  ::posix_spawn_file_actions_addclosefrom_np(&actions, kInheritedDescriptor + (spec.inherited_descriptor >= 0 ? 1 : 0));
   if (!spec.working_directory.empty()) ::posix_spawn_file_actions_addchdir_np(&actions, spec.working_directory.c_str());
 
   std::vector<char*> arguments = pointers_to(words), environment = pointers_to(variables);

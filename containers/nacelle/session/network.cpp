@@ -76,7 +76,13 @@ Result<void, Problem> Network::join() {
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
-  auto mirror = DdsMirror::start(graph_, clock_, std::move(options), &services_);
+  auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
+  // Multicast on lo needs no port of a number; only ROS 2's tools with the range LOCALHOST do not find us then.
+  if (!mirror && settings_.discovery == transport_dds::Discovery::Loopback &&
+      mirror.error().what.find("participant index") != std::string::npos) {
+    options.config += ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>";
+    mirror = DdsMirror::start(graph_, clock_, options, &services_);
+  }
   if (mirror) {
     joined_ = std::make_unique<Joined>(Joined{std::move(*mirror)});
   } else {

@@ -13,11 +13,16 @@ namespace {
 // A writer waits for acknowledgements when more than WhcHigh is outstanding, for ever with ROS 2's QoS. A KEEP_LAST
 // history bounds that by itself, and KEEP_ALL is bounded by EndpointOptions::most_out. A message of megabytes comes in
 // one burst: what the socket's buffer does not hold is sent again, much later. The kernel gives as much as
-// net.core.rmem_max allows.
+// net.core.rmem_max allows. A writer that ends waits a moment for readers to acknowledge, each for itself: a peer that
+// has fallen silent must not hold up the end of all.
 constexpr const char* kBefore =
-    "<Internal><Watermarks><WhcHigh>1 GB</WhcHigh></Watermarks><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
-// Not to be had: facts of Debian's 0.10.
-constexpr const char* kAfter = "<SharedMemory><Enable>false</Enable></SharedMemory>";
+    "<Internal><Watermarks><WhcHigh>1 GB</WhcHigh></Watermarks><SocketReceiveBufferSize max=\"8 MiB\"/>"
+    "<WriterLingerDuration>100 ms</WriterLingerDuration></Internal>";
+// Not to be had: facts of Debian's 0.10. Of several receiving threads all but one wait in recv(), and are woken by a packet
+// to this machine's own address: once that address is gone they never end, and the participant's end never returns.
+constexpr const char* kAfter =
+    "<SharedMemory><Enable>false</Enable></SharedMemory>"
+    "<Internal><MultipleReceiveThreads>false</MultipleReceiveThreads></Internal>";
 
 std::string way_out_of(const std::string& said, dds_return_t error, std::uint32_t domain) {
   if (error == DDS_RETCODE_PRECONDITION_NOT_MET)

@@ -52,7 +52,9 @@ std::string general_of(const NetworkSettings& settings) {
 }
 
 std::string discovery_of(const NetworkSettings& settings) {
-  const bool asks_this_machine = settings.discovery == Discovery::Unicast;
+  // On the loopback interface in both ways: with multicast, and as rmw_cyclonedds does for the range LOCALHOST, so that
+  // its tools see us though we have not been told how they look.
+  const bool asks_this_machine = settings.discovery == Discovery::Unicast || settings.discovery == Discovery::Loopback;
   if (!asks_this_machine && settings.peers.empty()) return {};
   std::string peers = asks_this_machine ? R"(<Peer address="localhost"/>)" : "";
   for (const auto& peer : settings.peers) peers += fmt::format(R"(<Peer address="{}"/>)", escaped(peer));

@@ -38,7 +38,7 @@ struct NetworkWish {
 /// How others are found.
 enum class Discovery : std::uint8_t {
   None,
-  Loopback,     ///< Multicast on lo: nothing leaves the machine, whatever the other side sends.
+  Loopback,     ///< On lo, by multicast and by unicast: nothing leaves the machine, whatever the other side sends.
   Unicast,      ///< No multicast: this machine and the peers are asked, as rmw_cyclonedds does for LOCALHOST.
   Multicast,    ///< The network's other machines, and the peers.
   AsConfigured  ///< SYSTEM_DEFAULT: Cyclone's own settings.

@@ -4,6 +4,7 @@
 #include <fastcdr/FastBuffer.h>
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -120,7 +121,15 @@ class FastDds {
  public:
   FastDds(const Options& options, Bell& bell) : bell_(bell) {
     dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
-    if (!options.as_delivered) {
+    if (options.at_home) {
+      // Source: participant.cpp of rmw_fastrtps (jazzy).
+      auto& builtin = qos.wire_protocol().builtin;
+      builtin.metatrafficMulticastLocatorList.clear();
+      builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t{});
+      rtps::Locator_t here;
+      rtps::IPLocator::setIPv4(here, "127.0.0.1");
+      builtin.initialPeersList.push_back(here);
+    } else if (!options.as_delivered) {
       // The loopback interface only, and no shared memory: as a peer on another machine.
       auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
       udp->interfaceWhiteList = {"127.0.0.1"};

@@ -125,6 +125,7 @@ struct Options {
   int count = 1, readers = 1, every_ms = 0;
   double speed = 0;           ///< Of a twist, in m/s.
   bool as_delivered = false;  ///< Interfaces and transports as the DDS has them by itself.
+  bool at_home = false;       ///< The same, as ROS 2's range LOCALHOST has it; Cyclone is told by CYCLONEDDS_URI.
   std::size_t bytes = 64;
   std::int64_t a = 0, b = 0;
   std::optional<unsigned> garbage;  ///< Seed: bytes that are no message, under the type's name.
@@ -150,6 +151,7 @@ inline Options read_options(int argc, char** argv) {
   };
   std::map<std::string, bool*> flags{{"--best-effort", &out.qos.best_effort},
                                      {"--as-delivered", &out.as_delivered},
+                                     {"--at-home", &out.at_home},
                                      {"--transient-local", &out.qos.transient_local},
                                      {"--keep-all", &out.qos.keep_all}};
   if (argc > 1) out.verb = argv[1];

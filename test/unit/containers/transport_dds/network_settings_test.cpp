@@ -44,10 +44,11 @@ TEST(NetworkSettings, are_local_on_lo_if_nobody_asks) {
   EXPECT_EQ(settings.because_of, "");
   EXPECT_THAT(settings.remarks, IsEmpty());
   EXPECT_EQ(network_line(settings), "network: local only; to show it to the LAN: network:=export");
-  EXPECT_EQ(
-      cyclone_config(settings),
-      R"(<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
-      "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General></Domain></CycloneDDS>");
+  EXPECT_EQ(cyclone_config(settings),
+            R"(<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
+            "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General>"
+            "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+            R"(<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>)");
 }
 
 TEST(NetworkSettings, obey_the_range_of_ros) {

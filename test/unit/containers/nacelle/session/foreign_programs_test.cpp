@@ -94,6 +94,19 @@ TEST_F(ForeignPrograms, get_the_environment_that_was_asked_for) {
   EXPECT_EQ(said, "a b::/nowhere\n");
 }
 
+TEST_F(ForeignPrograms, get_no_descriptor_that_is_not_meant_for_them) {
+  // As a library opens its sockets that does not close them for programs.
+  std::array<int, 2> leaky{};
+  ASSERT_EQ(::pipe(leaky.data()), 0);
+  auto program = ForeignProgram::start(shell("exec cat /dev/zero > /dev/null"));
+  ASSERT_TRUE(program);
+  ::close(leaky[1]);
+  // The end of the pipe comes only if nobody has its other side any more.
+  std::array<char, 1> room{};
+  EXPECT_EQ(::read(leaky[0], room.data(), room.size()), 0);
+  ::close(leaky[0]);
+}
+
 TEST_F(ForeignPrograms, do_not_outlive_their_object) {
   pid_t pid = 0;
   {
