@@ -90,7 +90,8 @@ void print_settings(const json& net) {
 std::string words_of_container(const json& container) {
   std::string text = container["name"].get<std::string>() + ": ";
   if (!container.contains("line")) return text + "does not answer";
-  text += container["line"].get<std::string>();
+  const std::string line = container["line"].get<std::string>();
+  text += line.empty() ? "not on the network" : line;
   const auto differs = container["differs"].get<std::vector<std::string>>();
   if (!differs.empty()) text += " (not as here: " + join(differs) + ")";
   return text;
@@ -99,7 +100,7 @@ std::string words_of_container(const json& container) {
 void print(const json& net) {
   if (!net["built_in"].get<bool>())
     row("built", "without Cyclone DDS: no network; " + net["way_out"].get<std::string>());
-  if (net.contains("mode")) print_settings(net);
+  if (net.contains("mode") && net["built_in"] == true) print_settings(net);
   for (const auto& link : net["links"]) {
     row("link", fmt::format("{} {}{}", link["name"].get<std::string>(),
                             words_of(link["addresses"], "without an address"), link["up"].get<bool>() ? "" : ", down"));
