@@ -51,6 +51,7 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
                 : fmt::format("a node {} is being loaded just now; give this one another name", name));
   }
   runtime->set_image(record.library->image());
+  if (node_services) node_services->keep_log(name);
   record.runtime = std::move(runtime);
   return std::make_unique<Host>(record.runtime, making.uses_sim_time ? &commons.simulated() : nullptr);
 }
@@ -139,6 +140,7 @@ void Container::Impl::abandon(const std::shared_ptr<Record>& record) {
     static_cast<void>(runtime->close(commons.clock.now()));
     runtime->withdraw();
     runtime->write_safe_stop();
+    if (node_services) node_services->forget_log(runtime->identity().fully_qualified());
   }
   release_name(*record);
 }
@@ -261,6 +263,8 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   }
   record->errand.reset();
   if (record->failure) {
+    if (impl_->node_services && record->runtime)
+      impl_->node_services->forget_log(record->runtime->identity().fully_qualified());
     static_cast<void>(impl_->finish(*record));
     record->failure->where = where;
     return err(*record->failure);

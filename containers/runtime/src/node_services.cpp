@@ -24,7 +24,6 @@ NodeServices::~NodeServices() = default;
 void NodeServices::begin(Record& record) {
   const std::string node = record.runtime->identity().fully_qualified();
   ParameterStore& store = record.node->parameters();
-  rosout_.add(node);
   record.events = std::make_shared<ParameterEvents>(commons_.broker, commons_.clock, node);
   // The constructor's came before there was somebody to tell: all at once.
   ParameterChange all;

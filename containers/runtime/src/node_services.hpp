@@ -35,6 +35,9 @@ class NodeServices {
   NodeServices(const NodeServices&) = delete;
   NodeServices& operator=(const NodeServices&) = delete;
 
+  /// A node is being made: what its constructor logs is its own. To be taken back with forget_log() if it does not come to be.
+  void keep_log(const std::string& node) { rosout_.add(node); }
+  void forget_log(const std::string& node) { rosout_.remove(node); }
   /// A component is made, has its id, and none of its callbacks runs yet.
   void begin(Record& record);
   /// None of its callbacks runs any more (`returned`), or one does not return.

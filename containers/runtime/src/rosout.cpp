@@ -58,6 +58,7 @@ std::unique_ptr<Writer> Rosout::make_writer(const std::string& node) const {
 }
 
 void Rosout::add(const std::string& node) {
+  if (logger_of(node) == own_name_) return;  // a component named as its container: one writer for both
   auto writer = make_writer(node);
   writers_.lock()->insert_or_assign(logger_of(node), std::move(writer));
 }
@@ -65,7 +66,7 @@ void Rosout::add(const std::string& node) {
 void Rosout::remove(const std::string& node) {
   auto writers = writers_.lock();
   publish_all(*writers);
-  writers->erase(logger_of(node));
+  if (logger_of(node) != own_name_) writers->erase(logger_of(node));
 }
 
 void Rosout::on_line(LogLevel level, std::string_view name, std::string_view text, const LogPlace& place) noexcept {

@@ -5,9 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <rcl_interfaces/msg/log.hpp>
-#include <thread>
+#include <stdexcept>
 
+#include "benchmark/support/recipe.hpp"
 #include "container_fixture.hpp"
 #include "nacelle/qos/presets.hpp"
 #include "nacelle/runtime/broker.hpp"
@@ -91,11 +93,50 @@ TEST_F(RosoutTest, a_line_is_published_by_the_node_that_has_written_it) {
   EXPECT_EQ(node_of(lines.writer()), "/talker");
 }
 
+/// Says something in its constructor, and fails if it is told to.
+class Saying final : public bench::Recipe {
+ public:
+  std::shared_ptr<void> build(LifecycleNode& node) override {
+    node.get_logger().info("being made");
+    if (fails) throw std::runtime_error("no device");
+    return nullptr;
+  }
+  bool fails = false;
+};
+
+TEST_F(RosoutTest, a_line_of_a_constructor_is_the_nodes_and_one_that_fails_leaves_nothing) {
+  Lines lines{container.transport()};
+  Saying recipe;
+  LoadRequest request;
+  request.plugin = "nacelle::bench::Part";
+  request.name = "base";
+  request.parameters = {{"recipe", static_cast<std::int64_t>(std::bit_cast<std::intptr_t>(&recipe))}};
+  const auto loaded = container.load(request);
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(lines.with("being made").name, "base");
+  EXPECT_EQ(node_of(lines.writer()), "/base");
+  recipe.fails = true;
+  request.name = "other";
+  EXPECT_FALSE(container.load(request));
+  EXPECT_EQ(lines.with("being made").name, "other");
+  for (const auto& end : container.endpoints()) EXPECT_NE(end.node, "/other") << end.topic;
+}
+
 TEST_F(RosoutTest, what_is_no_nodes_is_the_containers) {
   Lines lines{container.transport()};
   Logger{"network"}.error("no interface");
   EXPECT_EQ(lines.with("no interface").name, "network");
   EXPECT_EQ(node_of(lines.writer()), "/test");
+}
+
+TEST_F(RosoutTest, a_component_named_as_its_container_shares_its_writer) {
+  Lines lines{container.transport()};
+  const auto twin = load("Talker", {}, "test");
+  Logger{"test"}.info("both");
+  EXPECT_EQ(lines.with("both").name, "test");
+  ASSERT_TRUE(container.unload(twin.id));
+  Logger{"network"}.info("still there");
+  EXPECT_EQ(lines.with("still there").name, "network");
 }
 
 TEST_F(RosoutTest, what_is_not_written_is_not_published) {
