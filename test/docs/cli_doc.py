@@ -179,7 +179,13 @@ class Robot(RunningRobotTest):
 
     @classmethod
     def run_line(cls, line, **options):
-        return cls.run_program(*shlex.split(line), cwd=cls.home, limit_s=90, **options)
+        return cls.run_program(*shlex.split(line), cwd=cls.home, limit_s=90, env=cls.environment_of(line), **options)
+
+    @classmethod
+    def environment_of(cls, line):
+        """A second robot on the domain of the first would be heard by it, and hear it."""
+        starts_one = shlex.split(line)[0] in ("launch", "drive", "container")
+        return {**cls.environment, "ROS_DOMAIN_ID": "1"} if starts_one else cls.environment
 
     def run_example(self, example):
         """What it printed. Fails if it did not exit as it should."""
@@ -198,7 +204,7 @@ class Robot(RunningRobotTest):
                 self.expect_exit(self.run_line(line), 0)
 
     def run_until_interrupted(self, example):
-        program = self.start_program(*shlex.split(example.line), cwd=self.home)
+        program = self.start_program(*shlex.split(example.line), cwd=self.home, env=self.environment_of(example.line))
         # A person's patience, not a synchronisation: the command has no end of its own.
         timer = threading.Timer(example.ends, program.send_signal, [signal.SIGINT])
         timer.start()

@@ -59,7 +59,8 @@ class RobotTest(unittest.TestCase):
     def start_program(cls, *arguments, **options):
         options.setdefault("stdout", subprocess.PIPE)
         options.setdefault("stderr", subprocess.STDOUT)
-        return subprocess.Popen([PROGRAM, *map(str, arguments)], env=cls.environment, text=True, start_new_session=True, **options)
+        options.setdefault("env", cls.environment)
+        return subprocess.Popen([PROGRAM, *map(str, arguments)], text=True, start_new_session=True, **options)
 
     def expect_exit(self, outcome, code):
         self.assertEqual(outcome.returncode, code, f"{outcome.args}\n{outcome.stdout}\n{outcome.stderr}")
