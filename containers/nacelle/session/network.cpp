@@ -28,8 +28,8 @@ struct Network::Joined {
 struct Network::Joined {};
 #endif
 
-Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph,
-                 ServiceGraph& services, const Clock& clock, Say say)
+Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
+                 const Clock& clock, Say say)
     : plan_(plan),
       written_(std::move(plan)),
       environment_(std::move(environment)),
