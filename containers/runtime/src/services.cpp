@@ -80,7 +80,8 @@ Problem ServiceDirectory::why_not(const std::string& name, const msgs::MessageTy
     others.push_back(service_type_of(type));
   }
   if (!others.empty())
-    return {"service " + name, "has the type " + nacelle::join(others, " and ") + ", not " + service_type_of(request), ""};
+    return {"service " + name, "has the type " + nacelle::join(others, " and ") + ", not " + service_type_of(request),
+            ""};
   std::vector<std::string> names;
   for (const auto& [other, server] : ends->servers) names.push_back(other);
   return {"service " + name, "no node of this process offers it", suggestion(name, names)};

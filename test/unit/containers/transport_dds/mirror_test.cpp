@@ -137,6 +137,7 @@ TEST_F(Mirror, neither_fetches_nor_encodes_for_nobody) {
   EXPECT_EQ(here.stats().taps, 1U);
   say(*writer, "for both");
   EXPECT_EQ(hear(there.bell, *remote, 1), Texts{"for both"});
+  EXPECT_TRUE(until([&] { return here.stats().encoded != 0; })) << "counted when it is gone";
   EXPECT_EQ(here.stats().encoded, 1U) << "one, and nothing of what was before";
 
   remote.reset();
