@@ -146,9 +146,10 @@ TEST_P(EveryVendor, is_heard_when_it_publishes) {
 
 TEST_P(EveryVendor, is_heard_when_it_publishes_best_effort) {
   const auto reader = make_reader(test::string_topic("sensor", QoS(5).best_effort()));
-  const auto peer = start({"pub", "--topic", "rt/sensor", "--best-effort"});
+  // That both have found each other does not save the first ones: nobody sends them again.
+  const auto peer = start({"pub", "--topic", "rt/sensor", "--best-effort", "--count", "1000", "--every", "20"});
   let_go(*peer, *reader);
-  EXPECT_EQ(next(*reader), "hello 0");
+  EXPECT_THAT(next(*reader), StartsWith("hello "));
 }
 
 TEST_P(EveryVendor, hears_what_is_published_here) {
