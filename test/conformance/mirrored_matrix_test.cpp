@@ -3,6 +3,7 @@
 // own. Nothing is in step there, so a fence is sent after each round of messages: what was sent before it has arrived when it has.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <set>
 
 #include "mirrored.hpp"
@@ -108,19 +109,28 @@ class MirroredMatrix : public ::testing::Test {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       say(*pairs[i].writer, text);
       if ((i + 1) % kAtOnce != 0 && i + 1 != pairs.size()) continue;
-      say(*fence, text);
-      ASSERT_EQ(hear(there.bell, *fence_seen, 1), Texts{text});
+      const Fence& fence = fences[++rounds % 2];
+      say(*fence.writer, text);
+      ASSERT_EQ(hear(there.bell, *fence.reader, 1), Texts{text});
     }
   }
 
   test::MirroredBroker here{"talker"}, there{"listener"};
   std::vector<Pair> pairs;
-  std::unique_ptr<Writer> fence = here.writer("/fence", QoS(KeepAll{}));
-  std::unique_ptr<Reader> fence_seen = there.reader("/fence", QoS(KeepAll{}));
+  struct Fence {
+    std::unique_ptr<Writer> writer;
+    std::unique_ptr<Reader> reader;
+  };
+  // In turn: a writer's message that comes while the one before is being sent goes before those of others.
+  std::array<Fence, 2> fences{Fence{here.writer("/one", QoS(KeepAll{})), there.reader("/one", QoS(KeepAll{}))},
+                              Fence{here.writer("/two", QoS(KeepAll{})), there.reader("/two", QoS(KeepAll{}))}};
+  std::size_t rounds = 0;
 };
 
 TEST_F(MirroredMatrix, delivers_what_the_specification_says_and_names_the_policies_that_clash) {
-  ASSERT_TRUE(there.bell.until([&] { return fence->reader_count() == 1 && fence_seen->writer_count() == 1; }));
+  for (const Fence& fence : fences) {
+    ASSERT_TRUE(there.bell.until([&] { return fence.writer->reader_count() + fence.reader->writer_count() == 2; }));
+  }
   make_readers(false);
   for (const char* text : {"1", "2", "3", "4", "5"}) say_everywhere(text);
   make_readers(true);
@@ -138,8 +148,7 @@ TEST_F(MirroredMatrix, delivers_what_the_specification_says_and_names_the_polici
     EXPECT_TRUE(clashes.contains(pair.reader->status().last_policy)) << pair.name() << pair.reader->status().last_clash;
   }
   EXPECT_EQ(here.stats().problems + there.stats().problems, 0U);
-  EXPECT_EQ(here.stats().overtaken + here.stats().refused + there.stats().stray, 0U)
-      << here.stats().overtaken << " " << here.stats().refused << " " << there.stats().stray;
+  EXPECT_EQ(here.stats().overtaken + here.stats().refused + there.stats().stray, 0U);
 }
 
 }  // namespace

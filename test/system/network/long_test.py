@@ -22,9 +22,9 @@ class Networks(wire.WireTest):
         mend(meter)
         self.wait_until_heard(robot, meter)
         self.measure(5, robot, meter, "a good wire again")
-        for here in (one, two):
-            self.expect_local_rates(here, SECONDS)
-        self.assertLess(two["rss_kib"], one["rss_kib"] + 1024, "memory grows")
+        self.expect_local_rates(SECONDS, one, two)
+        # Less than five images, which is what each of two histories keeps; a leak of one per second would be nine.
+        self.assertLess(two["rss_kib"], one["rss_kib"] + 4500, "memory grows")
         code, seconds = robot.close()
         self.assertEqual(code, 0)
         self.assertLess(seconds, 5, "the robot's end")
@@ -66,6 +66,7 @@ class Networks(wire.WireTest):
     def test_10_percent_lost_to_reliable_readers(self):
         self.lossy(RELIABLE, 10)
 
+    # Best effort on both sides: of a reliable writer such a reader of Cyclone's never recovers (docs/adr/0012).
     def test_10_percent_lost_to_best_effort_readers(self):
         self.lossy(BEST_EFFORT, 10)
 

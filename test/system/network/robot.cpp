@@ -185,7 +185,7 @@ long wake_ups_of_network() {
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
     std::string line;
     std::ifstream name(task.path() / "comm"), status(task.path() / "status");
-    if (!std::getline(name, line) || !line.starts_with("network")) continue;
+    if (!std::getline(name, line) || (line != "network" && line != "network large")) continue;
     while (std::getline(status, line)) {
       if (line.starts_with("voluntary_ctxt_switches:")) count += std::stol(line.substr(line.find(':') + 1));
     }

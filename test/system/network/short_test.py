@@ -12,7 +12,7 @@ class SlowWire(wire.WireTest):
         self.wait_until_heard(robot, meter)
         self.slow_down("1mbit")
         here, there = self.measure(5, robot, meter, "1 Mbit/s")
-        self.expect_local_rates(here, 5)
+        self.expect_local_rates(5, here)
         for name in SMALL:
             self.assertGreater(there[name]["hz"], 0.8 * STREAMS_HZ[name], f"{name} there")
         self.assertLess(there["image"]["hz"], 1)
