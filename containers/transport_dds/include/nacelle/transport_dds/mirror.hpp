@@ -50,7 +50,9 @@ struct MirrorStats {
 ///
 /// A publisher never waits for the network: what that cannot follow is overwritten within the writer's depth, and counted.
 /// Not over the network: services, and topics that avoid ROS's naming towards this side.
-/// Threads: one of its own, "network"; all members from any thread.
+/// A slow wire holds up large messages (16 KiB and more), and then the small ones go on: one of each writer at a time is sent,
+/// at a pace that leaves room for the others.
+/// Threads: its own "network", and "network large" from the first large message on; all members from any thread.
 class DdsMirror final {
  public:
   /// `graph` and `clock` must outlive it. Errors: as Participant::create().
