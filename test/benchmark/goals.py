@@ -227,6 +227,18 @@ def shared_memory(programs, say):
               f"{run['copied_per_message']:.0f} B/message by the writer, {run['copied_by_reader_per_message']:.0f} by the reader")  # fmt: skip
 
 
+def wire(programs, say):
+    say("a stream of this process with the network beside it, nobody there listens")
+    for size, name in ((0, "44 B"), (900_000, "0.9 MB")):
+        alone, beside = (programs.instructions("wire", few=20_000, many=220_000, mirror=mirror, bytes=size) for mirror in (0, 1))
+        yield row("M14", f"{name}, nobody on the network listens: instructions more", beside - alone, "Ir/message", at_most(5), f"alone {alone:.1f}")
+    calls = programs.syscalls("wire", few=100_000, many=1_100_000, mirror=1)
+    yield row("M14", "nobody listens: system calls", calls, "1/message", at_most(0.001))
+    run = programs.run("wire", mirror=1, messages=100_000)
+    yield row("M14", "nobody listens: mallocs", run["mallocs"] / run["delivered"], "1/message", at_most(0.001))
+    yield row("M14", "nobody listens: messages fetched or encoded", run["encoded"] + run["taps"], "", exactly(0))
+
+
 BENCHMARKS = {
     "m1-inline": inline,
     "m2-asleep": asleep,
@@ -235,6 +247,7 @@ BENCHMARKS = {
     "m5-m6-topologies": topologies,
     "m7-m13-between-processes": between,
     "m8-saturation": saturation,
+    "m14-wire": wire,
     "m19-robot": robot,
     "m20-loading": loading,
 }

@@ -10,7 +10,10 @@
 #include <memory>
 #include <new>
 
-// All of these are called by Cyclone, some on its receiving thread: none may throw, block or believe what came.
+#include "transport_dds/port/pacing.hpp"
+
+// All of these are called by Cyclone, some on its receiving thread: none may throw or believe what came, and none may
+// block but end_lending() on a thread that asked for it.
 namespace nacelle::transport_dds {
 namespace {
 
@@ -84,7 +87,11 @@ ddsi_serdata* lend(const ddsi_serdata* data, std::size_t offset, std::size_t siz
   piece->iov_len = static_cast<ddsrt_iov_len_t>(size);
   return ddsi_serdata_ref(data);
 }
-void end_lending(ddsi_serdata* data, const ddsrt_iovec_t* /*piece*/) noexcept { ddsi_serdata_unref(data); }
+// The datagram with this piece has gone.
+void end_lending(ddsi_serdata* data, const ddsrt_iovec_t* /*piece*/) noexcept {
+  ddsi_serdata_unref(data);
+  Pacing::after_datagram();
+}
 
 /// Samples are not made from messages here: bytes are decoded by whoever takes them.
 bool to_sample(const ddsi_serdata* /*data*/, void* /*sample*/, void** /*memory*/, void* /*limit*/) noexcept {

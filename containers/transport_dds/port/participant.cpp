@@ -64,6 +64,7 @@ Result<std::unique_ptr<Participant>, Problem> Participant::create(const Particip
 Participant::Participant(std::shared_ptr<ParticipantCore> core) : core_(std::move(core)) {}
 Participant::~Participant() = default;
 Gid Participant::gid() const { return core_->gid; }
+void Participant::set_mute(bool mute) { dds_domain_set_deafmute(core_->participant.get(), false, mute, DDS_INFINITY); }
 
 Result<BlobTopic, Problem> make_topic(std::shared_ptr<ParticipantCore> core, const EndpointOptions& options) {
   ddsi_sertype* type = make_blob_type(options.type, options.structure, core->limits);

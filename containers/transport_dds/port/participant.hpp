@@ -53,6 +53,8 @@ class Participant {
   [[nodiscard]] Result<std::unique_ptr<Reader>, Problem> create_reader(const EndpointOptions& options,
                                                                        EndpointListener* listener);
   [[nodiscard]] Result<std::unique_ptr<Discovery>, Problem> create_discovery(DiscoveryListener* listener);
+  /// While it is mute, what is sent goes nowhere and nobody waits: for the end of a message that takes long.
+  void set_mute(bool mute);
 
  private:
   explicit Participant(std::shared_ptr<ParticipantCore> core);

@@ -6,6 +6,7 @@
 #include "transport_dds/port/core.hpp"
 #include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/cyclone_qos.hpp"
+#include "transport_dds/port/pacing.hpp"
 
 namespace nacelle::transport_dds {
 
@@ -115,6 +116,7 @@ Writer::Sent Writer::write(OutgoingPayload payload, WallTime source_time) {
   finish_bytes(*blob);
   blob->timestamp.v = source_time.nanoseconds();
   blob->statusinfo = 0;
+  const Pacing pacing{blob->size < kPacedFrom ? nullptr : blob->type};
   const dds_return_t did = dds_forwardcdr(self.writer.get(), blob);  // takes over the reference in every case
   if (did == DDS_RETCODE_OK) {
     self.written.fetch_add(1, std::memory_order_relaxed);

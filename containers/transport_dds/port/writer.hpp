@@ -43,7 +43,9 @@ class Writer {
     Failed,   ///< No CDR (its first bytes say so), or Cyclone does not take it.
   };
   /// Sends it to all that are matched and keeps it as the QoS says. Nothing is copied, but into packets. Waits for room
-  /// in the socket, and with KEEP_ALL for max_blocking at most: not for a publisher's thread.
+  /// in the socket, a long message (pacing.hpp) for as long as the wire needs, and with KEEP_ALL for max_blocking at most:
+  /// not for a publisher's thread. Meanwhile matched() and the destructor wait too; so does the end of any endpoint of
+  /// the participant.
   Sent write(OutgoingPayload payload, WallTime source_time);
 
   /// Shows life without a message (liveliness manual_by_topic).

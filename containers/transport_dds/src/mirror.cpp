@@ -60,11 +60,17 @@ Result<void, Problem> DdsMirror::Impl::open(ServiceGraph* service_graph) {
 DdsMirror::Impl::~Impl() {
   note([](Noted& to) { to.stopping = true; });
   if (thread.joinable()) thread.join();
+  // The message that is on its way may need minutes more; the goodbyes must not be lost with it.
+  const bool hurries = lane.is_busy();
+  if (hurries) participant->set_mute(true);
+  lane.stop();
+  if (hurries) participant->set_mute(false);
   if (number != 0) graph.leave(number);
   services.reset();
   // Before what they use, and without a word to a graph that may see each go.
   stand_ins.clear();
   writers.clear();
+  ending.clear();
   readers.clear();
 }
 
@@ -161,14 +167,20 @@ void DdsMirror::Impl::turn() {
       LocalWriter& end = *writer->second;
       // Before the look: what comes during it is told again.
       end.queued = false;
-      if (end.is_status_new.exchange(false)) look_at_status(end);
-      send(end);
+      const bool busy = is_busy(end);
+      // Cyclone answers no question about a writer that writes; the lane tells when it is done.
+      if (!end.at_lane && end.is_status_new.exchange(false)) look_at_status(end);
+      if (!busy) send(end);
+      count_overtaken(end);
     } else if (const auto reader = readers.find(id); reader != readers.end()) {
       LocalReader& end = *reader->second;
       end.queued = false;
       if (end.is_status_new.exchange(false)) look_at_status(end);
       receive(topics.at(end.info.spec.topic));
       tell_losses(end);
+    } else if (auto last = ending.extract(id); last) {
+      last.mapped()->queued = false;
+      wind_up(std::move(last.mapped()));
     }
   }
   drop_gone();

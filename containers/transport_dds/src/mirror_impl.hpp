@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "mirror_lane.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
@@ -42,6 +43,12 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     EndpointInfo info;
     std::atomic<bool> queued{false}, is_status_new{false};
   };
+  /// What has become of a message.
+  struct Written {
+    enum class How : std::uint8_t { Sent, HeldUp, Failed, TooMuch } how = How::Failed;
+    std::size_t bytes = 0;
+  };
+  /// While a message is `at_lane`, the other thread uses `writer` and `unsent`, and this one nothing of the writer's.
   struct LocalWriter final : LocalEnd {
     using LocalEnd::LocalEnd;
     ~LocalWriter() override { drop_unsent(); }
@@ -53,7 +60,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     Block* unsent = nullptr;   // taken from the tap; DDS, or the rule of its export, had no room for it yet
     bool is_admitted = false;  // by the rule: `unsent`
     std::uint64_t told_overwritten = 0;
-    bool showed_life = false, told_refused = false;
+    bool showed_life = false, told_refused = false, at_lane = false;
+    Written by_lane;  // valid once lane_done
+    std::atomic<bool> lane_done{false};
+    MonotonicTime gives_up_at;            // of one that has ended here
     std::unique_ptr<dds::Writer> writer;  // null: refused. Its calls end before what is above
     std::unique_ptr<ProxyReader> tap;
   };
@@ -131,6 +141,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void take(const Event& event);
   void take_made(const EndpointInfo& info);
   void take_gone(std::uint64_t id);
+  void wind_up(std::unique_ptr<LocalWriter> end);
+  void bury(std::shared_ptr<LocalEnd> end);
   void make_writer(const EndpointInfo& info);
   void make_reader(const EndpointInfo& info);
   [[nodiscard]] Result<dds::EndpointOptions, Problem> options_for(const EndpointInfo& info) const;
@@ -159,13 +171,19 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   // mirror_messages.cpp
   /// Sends what has been published; true if it stopped before the end, for others to have their turn.
   bool send(LocalWriter& end);
+  /// Threads: the writer's for the moment.
+  [[nodiscard]] Written write(LocalWriter& end, const Block& block, std::size_t bytes) const;
+  void count_overtaken(LocalWriter& end);
+  void write_at_lane(LocalWriter& end, std::size_t bytes);
   /// False: a KEEP_ALL writer has no room for it now.
-  [[nodiscard]] bool send(LocalWriter& end, const Block& block);
+  [[nodiscard]] bool settle(LocalWriter& end, const Written& did);
+  /// A large message is still being sent, or has come back since there was no room for it.
+  [[nodiscard]] bool is_busy(LocalWriter& end);
   MonotonicTime send_held_up();
   void hold_up(const LocalWriter& end, MonotonicTime until);
   enum class Passage : std::uint8_t { Goes, Waits, Dropped };
   /// What the rule of its export says of the message that is to be sent.
-  [[nodiscard]] Passage passage_of(LocalWriter& end);
+  [[nodiscard]] Passage passage_of(LocalWriter& end, std::size_t bytes);
   /// Hands on what has come for these readers; true if it stopped before the end, for others to have their turn.
   bool receive(TopicUse& use);
   [[nodiscard]] StandIn* stand_in_of(const dds::Sample& sample);
@@ -182,6 +200,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
 
   std::map<std::uint64_t, std::unique_ptr<LocalWriter>> writers;
   std::map<std::uint64_t, std::unique_ptr<LocalReader>> readers;
+  std::map<std::uint64_t, std::unique_ptr<LocalWriter>> ending;  // gone here, with a large message on its way
   std::map<std::string, TopicUse, std::less<>> topics;
   std::map<dds::Gid, StandIn> stand_ins;
   std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
@@ -216,6 +235,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::unique_ptr<dds::Writer> snapshot_writer;
   std::unique_ptr<dds::Reader> snapshot_reader;
   std::unique_ptr<dds::Discovery> discovery;
+  MirrorLane lane;  // for large messages
   std::thread thread;
 };
 

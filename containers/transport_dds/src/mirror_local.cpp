@@ -17,6 +17,9 @@ std::pair<std::string, std::string> split_node(const std::string& node) {
   return {slash == 0 ? "/" : node.substr(0, slash), node.substr(slash + 1)};
 }
 
+// For large messages of a writer that has ended.
+constexpr Duration kLastWords = 1s;
+
 bool keeps_history(const EndpointInfo& writer) {
   return writer.spec.qos.resolved().durability() == Durability::TransientLocal;
 }
@@ -124,19 +127,20 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
   }
   std::string topic;
   if (const auto writer = writers.find(id); writer != writers.end()) {
-    LocalWriter& end = *writer->second;
-    topic = end.info.spec.topic;
-    while (send(end)) {}  // what was published before its end
-    if (end.tap) --taps;
-    if (end.writer) hide(end.info.spec.node, end.writer->gid(), true);
-    std::erase(topics.at(topic).writers, &end);
+    std::unique_ptr<LocalWriter> end = std::move(writer->second);
+    topic = end->info.spec.topic;
+    if (end->writer) hide(end->info.spec.node, end->writer->gid(), true);
+    std::erase(topics.at(topic).writers, end.get());
     writers.erase(writer);
+    end->gives_up_at = clock.now() + kLastWords;
+    wind_up(std::move(end));
   } else if (const auto reader = readers.find(id); reader != readers.end()) {
-    LocalReader& end = *reader->second;
-    topic = end.info.spec.topic;
-    if (end.reader) hide(end.info.spec.node, end.reader->gid(), false);
-    std::erase(topics.at(topic).readers, &end);
+    std::unique_ptr<LocalReader> end = std::move(reader->second);
+    topic = end->info.spec.topic;
+    if (end->reader) hide(end->info.spec.node, end->reader->gid(), false);
+    std::erase(topics.at(topic).readers, end.get());
     readers.erase(reader);
+    bury(std::move(end));
   } else {
     return;
   }
@@ -145,6 +149,27 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
   consider_all(topic);
   const TopicUse& use = topics.at(topic);
   if (use.writers.empty() && use.readers.empty()) topics.erase(topic);
+}
+
+// Sends what was published before its end, and of large messages those that get away in time.
+void DdsMirror::Impl::wind_up(std::unique_ptr<LocalWriter> end) {
+  const bool busy = is_busy(*end);
+  if (!busy && clock.now() < end->gives_up_at) {
+    while (send(*end)) {}
+  }
+  if (end->at_lane) {
+    const std::uint64_t id = end->info.id;
+    ending.insert_or_assign(id, std::move(end));
+    return;
+  }
+  count_overtaken(*end);
+  if (end->tap) --taps;
+  bury(std::move(end));
+}
+
+// While a message is being sent, Cyclone lets nobody end an endpoint.
+void DdsMirror::Impl::bury(std::shared_ptr<LocalEnd> end) {
+  if (lane.is_busy()) lane.add([end = std::move(end)] {});
 }
 
 // A node is there as long as it has ends.

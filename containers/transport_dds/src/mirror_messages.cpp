@@ -10,6 +10,8 @@ namespace {
 
 // Then it is the turn of the others.
 constexpr int kMostSentAtOnce = 16, kMostReceivedAtOnce = 256;
+// More than one datagram: what a slow wire holds up, and then whatever comes behind it on the same thread.
+constexpr std::size_t kLarge = std::size_t{16} << 10U;
 // For KEEP_ALL writers whose slowest reliable reader has not acknowledged enough.
 constexpr Duration kRetryAfter = 5ms;
 
@@ -18,69 +20,107 @@ constexpr Duration kRetryAfter = 5ms;
 // --- to the network --------------------------------------------------------------------------------------------------
 
 bool DdsMirror::Impl::send(LocalWriter& end) {
+  if (is_busy(end)) return false;
   int sent = 0;
   bool went = false;
   if (end.tap) {
     for (; sent < kMostSentAtOnce; ++sent) {
       if (end.unsent == nullptr) end.unsent = end.tap->take();
       if (end.unsent == nullptr) break;
-      const Passage passage = passage_of(end);
+      const std::size_t bytes = end.info.spec.type->encoded_size(end.unsent->message);
+      const Passage passage = passage_of(end, bytes);
       if (passage == Passage::Waits) break;
-      if (passage == Passage::Goes && !send(end, *end.unsent)) {
-        hold_up(end, clock.now() + kRetryAfter);
+      if (passage == Passage::Dropped) {
+        end.drop_unsent();
+        continue;
+      }
+      if (bytes >= kLarge) {
+        write_at_lane(end, bytes);
         break;
       }
-      went = went || passage == Passage::Goes;
-      end.drop_unsent();
+      if (!settle(end, write(end, *end.unsent, bytes))) break;
+      went = true;
     }
-    const std::uint64_t overwritten = end.tap->counters().overwritten;
-    overtaken += overwritten - std::exchange(end.told_overwritten, overwritten);
     if (sent == kMostSentAtOnce) note_ready(end);
   }
   // A message shows it too.
-  if (std::exchange(end.showed_life, false) && !went && end.writer) end.writer->assert_liveliness();
+  if (!end.at_lane && std::exchange(end.showed_life, false) && !went && end.writer) end.writer->assert_liveliness();
   return sent == kMostSentAtOnce;
 }
 
-bool DdsMirror::Impl::send(LocalWriter& end, const Block& block) {
-  const msgs::MessageType& type = *end.info.spec.type;
-  const std::size_t bytes = type.encoded_size(block.message);
+void DdsMirror::Impl::count_overtaken(LocalWriter& end) {
+  if (!end.tap) return;
+  const std::uint64_t overwritten = end.tap->counters().overwritten;
+  overtaken += overwritten - std::exchange(end.told_overwritten, overwritten);
+}
+
+// One of each writer at a time, so that they keep their order and large streams take turns.
+void DdsMirror::Impl::write_at_lane(LocalWriter& end, std::size_t bytes) {
+  end.at_lane = true;
+  lane.add([this, &end, bytes] {
+    end.by_lane = write(end, *end.unsent, bytes);
+    end.lane_done = true;
+    note_ready(end);
+  });
+}
+
+bool DdsMirror::Impl::is_busy(LocalWriter& end) {
+  if (!end.at_lane) return false;
+  if (!end.lane_done.exchange(false)) return true;
+  end.at_lane = false;
+  return !settle(end, end.by_lane);
+}
+
+DdsMirror::Impl::Written DdsMirror::Impl::write(LocalWriter& end, const Block& block, std::size_t bytes) const {
+  using enum Written::How;
   const bool keeps_all = end.info.spec.qos.resolved().keeps_all();
   auto payload = end.writer->borrow(bytes);
   if (!payload) {
-    if (keeps_all && bytes <= options.most_message_bytes && end.writer->out_count() != 0) return false;
-    ++refused;
+    const bool later = keeps_all && bytes <= options.most_message_bytes && end.writer->out_count() != 0;
+    return {later ? HeldUp : TooMuch, bytes};
+  }
+  end.info.spec.type->encode(block.message, payload.bytes().data());
+  const WallTime source_time = clock.wall_now() - (clock.now() - block.info.source_time);
+  const auto did = end.writer->write(std::move(payload), source_time);
+  if (did == dds::Writer::Sent::Refused && keeps_all) return {HeldUp, bytes};
+  return {did == dds::Writer::Sent::Yes ? Sent : Failed, bytes};
+}
+
+bool DdsMirror::Impl::settle(LocalWriter& end, const Written& did) {
+  using enum Written::How;
+  if (did.how == HeldUp) {
+    hold_up(end, clock.now() + kRetryAfter);
+    return false;
+  }
+  if (did.how != Sent) ++refused;
+  if (did.how == TooMuch) {
     if (!std::exchange(end.told_refused, true))
       tell({end.info.spec.topic,
-            "a message of " + std::to_string(bytes) +
+            "a message of " + std::to_string(did.bytes) +
                 " bytes did not go to the network: it is too long, or too many are on their way; the others of this "
                 "topic are only counted",
             ""});
-    return true;
+  } else {
+    ++encoded;
+    bytes_encoded += did.bytes;
+    end.tap->note_copied(did.bytes);
   }
-  type.encode(block.message, payload.bytes().data());
-  const WallTime source_time = clock.wall_now() - (clock.now() - block.info.source_time);
-  const auto did = end.writer->write(std::move(payload), source_time);
-  if (did == dds::Writer::Sent::Refused && keeps_all) return false;
-  ++encoded;
-  bytes_encoded += bytes;
-  end.tap->note_copied(bytes);
-  if (did != dds::Writer::Sent::Yes) ++refused;
+  end.drop_unsent();
   return true;
 }
 
 // Of a writer with history the last word counts, however late: its messages wait for their turn. Of the others those
 // that are too many are left out, by the times at which they were published.
-DdsMirror::Impl::Passage DdsMirror::Impl::passage_of(LocalWriter& end) {
-  auto& gate = topics.at(end.info.spec.topic).gate;
-  if (!gate || end.is_admitted) return Passage::Goes;
-  const std::size_t bytes = end.info.spec.type->encoded_size(end.unsent->message);
+DdsMirror::Impl::Passage DdsMirror::Impl::passage_of(LocalWriter& end, std::size_t bytes) {
+  const auto topic = topics.find(end.info.spec.topic);  // none: of one that has ended, and was the last
+  if (topic == topics.end() || !topic->second.gate || end.is_admitted) return Passage::Goes;
+  dds::ExportGate& gate = *topic->second.gate;
   const bool waits = end.info.spec.qos.resolved().durability() == Durability::TransientLocal;
   const MonotonicTime at = waits ? clock.now() : end.unsent->info.source_time;
-  end.is_admitted = gate->admits(at, bytes);
+  end.is_admitted = gate.admits(at, bytes);
   if (end.is_admitted) return Passage::Goes;
   if (waits) {
-    hold_up(end, gate->due(at, bytes));
+    hold_up(end, gate.due(at, bytes));
     return Passage::Waits;
   }
   ++held_back;

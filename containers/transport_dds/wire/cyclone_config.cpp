@@ -45,10 +45,13 @@ std::string interfaces_of(const NetworkSettings& settings) {
 std::string general_of(const NetworkSettings& settings) {
   std::string general = interfaces_of(settings);
   if (settings.discovery == Discovery::Unicast) general += "<AllowMulticast>false</AllowMulticast>";
-  // Datagrams as large as lo carries: in Cyclone's own of 1.5 kB a message of megabytes drowns.
-  if (settings.discovery == Discovery::Loopback)
-    general += "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>";
-  return general.empty() ? general : "<General>" + general + "</General>";
+  // Datagrams as large as lo carries: in Cyclone's own of 1.5 kB a message of megabytes drowns. Elsewhere one in a frame of
+  // Ethernet (IPv6's header taken off): of larger ones the pieces that arrive fill the kernel's memory for
+  // reassembly when others are lost, and then not even a scan arrives.
+  general += settings.discovery == Discovery::Loopback
+                 ? "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>"
+                 : "<MaxMessageSize>1452B</MaxMessageSize>";
+  return "<General>" + general + "</General>";
 }
 
 std::string discovery_of(const NetworkSettings& settings) {
@@ -68,10 +71,10 @@ std::string discovery_of(const NetworkSettings& settings) {
 
 std::string cyclone_config(const NetworkSettings& settings) {
   NACELLE_EXPECT(settings.mode != NetworkMode::Off, "a network that is off has no configuration");
-  std::string config = general_of(settings) + discovery_of(settings);
-  if (!config.empty()) config = "<CycloneDDS><Domain>" + config + "</Domain></CycloneDDS>";
-  if (!config.empty() && !settings.cyclonedds_uri.empty()) config += ",";
-  return config + settings.cyclonedds_uri;
+  std::string config =
+      "<CycloneDDS><Domain>" + general_of(settings) + discovery_of(settings) + "</Domain></CycloneDDS>";
+  if (!settings.cyclonedds_uri.empty()) config += "," + settings.cyclonedds_uri;
+  return config;
 }
 
 PortRange ports_of_domain(int domain, int most_index) {

@@ -14,8 +14,7 @@ namespace nacelle::transport_dds {
 /// of them. rmw_cyclonedds' number: both sides must have the same.
 inline constexpr int kMostParticipantIndex = 32;
 
-/// What dds_create_domain() gets: our settings, then CYCLONEDDS_URI's, separated by ',' as Cyclone wants it; empty: its
-/// defaults.
+/// What dds_create_domain() gets: our settings, then CYCLONEDDS_URI's, separated by ',' as Cyclone wants it.
 /// Precondition: the mode is not Off.
 /// Source: check_create_domain of rmw_node.cpp (jazzy) for Unicast; docs/manual/options.md of Cyclone 0.10.
 [[nodiscard]] std::string cyclone_config(const NetworkSettings& settings);

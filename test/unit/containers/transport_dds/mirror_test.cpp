@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <random>
 #include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/header.hpp>
@@ -310,6 +312,66 @@ TEST_F(Mirror, brings_an_image_of_eight_megabytes_whole) {
   Block* const got = reader->take();
   EXPECT_TRUE(*static_cast<const Image*>(got->message) == sent);
   drop_reference(*got);
+}
+
+TEST_F(Mirror, keeps_the_order_of_large_and_small_messages_of_a_writer) {
+  const QoS all{KeepAll{}};
+  auto reader = there.reader("/mixed", all);
+  auto writer = here.writer("/mixed", all);
+  ASSERT_TRUE(joined(*writer, *reader));
+  Texts sent;
+  for (int i = 0; i < 60; ++i) {
+    sent.push_back(std::to_string(i) + std::string(i % 3 == 0 ? 50'000 : 5, 'x'));
+    say(*writer, sent.back());
+  }
+  EXPECT_EQ(hear(there.bell, *reader, sent.size()), sent);
+  EXPECT_EQ(here.stats().overtaken + here.stats().refused, 0U);
+}
+
+TEST_F(Mirror, sends_the_large_messages_of_a_writer_that_has_ended) {
+  auto reader = there.reader("/ending", QoS(5));
+  auto writer = here.writer("/ending", QoS(5));
+  ASSERT_TRUE(joined(*writer, *reader));
+  Texts sent;
+  for (char c : {'a', 'b', 'c', 'd'}) {
+    sent.emplace_back(200'000, c);
+    say(*writer, sent.back());
+  }
+  writer.reset();
+  EXPECT_EQ(hear(there.bell, *reader, sent.size()), sent);
+  EXPECT_TRUE(until([&] { return reader->writer_count() == 0 && here.stats().writers + here.stats().taps == 0; }));
+}
+
+// Context switches of the threads of that name that nobody forced.
+std::uint64_t sleeps_of_threads(const std::string& name) {
+  std::uint64_t count = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream comm(task.path() / "comm"), status(task.path() / "status");
+    std::string line;
+    if (!std::getline(comm, line) || !line.starts_with(name)) continue;
+    const std::string key = "voluntary_ctxt_switches:";
+    while (std::getline(status, line)) {
+      if (line.starts_with(key)) count += std::stoull(line.substr(key.size()));
+    }
+  }
+  return count;
+}
+
+TEST_F(Mirror, sleeps_while_nobody_on_the_network_listens) {
+  there.mirror.reset();
+  auto writer = here.writer("/lonely");
+  auto local = here.reader("/lonely");
+  const auto rests = [&, last = std::uint64_t{0}]() mutable {
+    const std::uint64_t now = sleeps_of_threads("network");
+    return std::exchange(last, now) == now && here.stats().snapshots != 0;
+  };
+  ASSERT_TRUE(until([&] { return here.stats().writers + here.stats().readers == 2; }));
+  ASSERT_TRUE(until(rests));
+  // A wake-up by something that is not the messages would be one, not one for each.
+  const std::uint64_t before = sleeps_of_threads("network");
+  for (int i = 0; i < 1000; ++i) say(*writer, "x");
+  EXPECT_LT(sleeps_of_threads("network") - before, 10U);
+  EXPECT_EQ(here.stats().encoded + here.stats().taps, 0U);
 }
 
 TEST_F(Mirror, counts_bytes_that_are_no_message_and_goes_on) {

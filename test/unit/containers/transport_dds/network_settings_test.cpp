@@ -55,12 +55,15 @@ TEST(NetworkSettings, obey_the_range_of_ros) {
   const auto of = [](const char* range) { return settings_of({}, {{kRange, range}}); };
   EXPECT_EQ(of("OFF").mode, NetworkMode::Off);
   EXPECT_EQ(of("SUBNET").mode, NetworkMode::Export);
-  EXPECT_EQ(cyclone_config(of("SUBNET")), "") << "Cyclone's defaults, as rmw_cyclonedds has them";
-  EXPECT_EQ(cyclone_config(of("SYSTEM_DEFAULT")), "");
+  const std::string frames =
+      "<CycloneDDS><Domain><General><MaxMessageSize>1452B</MaxMessageSize></General></Domain></CycloneDDS>";
+  EXPECT_EQ(cyclone_config(of("SUBNET")), frames) << "Cyclone's defaults but for this, as rmw_cyclonedds has them";
+  EXPECT_EQ(cyclone_config(of("SYSTEM_DEFAULT")), frames);
   EXPECT_EQ(of("LOCALHOST").mode, NetworkMode::Local);
   EXPECT_EQ(of("LOCALHOST").because_of, kRange);
   EXPECT_EQ(cyclone_config(of("LOCALHOST")),
-            "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General>"
+            "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast><MaxMessageSize>1452B</"
+            "MaxMessageSize></General>"
             "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
             R"(<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>)");
 }
@@ -136,7 +139,8 @@ TEST(NetworkSettings, leave_cyclonedds_uri_the_last_word_and_say_so) {
   EXPECT_THAT(cyclone_config(settings), ::testing::EndsWith("</CycloneDDS>,file:///etc/cyclone.xml"));
   EXPECT_THAT(remarks_of(settings), HasSubstr("CYCLONEDDS_URI"));
   EXPECT_THAT(network_line(settings), HasSubstr("as CYCLONEDDS_URI allows"));
-  EXPECT_EQ(cyclone_config(settings_of({}, {{"CYCLONEDDS_URI", "x"}, {kRange, "SUBNET"}})), "x");
+  EXPECT_THAT(cyclone_config(settings_of({}, {{"CYCLONEDDS_URI", "x"}, {kRange, "SUBNET"}})),
+              ::testing::EndsWith(",x"));
 }
 
 TEST(NetworkSettings, of_a_network_that_is_off_say_how_to_switch_it_on) {

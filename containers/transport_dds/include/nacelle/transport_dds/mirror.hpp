@@ -74,7 +74,9 @@ struct MirrorStats {
 /// A client is always told in the end, and no more than a bounded number of calls waits on either side.
 /// Not over the network: topics that avoid ROS's naming towards this side, and services of other middlewares than
 /// rmw_cyclonedds, which have another protocol.
-/// Threads: one of its own, "network"; all members from any thread.
+/// A slow wire holds up large messages (16 KiB and more), and then the small ones go on: one of each writer at a time is sent,
+/// at a pace that leaves room for the others.
+/// Threads: its own "network", and "network large" from the first large message on; all members from any thread.
 class DdsMirror final {
  public:
   /// `graph`, `clock` and `services` must outlive it; without `services` there are only topics. Errors: as

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mirror_lane.hpp"
+
+#include <pthread.h>
+
+#include <utility>
+
+namespace nacelle {
+
+void MirrorLane::add(Job job) {
+  const std::lock_guard lock(mutex_);
+  jobs_.push_back(std::move(job));
+  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+  woken_.notify_one();
+}
+
+bool MirrorLane::is_busy() const {
+  const std::lock_guard lock(mutex_);
+  return working_ || !jobs_.empty();
+}
+
+void MirrorLane::stop() {
+  std::deque<Job> dropped;
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    std::swap(dropped, jobs_);
+  }
+  woken_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void MirrorLane::run() {
+  pthread_setname_np(pthread_self(), "network large");
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    woken_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
+    if (stopping_) return;
+    Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    working_ = true;
+    lock.unlock();
+    job();
+    job = nullptr;  // what it owned ends here too
+    lock.lock();
+    working_ = false;
+  }
+}
+
+}  // namespace nacelle
