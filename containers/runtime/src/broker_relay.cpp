@@ -6,6 +6,33 @@
 #include "nacelle/msgs/message_type.hpp"
 
 namespace nacelle::runtime {
+namespace {
+
+/// A reader that is there to be judged and counted.
+class BrokerWitness final : public Witness {
+ public:
+  BrokerWitness(std::shared_ptr<Topic> topic, std::shared_ptr<ReaderQueue> queue, std::unique_ptr<ProxyReader> reader)
+      : topic_(std::move(topic)), queue_(std::move(queue)), reader_(std::move(reader)) {}
+  void count_for(std::uint64_t id, bool counts) override {
+    const std::lock_guard lock(topic_->mutex_);
+    if (!queue_->count_for(id, counts)) return;
+    for (BrokerWriter* writer : topic_->writers_) {
+      if (writer->id() != id || !matches(writer->spec(), queue_->spec())) continue;
+      if (counts) {
+        writer->note_matched();
+      } else {
+        writer->tell();
+      }
+    }
+  }
+
+ private:
+  const std::shared_ptr<Topic> topic_;
+  const std::shared_ptr<ReaderQueue> queue_;
+  const std::unique_ptr<ProxyReader> reader_;
+};
+
+}  // namespace
 
 EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer, bool open) {
   EndpointInfo info{id, is_writer, open, spec};
@@ -56,14 +83,15 @@ std::unique_ptr<ProxyReader> Broker::create_tap(const EndpointInfo& writer, std:
   return tap;
 }
 
-std::unique_ptr<ProxyReader> Broker::create_witness(const EndpointSpec& spec) {
+std::unique_ptr<Witness> Broker::create_witness(const EndpointSpec& spec) {
   static constexpr std::atomic<bool> kClosed{false};
   EndpointSpec closed = spec;
   closed.gate = &kClosed;
   const std::lock_guard lock(mutex_);
   auto queue = std::make_shared<ReaderQueue>(closed, Taking::Share, nullptr, clock_, watchdog_.get(), next_id_++);
   queue->be_witness();
-  return make_reader(std::move(queue));
+  auto reader = make_reader(queue);
+  return std::make_unique<BrokerWitness>(topic(closed), std::move(queue), std::move(reader));
 }
 
 void Broker::note_lost(const EndpointInfo& reader, const ReaderCounters& losses) {

@@ -62,7 +62,7 @@ class BrokerWriter final : public ProxyWriter {
   }
   /// Whether the reader is one of its subscriptions.
   [[nodiscard]] bool is_read_by(const ReaderQueue& reader) const {
-    return !reader.is_tap() && matches(spec_, reader.spec());
+    return !reader.is_tap() && matches(spec_, reader.spec()) && (!reader.is_witness() || reader.is_counted_by(id_));
   }
   /// The last one that published; 0: none yet.
   [[nodiscard]] std::uintptr_t thread() const { return thread_.get(); }

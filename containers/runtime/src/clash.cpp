@@ -37,6 +37,7 @@ void introduce(BrokerWriter& writer, ReaderQueue& reader) {
   if (is_tool(writer.spec()) || is_tool(reader.spec()) || same_link(writer.spec(), reader.spec())) return;
   const auto clashes = clashes_between(writer.spec(), reader.spec());
   if (clashes.empty()) {
+    if (reader.is_witness()) return;  // as soon as its messages find their way to whom it stands for
     writer.note_matched();
     reader.note_matched();
     return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <utility>
@@ -69,6 +70,15 @@ class ReaderQueue {
   [[nodiscard]] bool is_tap() const { return tapped_ != 0; }
   [[nodiscard]] bool is_witness() const { return witness_; }
   [[nodiscard]] bool taps(std::uint64_t writer) const { return tapped_ == writer; }
+  // Of a witness, under the topic's lock.
+  /// False: it was so already.
+  bool count_for(std::uint64_t writer, bool counts) {
+    if (counts == is_counted_by(writer)) return false;
+    return counts ? (counted_by_.push_back(writer), true) : std::erase(counted_by_, writer) != 0;
+  }
+  [[nodiscard]] bool is_counted_by(std::uint64_t writer) const {
+    return std::ranges::find(counted_by_, writer) != counted_by_.end();
+  }
 
   // Of a stand-in for a reader of another process; see ProxyReader (reader_proxy.cpp).
   [[nodiscard]] Block* look();
@@ -159,8 +169,9 @@ class ReaderQueue {
   std::shared_ptr<BufferLender> lender_;
   std::uint64_t tapped_ = 0;  // the only writer that it hears; 0: it is no tap
   bool witness_ = false;
-  std::size_t looked_at_ = 0;         // of those that wait, the oldest
-  std::uint64_t released_early_ = 0;  // looked at, and gone before release()
+  std::vector<std::uint64_t> counted_by_;  // as a witness
+  std::size_t looked_at_ = 0;              // of those that wait, the oldest
+  std::uint64_t released_early_ = 0;       // looked at, and gone before release()
 };
 
 inline void ReaderQueue::append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) {

@@ -85,7 +85,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     bool told_broken = false;
     MonotonicTime showed_life;
     std::unique_ptr<ProxyWriter> writer;
-    std::unique_ptr<ProxyReader> witness;
+    std::unique_ptr<Witness> witness;
   };
   struct TopicUse {
     std::vector<LocalWriter*> writers;
@@ -151,6 +151,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void hide(const std::string& node, const dds::Gid& gid, bool is_writer);
   void look_at_status(LocalWriter& end);
   void look_at_status(LocalReader& end);
+  /// Whether a reader of another participant is a subscription of this writer, in the graph.
+  void count(const dds::Gid& reader, const LocalWriter& by, bool counts);
 
   // mirror_remote.cpp: the ends of the others
   void take_discovery();
@@ -160,7 +162,6 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void consider(const dds::RemoteEndpoint& end);
   void consider_all(const std::string& topic);
   void make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
-  [[nodiscard]] bool may_be_counted(const dds::RemoteEndpoint& reader, const TopicUse& use) const;
   [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
   void drop_gone();
   void forget(const dds::Gid& gid);

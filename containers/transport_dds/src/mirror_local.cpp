@@ -204,14 +204,21 @@ void DdsMirror::Impl::look_at_status(LocalWriter& end) {
     end.drop_unsent();
     --taps;
   }
-  std::set<dds::Gid> matched;
-  for (const auto& peer : end.writer->matched()) matched.insert(peer.endpoint.gid);
-  std::swap(end.matched, matched);
-  // From now on they may be counted: what is published for them reaches the tap.
+  std::set<dds::Gid> before;
+  for (const auto& peer : end.writer->matched()) before.insert(peer.endpoint.gid);
+  std::swap(end.matched, before);
+  // A publisher that waits for its readers publishes as soon as it sees them; now the tap is there.
   for (const auto& gid : end.matched) {
-    if (matched.contains(gid)) continue;
-    if (const auto peer = remote.lock()->endpoint(gid)) consider(*peer);
+    if (!before.contains(gid)) count(gid, end, true);
   }
+  for (const auto& gid : before) {
+    if (!end.matched.contains(gid)) count(gid, end, false);
+  }
+}
+
+void DdsMirror::Impl::count(const dds::Gid& reader, const LocalWriter& by, bool counts) {
+  const auto found = stand_ins.find(reader);
+  if (found != stand_ins.end() && found->second.witness) found->second.witness->count_for(by.info.id, counts);
 }
 
 void DdsMirror::Impl::look_at_status(LocalReader& end) {

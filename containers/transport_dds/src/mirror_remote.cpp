@@ -123,8 +123,7 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
                           join({ours.begin(), ours.end()}) + ": they do not hear each other",
                       "rename one of the topics with a remap, or make both sides use one type"});
   }
-  if (!fits(end, *type) || (!end.is_writer && !may_be_counted(end, *use))) return;
-  make_stand_in(end, *type);
+  if (fits(end, *type)) make_stand_in(end, *type);
 }
 
 // ROS 2's middlewares match by name and read nonsense; a peer without a hash is believed.
@@ -136,17 +135,6 @@ bool DdsMirror::Impl::fits(const dds::RemoteEndpoint& end, const msgs::MessageTy
                  ": they do not hear each other",
              "build both sides with the same message definitions"});
   return false;
-}
-
-// A publisher that waits for its readers publishes as soon as it sees them; then a tap must be there.
-bool DdsMirror::Impl::may_be_counted(const dds::RemoteEndpoint& reader, const TopicUse& use) const {
-  bool fits_one = false;
-  for (const LocalWriter* end : use.writers) {
-    if (reader.type != end->info.spec.type->name) continue;
-    if (end->matched.contains(reader.gid)) return true;
-    fits_one |= verdict_of(end->info.spec.qos.resolved(), reader.qos) != Verdict::Error;
-  }
-  return !fits_one;
 }
 
 void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
@@ -170,6 +158,9 @@ void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::
     if (manual_lease_of(end) > Duration::zero()) manual.insert(end.gid);
   } else {
     made.witness = graph.create_witness(spec);
+    for (const LocalWriter* writer : topics.at(end.name).writers) {
+      if (writer->matched.contains(end.gid)) made.witness->count_for(writer->info.id, true);
+    }
   }
   stand_in_count = stand_ins.size();
 }

@@ -132,18 +132,36 @@ TEST_F(BrokerTap, of_a_writer_in_another_process_is_told_to_that_process_only) {
   broker.leave(network);
 }
 
-TEST_F(BrokerTap, a_witness_is_counted_as_a_reader_and_gets_nothing) {
+TEST_F(BrokerTap, a_witness_is_counted_by_the_writers_that_it_is_told_of) {
   auto writer = broker.create_writer(spec(QoS(5).transient_local()));
-  send(*writer, "kept");
+  auto other = broker.create_writer(spec(QoS(5).transient_local()));
+  const std::uint64_t id = made.front().id;
+  made.clear();
   auto witness = broker.create_witness(remote(QoS(5).transient_local()));
-  send(*writer, "new");
-  EXPECT_EQ(receive(*witness), Texts{});
-  EXPECT_EQ(witness->counters().inactive, 0U) << "it was not even offered";
+  EXPECT_EQ(writer->reader_count(), 0U);
+  witness->count_for(id, true);
+  witness->count_for(id, true);
   EXPECT_EQ(writer->reader_count(), 1U);
   EXPECT_EQ(writer->status().matched_total, 1U);
-  EXPECT_EQ(made.size(), 1U) << "no link is told";
+  EXPECT_EQ(other->reader_count(), 0U);
+  EXPECT_EQ(other->status().matched_total, 0U);
+  EXPECT_TRUE(made.empty()) << "no link is told";
+  witness->count_for(id, false);
+  EXPECT_EQ(writer->reader_count(), 0U);
+  witness->count_for(id, true);
   witness.reset();
   EXPECT_EQ(writer->reader_count(), 0U);
+}
+
+TEST_F(BrokerTap, a_witness_gets_nothing) {
+  auto writer = broker.create_writer(spec(QoS(5).transient_local()));
+  auto witness = broker.create_witness(remote(QoS(5).transient_local()));
+  witness->count_for(made.front().id, true);
+  Block* const block = writer->borrow();
+  EXPECT_EQ(writer->publish(*block), PublishResult::Published);
+  std::vector<ReaderReport> readers;
+  broker.report(readers);
+  for (const auto& reader : readers) EXPECT_EQ(reader.waiting + reader.inactive + reader.delivered, 0U);
 }
 
 TEST_F(BrokerTap, a_witness_that_does_not_fit_is_told_with_the_policy) {

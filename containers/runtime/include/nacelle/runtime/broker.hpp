@@ -52,7 +52,7 @@ class Broker final : public Graph {
                                                                  ReadyListener* listener) override;
   [[nodiscard]] std::unique_ptr<ProxyReader> create_tap(const EndpointInfo& writer, std::uint32_t link,
                                                         ReadyListener* listener) override;
-  [[nodiscard]] std::unique_ptr<ProxyReader> create_witness(const EndpointSpec& spec) override;
+  [[nodiscard]] std::unique_ptr<Witness> create_witness(const EndpointSpec& spec) override;
   void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;

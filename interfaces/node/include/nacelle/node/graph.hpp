@@ -64,6 +64,14 @@ class ProxyReader : public Reader {
   virtual void note_copied(std::uint64_t bytes) = 0;
 };
 
+/// Stands for a reader of another process that gets its messages by taps. Threads: any.
+class Witness {
+ public:
+  virtual ~Witness() = default;
+  /// Whether it is one of this writer's subscriptions: from when what the writer publishes finds its way to the reader.
+  virtual void count_for(std::uint64_t writer, bool counts) = 0;
+};
+
 /// A transport whose endpoints links to other processes can learn of, and add stand-ins to (docs/adr/0007).
 /// Threads: any.
 class Graph : public Transport {
@@ -82,9 +90,9 @@ class Graph : public Transport {
   /// the writer itself stands for. The writer's end leaves it without messages.
   [[nodiscard]] virtual std::unique_ptr<ProxyReader> create_tap(const EndpointInfo& writer, std::uint32_t link,
                                                                 ReadyListener* listener) = 0;
-  /// A stand-in for a reader that gets its messages by taps: matched, judged and counted as it, and never given anything. Costs
-  /// a publish() nothing.
-  [[nodiscard]] virtual std::unique_ptr<ProxyReader> create_witness(const EndpointSpec& spec) = 0;
+  /// A stand-in for a reader that gets its messages by taps: its QoS is judged as the reader's at once, the writers that it is told
+  /// of count it, and it is never given anything. Costs a publish() nothing.
+  [[nodiscard]] virtual std::unique_ptr<Witness> create_witness(const EndpointSpec& spec) = 0;
   /// What a reader of this process has lost on the way to it: adds `overwritten`, `full`, `expired` and `inactive`.
   virtual void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) = 0;
 };
