@@ -95,7 +95,7 @@ NACELLE_INTERPOSED void* malloc(std::size_t size) noexcept {
   nacelle::session::count_call();
   return __libc_malloc(size);
 }
-NACELLE_INTERPOSED void* calloc(std::size_t count, std::size_t size) noexcept {
+NACELLE_INTERPOSED void* calloc(std::size_t nmemb, std::size_t size) noexcept {
   nacelle::session::count_call();
   return __libc_calloc(nmemb, size);
 }
