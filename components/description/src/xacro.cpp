@@ -76,7 +76,8 @@ class Expander {
       throw Failure{text.error()};
     }
     auto document = std::make_unique<XMLDocument>(true, tinyxml2::PRESERVE_WHITESPACE);
-    if (document->Parse(text->data(), text->size()) != tinyxml2::XML_SUCCESS) {
+    const std::string& content = text.value();
+    if (document->Parse(content.data(), content.size()) != tinyxml2::XML_SUCCESS) {
       throw Failure{{fmt::format("{}:{}", path, document->ErrorLineNum()),
                      std::string{"is no well-formed XML: "} + document->ErrorName(), ""}};
     }

@@ -230,11 +230,11 @@ int load(const ParamWish& wish) {
       client.value().call({{"verb", "param.set"}, {"name", wish.node}, {"assignments", assignments}}, kAnswerLimit);
   if (!reply) return complain(reply.error());
   const json& results = reply.value()["results"];
-  const bool all_set = std::ranges::all_of(results, [](const json& row) { return row["refusal"] == ""; });
+  const bool all_set = std::ranges::all_of(results, [](const json& row) { return text_of(row, "refusal").empty(); });
   if (wish.as_json) std::printf("%s\n", results.dump().c_str());
   for (const auto& row : results) {
-    if (row["refusal"] != "") {
-      complain({"Set parameter " + text_of(row, "name") + " failed", text_of(row, "refusal"), ""});
+    if (const std::string refusal = text_of(row, "refusal"); !refusal.empty()) {
+      complain({"Set parameter " + text_of(row, "name") + " failed", refusal, ""});
     } else if (!wish.as_json) {
       std::printf("Set parameter %s successful\n", text_of(row, "name").c_str());
     }

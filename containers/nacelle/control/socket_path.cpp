@@ -122,6 +122,7 @@ std::vector<FoundContainer> running_containers(const SocketPlaces& places) {
 Result<FoundContainer, NoChoice> choose_container(const std::vector<FoundContainer>& running,
                                                   const std::optional<std::string>& wanted) {
   std::vector<std::string> names;
+  names.reserve(running.size());
   for (const FoundContainer& container : running) names.push_back(container.name);
   if (wanted) {
     const auto at = std::find(names.begin(), names.end(), *wanted);

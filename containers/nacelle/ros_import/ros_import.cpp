@@ -97,7 +97,7 @@ class Translator {
   [[nodiscard]] std::string free_name() const {
     std::string name{driver_.nacelle_node};
     if (name.empty() || is_free(name)) return name;
-    const std::string own = split_name(section_.pattern).second;
+    std::string own = split_name(section_.pattern).second;
     if (validate_node_name(own) && is_free(own)) return own;
     for (int number = 2;; ++number) {
       if (is_free(name + "_" + std::to_string(number))) return name + "_" + std::to_string(number);

@@ -85,7 +85,7 @@ void take_snapshot(AllocationSnapshot& out) {
 // library's for every library of the process, plugins included. Source: glibc, "Replacing malloc".
 extern "C" {
 void* __libc_malloc(std::size_t size);                           // NOLINT(bugprone-reserved-identifier)
-void* __libc_calloc(std::size_t count, std::size_t size);        // NOLINT(bugprone-reserved-identifier)
+void* __libc_calloc(std::size_t nmemb, std::size_t size);        // NOLINT(bugprone-reserved-identifier)
 void* __libc_realloc(void* old, std::size_t size);               // NOLINT(bugprone-reserved-identifier)
 void* __libc_memalign(std::size_t alignment, std::size_t size);  // NOLINT(bugprone-reserved-identifier)
 
@@ -95,13 +95,13 @@ NACELLE_INTERPOSED void* malloc(std::size_t size) noexcept {
   nacelle::session::count_call();
   return __libc_malloc(size);
 }
-NACELLE_INTERPOSED void* calloc(std::size_t count, std::size_t size) noexcept {
+NACELLE_INTERPOSED void* calloc(std::size_t nmemb, std::size_t size) noexcept {
   nacelle::session::count_call();
-  return __libc_calloc(count, size);
+  return __libc_calloc(nmemb, size);
 }
-NACELLE_INTERPOSED void* realloc(void* old, std::size_t size) noexcept {
+NACELLE_INTERPOSED void* realloc(void* ptr, std::size_t size) noexcept {
   nacelle::session::count_call();
-  return __libc_realloc(old, size);
+  return __libc_realloc(ptr, size);
 }
 NACELLE_INTERPOSED void* memalign(std::size_t alignment, std::size_t size) noexcept {
   nacelle::session::count_call();
@@ -111,14 +111,14 @@ NACELLE_INTERPOSED void* aligned_alloc(std::size_t alignment, std::size_t size) 
   nacelle::session::count_call();
   return __libc_memalign(alignment, size);
 }
-NACELLE_INTERPOSED int posix_memalign(void** out, std::size_t alignment, std::size_t size) noexcept {
+NACELLE_INTERPOSED int posix_memalign(void** memptr, std::size_t alignment, std::size_t size) noexcept {
   nacelle::session::count_call();
   if (alignment < sizeof(void*) || (alignment & (alignment - 1)) != 0) return EINVAL;
   const int before = errno;  // POSIX: the answer is the return value, errno stays
   void* const memory = __libc_memalign(alignment, size);
   errno = before;
   if (memory == nullptr) return ENOMEM;
-  *out = memory;
+  *memptr = memory;
   return 0;
 }
 }

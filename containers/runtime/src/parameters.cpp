@@ -127,16 +127,18 @@ void Container::Impl::change_parameters(std::uint64_t id, std::vector<Parameter>
 }
 
 void Container::read_parameters(std::uint64_t id, std::weak_ptr<void> asker, ParametersRead then) {
-  auto posted = impl_->post_to(id, "parameters", [asker = std::move(asker), then](Record& record) {
-    if (asker.lock()) then(read(record.node->parameters()));
+  const auto told = std::make_shared<const ParametersRead>(std::move(then));  // by whoever comes to it
+  auto posted = impl_->post_to(id, "parameters", [asker = std::move(asker), told](Record& record) {
+    if (asker.lock()) (*told)(read(record.node->parameters()));
   });
-  if (!posted) then(err(posted.error()));
+  if (!posted) (*told)(err(posted.error()));
 }
 
 void Container::set_parameters(std::uint64_t id, std::vector<Parameter> parameters, std::weak_ptr<void> asker,
                                ParametersSet then) {
+  const auto told = std::make_shared<const ParametersSet>(std::move(then));
   const auto set_all = [impl = impl_.get(), parameters = std::move(parameters), asker = std::move(asker),
-                        then](Record& record) {
+                        told](Record& record) {
     // Whoever has been told that it took too long must not see it done later.
     if (!asker.lock()) return;
     std::vector<ParameterOutcome> outcomes;
@@ -146,10 +148,10 @@ void Container::set_parameters(std::uint64_t id, std::vector<Parameter> paramete
       keep_in(*record.request.lock(), parameter);
     }
     impl->note_change();
-    then(std::move(outcomes));
+    (*told)(std::move(outcomes));
   };
   auto posted = impl_->post_to(id, "set_parameters", set_all);
-  if (!posted) then(err(posted.error()));
+  if (!posted) (*told)(err(posted.error()));
 }
 
 Result<void, Problem> Container::set_parameter(std::uint64_t id, const Parameter& parameter) {

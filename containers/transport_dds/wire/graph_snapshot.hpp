@@ -16,7 +16,7 @@ namespace nacelle::transport_dds {
 /// the gids of its readers and writers. A service or a client is a reader and a writer.
 using Snapshot = ::rmw_dds_common::msg::ParticipantEntitiesInfo;
 
-[[nodiscard]] Gid from_message(const ::rmw_dds_common::msg::Gid& gid);
+[[nodiscard]] Gid from_message(const ::rmw_dds_common::msg::Gid& message);
 [[nodiscard]] ::rmw_dds_common::msg::Gid to_message(const Gid& gid);
 
 /// The snapshot of our own participant, kept up to date: every change makes a new one, which is to be sent as a whole.

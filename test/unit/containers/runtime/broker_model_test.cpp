@@ -111,9 +111,11 @@ TEST(BrokerModel, readers_that_come_and_go_while_others_write_see_every_writer_i
   const SystemClock clock;
   Broker broker{clock};
   std::vector<std::unique_ptr<Writer>> writers;
+  writers.reserve(kWriters);
   for (int i = 0; i < kWriters; ++i) writers.push_back(broker.create_writer(spec(QoS(KeepAll{}).max_samples(100000))));
   std::atomic<int> reading{kReaders};
   std::vector<std::thread> threads;
+  threads.reserve(kWriters + kReaders);
   for (const auto& writer : writers) {
     threads.emplace_back([&, w = writer.get()] {
       for (int i = 1; reading > 0; ++i) {

@@ -69,7 +69,7 @@ class Watching final : public DriveObserver {
 };
 
 struct LoopRig {
-  explicit LoopRig(DriveLoop::Settings settings = {}) : loop(settings, port, clock, inbox, watching) {
+  explicit LoopRig(const DriveLoop::Settings& settings = {}) : loop(settings, port, clock, inbox, watching) {
     loop.arm(clock.now());
   }
   void command(double linear_mps, double angular_rps = 0.0) {

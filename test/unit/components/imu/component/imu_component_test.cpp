@@ -64,6 +64,7 @@ class ImuComponentTest : public ::testing::Test {
     options.parameter_overrides(overrides);
     component_ = std::make_unique<ImuComponent>(options, [=, this](const ImuOptions&, const Clock&) {
       std::vector<io::ScriptedStream::Step> script;
+      script.reserve(static_cast<std::size_t>(samples));
       for (int i = 0; i < samples; ++i) script.push_back(imu_.sample(ScriptedImu::at_rest(yaw_rate_dps)));
       auto line = std::make_unique<io::ScriptedStream>(std::move(script), at_end, [this](MonotonicTime until) {
         if (until > context_.clock().now()) context_.clock().advance(until - context_.clock().now());
@@ -242,6 +243,7 @@ TEST(ImuStream, decoding_and_joining_allocate_nothing) {
   ImuStream stream{{}, context.clock(), publishers, node.get_logger(), [](auto, auto) {}};
   ScriptedImu imu;
   std::vector<Bytes> samples;
+  samples.reserve(300);
   for (int i = 0; i < 300; ++i) samples.push_back(imu.sample(ScriptedImu::at_rest()).bytes);
   const test::AllocationGuard guard;
   for (const Bytes& sample : samples) stream.on_bytes(sample, context.clock().now());
