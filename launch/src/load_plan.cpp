@@ -42,7 +42,9 @@ namespace {
 Result<Plan, std::vector<Problem>> read(const std::string& file, const std::map<std::string, std::string>& arguments,
                                         const Environment& environment, Wanted wanted) {
   const auto text = environment.read_file ? environment.read_file(file) : std::nullopt;
-  if (!text) return err(std::vector<Problem>{{file, "the launch file cannot be read", ""}});
+  if (!text)
+    return err(
+        std::vector<Problem>{{file, "the launch file cannot be read", "is it there, and may this user read it?"}});
   Builder builder(environment, arguments, wanted);
   builder.run_top(*text, file);
   return builder.finish();

@@ -67,7 +67,7 @@ class WithoutContainer(RobotTest):
     def test_a_launch_file_that_is_not_there_is_1_and_named(self):
         for command in ("launch", "drive"):
             outcome = self.expect_exit(self.run_program(command, "/no/such/robot.launch.yaml"), 1)
-            self.assertIn("/no/such/robot.launch.yaml", outcome.stderr)
+            self.assertIn("/no/such/robot.launch.yaml: the launch file cannot be read; is it there, and may this user read it?", outcome.stderr)
 
     def launch_text(self, text, *arguments):
         file = self.folder / "a.launch.yaml"
@@ -111,7 +111,9 @@ class WithoutContainer(RobotTest):
                             (["param", "set", "camera", "x", "[1, a]"], "the list mixes int and string"),
                             (["component", "load", "a::B", "-p", "rate:='1"], "this is not YAML"),
                             (["component", "load", "a::B", "-p", ":=1"], "the parameter's name is empty"),
-                            (["component", "load", "a::B", "-r", "scan"], "write from:=to")):  # fmt: skip
+                            (["component", "load", "a::B", "-r", "scan"], "write from:=to"),
+                            (["container", "--name", "a b"], "container name 'a b': not a name; use 1 to 48 letters"),
+                            (["launch", "a.launch.yaml", "--name", "../b"], "container name '../b': not a name")):  # fmt: skip
             with self.subTest(words=words):
                 said = self.expect_exit(self.run_program(*words), 2).stderr
                 self.assertEqual(len(said.splitlines()), 1, said)

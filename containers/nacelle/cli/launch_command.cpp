@@ -112,7 +112,8 @@ void add_launch_command(Command& root) {
   Command& command = root.add("launch", "start the components of a launch file, and run them until Ctrl-C");
   command.option("file", wish->file, "a .launch.yaml, .launch.xml file").required().names_a(Names::File);
   command.option("arguments", wish->arguments, "name:=value for the file's arguments");
-  command.option("--name", wish->name, "the container's name on its control socket (default: the file's)");
+  command.option("--name", wish->name, "the container's name on its control socket (default: the file's)")
+      .checked(wrong_container_name);
   command.option("--report", wish->report_file, "write the run's figures to this JSON file").names_a(Names::File);
   command.option("--carrier", wish->carrier, "what moves the streams of components with `isolate: process`: iceoryx")
       .one_of({"iceoryx"});

@@ -154,6 +154,11 @@ Result<control::Client, int> connect(const std::string& container_option) {
   return std::move(client).value();
 }
 
+std::string wrong_container_name(const std::string& name) {
+  const auto valid = control::validate_container_name(name);
+  return valid ? std::string{} : valid.error().text();
+}
+
 void add_container_option(Command& command, std::string& container) {
   command.option("--container", container, "which container, if several run (or NACELLE_CONTAINER)");
 }

@@ -41,6 +41,9 @@ int complain_of_usage(const Problem& problem);
 void add_container_option(Command& command, std::string& container);
 void add_common_options(Command& command, std::string& container, bool& as_json);
 
+/// For Option::checked(): why no container can have this name.
+[[nodiscard]] std::string wrong_container_name(const std::string& name);
+
 /// The kernel ends this process when its parent dies; at once if it has died before this call.
 void die_with_parent(long parent_pid);
 
