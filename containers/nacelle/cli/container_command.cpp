@@ -55,7 +55,7 @@ int run(const ContainerWish& wish) {
 void add_container_command(Command& root) {
   auto wish = std::make_shared<ContainerWish>();
   Command& command = root.add("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
-command.option("arguments", wish->arguments, "network:=off, local or export: who may see it");
+  command.option("arguments", wish->arguments, "network:=off, local or export: who may see it");
   command.option("--name", wish->name, "its name on the control socket").with_default().checked(wrong_container_name);
   command.flag("--resume", wish->resume, "after a crash: the components, parameters and states that the last run had");
   command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")
