@@ -181,20 +181,27 @@ TEST_P(EveryVendor, gives_its_history_to_a_transient_local_reader) {
   EXPECT_EQ(next(*reader), "hello 2");
 }
 
+// Cyclone takes what a writer's first heartbeat covers for history, which a volatile reader has no claim to: a message that is
+// still coming in pieces then is lost, and acknowledged. Fast DDS sends that heartbeat beside its first message.
 TEST_P(EveryVendor, sends_eight_megabytes) {
-  if (GetParam() == "fastdds") GTEST_SKIP() << "often takes more than a minute on a loaded machine; why is not known";
   const auto reader = make_reader(image_topic("image", QoS(5)));
-  const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge)});
+  const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge),
+                           "--count", "3", "--every", "100"});
   let_go(*peer, *reader);
-  const auto sample = next_sample(*reader);
-  ASSERT_TRUE(sample);
-  sensor_msgs::msg::Image image;
-  ASSERT_TRUE(sensor_msgs::msg::Image::message_type().decode(sample->payload.bytes(), &image));
-  EXPECT_EQ(image.encoding, "mono8");
-  EXPECT_EQ(image.header.frame_id, "camera");
-  EXPECT_EQ(image.header.stamp.nanosec, 5U);
-  ASSERT_EQ(image.data.size(), kLarge);
-  EXPECT_EQ(checksum(image.data), checksum(picture(kLarge, 0)));
+  std::vector<std::uint32_t> heard;
+  while (heard.empty() || heard.back() != checksum(picture(kLarge, 2))) {
+    const auto sample = next_sample(*reader);
+    ASSERT_TRUE(sample) << heard.size() << " came";
+    sensor_msgs::msg::Image image;
+    ASSERT_TRUE(sensor_msgs::msg::Image::message_type().decode(sample->payload.bytes(), &image));
+    EXPECT_EQ(image.encoding, "mono8");
+    EXPECT_EQ(image.header.frame_id, "camera");
+    EXPECT_EQ(image.header.stamp.nanosec, 5U);
+    ASSERT_EQ(image.data.size(), kLarge);
+    heard.push_back(checksum(image.data));
+  }
+  EXPECT_GE(heard.size(), 2U);
+  EXPECT_EQ(heard[heard.size() - 2], checksum(picture(kLarge, 1)));
 }
 
 TEST_P(EveryVendor, gets_eight_megabytes) {
