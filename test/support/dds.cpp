@@ -35,7 +35,7 @@ std::string loopback_config(std::uint32_t domain) {
 std::unique_ptr<transport_dds::Participant> make_participant(const transport_dds::ParticipantOptions& more) {
   static std::atomic<std::uint32_t> next{0};
   transport_dds::ParticipantOptions options = more;
-  options.domain_id = next++;
+  options.domain_id = next++ % 1000;
   options.config = loopback_config(test_domain()) + options.config;
   auto made = transport_dds::Participant::create(options);
   if (!made) {
