@@ -251,6 +251,11 @@ def wire(programs, say):
     run = programs.run("wire", mirror=1, messages=100_000)
     yield row("M14", "nobody listens: mallocs", run["mallocs"] / run["delivered"], "1/message", at_most(0.001))
     yield row("M14", "nobody listens: messages fetched or encoded", run["encoded"] + run["taps"], "", exactly(0))
+    for size, name in ((44, "44 B"), (900_000, "0.9 MB")):
+        say(f"{name} from one participant to another over lo, in turn with dds_write and dds_take of plain Cyclone")
+        run = programs.run("crossing", bytes=size, blocks=40)
+        yield row("M14", f"{name}, published here, taken there", run["ratio"], "x bare", at_most(1.10), f"bare Cyclone {run['b_ns'] / 1000:.1f} us")
+        yield row("M14", f"{name}: serialisations", run["encoded_per_message"], "1/message", exactly(1))
 
 
 BENCHMARKS = {
