@@ -24,7 +24,6 @@ namespace {
 
 using example_interfaces::srv::AddTwoInts;
 using transport_dds::EndpointOptions;
-using transport_dds::Participant;
 
 long setting(const char* name, long otherwise) {
   const char* const text = std::getenv(name);
@@ -220,7 +219,7 @@ class Wiretap {
 };
 
 class Hostile : public ::testing::Test {
- protected:
+ public:
   Hostile() { robot.load(adding, "adder"); }
 
   /// Somebody who comes now is served: its calls are answered, what it says is heard and it hears what is said.
