@@ -41,7 +41,7 @@ std::string lan_config(std::uint32_t domain, const std::string& interface) {
 std::unique_ptr<transport_dds::Participant> make_participant(const transport_dds::ParticipantOptions& more) {
   static std::atomic<std::uint32_t> next{0};
   transport_dds::ParticipantOptions options = more;
-  options.domain_id = next++ % 1000;
+  options.domain_id = next++;
   if (options.config.empty()) options.config = loopback_config(test_domain());
   auto made = transport_dds::Participant::create(options);
   if (!made) {

@@ -61,7 +61,7 @@ class MirroredBroker {
   explicit MirroredBroker(const std::string& name, std::vector<transport_dds::ExportRule> exports = {}) : name_(name) {
     static std::uint32_t next = 0;  // in this process; on the network they share test_domain()
     MirrorOptions options;
-    options.domain_id = 1000 + next++ % 1000;
+    options.domain_id = 1000000 + next++;
     options.config = loopback_config(test_domain());
     options.exports = std::move(exports);
     options.on_problem = [this](const Problem& problem) {

@@ -24,7 +24,7 @@ class MirroredContainer {
       : container_(with_plugins(name), clock) {
     static std::uint32_t next = 0;  // in this process; on the network they share test_domain()
     MirrorOptions options;
-    options.domain_id = 2000 + next++ % 1000;
+    options.domain_id = 2000000 + next++;
     options.config = loopback_config(test_domain());
     options.allow_load = allow_load;
     options.on_problem = [this](const Problem& problem) {
