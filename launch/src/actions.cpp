@@ -157,7 +157,8 @@ void Builder::include(const Element& element, Scope& scope) {
   for (const auto& file : files_) {
     chain += file.path + " -> ";
     if (std::filesystem::path(file.path).lexically_normal() != std::filesystem::path(path)) continue;
-    return report(where, "the files include each other: " + chain + path, "take one of the includes out");
+    chain += path;
+    return report(where, "the files include each other: " + chain, "take one of the includes out");
   }
   if (files_.size() >= kMaxIncludeDepth)
     return report(where, "includes are nested more than " + std::to_string(kMaxIncludeDepth) + " deep");
@@ -172,8 +173,9 @@ void Builder::include(const Element& element, Scope& scope) {
   for (const auto& [name, line] : given) {
     // A file that could not be read to its end may declare anything.
     if (declared.count(name) != 0 || (problems_.size() > problems && declared.empty())) continue;
-    report(line, "the file '" + path + "' declares no argument '" + name + "'",
-           suggestion(name, {declared.begin(), declared.end()}));
+    std::string what = "the file '" + path;
+    what.append("' declares no argument '").append(name).append("'");
+    report(line, std::move(what), suggestion(name, {declared.begin(), declared.end()}));
   }
   files_.back().declared.insert(before.begin(), before.end());
 }

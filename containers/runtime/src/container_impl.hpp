@@ -103,7 +103,7 @@ struct Container::Impl final : Context {
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;
   /// NodeServices::set_parameters().
   void change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
-                         std::weak_ptr<void> asker, NodeServices::Then then);
+                         std::weak_ptr<void> asker, const NodeServices::Then& then);
   void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
   /// The first reason since it was well is the cause; false for a later one.
   bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);

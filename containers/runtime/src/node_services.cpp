@@ -64,8 +64,8 @@ Result<std::vector<ParameterReport>, Problem> NodeServices::parameters(std::uint
 }
 
 void NodeServices::set_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
-                                  std::weak_ptr<void> asker, Then then) {
-  container_.impl_->change_parameters(id, std::move(parameters), atomically, std::move(asker), std::move(then));
+                                  std::weak_ptr<void> asker, const Then& then) {
+  container_.impl_->change_parameters(id, std::move(parameters), atomically, std::move(asker), then);
 }
 
 StateId NodeServices::state(std::uint64_t id) const {

@@ -53,7 +53,7 @@ class NodeServices {
   using Then = std::function<void(Result<std::vector<SetParametersResult>, Problem>)>;
   /// As Container::set_parameters(), with rclcpp's words; one result for all if it is `atomically`.
   void set_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically, std::weak_ptr<void> asker,
-                      Then then);
+                      const Then& then);
   /// Unknown: there is no such component, or it has no lifecycle.
   [[nodiscard]] StateId state(std::uint64_t id) const;
   [[nodiscard]] TransitionOutcome trigger(std::uint64_t id, Transition transition) const;

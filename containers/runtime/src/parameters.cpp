@@ -99,7 +99,7 @@ Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std
 }
 
 void Container::Impl::change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
-                                        std::weak_ptr<void> asker, NodeServices::Then then) {
+                                        std::weak_ptr<void> asker, const NodeServices::Then& then) {
   const auto change = [this, parameters = std::move(parameters), atomically, asker = std::move(asker),
                        then](Record& record) {
     if (!asker.lock()) return;

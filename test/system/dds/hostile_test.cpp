@@ -239,10 +239,17 @@ class Hostile : public ::testing::Test {
     const auto to = talker.reader("/honest"), heard = visitor.reader("/honest_too");
     ASSERT_TRUE(talker.bell.until([&] { return from->reader_count() + to->writer_count() == 2; }));
     ASSERT_TRUE(visitor.bell.until([&] { return back->reader_count() + heard->writer_count() == 2; }));
-    test::say(*from, "here I am");
-    EXPECT_EQ(test::hear(talker.bell, *to, 1), test::Texts{"here I am"});
-    test::say(*back, "and here");
-    EXPECT_EQ(test::hear(visitor.bell, *heard, 1), test::Texts{"and here"});
+    // Of a volatile writer's first messages Cyclone may take those for history that are lost while both find each other.
+    EXPECT_TRUE(talker.bell.until([&] {
+      test::say(*from, "here I am");
+      return to->has_waiting();
+    }));
+    EXPECT_TRUE(visitor.bell.until([&] {
+      test::say(*back, "and here");
+      return heard->has_waiting();
+    }));
+    EXPECT_EQ(test::hear(*to).at(0), "here I am");
+    EXPECT_EQ(test::hear(*heard).at(0), "and here");
   }
   /// As long as the test may take: rounds of harm, each followed by honest work.
   template <typename Harm>
@@ -268,8 +275,10 @@ class Hostile : public ::testing::Test {
     std::cout << rounds << " rounds; broken " << stats.broken + heard.broken << ", stray " << stats.stray + heard.stray
               << ", requests " << stats.requests << ", problems " << stats.problems + heard.problems
               << "; resident MB before " << before / 1e6 << ", at most " << most / 1e6 << std::endl;
+#ifndef NACELLE_SANITIZED  // whose heap keeps what was freed
     constexpr std::size_t kMostGrowth = 24'000'000;  // and not with the number of rounds
     EXPECT_LE(most, before + kMostGrowth);
+#endif
   }
 
   const unsigned seed =

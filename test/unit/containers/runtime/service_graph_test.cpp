@@ -9,7 +9,6 @@
 #include <condition_variable>
 #include <example_interfaces/srv/add_two_ints.hpp>
 #include <mutex>
-#include <std_srvs/srv/set_bool.hpp>
 
 #include "benchmark/support/recipe.hpp"
 #include "nacelle/runtime/container.hpp"
@@ -18,7 +17,6 @@ namespace nacelle::runtime {
 namespace {
 
 using example_interfaces::srv::AddTwoInts;
-using std_srvs::srv::SetBool;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
