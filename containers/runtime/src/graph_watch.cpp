@@ -20,10 +20,10 @@ void GraphWatch::made(const EndpointInfo& endpoint) const {
   for (const auto& [link, listener] : listeners_) listener->on_made(endpoint);
 }
 
-void GraphWatch::made(const EndpointInfo& endpoint, std::uint32_t only) const {
+void GraphWatch::made(const EndpointInfo& endpoint, std::uint32_t link) const {
   const std::lock_guard lock(mutex_);
-  for (const auto& [link, listener] : listeners_) {
-    if (link == only) listener->on_made(endpoint);
+  for (const auto& [number, listener] : listeners_) {
+    if (number == link) listener->on_made(endpoint);
   }
 }
 

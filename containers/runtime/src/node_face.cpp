@@ -27,7 +27,7 @@ NodeFace::NodeFace(NodeServices& desk, Commons& commons, Executor& executor, std
 
 std::shared_ptr<NodeFace> NodeFace::make(NodeServices& desk, Commons& commons, Executor& executor, std::uint64_t id,
                                          const std::string& node, bool managed) {
-  const std::shared_ptr<NodeFace> face{new NodeFace(desk, commons, executor, id, split(node))};
+  std::shared_ptr<NodeFace> face{new NodeFace(desk, commons, executor, id, split(node))};
   face->parameters_.start(face->node_, {face, &face->parameters_});
   if (managed) face->lifecycle_.start(face->node_, {face, &face->lifecycle_});
   face->type_description_ = offer<GetTypeDescription>(

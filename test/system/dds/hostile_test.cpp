@@ -275,7 +275,7 @@ class Hostile : public ::testing::Test {
     std::cout << rounds << " rounds; broken " << stats.broken + heard.broken << ", stray " << stats.stray + heard.stray
               << ", requests " << stats.requests << ", problems " << stats.problems + heard.problems
               << "; resident MB before " << before / 1e6 << ", at most " << most / 1e6 << std::endl;
-#ifndef NACELLE_SANITIZED  // whose heap keeps what was freed
+#ifndef NACELLE_SANITIZED                            // whose heap keeps what was freed
     constexpr std::size_t kMostGrowth = 24'000'000;  // and not with the number of rounds
     EXPECT_LE(most, before + kMostGrowth);
 #endif
