@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <memory>
 
 #include "commands.hpp"
@@ -21,7 +23,7 @@ Result<void, Problem> take_arguments(const std::vector<std::string>& words, laun
   if (!arguments) return err(arguments.error().front());
   for (const auto& [name, value] : *arguments) {
     if (name != "network")
-      return err(Problem{"'" + name + ":=" + value + "'", "the container takes network:=MODE only",
+      return err(Problem{fmt::format("'{}:={}'", name, value), "the container takes network:=MODE only",
                          suggestion(name, {"network"})});
     const auto mode = launch::parse_network_argument(value);
     if (!mode) return err(mode.error());

@@ -38,8 +38,8 @@ class IsolatedProcess {
     container_ = std::make_unique<runtime::Container>(std::move(options), clock);
     if (!carrier.empty()) {
       auto started = start_carrier(carrier);
-      if (started) carrier_ = std::move(started).value();
       if (!started) log_.warn("streams go over a socket: {}", started.error().text());
+      if (started) carrier_ = std::move(started).value();
     }
     LinkOptions link;
     link.peer = "the container";
