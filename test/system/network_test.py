@@ -6,7 +6,7 @@ import signal
 import subprocess
 import unittest
 
-from machines import Lines, Machine, cable, need_namespaces
+from machines import Capture, Lines, Machine, cable, need_namespaces
 from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
 PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_CYCLONE_PEER"), ("fastdds", "NACELLE_FASTDDS_PEER"))
@@ -18,6 +18,8 @@ FOREIGN = ("ROS_", "RMW_", "CYCLONEDDS_")
 # What rmw_cyclonedds makes of ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
 AT_HOME = ("<General><AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
            "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address=\"localhost\"/></Peers></Discovery>")
+ASKS_THE_ROBOT = ('<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>'
+                  '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
 LO = '<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>'
 
 
@@ -68,6 +70,17 @@ class NetworkTest(RobotTest):
         peer.wait_for(f"the {vendor} peer is ready", lambda line: line == "ready")
         return peer
 
+    def capture(self, machine, link="lan0"):
+        capture = Capture(machine, link)
+        self.addCleanup(capture.close)
+        return capture
+
+    def drives(self, vendor, machine, *more, **variables):
+        driver = self.peer(vendor, machine, "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0.15, "--every", 50,
+                           "--count", 1000000, *more, **variables)
+        driver.go()
+        return driver
+
     def reads_odometry(self, vendor, machine, *more, **variables):
         return self.peer(vendor, machine, "echo", "--topic", "rt/odom", "--type", "odometry", "--count", 1000000, *more, **variables)
 
@@ -94,9 +107,7 @@ class Exported(NetworkTest):
         line = reader.wait_for("odometry on the laptop", is_odometry)
         self.assertEqual(line.split()[2:], ["odom", "base_footprint"])
         self.assertAlmostEqual(speed_of(line), 0.0, delta=0.01)
-        driver = self.peer(vendor, self.laptop, "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0.15,
-                           "--every", 50, "--count", 1000000)
-        driver.go()
+        driver = self.drives(vendor, self.laptop)
         reader.wait_for("the robot drives as the laptop says", lambda line: speed_of(line) > 0.1)
         driver.close()
         reader.wait_for("it stops when the laptop falls silent", lambda line: is_odometry(line) and speed_of(line) < 0.01)
@@ -136,14 +147,47 @@ class Kept(NetworkTest):
         self.assertEqual(self.robot_machine.udp_sockets(), [])
         self.assertEqual(self.robot_machine.sent("lan0"), 0)
 
-    def test_local_sends_nothing_to_the_lan_and_is_seen_on_the_loopback(self):
+    def test_nothing_of_a_local_robot_leaves_and_nothing_from_outside_is_heard(self):
+        """The LAN shouts by multicast and by unicast to the robot's own ports, in the names of its topics."""
+        capture = self.capture(self.laptop)
         robot = self.start_robot()
         self.assertEqual(robot.line, "network: local only; to show it to the LAN: network:=export")
         reader = self.reads_odometry("cyclone", self.robot_machine, CYCLONEDDS_URI=LO)
         reader.wait_for("odometry on the robot itself", is_odometry)
-        stranger = self.reads_odometry("cyclone", self.laptop)
-        self.assertFalse(stranger.within(SILENCE_S, is_odometry))
-        self.assertEqual(self.robot_machine.sent("lan0"), 0, "what a local robot sends stays on lo")
+        self.assertEqual(self.robot_machine.sent("lan0"), 0, "not even a group is joined on the LAN")
+        strangers = [self.reads_odometry(vendor, self.laptop) for vendor in PEERS]
+        strangers.append(self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=ASKS_THE_ROBOT))
+        for more in ({}, {"CYCLONEDDS_URI": ASKS_THE_ROBOT}):
+            self.drives("cyclone", self.laptop, "--readers", 0, **more)
+        for stranger in strangers:
+            self.assertFalse(stranger.within(SILENCE_S, is_odometry))
+        self.assertEqual({frame.split()[0] for frame in capture.frames()} - {"arp", "icmp"}, set(), "the kernel's own answers aside")
+        reader.seen.clear()
+        self.assertLess(speed_of(reader.wait_for("odometry again", is_odometry)), 0.01)
+        self.assertEqual(self.figures()["others"], 1, "the reader of its own machine")
+
+    def figures(self):
+        return json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"][0]["figures"]
+
+    def test_programs_with_nothing_set_see_a_local_robot_and_nothing_of_it_leaves(self):
+        outside, inside = self.capture(self.laptop), self.capture(self.robot_machine, "lo")
+        self.start_robot()
+        wait_for("the robot speaks at home", inside.speakers)
+        robot = inside.speakers()
+        self.assertEqual(len(robot), 1)
+        for vendor in PEERS:
+            with self.subTest(vendor=vendor):
+                reader = self.reads_odometry(vendor, self.robot_machine)
+                reader.wait_for("odometry", is_odometry)
+                driver = self.drives(vendor, self.robot_machine)
+                reader.wait_for("the robot drives as it is told", lambda line: speed_of(line) > 0.1)
+                driver.close()
+                images = self.peer(vendor, self.robot_machine, "echo", "--topic", "rt/camera/image_raw", "--type", "image", "--best-effort",
+                                   "--count", 3)
+                images.wait_for("an image", lambda line: line.startswith("image "))
+        self.assertEqual(self.reads_odometry("cyclone", self.laptop).within(SILENCE_S, is_odometry), False)
+        self.assertTrue(outside.speakers(), "the programs themselves speak to the LAN: the capture works")
+        self.assertEqual(outside.speakers() & robot, set())
 
     # What docs/network.md tells people who want to see a local robot with programs on the robot itself.
 
@@ -156,24 +200,19 @@ class Kept(NetworkTest):
         if "fastdds" in PEERS:
             self.sees("fastdds", self.robot_machine, "--on-loopback")
 
-    def test_programs_with_the_range_localhost_see_a_robot_with_the_same(self):
-        robot = self.start_robot(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
-        self.assertEqual(robot.line, "network: local only; to show it to the LAN: network:=export")
-        self.sees("cyclone", self.robot_machine, CYCLONEDDS_URI=AT_HOME)
-        if "fastdds" in PEERS:
-            self.sees("fastdds", self.robot_machine, "--at-home")
+    def test_programs_with_the_range_localhost_see_a_local_robot_however_it_was_told_to_be_local(self):
+        for name, variables in (("default", {}), ("localhost", {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": "1"})):
+            robot = self.start_robot(name=name, **variables)
+            self.assertTrue(robot.line.startswith("network: local only"), robot.line)
+            domain = ("--domain", variables.get("ROS_DOMAIN_ID", "0"))
+            self.sees("cyclone", self.robot_machine, *domain, CYCLONEDDS_URI=AT_HOME)
+            if "fastdds" in PEERS:
+                self.sees("fastdds", self.robot_machine, "--at-home", *domain)
 
     def test_programs_with_the_range_localhost_see_a_local_robot_where_there_is_no_lan(self):
         alone = self.machine()
         self.start_robot(machine=alone)
         self.sees("cyclone", alone, CYCLONEDDS_URI=AT_HOME)
-
-    def test_programs_that_look_on_the_lan_do_not_see_a_local_robot(self):
-        self.start_robot()
-        readers = [self.reads_odometry(vendor, self.robot_machine) for vendor in PEERS]
-        readers.append(self.reads_odometry("cyclone", self.robot_machine, CYCLONEDDS_URI=AT_HOME))
-        for reader in readers:
-            self.assertFalse(reader.within(SILENCE_S, is_odometry))
 
     def test_programs_on_the_robot_with_nothing_set_see_an_exported_robot(self):
         self.start_robot("network:=export")
@@ -228,6 +267,19 @@ class Changed(NetworkTest):
 
 
 class Moved(NetworkTest):
+    def test_a_local_robot_is_seen_by_its_own_machine_whatever_becomes_of_the_lan(self):
+        self.robot_machine.ip("link", "set", "lan0", "down")
+        robot = self.start_robot()
+        self.robot_machine.ip("link", "set", "lan0", "up")
+        robot.wait_for("it has taken the LAN's address", lambda line: line.endswith("joined anew"))
+        self.reads_odometry("cyclone", self.robot_machine).wait_for("odometry", is_odometry)
+        self.robot_machine.ip("addr", "del", "10.77.0.1/24", "dev", "lan0")
+        robot.wait_for("it has let go of it", lambda line: line.endswith("joined anew"))
+        self.robot_machine.ip("addr", "add", "10.77.0.9/24", "dev", "lan0")
+        robot.wait_for("it has taken the next one", lambda line: line.endswith("joined anew"))
+        self.reads_odometry("cyclone", self.robot_machine).wait_for("odometry", is_odometry)
+        self.assertFalse(self.reads_odometry("cyclone", self.laptop).within(SILENCE_S, is_odometry))
+
     def test_a_robot_that_was_started_before_its_network_is_found_when_that_comes(self):
         self.robot_machine.ip("link", "set", "lan0", "down")
         self.start_robot("network:=export")

@@ -25,8 +25,8 @@ namespace nacelle::session {
 
 /// The robot on ROS 2's network: who may see it now, and why it cannot be seen if so.
 ///
-/// The robot never needs it: what goes wrong here is told, and nothing local changes. While the robot is shown to other
-/// machines, or could not join, the machine's addresses are watched, and it joins anew when they have changed.
+/// The robot never needs it: what goes wrong here is told, and nothing local changes. While it is on the network, or could
+/// not join, the machine's addresses are watched, and it joins anew when they have changed.
 /// Threads: one, but for `say`, which the network's thread calls too.
 class Network {
  public:

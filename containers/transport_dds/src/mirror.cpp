@@ -213,6 +213,7 @@ Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const
   dds::ParticipantOptions with;
   with.domain_id = options.domain_id;
   with.config = options.config;
+  with.stays_on_this_machine = options.stays_on_this_machine;
   with.user_data = bytes_of(dds::write_participant_user_data(options.enclave));
   with.most_message_bytes = options.most_message_bytes;
   auto participant = dds::Participant::create(with);

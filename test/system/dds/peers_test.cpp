@@ -8,11 +8,14 @@
 #include <map>
 #include <sensor_msgs/msg/image.hpp>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "nacelle/msgs/message_type.hpp"
 #include "support/dds.hpp"
+#include "support/own_network.hpp"
 #include "support/peer_process.hpp"
+#include "transport_dds/wire/cyclone_config.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -85,9 +88,11 @@ class PeerTest : public ::testing::Test {
  public:
   [[nodiscard]] std::unique_ptr<PeerProcess> start(const std::string& vendor, std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"--domain", std::to_string(test::test_domain())});
-    const std::string config = test::loopback_config(test::test_domain()) +
-                               "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
-                               "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
+    if (are_as_delivered) arguments.emplace_back("--as-delivered");
+    std::string config =
+        "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
+        "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
+    if (!are_as_delivered) config = test::loopback_config(test::test_domain()) + config;
     auto peer = std::make_unique<PeerProcess>(kPeers.at(vendor), arguments,
                                               std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}});
     EXPECT_EQ(peer->line(), "ready");
@@ -122,17 +127,50 @@ class PeerTest : public ::testing::Test {
 
   test::Told told;
   std::unique_ptr<Participant> here = test::make_participant();
+  bool are_as_delivered = false;  // the peers' interfaces and transports
 };
 
-class EveryVendor : public PeerTest, public ::testing::WithParamInterface<std::string> {
+/// Where peers and a participant of this side meet.
+enum class Where : std::uint8_t { OnLo, BesideALan };
+
+/// As a robot in mode `local` whose machine has a LAN: what it must be for peers with nothing set to see it.
+std::unique_ptr<Participant> at_home_beside_a_lan() {
+  static const bool has_lan = test::add_lan("10.78.0.1");
+  if (!has_lan) return nullptr;
+  NetworkWish wish;
+  wish.domain_id = static_cast<int>(test::test_domain());
+  NetworkSettings settings = network_settings(wish, {}).value();
+  settings.interfaces.emplace_back("10.78.0.1");
+  ParticipantOptions options;
+  options.domain_id = test::test_domain();
+  options.config = cyclone_config(settings);
+  options.stays_on_this_machine = true;
+  auto made = Participant::create(options);
+  EXPECT_TRUE(made) << made.error().text();
+  return made ? std::move(*made) : nullptr;
+}
+
+class EveryVendor : public PeerTest, public ::testing::WithParamInterface<std::tuple<std::string, Where>> {
  public:
   using PeerTest::start;
+  void SetUp() override {
+    if (std::get<Where>(GetParam()) == Where::OnLo) return;
+    are_as_delivered = true;
+    here.reset();
+    here = at_home_beside_a_lan();
+    if (!here) GTEST_SKIP() << "no network of one's own with a LAN";
+  }
   [[nodiscard]] std::unique_ptr<PeerProcess> start(std::vector<std::string> arguments) {
-    return start(GetParam(), std::move(arguments));
+    return start(std::get<std::string>(GetParam()), std::move(arguments));
   }
 };
-INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor, ::testing::ValuesIn(every_vendor()),
-                         [](const auto& vendor) { return vendor.param; });
+INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor,
+                         ::testing::Combine(::testing::ValuesIn(every_vendor()),
+                                            ::testing::Values(Where::OnLo, Where::BesideALan)),
+                         [](const auto& of) {
+                           return std::get<std::string>(of.param) +
+                                  (std::get<Where>(of.param) == Where::OnLo ? "" : "_with_nothing_set_beside_a_lan");
+                         });
 
 TEST_P(EveryVendor, is_heard_when_it_publishes) {
   const auto reader = make_reader(test::string_topic("chatter"));
@@ -182,7 +220,8 @@ TEST_P(EveryVendor, gives_its_history_to_a_transient_local_reader) {
 }
 
 TEST_P(EveryVendor, sends_eight_megabytes) {
-  if (GetParam() == "fastdds") GTEST_SKIP() << "often takes more than a minute on a loaded machine; why is not known";
+  if (std::get<std::string>(GetParam()) == "fastdds")
+    GTEST_SKIP() << "often takes more than a minute on a loaded machine; why is not known";
   const auto reader = make_reader(image_topic("image", QoS(5)));
   const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge)});
   let_go(*peer, *reader);

@@ -22,8 +22,10 @@ class RemoteGraph;
 
 struct MirrorOptions {
   std::uint32_t domain_id = 0;
-  std::string config;         ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
-  std::string enclave = "/";  ///< ROS 2's; without an own one it is "/".
+  std::string config;  ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
+  /// As ParticipantOptions: nothing leaves this machine, and nothing from elsewhere is heard.
+  bool stays_on_this_machine = false;
+  std::string enclave = "/";                                ///< ROS 2's; without an own one it is "/".
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Ends of other topics and services are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;
