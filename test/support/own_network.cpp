@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -41,7 +42,8 @@ bool add_to_loopback(const char* address) {
   std::strncpy(alias.ifr_name, ("lo:" + std::to_string(next++)).c_str(), IFNAMSIZ - 1);
   auto& to = reinterpret_cast<sockaddr_in&>(alias.ifr_addr);
   to.sin_family = AF_INET;
-  const bool added = ::inet_pton(AF_INET, address, &to.sin_addr) == 1 && ::ioctl(socket, SIOCSIFADDR, &alias) == 0;
+  const bool added = ::inet_pton(AF_INET, address, &to.sin_addr) == 1 &&
+                     (::ioctl(socket, SIOCSIFADDR, &alias) == 0 || errno == EEXIST);
   ::close(socket);
   return added;
 }

@@ -150,8 +150,15 @@ json Network::state() const {
   state["running"] = joined_ != nullptr;
   state["problem"] = why_not_ ? to_json(*why_not_) : json(nullptr);
   state["figures"] = nullptr;
+  state["namesakes"] = json::array();  // nodes elsewhere that have the name of one of this robot's
 #ifdef NACELLE_HAS_DDS
   if (joined_) {
+    for (const Namesake& one : joined_->mirror->namesakes())
+      state["namesakes"].push_back({{"node", one.node},
+                                    {"host", one.host},
+                                    {"process", one.process},
+                                    {"pid", one.pid},
+                                    {"participant", one.participant}});
     const MirrorStats figures = joined_->mirror->stats();
     state["figures"] = {{"writers", figures.writers},
                         {"readers", figures.readers},

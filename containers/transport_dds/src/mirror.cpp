@@ -184,6 +184,7 @@ void DdsMirror::Impl::turn() {
     }
   }
   drop_gone();
+  if (is_snapshot_new || now.discovery || now.snapshots) look_for_namesakes();
   if (is_snapshot_new) send_snapshot();
   now.events.clear();
   now.ready.clear();
@@ -222,6 +223,8 @@ Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const
   if (const auto opened = impl->open(services); !opened) return err(opened.error());
   return std::unique_ptr<DdsMirror>(new DdsMirror(std::move(impl)));
 }
+
+std::vector<Namesake> DdsMirror::namesakes() const { return *impl_->namesakes.lock(); }
 
 MirrorStats DdsMirror::stats() const {
   const Impl& of = *impl_;

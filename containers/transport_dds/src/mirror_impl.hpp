@@ -168,6 +168,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   /// "/arm/driver", for people.
   [[nodiscard]] std::string node_of(const dds::Gid& endpoint) const;
   MonotonicTime show_life();
+  void look_for_namesakes();
 
   // mirror_messages.cpp
   /// Sends what has been published; true if it stopped before the end, for others to have their turn.
@@ -216,6 +217,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<std::string, std::size_t> ends_of_node;
   bool is_snapshot_new = true;
   Guarded<dds::RemoteGraph> remote;
+  Guarded<std::vector<Namesake>> namesakes;
   Noted now;
   std::vector<dds::DiscoveryEvent> found_now;
   std::vector<std::uint64_t> targets;

@@ -35,6 +35,13 @@ struct MirrorOptions {
   std::function<void(const Problem&)> on_problem;
 };
 
+/// A node of another participant with the full name of one of this side: ROS 2's tools take one for the other.
+struct Namesake {
+  std::string node;                ///< "/arm/driver"
+  std::string host, process, pid;  ///< As the other side says; empty: it does not (Fast DDS).
+  std::string participant;         ///< Its gid.
+};
+
 /// Since the start, but for those that say "now".
 struct MirrorStats {
   std::uint64_t encoded = 0, bytes_encoded = 0;  ///< Messages of this side, once each for all that read them.
@@ -92,6 +99,8 @@ class DdsMirror final {
   ~DdsMirror();
 
   [[nodiscard]] MirrorStats stats() const;
+  /// Now. Each was told once.
+  [[nodiscard]] std::vector<Namesake> namesakes() const;
   /// Nodes, topics and services of other participants. The network's thread waits meanwhile: do not use the graph from
   /// within.
   void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;

@@ -8,12 +8,14 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstring>
 #include <filesystem>
 #include <set>
 
 #include "support/dds.hpp"
 #include "support/own_network.hpp"
+#include "transport_dds/port/core.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -122,6 +124,32 @@ TEST(ThisMachine, says_what_the_kernel_refuses) {
   const auto done = keep_to_this_machine(-1, {});
   ASSERT_FALSE(done);
   EXPECT_THAT(done.error().text(), HasSubstr("Bad file descriptor"));
+}
+
+TEST(ThisMachine, is_told_if_others_were_heard_before_it_shut_its_ears) {
+  const std::string config = test::loopback_config(test::test_domain());
+  const auto other = test::make_participant();
+  {
+    const Entity domain{dds_create_domain(96, config.c_str())};
+    EXPECT_EQ(keep_domain_to_this_machine(domain.get(), 96).value(), Home::Alone);
+  }
+  const Entity domain{dds_create_domain(96, config.c_str())};
+  test::Told told;
+  const CycloneListener listener{dds_create_listener(&told)};
+  dds_lset_data_available(listener.get(), [](dds_entity_t, void* to) { static_cast<test::Told*>(to)->on_data(); });
+  {
+    const Entity participant{dds_create_participant(96, nullptr, nullptr)};
+    const Entity known{
+        dds_create_reader(participant.get(), DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, listener.get())};
+    ASSERT_TRUE(told.until([&] {
+      std::array<void*, 2> samples{};
+      std::array<dds_sample_info_t, 2> infos{};
+      const dds_return_t count = dds_read(known.get(), samples.data(), infos.data(), 2, 2);
+      if (count > 0) dds_return_loan(known.get(), samples.data(), count);
+      return count == 2;
+    })) << "itself, and the other one";
+  }
+  EXPECT_EQ(keep_domain_to_this_machine(domain.get(), 96).value(), Home::Visited);
 }
 
 TEST(Participant, stays_on_this_machine_with_all_its_sockets) {
