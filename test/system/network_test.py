@@ -2,6 +2,8 @@
 """The simulated robot on ROS 2's network: who sees it in which mode, with peers that have nothing of Nacelle in them."""
 import json
 import os
+import pathlib
+import re
 import signal
 import subprocess
 import unittest
@@ -46,7 +48,7 @@ class NetworkTest(RobotTest):
         command = (machine or self.robot_machine).within(
             PROGRAM, "launch", LAUNCH_FILE, "sim:=true", f"sim_dir:={self.folder}/sim-{name}", "--name", name, *arguments)
         robot = Lines(command, {**self.environment, **variables})
-        robot.said = []
+        robot.before = []  # what it said until it was up, and perhaps a little more
 
         def end():
             if robot.process.poll() is None:
@@ -58,7 +60,9 @@ class NetworkTest(RobotTest):
             robot.close()
 
         self.addCleanup(end)
-        robot.wait_for("the robot is up", lambda line: " active in " in line, 60)
+        wait_for("the robot is up or has ended", lambda: any(" active in " in line for line in robot.read()) or robot.process.poll() is not None, 60)
+        robot.before += robot.seen
+        robot.wait_for("the robot is up", lambda line: " active in " in line, 1)
         robot.line = robot.wait_for("the bring-up's last line", lambda line: line.startswith("network: "), 5)
         return robot
 
@@ -75,8 +79,8 @@ class NetworkTest(RobotTest):
         self.addCleanup(capture.close)
         return capture
 
-    def drives(self, vendor, machine, *more, **variables):
-        driver = self.peer(vendor, machine, "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0.15, "--every", 50,
+    def drives(self, vendor, machine, *more, topic="rt/cmd_vel", **variables):
+        driver = self.peer(vendor, machine, "pub", "--topic", topic, "--type", "twist", "--speed", 0.15, "--every", 50,
                            "--count", 1000000, *more, **variables)
         driver.go()
         return driver
@@ -200,6 +204,12 @@ class Kept(NetworkTest):
         if "fastdds" in PEERS:
             self.sees("fastdds", self.robot_machine, "--on-loopback")
 
+    def test_programs_that_were_there_before_a_local_robot_see_it_at_once(self):
+        readers = {vendor: self.reads_odometry(vendor, self.robot_machine) for vendor in PEERS}
+        self.start_robot()
+        for vendor, reader in readers.items():
+            reader.wait_for(f"{vendor}, long before it announces itself again (30 s)", is_odometry, 10)
+
     def test_programs_with_the_range_localhost_see_a_local_robot_however_it_was_told_to_be_local(self):
         for name, variables in (("default", {}), ("localhost", {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": "1"})):
             robot = self.start_robot(name=name, **variables)
@@ -242,6 +252,84 @@ class Kept(NetworkTest):
         state = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"][0]
         self.assertFalse(state["running"])
         self.nacelle("topic", "hz", "/odom", "--once")
+
+
+class TwoRobots(NetworkTest):
+    """Whole ones on two machines of one LAN, both shown to it."""
+
+    def start_both(self, **what_of):
+        """`what_of`: arguments and variables of a robot by its name."""
+        both = []
+        for name, machine in (("one", self.robot_machine), ("other", self.laptop)):
+            variables = dict(what_of.get(name, {}))
+            both.append(self.start_robot("network:=export", *variables.pop("arguments", ()), machine=machine, name=name, **variables))
+        return both
+
+    def on_the_network(self):
+        found = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"]
+        return {container["name"]: container for container in found}
+
+    def crossed(self, name):
+        """Ends of others on its topics, and messages, requests and answers that came from the network."""
+        figures = self.on_the_network()[name]["figures"]
+        return {key: figures[key] for key in ("others", "received") if figures[key] != 0}
+
+    def speed(self, name, topic="/odom"):
+        echoed = self.nacelle("topic", "echo", topic, "--once", "--json", "--container", name)
+        return json.loads(echoed.stdout)["twist"]["twist"]["linear"]["x"]
+
+    def test_on_one_domain_they_meet_and_both_say_whose_nodes_have_one_name(self):
+        robots = self.start_both()
+        clashes = [wait_for("the clash of names", lambda robot=robot: self.clashes_of("/lidar", robot)) for robot in robots]
+        for (line,) in clashes:
+            self.assertIn(f"on {os.uname().nodename}", line)
+            self.assertIn("ROS_DOMAIN_ID", line)
+        wait_for("doctor net shows every node", lambda: {"/lidar", "/ekf"} <= {
+            clash["node"] for clash in self.on_the_network()["one"]["namesakes"]})
+        self.assertIn("two of /lidar: also in nacelle (process ", self.nacelle("doctor", "net").stdout)
+        self.assertIn("received", self.crossed("one"))
+        self.assertEqual([len(self.clashes_of("/lidar", robot)) for robot in robots], [1, 1], "it is told once")
+
+    @staticmethod
+    def clashes_of(node, robot):
+        told = robot.before + [line for line in robot.read() if line not in robot.before]
+        return [line for line in told if f"{node}: two nodes of this name" in line]
+
+    def test_on_two_domains_they_do_not_meet(self):
+        self.start_both(one={"ROS_DOMAIN_ID": "1"}, other={"ROS_DOMAIN_ID": "2"})
+        # A program that drives one of them is heard by this one alone.
+        self.drives("cyclone", self.laptop, "--domain", 1)
+        wait_for("the one drives", lambda: self.speed("one") > 0.1)
+        self.assertLess(self.speed("other"), 0.01)
+        self.assertIn("received", self.crossed("one"))
+        self.assertEqual(self.crossed("other"), {})
+        for name in ("one", "other"):
+            self.assertEqual(self.on_the_network()[name]["namesakes"], [])
+
+
+    def test_in_two_namespaces_of_one_domain_they_do_not_meet(self):
+        self.start_both(**{name: {"arguments": [f"namespace:={name}"]} for name in ("one", "other")})
+        reader = self.peer("cyclone", self.laptop, "echo", "--topic", "rt/one/odom", "--type", "odometry", "--count", 1000000)
+        reader.wait_for("a program on the machine of the other sees the one", is_odometry)
+        self.drives("cyclone", self.laptop, topic="rt/one/cmd_vel")
+        reader.wait_for("the one drives", lambda line: speed_of(line) > 0.1)
+        self.assertLess(self.speed("other", "/other/odom"), 0.01)
+        self.assertEqual(self.strangers("other"), [])
+        self.assertEqual(self.on_the_network()["other"]["namesakes"], [])
+
+class Ports(NetworkTest):
+    def test_a_domain_whose_ports_the_kernel_gives_to_anybody_is_a_remark_with_the_ports(self):
+        self.robot_machine.run("sh", "-c", "echo 10000 12000 > /proc/sys/net/ipv4/ip_local_port_range")
+
+        def remarks(domain):
+            command = self.robot_machine.within(PROGRAM, "doctor", "net", "--json")
+            told = subprocess.run(command, env={**self.environment, "ROS_DOMAIN_ID": domain}, capture_output=True, text=True, check=True)
+            return [remark["what"] for remark in json.loads(told.stdout)["remarks"]]
+
+        self.assertEqual(remarks("0"), [])
+        self.assertEqual(remarks("11"), ["its UDP ports 10150 to 10225 reach those from 10000 to 12000 that the kernel gives to any program"])
+        robot = self.start_robot(ROS_DOMAIN_ID="11")
+        self.assertTrue(any("UDP ports 10150 to 10225" in line for line in robot.before), robot.before)
 
 
 class Changed(NetworkTest):

@@ -112,6 +112,18 @@ void drain(const ddsi_domaingv& domain) {
     std::this_thread::sleep_for(kDrainStep);
 }
 
+// Its goodbye is said by another thread of Cyclone's.
+void await_end_of_participants(ddsi_domaingv& domain) {
+  const auto is_over = [&] {
+    ddsrt_mutex_lock(&domain.participant_set_lock);
+    const bool none = domain.nparticipants == 0;
+    ddsrt_mutex_unlock(&domain.participant_set_lock);
+    return none;
+  };
+  for (Duration waited{}; waited < kDraining && !is_over(); waited += kDrainStep)
+    std::this_thread::sleep_for(kDrainStep);
+}
+
 bool has_met_others(dds_entity_t participant) {
   const Entity known{dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr)};
   std::array<void*, 2> samples{};  // null: Cyclone lends its own
@@ -125,11 +137,18 @@ bool has_met_others(dds_entity_t participant) {
 
 Result<void, Problem> keep_to_this_machine(int socket, const std::vector<std::uint32_t>& own) {
   const int nowhere = 0, all = 1;
+  const unsigned lo = ::if_nametoindex("lo");
+  ip_mreqn by_lo{};
+  by_lo.imr_address.s_addr = htonl(INADDR_LOOPBACK);  // of a socket without an address of its own
+  by_lo.imr_ifindex = static_cast<int>(lo);
+  if (::setsockopt(socket, IPPROTO_IP, IP_MULTICAST_IF, &by_lo, sizeof by_lo) != 0)
+    return err(refused("no way but lo for multicasts"));
+  // A time to live of 0 alone would not do: the kernel obeys it only where the group has been joined on the interface.
   if (::setsockopt(socket, IPPROTO_IP, IP_MULTICAST_TTL, &nowhere, sizeof nowhere) != 0)
     return err(refused("no time to live for multicasts"));
-  // In the network's order, unlike other indices.
-  const std::uint32_t lo = htonl(::if_nametoindex("lo"));
-  if (::setsockopt(socket, IPPROTO_IP, IP_UNICAST_IF, &lo, sizeof lo) != 0) return err(refused("no way but lo"));
+  const std::uint32_t network_order = htonl(lo);  // unlike other indices
+  if (::setsockopt(socket, IPPROTO_IP, IP_UNICAST_IF, &network_order, sizeof network_order) != 0)
+    return err(refused("no way but lo for unicasts"));
   // Groups are joined on lo alone, since the kernel tells the LAN of each other. What a program of this machine sends to a
   // group on the LAN's interface comes all the same, as that program has joined it there.
   if (::setsockopt(socket, IPPROTO_IP, IP_MULTICAST_ALL, &all, sizeof all) != 0)
@@ -146,16 +165,19 @@ Result<Home, Problem> keep_domain_to_this_machine(dds_entity_t domain, std::uint
   if (const dds_return_t shut = dds_domain_set_deafmute(domain, true, true, DDS_INFINITY); shut != DDS_RETCODE_OK)
     return err(Problem{"DDS domain " + std::to_string(id), error_name(shut), ""});
   Home home = Home::Alone;
+  ddsi_domaingv* gv = nullptr;
   {
     // Nobody hears of it: it ends before its domain may speak.
     const Entity scout{dds_create_participant(id, nullptr, nullptr)};
     if (!scout) return err(Problem{"DDS domain " + std::to_string(id), error_name(scout.get()), ""});
     const auto inside = inside_of(scout.get());
     if (!inside) return err(inside.error());
+    gv = inside.value();
     if (auto kept = keep_sockets(*inside.value()); !kept) return err(kept.error());
     drain(*inside.value());
     if (has_met_others(scout.get())) home = Home::Visited;
   }
+  await_end_of_participants(*gv);
   dds_domain_set_deafmute(domain, false, false, DDS_INFINITY);
   return home;
 }

@@ -12,9 +12,10 @@ namespace nacelle::transport_dds {
 /// Sees to it that nothing leaves this machine by a UDP socket, and that nothing from elsewhere is read from it, whatever
 /// is sent to which address (docs/adr/0014).
 ///
-/// Multicasts have a time to live of 0: the kernel hands them to this machine's sockets and to no wire. Unicasts are
-/// routed to lo, where nothing but this machine's own addresses is. A filter in the kernel drops what comes from an address
-/// that is neither in 127/8 nor among `own` (IPv4, in the host's order). None of it needs a privilege.
+/// All it sends goes out by lo, where nothing but this machine's own addresses is; what goes to a group there comes to
+/// every socket of this machine that is bound to the port, since this side has joined it on lo. A filter in the kernel drops
+/// what comes from an address that is neither in 127/8 nor among `own` (IPv4, in the host's order). None of it needs a
+/// privilege.
 /// Errors: the kernel refuses one of them; the socket must not be used then.
 [[nodiscard]] Result<void, Problem> keep_to_this_machine(int socket, const std::vector<std::uint32_t>& own);
 

@@ -128,11 +128,11 @@ TEST(ThisMachine, says_what_the_kernel_refuses) {
 
 TEST(ThisMachine, is_told_if_others_were_heard_before_it_shut_its_ears) {
   const std::string config = test::loopback_config(test::test_domain());
-  const auto other = test::make_participant();
   {
     const Entity domain{dds_create_domain(96, config.c_str())};
     EXPECT_EQ(keep_domain_to_this_machine(domain.get(), 96).value(), Home::Alone);
   }
+  const auto other = test::make_participant();
   const Entity domain{dds_create_domain(96, config.c_str())};
   test::Told told;
   const CycloneListener listener{dds_create_listener(&told)};
@@ -162,6 +162,7 @@ TEST(Participant, stays_on_this_machine_with_all_its_sockets) {
   for (const int socket : its) {
     EXPECT_EQ(option_of(socket, IPPROTO_IP, IP_MULTICAST_TTL), 0);
     EXPECT_EQ(option_of(socket, IPPROTO_IP, IP_UNICAST_IF), lo);
+    EXPECT_EQ(option_of(socket, IPPROTO_IP, IP_MULTICAST_IF), static_cast<int>(htonl(INADDR_LOOPBACK)));
     EXPECT_GT(filter_of(socket), 3);
   }
   const auto free = test::make_participant();
