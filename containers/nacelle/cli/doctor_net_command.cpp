@@ -44,7 +44,7 @@ json containers_json(const json& here) {
       continue;
     }
     for (const char* const key :
-         {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports", "figures"})
+         {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports", "figures", "clock_skews"})
       row[key] = reply.value().value(key, json(nullptr));
     for (const char* const key : {"mode", "domain", "interfaces", "peers", "exports"}) {
       if (here.contains(key) && row[key] != here[key]) row["differs"].push_back(key);
@@ -106,6 +106,12 @@ void print(const json& net) {
                             words_of(link["addresses"], "without an address"), link["up"].get<bool>() ? "" : ", down"));
   }
   for (const auto& container : net["containers"]) row("container", words_of_container(container));
+  for (const auto& container : net["containers"]) {
+    if (!container.contains("clock_skews")) continue;
+    for (const auto& skew : container["clock_skews"])
+      row("clock", container["name"].get<std::string>() + ": " + skew["text"].get<std::string>() +
+                       "; synchronise both (chrony, or timedatectl set-ntp true)");
+  }
   for (const auto& remark : net["remarks"]) {
     const Problem problem{remark["where"], remark["what"], remark["way_out"]};
     row("remark", problem.text());

@@ -29,14 +29,15 @@ struct Network::Joined {};
 #endif
 
 Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
-                 const Clock& clock, Say say)
+                 const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews)
     : plan_(plan),
       written_(std::move(plan)),
       environment_(std::move(environment)),
       graph_(graph),
       services_(services),
       clock_(clock),
-      say_(std::move(say)) {}
+      say_(std::move(say)),
+      clock_skews_(std::move(clock_skews)) {}
 
 Network::~Network() = default;
 
@@ -76,6 +77,7 @@ Result<void, Problem> Network::join() {
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
+  options.clock_skews = clock_skews_;
   auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
   // Multicast on lo needs no port of a number; only ROS 2's tools with the range LOCALHOST do not find us then.
   if (!mirror && settings_.discovery == transport_dds::Discovery::Loopback &&
@@ -131,8 +133,12 @@ json Network::state() const {
   state["running"] = joined_ != nullptr;
   state["problem"] = why_not_ ? to_json(*why_not_) : json(nullptr);
   state["figures"] = nullptr;
+  state["clock_skews"] = json::array();
 #ifdef NACELLE_HAS_DDS
   if (joined_) {
+    for (const auto& skew : joined_->mirror->clock_skews())
+      state["clock_skews"].push_back(
+          {{"host", skew.host()}, {"ahead_s", to_seconds(skew.ahead())}, {"text", skew.text()}});
     const MirrorStats figures = joined_->mirror->stats();
     state["figures"] = {{"writers", figures.writers},
                         {"readers", figures.readers},
