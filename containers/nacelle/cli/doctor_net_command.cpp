@@ -43,8 +43,8 @@ json containers_json(const json& here) {
       rows.push_back(std::move(row));
       continue;
     }
-    for (const char* const key :
-         {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports", "figures", "namesakes"})
+    for (const char* const key : {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports",
+                                  "figures", "namesakes", "clock_skews"})
       row[key] = reply.value().value(key, json(nullptr));
     for (const char* const key : {"mode", "domain", "interfaces", "peers", "exports"}) {
       if (here.contains(key) && row[key] != here[key]) row["differs"].push_back(key);
@@ -116,10 +116,13 @@ void print(const json& net) {
     row("link", fmt::format("{} {}{}", link["name"].get<std::string>(),
                             words_of(link["addresses"], "without an address"), link["up"].get<bool>() ? "" : ", down"));
   }
+  for (const auto& container : net["containers"]) row("container", words_of_container(container));
   for (const auto& container : net["containers"]) {
-    row("container", words_of_container(container));
-    if (!container.contains("namesakes") || container["namesakes"].is_null()) continue;
-    for (const auto& other : container["namesakes"]) row("node", words_of_namesake(other));
+    const auto rows_of = [&](const char* key) { return container.value(key, json::array()); };
+    for (const auto& other : rows_of("namesakes")) row("node", words_of_namesake(other));
+    for (const auto& skew : rows_of("clock_skews"))
+      row("clock", container["name"].get<std::string>() + ": " + skew["text"].get<std::string>() +
+                       "; synchronise both (chrony, or timedatectl set-ntp true)");
   }
   for (const auto& remark : net["remarks"]) {
     const Problem problem{remark["where"], remark["what"], remark["way_out"]};

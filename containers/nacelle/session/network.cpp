@@ -39,14 +39,15 @@ struct Network::Joined {};
 #endif
 
 Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
-                 const Clock& clock, Say say)
+                 const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews)
     : plan_(plan),
       written_(std::move(plan)),
       environment_(std::move(environment)),
       graph_(graph),
       services_(services),
       clock_(clock),
-      say_(std::move(say)) {}
+      say_(std::move(say)),
+      clock_skews_(std::move(clock_skews)) {}
 
 Network::~Network() = default;
 
@@ -87,6 +88,7 @@ Result<void, Problem> Network::join() {
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
   options.stays_on_this_machine = settings_.mode == NetworkMode::Local;
+  options.clock_skews = clock_skews_;
   auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
   const auto try_again_after = [&](const char* said) {
     return !mirror && settings_.discovery == transport_dds::Reach::ThisMachine &&
@@ -151,6 +153,7 @@ json Network::state() const {
   state["problem"] = why_not_ ? to_json(*why_not_) : json(nullptr);
   state["figures"] = nullptr;
   state["namesakes"] = json::array();  // nodes elsewhere that have the name of one of this robot's
+  state["clock_skews"] = json::array();
 #ifdef NACELLE_HAS_DDS
   if (joined_) {
     for (const Namesake& one : joined_->mirror->namesakes())
@@ -159,6 +162,9 @@ json Network::state() const {
                                     {"process", one.process},
                                     {"pid", one.pid},
                                     {"participant", one.participant}});
+    for (const auto& skew : joined_->mirror->clock_skews())
+      state["clock_skews"].push_back(
+          {{"host", skew.host()}, {"ahead_s", to_seconds(skew.ahead())}, {"text", skew.text()}});
     const MirrorStats figures = joined_->mirror->stats();
     state["figures"] = {{"writers", figures.writers},
                         {"readers", figures.readers},

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
@@ -31,9 +32,9 @@ namespace nacelle::session {
 class Network {
  public:
   using Say = std::function<void(const std::string& line)>;
-  /// `graph`, `services` and `clock` outlive it.
+  /// `graph`, `services` and `clock` outlive it. `clock_skews` is kept filled with what is found of others' clocks.
   Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
-          const Clock& clock, Say say);
+          const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews = nullptr);
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
   ~Network();
@@ -70,6 +71,7 @@ class Network {
   ServiceGraph& services_;
   const Clock& clock_;
   const Say say_;
+  const std::shared_ptr<ClockSkews> clock_skews_;
   transport_dds::NetworkSettings settings_;
   std::optional<Problem> why_not_;  // it is not on the network, though it should be
   bool is_asked_for_ = false;       // by somebody, not only by default

@@ -67,6 +67,7 @@ DdsMirror::Impl::~Impl() {
   if (hurries) participant->set_mute(false);
   if (number != 0) graph.leave(number);
   services.reset();
+  if (options.clock_skews) options.clock_skews->replace({});
   // Before what they use, and without a word to a graph that may see each go.
   stand_ins.clear();
   writers.clear();
@@ -248,6 +249,8 @@ MirrorStats DdsMirror::stats() const {
   if (of.services) of.services->fill(out);
   return out;
 }
+
+std::vector<ClockSkew> DdsMirror::clock_skews() const { return *impl_->host_skews.lock(); }
 
 void DdsMirror::look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const {
   at(*impl_->remote.lock());

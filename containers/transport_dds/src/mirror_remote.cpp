@@ -199,6 +199,8 @@ void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::
   spec.via = number;
   if (end.is_writer) {
     made.writer = graph.create_proxy_writer(spec, made.id);
+    made.peer = &peer_of(end);
+    if (made.peer->clock.ahead() != Duration::zero()) publish_skews();
     if (manual_lease_of(end) > Duration::zero()) manual.insert(end.gid);
   } else {
     made.witness = graph.create_witness(spec);
@@ -222,6 +224,10 @@ void DdsMirror::Impl::drop_gone() {
       if (gid.same_participant(gone)) its.push_back(gid);
     }
     for (const auto& gid : its) forget(gid);
+    if (const auto peer = peers.extract(gone); peer && peer.mapped().clock.ahead() != Duration::zero()) {
+      told_skews.erase(peer.mapped().host);  // who comes back with it is told anew
+      publish_skews();
+    }
   }
   gone_now.clear();
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/node/graph.hpp"
@@ -33,6 +34,8 @@ struct MirrorOptions {
   bool allow_load = false;
   /// What keeps an endpoint from the network, or two of them apart, each once. On the network's thread. Null: the log.
   std::function<void(const Problem&)> on_problem;
+  /// Filled with the remote writers whose machine's clock differs from ours (wire/peer_clock.hpp). Null: nobody asks.
+  std::shared_ptr<ClockSkews> clock_skews;
 };
 
 /// A node of another participant with the full name of one of this side: ROS 2's tools take one for the other.
@@ -101,6 +104,8 @@ class DdsMirror final {
   [[nodiscard]] MirrorStats stats() const;
   /// Now. Each was told once.
   [[nodiscard]] std::vector<Namesake> namesakes() const;
+  /// The hosts whose clock differs now, each once. They are told in the log when it begins, changes, or ends.
+  [[nodiscard]] std::vector<ClockSkew> clock_skews() const;
   /// Nodes, topics and services of other participants. The network's thread waits meanwhile: do not use the graph from
   /// within.
   void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;
