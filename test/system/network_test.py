@@ -22,6 +22,8 @@ AT_HOME = ("<General><AllowMulticast>false</AllowMulticast></General><Discovery>
            "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address=\"localhost\"/></Peers></Discovery>")
 ASKS_THE_ROBOT = ('<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>'
                   '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
+# One topic for all robots, as in ROS 2.
+SHARED = {"/diagnostics", "/parameter_events", "/rosout"}
 LO = '<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>'
 
 
@@ -170,6 +172,22 @@ class Kept(NetworkTest):
         self.assertLess(speed_of(reader.wait_for("odometry again", is_odometry)), 0.01)
         self.assertEqual(self.figures()["others"], 1, "the reader of its own machine")
 
+    def test_cyclonedds_uri_does_not_take_a_local_robot_to_the_lan(self):
+        """Neither with a peer there, nor with the LAN's interface alone."""
+        peer = '<Discovery><Peers><Peer address="10.77.0.2"/></Peers></Discovery>'
+        lan = '<General><Interfaces><NetworkInterface name="lan0"/></Interfaces></General>'
+        for domain, uri in enumerate((peer, LO, lan)):
+            with self.subTest(uri=uri):
+                robot = self.start_robot(name=f"robot{domain}", ROS_DOMAIN_ID=str(domain), CYCLONEDDS_URI=uri)
+                self.assertRegex(robot.line, "^network: local only.*as CYCLONEDDS_URI allows")
+                # Whoever looks on lo does not see what was taken from it.
+                reader = self.reads_odometry("cyclone", self.robot_machine, "--domain", domain, CYCLONEDDS_URI=AT_HOME if uri == lan else LO)
+                reader.wait_for("odometry on the robot itself", is_odometry)
+                if uri != lan:  # there the program speaks on it
+                    self.assertEqual(self.robot_machine.sent("lan0"), 0)
+        stranger = self.reads_odometry("cyclone", self.laptop, "--domain", 2)
+        self.assertFalse(stranger.within(SILENCE_S, is_odometry))
+
     def figures(self):
         return json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"][0]["figures"]
 
@@ -278,6 +296,19 @@ class TwoRobots(NetworkTest):
         echoed = self.nacelle("topic", "echo", topic, "--once", "--json", "--container", name)
         return json.loads(echoed.stdout)["twist"]["twist"]["linear"]["x"]
 
+    def check_below(self, namespace, name):
+        """Its topics and services are all below it, and so are the nodes at both ends of each topic."""
+        topics = {row["name"] for row in json.loads(self.nacelle("topic", "list", "--json", "--container", name).stdout)} - SHARED
+        services = self.nacelle("service", "list", "--all", "--container", name).stdout.split()
+        self.assertGreater(len(services), 30)
+        ends = "".join(self.nacelle("topic", "info", topic, "-v", "--container", name).stdout for topic in topics)
+        nodes = re.findall(r"^Node namespace: (\S+)$", ends, flags=re.MULTILINE)
+        self.assertGreater(len(nodes), 30)
+        for found in (topics, services, nodes):
+            self.assertEqual([one for one in found if not f"{one}/".startswith(f"{namespace}/")], [])
+        self.assertIn(f"{namespace}/tf", topics)
+        self.assertIn(f"{namespace}/cmd_vel", topics)
+
     def test_on_one_domain_they_meet_and_both_say_whose_nodes_have_one_name(self):
         robots = self.start_both()
         clashes = [wait_for("the clash of names", lambda robot=robot: self.clashes_of("/lidar", robot)) for robot in robots]
@@ -314,7 +345,8 @@ class TwoRobots(NetworkTest):
         self.drives("cyclone", self.laptop, topic="rt/one/cmd_vel")
         reader.wait_for("the one drives", lambda line: speed_of(line) > 0.1)
         self.assertLess(self.speed("other", "/other/odom"), 0.01)
-        self.assertEqual(self.strangers("other"), [])
+        for name in ("one", "other"):
+            self.check_below(f"/{name}", name)
         self.assertEqual(self.on_the_network()["other"]["namesakes"], [])
 
 class Ports(NetworkTest):
@@ -328,6 +360,9 @@ class Ports(NetworkTest):
 
         self.assertEqual(remarks("0"), [])
         self.assertEqual(remarks("11"), ["its UDP ports 10150 to 10225 reach those from 10000 to 12000 that the kernel gives to any program"])
+        self.robot_machine.run("sh", "-c", "echo 10150-10225 > /proc/sys/net/ipv4/ip_local_reserved_ports")
+        self.assertEqual(remarks("11"), [], "the way out of the remark")
+        self.robot_machine.run("sh", "-c", "echo > /proc/sys/net/ipv4/ip_local_reserved_ports")
         robot = self.start_robot(ROS_DOMAIN_ID="11")
         self.assertTrue(any("UDP ports 10150 to 10225" in line for line in robot.before), robot.before)
 

@@ -40,6 +40,12 @@ transport_dds::PortRange ephemeral_ports() {
   return range;
 }
 
+std::vector<transport_dds::PortRange> reserved_ports() {
+  std::string text;
+  std::getline(std::ifstream{"/proc/sys/net/ipv4/ip_local_reserved_ports"}, text);
+  return transport_dds::parse_port_ranges(text);
+}
+
 const char* to_text(transport_dds::Reach discovery) {
   constexpr std::array<const char*, 5> kWords{"none", "this machine", "unicast", "multicast", "as configured"};
   return kWords[static_cast<std::size_t>(discovery)];
@@ -100,7 +106,7 @@ Result<transport_dds::NetworkSettings, Problem> network_in_force(const launch::N
     lan.resize(std::min(lan.size(), kMostOnTheLan));
     settings->interfaces.insert(settings->interfaces.end(), lan.begin(), lan.end());
   }
-  if (auto remark = transport_dds::port_remark(settings->domain, ephemeral_ports()))
+  if (auto remark = transport_dds::port_remark(settings->domain, ephemeral_ports(), reserved_ports()))
     settings->remarks.push_back(std::move(*remark));
   return settings;
 }

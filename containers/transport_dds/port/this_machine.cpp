@@ -9,12 +9,6 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-// This header of Cyclone's is C: a typedef in it has the name of its struct, which C++ does not allow.
-#define Q_SOCKWAITSET_H
-using os_sockWaitset = struct SocketWaitSet*;
-#include <dds/ddsi/ddsi_domaingv.h>
-#include <dds/ddsi/ddsi_tran.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -25,6 +19,7 @@ using os_sockWaitset = struct SocketWaitSet*;
 #include "nacelle/base/time.hpp"
 #include "transport_dds/port/blob_type.hpp"
 #include "transport_dds/port/cyclone.hpp"
+#include "transport_dds/port/cyclone_inside.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -138,6 +133,7 @@ bool has_met_others(dds_entity_t participant) {
 Result<void, Problem> keep_to_this_machine(int socket, const std::vector<std::uint32_t>& own) {
   const int nowhere = 0, all = 1;
   const unsigned lo = ::if_nametoindex("lo");
+  if (lo == 0) return err(refused("no lo"));  // which the options below would take for "any"
   ip_mreqn by_lo{};
   by_lo.imr_address.s_addr = htonl(INADDR_LOOPBACK);  // of a socket without an address of its own
   by_lo.imr_ifindex = static_cast<int>(lo);
@@ -164,7 +160,6 @@ Result<Home, Problem> keep_domain_to_this_machine(dds_entity_t domain, std::uint
   // Its sockets have been open for a moment.
   if (const dds_return_t shut = dds_domain_set_deafmute(domain, true, true, DDS_INFINITY); shut != DDS_RETCODE_OK)
     return err(Problem{"DDS domain " + std::to_string(id), error_name(shut), ""});
-  Home home = Home::Alone;
   ddsi_domaingv* gv = nullptr;
   {
     // Nobody hears of it: it ends before its domain may speak.
@@ -173,13 +168,13 @@ Result<Home, Problem> keep_domain_to_this_machine(dds_entity_t domain, std::uint
     const auto inside = inside_of(scout.get());
     if (!inside) return err(inside.error());
     gv = inside.value();
-    if (auto kept = keep_sockets(*inside.value()); !kept) return err(kept.error());
-    drain(*inside.value());
-    if (has_met_others(scout.get())) home = Home::Visited;
+    if (auto kept = keep_sockets(*gv); !kept) return err(kept.error());
+    drain(*gv);
+    if (has_met_others(scout.get())) return Home::Visited;
   }
   await_end_of_participants(*gv);
   dds_domain_set_deafmute(domain, false, false, DDS_INFINITY);
-  return home;
+  return Home::Alone;
 }
 
 }  // namespace nacelle::transport_dds

@@ -22,7 +22,8 @@ namespace nacelle::transport_dds {
 /// How a domain was found when it was kept to this machine.
 enum class Home : std::uint8_t {
   Alone,
-  /// It had heard others before its sockets were ready. They may be of this machine or not: it must be made anew.
+  /// It had heard others before its sockets were ready. They may be of this machine or not: it says nothing, and must be
+  /// ended and made anew.
   Visited
 };
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <string_view>
 
 #include "nacelle/base/expect.hpp"
@@ -84,9 +85,32 @@ PortRange ports_of_domain(int domain, int most_index) {
   return {first, first + 11 + 2 * most_index};
 }
 
-std::optional<Problem> port_remark(int domain, const PortRange& ephemeral) {
+std::vector<PortRange> parse_port_ranges(std::string_view text) {
+  std::vector<PortRange> ranges;
+  const char *at = text.data(), *const end = at + text.size();
+  while (at != end) {
+    PortRange range;
+    auto read = std::from_chars(at, end, range.first);
+    if (read.ec == std::errc{}) {
+      range.last = range.first;
+      if (read.ptr != end && *read.ptr == '-') read = std::from_chars(read.ptr + 1, end, range.last);
+      if (read.ec == std::errc{}) ranges.push_back(range);
+    }
+    at = std::find(at, end, ',');
+    if (at != end) ++at;
+  }
+  return ranges;
+}
+
+std::optional<Problem> port_remark(int domain, const PortRange& ephemeral, const std::vector<PortRange>& reserved) {
   const PortRange ports = ports_of_domain(domain);
-  if (ports.last < ephemeral.first || ports.first > ephemeral.last) return std::nullopt;
+  const auto holds = [](const PortRange& range, int port) { return range.first <= port && port <= range.last; };
+  bool is_given = false;
+  for (int port = ports.first; port <= ports.last; ++port) {
+    is_given |= holds(ephemeral, port) && std::none_of(reserved.begin(), reserved.end(),
+                                                       [&](const PortRange& range) { return holds(range, port); });
+  }
+  if (!is_given) return std::nullopt;
   return Problem{
       fmt::format("domain {}", domain),
       fmt::format("its UDP ports {} to {} reach those from {} to {} that the kernel gives to any program", ports.first,

@@ -223,5 +223,16 @@ TEST(DomainPorts, that_the_kernel_gives_to_anybody_are_a_remark_with_both_ranges
   EXPECT_TRUE(port_remark(214, kUsual)) << "its multicast ports";
 }
 
+TEST(DomainPorts, that_are_reserved_are_given_to_nobody) {
+  constexpr PortRange kUsual{32768, 60999};
+  const auto remark_with = [&](const char* reserved) { return port_remark(102, kUsual, parse_port_ranges(reserved)); };
+  EXPECT_FALSE(remark_with("32900-32975")) << "the way out of the remark";
+  EXPECT_FALSE(remark_with("80,32000-32930,32931,32932-40000\n"));
+  EXPECT_TRUE(remark_with("32900-32974"));
+  EXPECT_TRUE(remark_with("32901-32975"));
+  EXPECT_TRUE(remark_with("32900"));
+  for (const char* none : {"", "\n", "x", "-", "32900-", "32900-x,", ",,"}) EXPECT_TRUE(remark_with(none)) << none;
+}
+
 }  // namespace
 }  // namespace nacelle::transport_dds
