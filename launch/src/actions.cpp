@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "builder.hpp"
@@ -10,6 +11,12 @@ namespace {
 // Above any robot's needs; a file that includes two that include two would be far beyond them.
 constexpr std::size_t kMaxIncludeDepth = 16;
 constexpr std::size_t kMaxFiles = 200;
+
+/// Names nothing, so that `namespace` may stand after it. A group is what is in it.
+bool is_prelude(const std::string& action) {
+  static constexpr std::array kNames{"let", "log", "set_env", "unset_env", "group"};
+  return std::ranges::find(kNames, action) != kNames.end();
+}
 
 }  // namespace
 
@@ -28,6 +35,7 @@ void Builder::run_top(const std::string& text, const std::string& path) {
   plan_.file = path;
   Scope scope;
   for (const auto& [name, value] : arguments_) scope.variables[name] = value;
+  enter_namespace(scope);
   run_file(text, path, scope, std::nullopt);
 }
 
@@ -65,6 +73,8 @@ void Builder::run_action(const Element& action, Scope& scope) {
   const std::string& name = action.name;
   if (name == "arg") return declare_argument(action, scope);
   if (name == "include") return include(action, scope);
+  if (name == "namespace") return name_space(action, scope);
+  if (!is_prelude(name)) note_named(at(action.line));
   if (name == "group") return group(action, scope);
   if (name == "node" || name == "executable") return program(action, scope);
   if (name == "node_container") return container(action, scope);
@@ -181,9 +191,14 @@ void Builder::include(const Element& element, Scope& scope) {
 }
 
 void Builder::group(const Element& element, Scope& scope) {
-  if (!flag(element, "scoped", true, scope)) return run_actions(element, scope);
-  Scope inner = flag(element, "forwarding", true, scope) ? scope : Scope{};
-  run_actions(element, inner);
+  ++groups_;
+  if (!flag(element, "scoped", true, scope)) {
+    run_actions(element, scope);
+  } else {
+    Scope inner = flag(element, "forwarding", true, scope) ? scope : outermost_;
+    run_actions(element, inner);
+  }
+  --groups_;
 }
 
 void Builder::program(const Element& element, Scope& scope) {
@@ -236,7 +251,9 @@ void Builder::program(const Element& element, Scope& scope) {
   const std::string full_name = made.name.empty() ? "" : fully_qualified_node_name(made.namespace_, made.name);
   for (const auto& source : parameters) {
     if (source.file != nullptr) note_sections(source, full_name);
-    if (source.file != nullptr && !source.substituted) {
+    // Its sections are written without the launch's namespace, which the program could not know.
+    const bool as_it_is = !plan_.name_space.moves() || full_name.empty();
+    if (source.file != nullptr && !source.substituted && as_it_is) {
       add("--params-file", source.path);
     } else {
       for (const auto& p : resolve({source}, full_name)) add("-p", p.name + ":=" + to_text(p.value));
@@ -276,6 +293,7 @@ void Builder::container(const Element& element, Scope& scope) {
     std::vector<ParameterSource> sources = scope.parameters;
     read_parameters(element, scope, "", sources);
     made.parameters = resolve(sources, fully_qualified_node_name(made.namespace_, made.name));
+    std::erase_if(made.parameters, [](const Parameter& given) { return given.name == kFramePrefixParameter; });
   }
   for (const auto& child : element.children) {
     if (child.name == "composable_node") component(child, scope);

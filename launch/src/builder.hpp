@@ -29,6 +29,11 @@ struct ParameterSource {
 
 /// The command line's argument that every launch file has: network:=off, local or export.
 inline constexpr const char* kNetworkArgument = "network";
+/// Two more: namespace:=NAME and tf:=topics or frames.
+inline constexpr const char* kNamespaceArgument = "namespace";
+inline constexpr const char* kTfArgument = "tf";
+/// robot_state_publisher's name for it, and ours (nacelle/node/frame_name.hpp).
+inline constexpr const char* kFramePrefixParameter = "frame_prefix";
 
 /// What the files are read for.
 enum class Wanted : std::uint8_t { Plan, Arguments };
@@ -55,7 +60,10 @@ class Builder {
  public:
   Builder(const Environment& environment, const std::map<std::string, std::string>& arguments, Wanted wanted);
 
+  /// Before run_top(). `declared`: the arguments that the files declare, which then mean what the files say.
+  void take_namespace_arguments(const std::set<std::string>& declared);
   void run_top(const std::string& text, const std::string& path);
+  [[nodiscard]] const std::set<std::string>& declared_arguments() const { return declared_; }
   [[nodiscard]] Result<Plan, std::vector<Problem>> finish();
   void report(const Location& where, std::string what, std::string way_out = {});
   /// The same for a Problem without `where`; one without `what` was reported before.
@@ -91,6 +99,15 @@ class Builder {
   void read_export(const Element& element, Scope& scope);
   void add_export(ExportPlan made, const Scope& scope);
   void apply_network_argument();
+
+  // namespace.cpp
+  [[nodiscard]] static bool is_for_every_file(const std::string& argument);
+  void name_space(const Element& element, Scope& scope);
+  void enter_namespace(Scope& scope);
+  void note_named(const Location& where);
+  /// The node's name without the launch's namespace: as its files write it.
+  [[nodiscard]] std::string name_in_files(const std::string& full_name) const;
+  void check_namespace();
 
   /// False, and reported once, when the files ask for too much.
   [[nodiscard]] bool counted(const Element& action);
@@ -150,6 +167,12 @@ class Builder {
   std::size_t evaluated_bytes_ = 0;
   std::vector<Target> targets_;
   std::set<std::string> declared_;
+  std::optional<std::string> namespace_given_;  // on the command line
+  bool tf_given_ = false;
+  Location declared_namespace_;
+  std::optional<Location> first_named_;  // what `namespace` would come too late for
+  unsigned groups_ = 0;                  // around the action
+  Scope outermost_;                      // only what the launch's namespace puts into every scope
   std::map<std::string, std::shared_ptr<const ParameterFile>> parameter_files_;
   std::set<std::string> unreadable_;  // parameter files that were reported
   std::map<std::pair<std::string, std::string>, std::pair<Location, bool>> sections_;  // (path, pattern) -> used

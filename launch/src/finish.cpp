@@ -45,8 +45,11 @@ void Builder::resolve_after() {
   for (auto& component : plan_.components) {
     for (auto& condition : component.after) {
       std::string full = join_namespaces(component.namespace_, condition.node);
-      // A short name is first looked for beside the component, then at the root.
-      if (!known(full) && known(join_namespaces("/", condition.node))) full = join_namespaces("/", condition.node);
+      // A short name is first looked for beside the component, then at the root: of the launch, if it is in a namespace.
+      const std::string at_root = join_namespaces("/", condition.node);
+      for (const auto& other : {plan_.name_space.moves() ? plan_.name_space.path + at_root : at_root, at_root}) {
+        if (!known(full) && known(other)) full = other;
+      }
       if (!known(full)) {
         // One of that name in another namespace is what is meant; else what is near, as it would have to be written here.
         std::vector<std::string> elsewhere, others;
@@ -81,8 +84,10 @@ void Builder::resolve_detail(AfterCondition& condition) {
   if (condition.when == When::Tf) {
     const auto arrow = condition.detail.find("->");
     if (arrow == std::string::npos || arrow == 0 || arrow + 2 == condition.detail.size())
-      report(condition.where, "'tf' needs two frames, not '" + condition.detail.substr(0, 80) + "'",
-             "write tf(odom->base_link)");
+      return report(condition.where, "'tf' needs two frames, not '" + condition.detail.substr(0, 80) + "'",
+                    "write tf(odom->base_link)");
+    condition.detail = plan_.name_space.frame(condition.detail.substr(0, arrow)) + "->" +
+                       plan_.name_space.frame(condition.detail.substr(arrow + 2));
     return;
   }
   if (condition.detail.empty())
@@ -132,7 +137,7 @@ void Builder::find_cycles() {
 
 void Builder::check_arguments() {
   for (const auto& [name, value] : arguments_) {
-    if (declared_.count(name) != 0 || name == kNetworkArgument) continue;
+    if (declared_.count(name) != 0 || is_for_every_file(name)) continue;
     report({plan_.file, 0}, "the files declare no argument '" + name.substr(0, 80) + "'",
            suggestion(name.substr(0, 80), {declared_.begin(), declared_.end()}));
   }
@@ -147,6 +152,7 @@ Result<Plan, std::vector<Problem>> Builder::finish() {
   }
   check_arguments();
   apply_network_argument();
+  check_namespace();
   for (auto& refusal : refuse_unavailable(plan_)) problems_.push_back(std::move(refusal));
   for (const auto& [key, section] : sections_) {
     if (!section.second) plan_.unused_sections.push_back({key.second, section.first});

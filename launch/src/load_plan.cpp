@@ -39,15 +39,26 @@ Environment system_environment() {
 
 namespace {
 
+Result<Plan, std::vector<Problem>> build(const std::string& text, const std::string& file,
+                                         const std::map<std::string, std::string>& arguments,
+                                         const Environment& environment, Wanted wanted) {
+  Builder builder(environment, arguments, wanted);
+  if (arguments.contains(kNamespaceArgument) || arguments.contains(kTfArgument)) {
+    Builder survey(environment, arguments, Wanted::Arguments);
+    survey.run_top(text, file);
+    builder.take_namespace_arguments(survey.declared_arguments());
+  }
+  builder.run_top(text, file);
+  return builder.finish();
+}
+
 Result<Plan, std::vector<Problem>> read(const std::string& file, const std::map<std::string, std::string>& arguments,
                                         const Environment& environment, Wanted wanted) {
   const auto text = environment.read_file ? environment.read_file(file) : std::nullopt;
   if (!text)
     return err(
         std::vector<Problem>{{file, "the launch file cannot be read", "is it there, and may this user read it?"}});
-  Builder builder(environment, arguments, wanted);
-  builder.run_top(*text, file);
-  return builder.finish();
+  return build(*text, file, arguments, environment, wanted);
 }
 
 }  // namespace
@@ -55,9 +66,7 @@ Result<Plan, std::vector<Problem>> read(const std::string& file, const std::map<
 Result<Plan, std::vector<Problem>> load_plan_text(const std::string& text, const std::string& file,
                                                   const std::map<std::string, std::string>& arguments,
                                                   const Environment& environment) {
-  Builder builder(environment, arguments, Wanted::Plan);
-  builder.run_top(text, file);
-  return builder.finish();
+  return build(text, file, arguments, environment, Wanted::Plan);
 }
 
 Result<Plan, std::vector<Problem>> load_plan(const std::string& file,

@@ -120,7 +120,8 @@ void Builder::substitute_tree(YamlNode& node, const std::string& path, Scope& sc
 void Builder::note_sections(const ParameterSource& source, const std::string& full_name) {
   for (const auto& section : source.file->sections()) {
     // A program without a name may be any node.
-    const bool used = full_name.empty() || matches_node(section.pattern, full_name);
+    const bool used = full_name.empty() || matches_node(section.pattern, full_name) ||
+                      matches_node(section.pattern, name_in_files(full_name));
     auto& known = sections_[{source.path, section.pattern}];
     known.first = section.where;
     known.second = known.second || used;
@@ -135,7 +136,12 @@ std::vector<Parameter> Builder::resolve(const std::vector<ParameterSource>& sour
       continue;
     }
     note_sections(source, full_name);
-    for (auto& parameter : source.file->parameters_for(full_name)) assign(all, std::move(parameter));
+    // As written for the robot alone, and as written for this robot among others.
+    for (const auto& section : source.file->sections()) {
+      if (!matches_node(section.pattern, full_name) && !matches_node(section.pattern, name_in_files(full_name)))
+        continue;
+      for (const auto& parameter : section.parameters) assign(all, parameter);
+    }
   }
   return all;
 }

@@ -99,6 +99,8 @@ std::string to_text(const Plan& plan) {
   Text out;
   out.line(0, "container " + fully_qualified_node_name(plan.container.namespace_, plan.container.name));
   out.parameters(1, "param", plan.container.parameters);
+  if (plan.name_space.moves())
+    out.line(0, "namespace " + plan.name_space.path + ", apart by " + to_text(plan.name_space.tf));
   describe(out, plan.network);
   for (const auto& a : plan.arguments) {
     out.line(0, "argument " + a.name + (a.default_value ? " default " + *a.default_value : "") + " choices [" +

@@ -46,7 +46,7 @@ const char* const kProcess =
     " if unless name cwd output shell launch-prefix emulate_tty respawn respawn_delay respawn_max_retries "
     "sigterm_timeout sigkill_timeout required";
 
-// ROS 2's launch and launch_ros (jazzy), extended by network and by qos, after, thread, required, isolate,
+// ROS 2's launch and launch_ros (jazzy), extended by network, namespace and by qos, after, thread, required, isolate,
 // budget, on_fault, resume and autostart.
 // "include/arg" is the rule of an arg inside an include; without such an entry the rule of "arg" holds.
 const std::map<std::string, Rule>& rules() {
@@ -56,7 +56,7 @@ const std::map<std::string, Rule>& rules() {
     const std::string qos = join(qos_keys(), " ") + " liveliness_lease_duration";
     const std::string limits = "max_copies max_age min_hz";
     std::map<std::string, Rule> r;
-    r["launch"] = make_rule("version", kActions);
+    r["launch"] = make_rule("version", std::string(kActions) + " namespace");
     r["group"] = make_rule("if unless scoped forwarding", kActions);
     r["arg"] = make_rule("name! default description if unless", "choice");
     r["choice"] = make_rule("value!", "");
@@ -87,6 +87,7 @@ const std::map<std::string, Rule>& rules() {
     r["restart"] = make_rule("max backoff", "");
     r["network"] = make_rule("mode domain_id interfaces* peers* export* allow_load if unless", "export");
     r["export"] = make_rule("topic! max_hz max_bytes compressed_only", "");
+    r["namespace"] = make_rule("name! tf if unless", "");
     r["push_ros_namespace"] = make_rule("namespace! if unless", "");
     r["set_env"] = make_rule("name! value! if unless", "");
     r["unset_env"] = make_rule("name! if unless", "");

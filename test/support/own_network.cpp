@@ -1,19 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/own_network.hpp"
 
+#include <arpa/inet.h>
 #include <net/if.h>
 #include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <string>
 
 namespace nacelle::test {
+namespace {
+bool has_own_network = false;
+}
 
 bool enter_own_network() {
   // Who is not root may have one together with a user namespace.
   if (::unshare(CLONE_NEWNET) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return false;
+  has_own_network = true;
   const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return false;
   ifreq loopback{};
@@ -23,6 +31,28 @@ bool enter_own_network() {
   up = up && ::ioctl(socket, SIOCSIFFLAGS, &loopback) == 0;
   ::close(socket);
   return up;
+}
+
+bool add_to_loopback(const char* address) {
+  static int next = 0;
+  if (!has_own_network) return false;
+  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket < 0) return false;
+  ifreq alias{};
+  std::strncpy(alias.ifr_name, ("lo:" + std::to_string(next++)).c_str(), IFNAMSIZ - 1);
+  auto& to = reinterpret_cast<sockaddr_in&>(alias.ifr_addr);
+  to.sin_family = AF_INET;
+  const bool added = ::inet_pton(AF_INET, address, &to.sin_addr) == 1 &&
+                     (::ioctl(socket, SIOCSIFADDR, &alias) == 0 || errno == EEXIST);
+  ::close(socket);
+  return added;
+}
+
+bool add_lan(const char* address) {
+  if (!has_own_network) return false;
+  const std::string give = "ip link add lan0 type veth peer name far0 && ip addr add " + std::string(address) +
+                           "/24 dev lan0 && ip link set lan0 up && ip link set far0 up";
+  return std::system(give.c_str()) == 0;
 }
 
 }  // namespace nacelle::test

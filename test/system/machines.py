@@ -3,7 +3,9 @@
 import contextlib
 import ctypes
 import os
+import pathlib
 import subprocess
+import sys
 import time
 import unittest
 
@@ -76,6 +78,26 @@ class Machine:
         """Bound addresses as (hex of the address, port)."""
         with open(f"/proc/{self.holder.pid}/net/udp", encoding="ascii") as file:
             return [tuple(line.split()[1].split(":")) for line in list(file)[1:]]
+
+
+class Capture:
+    """What comes in by a link of a machine, from now on: the lines of capture.py."""
+
+    def __init__(self, machine, link="lan0"):
+        program = pathlib.Path(__file__).with_name("capture.py")
+        self.lines = Lines(machine.within(sys.executable, "-B", program, link), os.environ)
+        self.lines.wait_for("the capture listens", lambda line: line == "ready")
+
+    def frames(self):
+        return list(self.lines.read())
+
+    def speakers(self):
+        """The GUID prefixes of the participants that sent something."""
+        return {frame.split()[3] for frame in self.frames() if frame.startswith("udp ")} - {"-"}
+
+    def close(self):
+        self.lines.process.terminate()
+        self.lines.close()
 
 
 def cable(one, other, name="lan0", network="10.77.0"):

@@ -2,11 +2,13 @@
 """The simulated robot on ROS 2's network: who sees it in which mode, with peers that have nothing of Nacelle in them."""
 import json
 import os
+import pathlib
+import re
 import signal
 import subprocess
 import unittest
 
-from machines import Lines, Machine, cable, need_namespaces
+from machines import Capture, Lines, Machine, cable, need_namespaces
 from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
 PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_CYCLONE_PEER"), ("fastdds", "NACELLE_FASTDDS_PEER"))
@@ -18,6 +20,10 @@ FOREIGN = ("ROS_", "RMW_", "CYCLONEDDS_")
 # What rmw_cyclonedds makes of ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
 AT_HOME = ("<General><AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
            "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address=\"localhost\"/></Peers></Discovery>")
+ASKS_THE_ROBOT = ('<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>'
+                  '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
+# One topic for all robots, as in ROS 2.
+SHARED = {"/diagnostics", "/parameter_events", "/rosout"}
 LO = '<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>'
 
 
@@ -44,7 +50,7 @@ class NetworkTest(RobotTest):
         command = (machine or self.robot_machine).within(
             PROGRAM, "launch", LAUNCH_FILE, "sim:=true", f"sim_dir:={self.folder}/sim-{name}", "--name", name, *arguments)
         robot = Lines(command, {**self.environment, **variables})
-        robot.said = []
+        robot.before = []  # what it said until it was up, and perhaps a little more
 
         def end():
             if robot.process.poll() is None:
@@ -56,7 +62,9 @@ class NetworkTest(RobotTest):
             robot.close()
 
         self.addCleanup(end)
-        robot.wait_for("the robot is up", lambda line: " active in " in line, 60)
+        wait_for("the robot is up or has ended", lambda: any(" active in " in line for line in robot.read()) or robot.process.poll() is not None, 60)
+        robot.before += robot.seen
+        robot.wait_for("the robot is up", lambda line: " active in " in line, 1)
         robot.line = robot.wait_for("the bring-up's last line", lambda line: line.startswith("network: "), 5)
         return robot
 
@@ -67,6 +75,17 @@ class NetworkTest(RobotTest):
         self.addCleanup(peer.close)
         peer.wait_for(f"the {vendor} peer is ready", lambda line: line == "ready")
         return peer
+
+    def capture(self, machine, link="lan0"):
+        capture = Capture(machine, link)
+        self.addCleanup(capture.close)
+        return capture
+
+    def drives(self, vendor, machine, *more, topic="rt/cmd_vel", **variables):
+        driver = self.peer(vendor, machine, "pub", "--topic", topic, "--type", "twist", "--speed", 0.15, "--every", 50,
+                           "--count", 1000000, *more, **variables)
+        driver.go()
+        return driver
 
     def reads_odometry(self, vendor, machine, *more, **variables):
         return self.peer(vendor, machine, "echo", "--topic", "rt/odom", "--type", "odometry", "--count", 1000000, *more, **variables)
@@ -94,9 +113,7 @@ class Exported(NetworkTest):
         line = reader.wait_for("odometry on the laptop", is_odometry)
         self.assertEqual(line.split()[2:], ["odom", "base_footprint"])
         self.assertAlmostEqual(speed_of(line), 0.0, delta=0.01)
-        driver = self.peer(vendor, self.laptop, "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0.15,
-                           "--every", 50, "--count", 1000000)
-        driver.go()
+        driver = self.drives(vendor, self.laptop)
         reader.wait_for("the robot drives as the laptop says", lambda line: speed_of(line) > 0.1)
         driver.close()
         reader.wait_for("it stops when the laptop falls silent", lambda line: is_odometry(line) and speed_of(line) < 0.01)
@@ -136,14 +153,63 @@ class Kept(NetworkTest):
         self.assertEqual(self.robot_machine.udp_sockets(), [])
         self.assertEqual(self.robot_machine.sent("lan0"), 0)
 
-    def test_local_sends_nothing_to_the_lan_and_is_seen_on_the_loopback(self):
+    def test_nothing_of_a_local_robot_leaves_and_nothing_from_outside_is_heard(self):
+        """The LAN shouts by multicast and by unicast to the robot's own ports, in the names of its topics."""
+        capture = self.capture(self.laptop)
         robot = self.start_robot()
         self.assertEqual(robot.line, "network: local only; to show it to the LAN: network:=export")
         reader = self.reads_odometry("cyclone", self.robot_machine, CYCLONEDDS_URI=LO)
         reader.wait_for("odometry on the robot itself", is_odometry)
-        stranger = self.reads_odometry("cyclone", self.laptop)
+        self.assertEqual(self.robot_machine.sent("lan0"), 0, "not even a group is joined on the LAN")
+        strangers = [self.reads_odometry(vendor, self.laptop) for vendor in PEERS]
+        strangers.append(self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=ASKS_THE_ROBOT))
+        for more in ({}, {"CYCLONEDDS_URI": ASKS_THE_ROBOT}):
+            self.drives("cyclone", self.laptop, "--readers", 0, **more)
+        for stranger in strangers:
+            self.assertFalse(stranger.within(SILENCE_S, is_odometry))
+        self.assertEqual({frame.split()[0] for frame in capture.frames()} - {"arp", "icmp"}, set(), "the kernel's own answers aside")
+        reader.seen.clear()
+        self.assertLess(speed_of(reader.wait_for("odometry again", is_odometry)), 0.01)
+        self.assertEqual(self.figures()["others"], 1, "the reader of its own machine")
+
+    def test_cyclonedds_uri_does_not_take_a_local_robot_to_the_lan(self):
+        """Neither with a peer there, nor with the LAN's interface alone."""
+        peer = '<Discovery><Peers><Peer address="10.77.0.2"/></Peers></Discovery>'
+        lan = '<General><Interfaces><NetworkInterface name="lan0"/></Interfaces></General>'
+        for domain, uri in enumerate((peer, LO, lan)):
+            with self.subTest(uri=uri):
+                robot = self.start_robot(name=f"robot{domain}", ROS_DOMAIN_ID=str(domain), CYCLONEDDS_URI=uri)
+                self.assertRegex(robot.line, "^network: local only.*as CYCLONEDDS_URI allows")
+                # Whoever looks on lo does not see what was taken from it.
+                reader = self.reads_odometry("cyclone", self.robot_machine, "--domain", domain, CYCLONEDDS_URI=AT_HOME if uri == lan else LO)
+                reader.wait_for("odometry on the robot itself", is_odometry)
+                if uri != lan:  # there the program speaks on it
+                    self.assertEqual(self.robot_machine.sent("lan0"), 0)
+        stranger = self.reads_odometry("cyclone", self.laptop, "--domain", 2)
         self.assertFalse(stranger.within(SILENCE_S, is_odometry))
-        self.assertEqual(self.robot_machine.sent("lan0"), 0, "what a local robot sends stays on lo")
+
+    def figures(self):
+        return json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"][0]["figures"]
+
+    def test_programs_with_nothing_set_see_a_local_robot_and_nothing_of_it_leaves(self):
+        outside, inside = self.capture(self.laptop), self.capture(self.robot_machine, "lo")
+        self.start_robot()
+        wait_for("the robot speaks at home", inside.speakers)
+        robot = inside.speakers()
+        self.assertEqual(len(robot), 1)
+        for vendor in PEERS:
+            with self.subTest(vendor=vendor):
+                reader = self.reads_odometry(vendor, self.robot_machine)
+                reader.wait_for("odometry", is_odometry)
+                driver = self.drives(vendor, self.robot_machine)
+                reader.wait_for("the robot drives as it is told", lambda line: speed_of(line) > 0.1)
+                driver.close()
+                images = self.peer(vendor, self.robot_machine, "echo", "--topic", "rt/camera/image_raw", "--type", "image", "--best-effort",
+                                   "--count", 3)
+                images.wait_for("an image", lambda line: line.startswith("image "))
+        self.assertEqual(self.reads_odometry("cyclone", self.laptop).within(SILENCE_S, is_odometry), False)
+        self.assertTrue(outside.speakers(), "the programs themselves speak to the LAN: the capture works")
+        self.assertEqual(outside.speakers() & robot, set())
 
     # What docs/network.md tells people who want to see a local robot with programs on the robot itself.
 
@@ -156,24 +222,25 @@ class Kept(NetworkTest):
         if "fastdds" in PEERS:
             self.sees("fastdds", self.robot_machine, "--on-loopback")
 
-    def test_programs_with_the_range_localhost_see_a_robot_with_the_same(self):
-        robot = self.start_robot(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
-        self.assertEqual(robot.line, "network: local only; to show it to the LAN: network:=export")
-        self.sees("cyclone", self.robot_machine, CYCLONEDDS_URI=AT_HOME)
-        if "fastdds" in PEERS:
-            self.sees("fastdds", self.robot_machine, "--at-home")
+    def test_programs_that_were_there_before_a_local_robot_see_it_at_once(self):
+        readers = {vendor: self.reads_odometry(vendor, self.robot_machine) for vendor in PEERS}
+        self.start_robot()
+        for vendor, reader in readers.items():
+            reader.wait_for(f"{vendor}, long before it announces itself again (30 s)", is_odometry, 10)
+
+    def test_programs_with_the_range_localhost_see_a_local_robot_however_it_was_told_to_be_local(self):
+        for name, variables in (("default", {}), ("localhost", {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": "1"})):
+            robot = self.start_robot(name=name, **variables)
+            self.assertTrue(robot.line.startswith("network: local only"), robot.line)
+            domain = ("--domain", variables.get("ROS_DOMAIN_ID", "0"))
+            self.sees("cyclone", self.robot_machine, *domain, CYCLONEDDS_URI=AT_HOME)
+            if "fastdds" in PEERS:
+                self.sees("fastdds", self.robot_machine, "--at-home", *domain)
 
     def test_programs_with_the_range_localhost_see_a_local_robot_where_there_is_no_lan(self):
         alone = self.machine()
         self.start_robot(machine=alone)
         self.sees("cyclone", alone, CYCLONEDDS_URI=AT_HOME)
-
-    def test_programs_that_look_on_the_lan_do_not_see_a_local_robot(self):
-        self.start_robot()
-        readers = [self.reads_odometry(vendor, self.robot_machine) for vendor in PEERS]
-        readers.append(self.reads_odometry("cyclone", self.robot_machine, CYCLONEDDS_URI=AT_HOME))
-        for reader in readers:
-            self.assertFalse(reader.within(SILENCE_S, is_odometry))
 
     def test_programs_on_the_robot_with_nothing_set_see_an_exported_robot(self):
         self.start_robot("network:=export")
@@ -205,6 +272,101 @@ class Kept(NetworkTest):
         self.nacelle("topic", "hz", "/odom", "--once")
 
 
+class TwoRobots(NetworkTest):
+    """Whole ones on two machines of one LAN, both shown to it."""
+
+    def start_both(self, **what_of):
+        """`what_of`: arguments and variables of a robot by its name."""
+        both = []
+        for name, machine in (("one", self.robot_machine), ("other", self.laptop)):
+            variables = dict(what_of.get(name, {}))
+            both.append(self.start_robot("network:=export", *variables.pop("arguments", ()), machine=machine, name=name, **variables))
+        return both
+
+    def on_the_network(self):
+        found = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"]
+        return {container["name"]: container for container in found}
+
+    def crossed(self, name):
+        """Ends of others on its topics, and messages, requests and answers that came from the network."""
+        figures = self.on_the_network()[name]["figures"]
+        return {key: figures[key] for key in ("others", "received") if figures[key] != 0}
+
+    def speed(self, name, topic="/odom"):
+        echoed = self.nacelle("topic", "echo", topic, "--once", "--json", "--container", name)
+        return json.loads(echoed.stdout)["twist"]["twist"]["linear"]["x"]
+
+    def check_below(self, namespace, name):
+        """Its topics and services are all below it, and so are the nodes at both ends of each topic."""
+        topics = {row["name"] for row in json.loads(self.nacelle("topic", "list", "--json", "--container", name).stdout)} - SHARED
+        services = self.nacelle("service", "list", "--all", "--container", name).stdout.split()
+        self.assertGreater(len(services), 30)
+        ends = "".join(self.nacelle("topic", "info", topic, "-v", "--container", name).stdout for topic in topics)
+        nodes = re.findall(r"^Node namespace: (\S+)$", ends, flags=re.MULTILINE)
+        self.assertGreater(len(nodes), 30)
+        for found in (topics, services, nodes):
+            self.assertEqual([one for one in found if not f"{one}/".startswith(f"{namespace}/")], [])
+        self.assertIn(f"{namespace}/tf", topics)
+        self.assertIn(f"{namespace}/cmd_vel", topics)
+
+    def test_on_one_domain_they_meet_and_both_say_whose_nodes_have_one_name(self):
+        robots = self.start_both()
+        clashes = [wait_for("the clash of names", lambda robot=robot: self.clashes_of("/lidar", robot)) for robot in robots]
+        for (line,) in clashes:
+            self.assertIn(f"on {os.uname().nodename}", line)
+            self.assertIn("ROS_DOMAIN_ID", line)
+        wait_for("doctor net shows every node", lambda: {"/lidar", "/ekf"} <= {
+            clash["node"] for clash in self.on_the_network()["one"]["namesakes"]})
+        self.assertIn("two of /lidar: also in nacelle (process ", self.nacelle("doctor", "net").stdout)
+        self.assertIn("received", self.crossed("one"))
+        self.assertEqual([len(self.clashes_of("/lidar", robot)) for robot in robots], [1, 1], "it is told once")
+
+    @staticmethod
+    def clashes_of(node, robot):
+        told = robot.before + [line for line in robot.read() if line not in robot.before]
+        return [line for line in told if f"{node}: two nodes of this name" in line]
+
+    def test_on_two_domains_they_do_not_meet(self):
+        self.start_both(one={"ROS_DOMAIN_ID": "1"}, other={"ROS_DOMAIN_ID": "2"})
+        # A program that drives one of them is heard by this one alone.
+        self.drives("cyclone", self.laptop, "--domain", 1)
+        wait_for("the one drives", lambda: self.speed("one") > 0.1)
+        self.assertLess(self.speed("other"), 0.01)
+        self.assertIn("received", self.crossed("one"))
+        self.assertEqual(self.crossed("other"), {})
+        for name in ("one", "other"):
+            self.assertEqual(self.on_the_network()[name]["namesakes"], [])
+
+
+    def test_in_two_namespaces_of_one_domain_they_do_not_meet(self):
+        self.start_both(**{name: {"arguments": [f"namespace:={name}"]} for name in ("one", "other")})
+        reader = self.peer("cyclone", self.laptop, "echo", "--topic", "rt/one/odom", "--type", "odometry", "--count", 1000000)
+        reader.wait_for("a program on the machine of the other sees the one", is_odometry)
+        self.drives("cyclone", self.laptop, topic="rt/one/cmd_vel")
+        reader.wait_for("the one drives", lambda line: speed_of(line) > 0.1)
+        self.assertLess(self.speed("other", "/other/odom"), 0.01)
+        for name in ("one", "other"):
+            self.check_below(f"/{name}", name)
+        self.assertEqual(self.on_the_network()["other"]["namesakes"], [])
+
+class Ports(NetworkTest):
+    def test_a_domain_whose_ports_the_kernel_gives_to_anybody_is_a_remark_with_the_ports(self):
+        self.robot_machine.run("sh", "-c", "echo 10000 12000 > /proc/sys/net/ipv4/ip_local_port_range")
+
+        def remarks(domain):
+            command = self.robot_machine.within(PROGRAM, "doctor", "net", "--json")
+            told = subprocess.run(command, env={**self.environment, "ROS_DOMAIN_ID": domain}, capture_output=True, text=True, check=True)
+            return [remark["what"] for remark in json.loads(told.stdout)["remarks"]]
+
+        self.assertEqual(remarks("0"), [])
+        self.assertEqual(remarks("11"), ["its UDP ports 10150 to 10225 reach those from 10000 to 12000 that the kernel gives to any program"])
+        self.robot_machine.run("sh", "-c", "echo 10150-10225 > /proc/sys/net/ipv4/ip_local_reserved_ports")
+        self.assertEqual(remarks("11"), [], "the way out of the remark")
+        self.robot_machine.run("sh", "-c", "echo > /proc/sys/net/ipv4/ip_local_reserved_ports")
+        robot = self.start_robot(ROS_DOMAIN_ID="11")
+        self.assertTrue(any("UDP ports 10150 to 10225" in line for line in robot.before), robot.before)
+
+
 class Changed(NetworkTest):
     def test_export_shows_and_hides_a_running_robot_and_its_streams_go_on(self):
         self.start_robot()
@@ -228,6 +390,19 @@ class Changed(NetworkTest):
 
 
 class Moved(NetworkTest):
+    def test_a_local_robot_is_seen_by_its_own_machine_whatever_becomes_of_the_lan(self):
+        self.robot_machine.ip("link", "set", "lan0", "down")
+        robot = self.start_robot()
+        self.robot_machine.ip("link", "set", "lan0", "up")
+        robot.wait_for("it has taken the LAN's address", lambda line: line.endswith("joined anew"))
+        self.reads_odometry("cyclone", self.robot_machine).wait_for("odometry", is_odometry)
+        self.robot_machine.ip("addr", "del", "10.77.0.1/24", "dev", "lan0")
+        robot.wait_for("it has let go of it", lambda line: line.endswith("joined anew"))
+        self.robot_machine.ip("addr", "add", "10.77.0.9/24", "dev", "lan0")
+        robot.wait_for("it has taken the next one", lambda line: line.endswith("joined anew"))
+        self.reads_odometry("cyclone", self.robot_machine).wait_for("odometry", is_odometry)
+        self.assertFalse(self.reads_odometry("cyclone", self.laptop).within(SILENCE_S, is_odometry))
+
     def test_a_robot_that_was_started_before_its_network_is_found_when_that_comes(self):
         self.robot_machine.ip("link", "set", "lan0", "down")
         self.start_robot("network:=export")

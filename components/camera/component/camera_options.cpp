@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "nacelle/node/frame_name.hpp"
+
 namespace nacelle::camera {
 namespace {
 
@@ -45,9 +47,10 @@ CameraOptions declare_options(Node& node) {
                                                                    fixed("Width and height in pixels."));
   o.time_per_frame = node.declare_parameter<std::vector<std::int64_t>>(
       "time_per_frame", o.time_per_frame, fixed("Seconds between frames, as numerator and denominator."));
-  o.camera_frame_id =
-      node.declare_parameter<std::string>("camera_frame_id", o.camera_frame_id,
-                                          fixed("Frame of the headers: the optical one (x right, y down, z forward)."));
+  declare_frame_prefix(node);
+  node.declare_parameter<std::string>("camera_frame_id", o.camera_frame_id,
+                                      fixed("Frame of the headers: the optical one (x right, y down, z forward)."));
+  o.camera_frame_id = frame_name(node, "camera_frame_id");
   o.camera_info_url = node.declare_parameter<std::string>(
       "camera_info_url", o.camera_info_url,
       fixed("The calibration, e.g. file:///etc/nacelle/front.yaml; empty: none.", "file:// only"));

@@ -35,6 +35,8 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
                      "give " + input + " its topic, or leave it out"});
   buffer_ =
       shared_object<spatial::TransformBuffer>(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer);
+  skews_ = shared_object<ClockSkews>(kClockSkewsName, &make_clock_skews);
+  buffer_->explain_by(skews_);
   odometry_ = create_publisher<nav_msgs::msg::Odometry>("odometry/filtered", QoS(10));
   transforms_ = create_publisher<tf2_msgs::msg::TFMessage>("/tf", DynamicTransformQoS());
   set_pose_topic_ = create_subscription<geometry_msgs::msg::PoseWithCovarianceStamped>(
@@ -71,9 +73,12 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
 
 template <typename Message>
 void EkfComponent::listen(std::size_t index, const InputOptions& input) {
-  subscriptions_.push_back(
-      create_subscription<Message>(input.topic, SensorDataQoS(QoS(static_cast<std::size_t>(input.queue_size))),
-                                   [this, index](const Message& message) { inputs_[index]->take(message); }));
+  subscriptions_.push_back(create_subscription<Message>(input.topic,
+                                                        SensorDataQoS(QoS(static_cast<std::size_t>(input.queue_size))),
+                                                        [this, index](const Message& message, const MessageInfo& info) {
+                                                          inputs_[index]->comes_from(info.writer_id);
+                                                          inputs_[index]->take(message);
+                                                        }));
 }
 
 CallbackReturn EkfComponent::on_configure(const State&) {
@@ -100,7 +105,7 @@ CallbackReturn EkfComponent::on_configure(const State&) {
 }
 
 CallbackReturn EkfComponent::on_activate(const State&) {
-  watch_.emplace(inputs_, *filter_);
+  watch_.emplace(inputs_, *filter_, skews_);
   next_look_ = get_clock().now() + kLookPeriod;
   return CallbackReturn::SUCCESS;
 }

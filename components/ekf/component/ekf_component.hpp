@@ -53,6 +53,7 @@ class EkfComponent final : public LifecycleNode {
   std::vector<std::unique_ptr<Input>> inputs_;
   std::optional<Watch> watch_;
   spatial::TransformBufferPtr buffer_;
+  std::shared_ptr<const ClockSkews> skews_;
   std::vector<std::shared_ptr<SubscriptionBase>> subscriptions_;
   std::shared_ptr<Subscription<geometry_msgs::msg::PoseWithCovarianceStamped>> set_pose_topic_;
   std::shared_ptr<Service<robot_localization::srv::SetPose>> set_pose_service_;

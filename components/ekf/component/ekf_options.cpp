@@ -7,6 +7,7 @@
 
 #include "ekf/component/ekf_parameters.hpp"
 #include "ekf/model/covariance_parameter.hpp"
+#include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::ekf {
 namespace {
@@ -105,12 +106,12 @@ Result<void, Problem> read_filter(const Node& node, EkfOptions& options) {
 }
 
 Result<void, Problem> read_frames(const Node& node, EkfOptions& options) {
-  options.map_frame = node.get<std::string>("map_frame");
-  options.odom_frame = node.get<std::string>("odom_frame");
-  options.base_link_frame = node.get<std::string>("base_link_frame");
+  options.map_frame = frame_name(node, "map_frame");
+  options.odom_frame = frame_name(node, "odom_frame");
+  options.base_link_frame = frame_name(node, "base_link_frame");
   options.world_frame = options.odom_frame;
   if (node.get_parameter("world_frame").get_type() != ParameterType::NotSet)
-    options.world_frame = node.get<std::string>("world_frame");
+    options.world_frame = frame_name(node, "world_frame");
   if (options.world_frame != options.map_frame && options.world_frame != options.odom_frame) {
     return err(wrong("world_frame",
                      fmt::format("'{}' is neither map_frame ('{}') nor odom_frame ('{}')", options.world_frame,

@@ -8,6 +8,8 @@
 #include <cctype>
 #include <limits>
 
+#include "nacelle/node/frame_name.hpp"
+
 namespace nacelle::ekf {
 namespace {
 
@@ -121,6 +123,7 @@ void declare_ekf_parameters(Node& node) {
                          say("Kept for robot_localization's files: transforms are taken as they are, nothing waits."));
   node.declare_parameter("print_diagnostics", d.print_diagnostics,
                          say("Publish the counters of every input on /diagnostics once a second."));
+  declare_frame_prefix(node);
   node.declare_parameter("map_frame", d.map_frame, say(""));
   node.declare_parameter("odom_frame", d.odom_frame, say(""));
   node.declare_parameter("base_link_frame", d.base_link_frame, say("The frame whose pose is estimated."));

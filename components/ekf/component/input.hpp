@@ -36,6 +36,8 @@ class Input {
   void take(const geometry_msgs::msg::PoseWithCovarianceStamped& message);
   void take(const geometry_msgs::msg::TwistWithCovarianceStamped& message);
   void take(const sensor_msgs::msg::Imu& message);
+  /// Who wrote the message that is to be taken.
+  void comes_from(std::uint64_t writer) { writer_ = writer; }
   /// Forgets what differential and relative poses refer to.
   void forget();
 
@@ -47,6 +49,8 @@ class Input {
   [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
   [[nodiscard]] const InputOptions& options() const { return options_; }
   [[nodiscard]] std::uint64_t messages() const { return messages_; }
+  /// Of the last message; 0 before it.
+  [[nodiscard]] std::uint64_t writer() const { return writer_; }
   /// Why the last transform was not there.
   [[nodiscard]] const spatial::LookupFault& last_fault() const { return last_fault_; }
 
@@ -78,7 +82,7 @@ class Input {
   InputContext context_;
   std::vector<Part> parts_;
   PoseMemory memory_;
-  std::uint64_t messages_{0};
+  std::uint64_t messages_{0}, writer_{0};
   spatial::LookupFault last_fault_;
 };
 

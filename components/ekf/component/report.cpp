@@ -17,15 +17,16 @@ Rejection main_cause(const PartStats& now, const PartStats& before) {
   return static_cast<Rejection>(most);
 }
 
-std::string in_words(Rejection cause, const Input& input) {
+std::string in_words(Rejection cause, const Input& input, const ClockSkews* skews) {
+  const std::string skew = skews == nullptr ? "" : skews->cause(input.writer());
   switch (cause) {
     case Rejection::Gate: return "outside the rejection threshold";
-    case Rejection::Stale: return "its stamps go backwards";
+    case Rejection::Stale: return "its stamps go backwards" + skew;
     case Rejection::NotFinite: return "what is configured of it is not a finite number";
     case Rejection::NoTransform: return "no transform: " + input.last_fault().text();
     case Rejection::Covariance: return "its covariance is none (not finite, or not positive definite)";
-    case Rejection::BeforeSetPose: return "older than the last set_pose";
-    case Rejection::QueueFull: return "its stamps lie in the future; do the clocks agree?";
+    case Rejection::BeforeSetPose: return "older than the last set_pose" + skew;
+    case Rejection::QueueFull: return "its stamps lie in the future" + (skew.empty() ? "; do the clocks agree?" : skew);
     case Rejection::Absent: return "the messages say that they do not carry it (covariance[0] is -1)";
     case Rejection::First: return "it only starts the difference";
   }
@@ -34,7 +35,9 @@ std::string in_words(Rejection cause, const Input& input) {
 
 }  // namespace
 
-Watch::Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter) {
+Watch::Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter,
+             std::shared_ptr<const ClockSkews> skews)
+    : skews_(std::move(skews)) {
   for (const auto& input : inputs) {
     for (const auto& part : input->parts())
       seen_.push_back({filter.stats(part.number), input->messages(), Trouble::None, {}, 0});
@@ -62,7 +65,7 @@ void Watch::look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter
             logger.warn("waiting for {}: no message on {}", part.name, input->options().topic);
           } else {
             logger.warn("{} is not fused: {}", part.name,
-                        waits ? in_words(Rejection::QueueFull, *input) : in_words(cause, *input));
+                        in_words(waits ? Rejection::QueueFull : cause, *input, skews_.get()));
           }
           seen.trouble = trouble;
           seen.cause = cause;

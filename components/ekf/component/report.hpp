@@ -7,6 +7,7 @@
 
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include "ekf/component/input.hpp"
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/log.hpp"
 
 namespace nacelle::ekf {
@@ -15,7 +16,9 @@ namespace nacelle::ekf {
 /// Threads: one. Allocates: only when there is something to say.
 class Watch {
  public:
-  Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter);
+  /// `skews`: whose clocks differ, for complaints about stamps; null: nobody knows.
+  Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter,
+        std::shared_ptr<const ClockSkews> skews = nullptr);
   /// Looks at what happened since the last look; call about once a second.
   void look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter, const Logger& logger);
 
@@ -28,6 +31,7 @@ class Watch {
     Rejection cause{};
     int idle_looks{0};
   };
+  std::shared_ptr<const ClockSkews> skews_;
   std::vector<Seen> seen_;
 };
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "nacelle/io/serial_port.hpp"
+#include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::imu {
 namespace {
@@ -29,6 +30,7 @@ void declare_imu_parameters(Node& node) {
                          text("serial line of the IMU; /dev/serial/by-id/... is the safest name"));
   node.declare_parameter("baudrate", static_cast<int>(defaults.baudrate),
                          text("speed of the line; a new WT901 has 9600, 100 Hz need 115200"));
+  declare_frame_prefix(node);
   node.declare_parameter("frame_id", defaults.frame_id, text("frame of the sensor's axes"));
   node.declare_parameter("rate", defaults.rate_hz, within("Hz; one of 0.2 0.5 1 2 5 10 20 50 100 125 200", 0.2, 200.0));
   node.declare_parameter("angular_velocity_stddev", defaults.angular_velocity_stddev,
@@ -68,7 +70,7 @@ Result<ImuOptions, Problem> read_imu_parameters(const Node& node) {
                        "a WT901 speaks 9600, or 115200 once it was set"));
   }
   options.baudrate = static_cast<unsigned>(baud);
-  options.frame_id = node.get<std::string>("frame_id");
+  options.frame_id = frame_name(node, "frame_id");
   if (options.frame_id.empty())
     return err(refusal(node, "frame_id", "is empty", "the axes need a frame; imu_link is the default"));
   options.rate_hz = node.get<double>("rate");

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "nacelle/io/serial_port.hpp"
+#include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::lidar {
 namespace {
@@ -29,6 +30,7 @@ void declare_lidar_parameters(Node& node) {
                          text("serial line of the LiDAR; /dev/serial/by-id/... is the safest name"));
   node.declare_parameter("port_baudrate", static_cast<int>(defaults.port_baudrate),
                          text("speed of the line; an LD06 has 230400"));
+  declare_frame_prefix(node);
   node.declare_parameter("frame_id", defaults.frame_id, text("frame of the scans: x to the device's front mark, z up"));
   node.declare_parameter("topic_name", defaults.topic_name,
                          ParameterDescriptor{.description = "topic of the scans", .read_only = true});
@@ -63,7 +65,7 @@ Result<LidarOptions, Problem> read_lidar_parameters(const Node& node) {
         refusal(node, "port_baudrate", fmt::format("{} is not a standard baud rate", baud), "an LD06 speaks 230400"));
   }
   options.port_baudrate = static_cast<unsigned>(baud);
-  options.frame_id = node.get<std::string>("frame_id");
+  options.frame_id = frame_name(node, "frame_id");
   if (options.frame_id.empty())
     return err(
         refusal(node, "frame_id", "is empty", "a scan without a frame cannot be placed; lidar_link is the default"));

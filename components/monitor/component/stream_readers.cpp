@@ -134,8 +134,8 @@ const ReadableType* find_type(std::string_view name) {
 
 // What every writer of such a stream is compatible with: a reader that asks for less is served by all.
 QoS qos_for(std::string_view topic, std::string_view type) {
-  if (topic == "/tf_static" || topic.ends_with("/tf_static")) return StaticTransformListenerQoS();
-  if (topic == "/robot_description" || topic.ends_with("/robot_description")) return QoS(1).transient_local();
+  if (topic.ends_with("/tf_static")) return StaticTransformListenerQoS();
+  if (topic.ends_with("/robot_description")) return QoS(1).transient_local();
   // Few images, since each that waits keeps a camera's buffer.
   const bool large = type == "sensor_msgs/msg/Image" || type == "sensor_msgs/msg/PointCloud2";
   return SensorDataQoS(QoS(large ? 2 : 50));
@@ -184,7 +184,7 @@ Result<StreamPlan, Problem> plan_stream(std::string_view entry) {
     plan.types.push_back(find_type(known->type));
     if (!known->second_type.empty()) plan.types.push_back(find_type(known->second_type));
   }
-  plan.qos = qos_for(plan.topic, plan.types[0]->name);
+  plan.qos = qos_for("/" + plan.topic, plan.types[0]->name);  // one slash more does no harm there
   if (plan.qos.durability() == Durability::TransientLocal) plan.periodic = false;
   return plan;
 }

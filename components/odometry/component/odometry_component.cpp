@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nacelle/node/frame_name.hpp"
 #include "nacelle/qos/presets.hpp"
 #include "nacelle/spatial/rotation.hpp"
 
@@ -36,11 +37,11 @@ OdometryComponent::OdometryComponent(const NodeOptions& options) : LifecycleNode
   if (get<bool>("enable_odom_tf")) {
     // Where nobody asked for it, it yields to a filter; who writes it beside one has asked for two owners.
     const bool asked = parameters().overrides().count("enable_odom_tf") != 0;
-    claim_ = claim_frame(get<std::string>("odom_frame_id"), get<std::string>("base_frame_id"),
+    claim_ = claim_frame(frame_name(*this, "odom_frame_id"), frame_name(*this, "base_frame_id"),
                          asked ? FrameClaimKind::Primary : FrameClaimKind::Fallback, "parameter enable_odom_tf");
   }
-  declare_frame_use(get<std::string>("odom_frame_id"), "odom_frame_id");
-  declare_frame_use(get<std::string>("base_frame_id"), "base_frame_id");
+  declare_frame_use(frame_name(*this, "odom_frame_id"), "odom_frame_id");
+  declare_frame_use(frame_name(*this, "base_frame_id"), "base_frame_id");
   if (const auto read = read_odometry_parameters(*this); !read) declare_problem(read.error());
 }
 

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "nacelle/node/frame_name.hpp"
+
 namespace nacelle::odometry {
 namespace {
 
@@ -77,6 +79,7 @@ void declare_odometry_parameters(Node& node) {
                          say("Calibration of the left radius."));
   node.declare_parameter("right_wheel_radius_multiplier", d.right_wheel_radius_multiplier,
                          say("Calibration of the right radius."));
+  declare_frame_prefix(node);
   node.declare_parameter("odom_frame_id", d.odom_frame_id, say("Parent frame of the odometry."));
   node.declare_parameter("base_frame_id", d.base_frame_id, say("Child frame of the odometry."));
   node.declare_parameter("pose_covariance_diagonal", listed(d.pose_covariance_diagonal),
@@ -104,8 +107,8 @@ Result<OdometryOptions, Problem> read_odometry_parameters(const Node& node) {
   o.wheel_separation_multiplier = real("wheel_separation_multiplier");
   o.left_wheel_radius_multiplier = real("left_wheel_radius_multiplier");
   o.right_wheel_radius_multiplier = real("right_wheel_radius_multiplier");
-  o.odom_frame_id = node.get<std::string>("odom_frame_id");
-  o.base_frame_id = node.get<std::string>("base_frame_id");
+  o.odom_frame_id = frame_name(node, "odom_frame_id");
+  o.base_frame_id = frame_name(node, "base_frame_id");
   const std::pair<const char*, std::array<double, 6>*> diagonals[] = {
       {"pose_covariance_diagonal", &o.pose_covariance_diagonal},
       {"twist_covariance_diagonal", &o.twist_covariance_diagonal}};

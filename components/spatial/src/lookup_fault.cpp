@@ -14,8 +14,8 @@ std::string LookupFault::text() const {
   const std::string_view argument = at_target ? "target_frame" : "source_frame";
   const std::string_view wrong = at_target ? target.view() : source.view();
   const std::string on_the_way =
-      fmt::format(", when looking up transform from frame [{}] to frame [{}] (at frame [{}])", source.view(),
-                  target.view(), broken_at.view());
+      fmt::format(", when looking up transform from frame [{}] to frame [{}] (at frame [{}]){}", source.view(),
+                  target.view(), broken_at.view(), as_cause(skew));
   switch (error) {
     case TransformError::Lookup:
       return fmt::format("\"{}\" passed to lookupTransform argument {} does not exist.", wrong, argument);

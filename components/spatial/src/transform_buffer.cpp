@@ -27,7 +27,8 @@ struct [[gnu::visibility("hidden")]] TransformBuffer::Impl {
       : options(given),
         names(given.max_frames),
         histories(std::make_unique<FrameHistory[]>(given.max_frames + 1)),
-        known(std::make_unique<std::atomic<bool>[]>(given.max_frames + 1)) {}
+        known(std::make_unique<std::atomic<bool>[]>(given.max_frames + 1)),
+        writers(std::make_unique<std::atomic<std::uint64_t>[]>(given.max_frames + 1)) {}
 
   [[nodiscard]] bool is_known(FrameId frame) const {
     return frame && frame.value <= options.max_frames && known[frame.value].load(std::memory_order_acquire);
@@ -51,9 +52,12 @@ struct [[gnu::visibility("hidden")]] TransformBuffer::Impl {
 
   TransformBufferOptions options;
   FrameNames names;
-  std::unique_ptr<FrameHistory[]> histories;   // by id; [0] is unused
-  std::unique_ptr<std::atomic<bool>[]> known;  // named by a transform, as parent or child
-  mutable std::mutex writing;                  // inserts, new names and stats
+  std::unique_ptr<FrameHistory[]> histories;              // by id; [0] is unused
+  std::unique_ptr<std::atomic<bool>[]> known;             // named by a transform, as parent or child
+  std::unique_ptr<std::atomic<std::uint64_t>[]> writers;  // of each frame's last sample
+  std::shared_ptr<const ClockSkews> skews_owner;
+  std::atomic<const ClockSkews*> skews{nullptr};  // asked by faults only
+  mutable std::mutex writing;                     // inserts, new names and stats
   TransformBufferStats stats;
 };
 
@@ -66,6 +70,7 @@ LookupFault TransformBuffer::Impl::extrapolation(const FrameHistory::Answer& ans
   f.broken_at = FrameLabel{names.name(frame)};
   f.requested = WallTime{Duration{at_ns}};
   f.available = WallTime{Duration{answer.available_ns}};
+  if (const ClockSkews* const asked = skews) f.skew = asked->of_writer(writers[frame].load(std::memory_order_relaxed));
   return f;
 }
 
@@ -208,11 +213,19 @@ FrameId TransformBuffer::intern(std::string_view name) {
   const std::lock_guard lock{impl_->writing};
   return {impl_->names.add(name)};
 }
+void TransformBuffer::explain_by(std::shared_ptr<const ClockSkews> skews) {
+  const std::lock_guard lock{impl_->writing};
+  if (impl_->skews_owner) return;  // a lookup may be using it
+  impl_->skews_owner = std::move(skews);
+  impl_->skews = impl_->skews_owner.get();
+}
+
 FrameId TransformBuffer::find(std::string_view name) const { return {impl_->names.find(without_slash(name))}; }
 std::string_view TransformBuffer::name(FrameId frame) const { return impl_->names.name(frame.value); }
 
 Result<void, InsertFault> TransformBuffer::insert(FrameId parent, FrameId child, WallTime stamp,
-                                                  const RigidTransform& X_PC, Permanence permanence) {
+                                                  const RigidTransform& X_PC, Permanence permanence,
+                                                  std::uint64_t writer) {
   const std::lock_guard lock{impl_->writing};
   TransformBufferStats& stats = impl_->stats;
   const auto refuse = [](std::uint64_t& counter, InsertFault fault) -> Result<void, InsertFault> {
@@ -239,13 +252,15 @@ Result<void, InsertFault> TransformBuffer::insert(FrameId parent, FrameId child,
     case FrameHistory::Added::Yes: break;
   }
   ++stats.inserted;
+  impl_->writers[child.value].store(writer, std::memory_order_relaxed);
   impl_->known[parent.value].store(true, std::memory_order_release);
   impl_->known[child.value].store(true, std::memory_order_release);
   return {};
 }
 
 Result<void, InsertFault> TransformBuffer::insert(std::string_view parent, std::string_view child, WallTime stamp,
-                                                  const RigidTransform& X_PC, Permanence permanence) {
+                                                  const RigidTransform& X_PC, Permanence permanence,
+                                                  std::uint64_t writer) {
   parent = without_slash(parent);
   child = without_slash(child);
   if (parent == child && !parent.empty()) {
@@ -260,7 +275,7 @@ Result<void, InsertFault> TransformBuffer::insert(std::string_view parent, std::
     ++impl_->stats.too_many_frames;
     return err(InsertFault::TooManyFrames);
   }
-  return insert(parent_id, child_id, stamp, X_PC, permanence);
+  return insert(parent_id, child_id, stamp, X_PC, permanence, writer);
 }
 
 Result<StampedTransform, LookupFault> TransformBuffer::Impl::latest(FrameId target, FrameId source) const {

@@ -43,17 +43,22 @@ TransformsComponent::TransformsComponent(const NodeOptions& options) : Lifecycle
   declare_transforms_parameters(*this);
   buffer_ =
       shared_object<spatial::TransformBuffer>(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer);
+  skews_ = shared_object<ClockSkews>(kClockSkewsName, &make_clock_skews);
+  buffer_->explain_by(skews_);
   description_ = create_publisher<std_msgs::msg::String>("robot_description", QoS(1).transient_local());
   moving_ = create_publisher<tf2_msgs::msg::TFMessage>("/tf", DynamicTransformQoS());
   fixed_ = create_publisher<tf2_msgs::msg::TFMessage>("/tf_static", StaticTransformQoS());
   joint_states_ = create_subscription<sensor_msgs::msg::JointState>(
       "joint_states", SensorDataQoS(), [this](const sensor_msgs::msg::JointState& state) { on_joint_state(state); });
   heard_moving_ = create_subscription<tf2_msgs::msg::TFMessage>(
-      "/tf", DynamicTransformQoS(),
-      [this](const tf2_msgs::msg::TFMessage& message) { on_transforms(message, spatial::Permanence::Dynamic); });
+      "/tf", DynamicTransformQoS(), [this](const tf2_msgs::msg::TFMessage& message, const MessageInfo& info) {
+        on_transforms(message, spatial::Permanence::Dynamic, info.writer_id);
+      });
   heard_fixed_ = create_subscription<tf2_msgs::msg::TFMessage>(
       "/tf_static", StaticTransformListenerQoS(),
-      [this](const tf2_msgs::msg::TFMessage& message) { on_transforms(message, spatial::Permanence::Static); });
+      [this](const tf2_msgs::msg::TFMessage& message, const MessageInfo& info) {
+        on_transforms(message, spatial::Permanence::Static, info.writer_id);
+      });
   claim_frames();
 }
 
@@ -126,7 +131,7 @@ void TransformsComponent::publish_fixed() {
   for (const StaticTransform& transform : options_->static_transforms)
     add(transform.parent, transform.child, transform.X_PC);
   // Readers of this process need not wait for the message to come round.
-  on_transforms(*message, spatial::Permanence::Static);
+  on_transforms(*message, spatial::Permanence::Static, 0);
   fixed_->publish(std::move(message));
 }
 
@@ -150,7 +155,8 @@ void TransformsComponent::on_joint_state(const sensor_msgs::msg::JointState& sta
   moving_->publish(std::move(message));
 }
 
-void TransformsComponent::on_transforms(const tf2_msgs::msg::TFMessage& message, spatial::Permanence permanence) {
+void TransformsComponent::on_transforms(const tf2_msgs::msg::TFMessage& message, spatial::Permanence permanence,
+                                        std::uint64_t writer) {
   // Samples from before the clock was set back would lie in the future of all that follow.
   const Duration offset = now().since_origin - get_clock().now().since_origin;
   if (clock_offset_ && offset < *clock_offset_ - kClockStep) {
@@ -160,12 +166,15 @@ void TransformsComponent::on_transforms(const tf2_msgs::msg::TFMessage& message,
   }
   clock_offset_ = offset;
   for (const TransformStamped& transform : message.transforms) {
-    const auto inserted = buffer_->insert(transform.header.frame_id, transform.child_frame_id,
-                                          time_of(transform.header.stamp), read(transform.transform), permanence);
+    const auto inserted =
+        buffer_->insert(transform.header.frame_id, transform.child_frame_id, time_of(transform.header.stamp),
+                        read(transform.transform), permanence, writer);
     if (inserted) continue;
     if (is_power_of_two(++refused_)) {
-      get_logger().warn("transform '{}' -> '{}' was refused ({} so far): {}", transform.header.frame_id,
-                        transform.child_frame_id, refused_, spatial::to_text(inserted.error()));
+      const bool by_time = inserted.error() == spatial::InsertFault::TooOld;
+      get_logger().warn("transform '{}' -> '{}' was refused ({} so far): {}{}", transform.header.frame_id,
+                        transform.child_frame_id, refused_, spatial::to_text(inserted.error()),
+                        by_time ? skews_->cause(writer) : "");
     }
   }
 }

@@ -33,12 +33,14 @@ class TransformsComponent final : public LifecycleNode {
   void claim_frames();
   void publish_fixed();
   void on_joint_state(const sensor_msgs::msg::JointState& state);
-  void on_transforms(const tf2_msgs::msg::TFMessage& message, spatial::Permanence permanence);
+  /// `writer`: the message's, 0 for an own one.
+  void on_transforms(const tf2_msgs::msg::TFMessage& message, spatial::Permanence permanence, std::uint64_t writer);
   void tell_trouble();
 
   std::optional<TransformsOptions> options_;
   std::optional<JointTransforms> joints_;
   spatial::TransformBufferPtr buffer_;
+  std::shared_ptr<const ClockSkews> skews_;
   std::shared_ptr<Publisher<std_msgs::msg::String>> description_;
   std::shared_ptr<Publisher<tf2_msgs::msg::TFMessage>> moving_, fixed_;
   std::shared_ptr<Subscription<sensor_msgs::msg::JointState>> joint_states_;

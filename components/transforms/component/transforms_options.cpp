@@ -6,6 +6,7 @@
 #include <map>
 
 #include "nacelle/description/robot_description.hpp"
+#include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::transforms {
 namespace {
@@ -40,8 +41,7 @@ void declare_transforms_parameters(Node& node) {
   ParameterDescriptor frequency = say("Most transforms per second and movable joint, Hz; 0 is none.");
   frequency.floating_point_range = FloatingPointRange{0.0, 1000.0, 0.0};
   node.declare_parameter("publish_frequency", 30.0, frequency);
-  node.declare_parameter("frame_prefix", "",
-                         say("Written before every link name of the description; no slash is added."));
+  declare_frame_prefix(node);
   node.declare_parameter("ignore_timestamp", false, say("Publish for every joint state, whatever its stamp."));
 }
 
@@ -74,10 +74,15 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
     if (!tree) return err(tree.error());
     options.tree = std::move(tree).value();
   }
-  options.frame_prefix = node.get<std::string>("frame_prefix");
+  options.frame_prefix = node.get<std::string>(kFramePrefixParameter);
+  // The description does not know of the prefix: its links get it whatever they are called, as robot_state_publisher's.
   for (Joint& joint : options.tree.joints) {
     joint.parent.insert(0, options.frame_prefix);
     joint.child.insert(0, options.frame_prefix);
+  }
+  for (StaticTransform& transform : options.static_transforms) {
+    transform.parent = with_frame_prefix(options.frame_prefix, transform.parent);
+    transform.child = with_frame_prefix(options.frame_prefix, transform.child);
   }
   if (const auto checked = check_parents(options); !checked) return err(checked.error());
   options.joints = {node.get<double>("publish_frequency"), node.get<bool>("ignore_timestamp")};

@@ -43,8 +43,8 @@ json containers_json(const json& here) {
       rows.push_back(std::move(row));
       continue;
     }
-    for (const char* const key :
-         {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports", "figures"})
+    for (const char* const key : {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports",
+                                  "figures", "namesakes", "clock_skews"})
       row[key] = reply.value().value(key, json(nullptr));
     for (const char* const key : {"mode", "domain", "interfaces", "peers", "exports"}) {
       if (here.contains(key) && row[key] != here[key]) row["differs"].push_back(key);
@@ -97,6 +97,17 @@ std::string words_of_container(const json& container) {
   return text;
 }
 
+// "two of /lidar: also in nacelle (process 77 on laptop)"
+std::string words_of_namesake(const json& other) {
+  const auto said = [&](const char* key, const char* otherwise) {
+    const auto text = other[key].get<std::string>();
+    return text.empty() ? std::string(otherwise) : text;
+  };
+  return fmt::format("two of {}: also in {} (process {} on {}); put one into a namespace or another ROS_DOMAIN_ID",
+                     other["node"].get<std::string>(), said("process", "a program that does not say its name"),
+                     said("pid", "?"), said("host", "a host that does not say its name"));
+}
+
 void print(const json& net) {
   if (!net["built_in"].get<bool>())
     row("built", "without Cyclone DDS: no network; " + net["way_out"].get<std::string>());
@@ -106,6 +117,13 @@ void print(const json& net) {
                             words_of(link["addresses"], "without an address"), link["up"].get<bool>() ? "" : ", down"));
   }
   for (const auto& container : net["containers"]) row("container", words_of_container(container));
+  for (const auto& container : net["containers"]) {
+    const auto rows_of = [&](const char* key) { return container.value(key, json::array()); };
+    for (const auto& other : rows_of("namesakes")) row("node", words_of_namesake(other));
+    for (const auto& skew : rows_of("clock_skews"))
+      row("clock", container["name"].get<std::string>() + ": " + skew["text"].get<std::string>() +
+                       "; synchronise both (chrony, or timedatectl set-ntp true)");
+  }
   for (const auto& remark : net["remarks"]) {
     const Problem problem{remark["where"], remark["what"], remark["way_out"]};
     row("remark", problem.text());

@@ -3,6 +3,7 @@
 
 #include "commands.hpp"
 #include "nacelle/drive/drive.hpp"
+#include "nacelle/launch/load_plan.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "program.hpp"
 
@@ -15,6 +16,20 @@ struct DriveWish {
   bool twist = false;
   drive::DriveSettings settings;
 };
+
+/// What the launch file calls them. A file that cannot be read is told by the container.
+void take_names(drive::DriveSettings& settings) {
+  std::vector<std::string> words{"sim:=true"};
+  words.insert(words.end(), settings.arguments.begin(), settings.arguments.end());
+  const auto arguments = launch::parse_arguments(words);
+  if (!arguments) return;
+  const auto plan = launch::load_plan(settings.launch_file, arguments.value(), launch_environment(program_places()));
+  if (!plan) return;
+  const launch::NamespacePlan& names = plan.value().name_space;
+  for (std::string* const topic : {&settings.topic, &settings.odometry_topic}) *topic = names.topic(topic->substr(1));
+  for (std::string* const frame : {&settings.odom_frame, &settings.base_frame, &settings.command_frame})
+    *frame = names.frame(*frame);
+}
 
 int run(DriveWish& wish) {
   session::StopSignal stop{session::kill_all_programs};
@@ -33,6 +48,7 @@ int run(DriveWish& wish) {
     return complain({"drive", "the default launch file is not there", "name one: nacelle drive FILE"});
   wish.settings.program = program_places().program;
   wish.settings.stamped = !wish.twist;
+  take_names(wish.settings);
   const SystemClock clock;
   return drive::run_drive(wish.settings, stop, clock);
 }

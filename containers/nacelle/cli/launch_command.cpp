@@ -48,10 +48,18 @@ void show_arguments(const launch::Plan& plan) {
       std::printf("        (required)\n");
     }
   }
-  const auto is_network = [](const launch::ArgumentPlan& argument) { return argument.name == "network"; };
-  if (std::ranges::any_of(plan.arguments, is_network)) return;
-  std::printf("\n    'network':\n        who may see it, one of off, local, export; every launch file has it\n");
-  std::printf("        (default: what the launch file and ROS 2's variables say)\n");
+  struct ForEveryFile {
+    const char *name, *description, *without;
+  };
+  static constexpr ForEveryFile kArguments[] = {
+      {"namespace", "all nodes are put below it; every launch file has it", "what the launch file says"},
+      {"tf", "topics: /tf is moved there, too; frames: their names begin with it", "topics"},
+      {"network", "who may see it, one of off, local, export; every launch file has it",
+       "what the launch file and ROS 2's variables say"}};
+  for (const auto& [name, description, without] : kArguments) {
+    if (std::ranges::find(plan.arguments, name, &launch::ArgumentPlan::name) != plan.arguments.end()) continue;
+    std::printf("\n    '%s':\n        %s\n        (default: %s)\n", name, description, without);
+  }
 }
 
 int run(const LaunchWish& wish) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "nacelle/base/names.hpp"
 #include "nacelle/session/stop_signal.hpp"
 #include "nacelle/teleop/teleop.hpp"
 #include "program.hpp"
@@ -22,7 +23,7 @@ namespace nacelle::cli {
 namespace {
 
 struct TeleopWish {
-  std::string container, topic = "/cmd_vel";
+  std::string container, topic = "cmd_vel";
   bool twist = false, stamped = false;
   teleop::TeleopSettings settings;
 };
@@ -35,7 +36,10 @@ int run_teleop_command(TeleopWish& wish) {
     complain({"teleop", "needs a terminal to read keys from", "publish with `nacelle topic pub` from a script"});
     return kUsage;
   }
-  wish.settings.topic = wish.topic.rfind('/', 0) == 0 ? wish.topic : "/" + wish.topic;
+  const auto names = client.value().call({{"verb", "names"}}, 5s);
+  if (!names) return complain(names.error());
+  wish.settings.topic = join_namespaces(names.value()["namespace"].get<std::string>(), wish.topic);
+  wish.settings.frame.insert(0, names.value()["frame_prefix"].get<std::string>());
   wish.settings.stamped = !wish.twist;
   const SystemClock clock;
   return teleop::run_teleop(client.value(), wish.settings, stop, clock);
@@ -117,7 +121,9 @@ int show_truth(const std::string& asked) {
 void add_teleop_command(Command& root) {
   auto wish = std::make_shared<TeleopWish>();
   Command& command = root.add("teleop", "drive with the keys, as in teleop_twist_keyboard");
-  command.option("--topic", wish->topic, "where the commands go").with_default().names_a(Names::Topic);
+  command.option("--topic", wish->topic, "where the commands go; a relative name is in the robot's namespace")
+      .with_default()
+      .names_a(Names::Topic);
   command.flag("--stamped", wish->stamped, "send TwistStamped (the default)");
   command.flag("--twist", wish->twist, "send Twist").not_with("--stamped");
   command.option("--speed", wish->settings.keys.speed_mps, "forward speed in m/s at first")

@@ -238,8 +238,10 @@ int monitor(const TfWish& wish) {
   auto tree = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
   if (!tree) return complain(tree.error());
   if (auto watched = watched_by(wish.frames, tree.value()["frames"]); !watched) return complain(watched.error());
-  auto listens =
-      listener.value().call({{"verb", "topic.listen"}, {"topic", "/tf"}, {"show", "transforms"}}, kAnswerLimit);
+  auto names = client.value().call({{"verb", "names"}}, kAnswerLimit);
+  if (!names) return complain(names.error());
+  auto listens = listener.value().call(
+      {{"verb", "topic.listen"}, {"topic", names.value()["tf_topic"]}, {"show", "transforms"}}, kAnswerLimit);
   if (!listens) return complain(listens.error());
 
   const SystemClock clock;

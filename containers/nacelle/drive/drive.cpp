@@ -147,7 +147,7 @@ class Run {
   }
 
   [[nodiscard]] Result<void, Problem> drive() {
-    auto sender = VelocitySender::open(*client_, settings_.topic, settings_.stamped, "base_link");
+    auto sender = VelocitySender::open(*client_, settings_.topic, settings_.stamped, settings_.command_frame);
     if (!sender) return err(sender.error());
     const auto zero = [&] { static_cast<void>(sender.value().send(0, 0, clock_.wall_now())); };
     MonotonicTime next = clock_.now(), next_look = next;

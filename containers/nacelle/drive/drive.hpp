@@ -22,7 +22,8 @@ struct DriveSettings {
   std::string report_file;  ///< Empty: none.
   bool verbose = false;     ///< The container's own lines are shown.
   bool stamped = true;
-  std::string topic = "/cmd_vel", odometry_topic = "/odom", odom_frame = "odom", base_frame = "base_footprint";
+  std::string topic = "/cmd_vel", odometry_topic = "/odom", odom_frame = "odom", base_frame = "base_footprint",
+              command_frame = "base_link";
   CourseOptions course;
 };
 

@@ -112,6 +112,8 @@ void check_parameters(const LoadedComponent& component, Evidence& evidence) {
   for (const auto& parameter : component.declared->parameters) known.push_back(parameter.name);
   for (const auto& name : component.declared->unknown_parameters) {
     if (std::ranges::find(component.faults, name, &ParameterFault::parameter) != component.faults.end()) continue;
+    if (name == "frame_prefix" && !evidence.plan.name_space.frame_prefix().empty())
+      continue;  // all nodes of a launch in a namespace are given it
     const bool is_qos = name.starts_with("qos_overrides.");
     evidence.find(
         About::Parameter,

@@ -6,6 +6,8 @@
 #include <lifecycle_msgs/msg/transition_event.hpp>
 #include <set>
 
+#include "nacelle/base/names.hpp"
+
 namespace nacelle::session {
 namespace {
 
@@ -74,7 +76,8 @@ TransitionName name_of_step(StateId from, StateId to) {
 FaultTopics::FaultTopics(runtime::Container& container)
     : container_(container),
       diagnostics_(container.transport().create_writer(
-          {"/diagnostics", &DiagnosticArray::message_type(), QoS{10}, "/" + container.options().name})) {}
+          {"/diagnostics", &DiagnosticArray::message_type(), QoS{10},
+           fully_qualified_node_name(container.options().name_space, container.options().name)})) {}
 
 FaultTopics::~FaultTopics() = default;
 

@@ -65,6 +65,7 @@ Result<ProgramSpec, Problem> program_spec_of(const launch::ProgramPlan& plan, co
   }
   if (plan.package == "nacelle" && plan.executable == "nacelle") {
     spec.path = own_program;
+    spec.arguments = plan.arguments;  // it is no node, whatever namespace it stands in
     const bool is_world = spec.arguments.size() >= 2 && spec.arguments[0] == "sim" && spec.arguments[1] == "world";
     if (is_world) {
       // The robot's devices are there when the world says so.

@@ -18,6 +18,16 @@ using transport_dds::NetworkMode;
 // DHCP and IPv6 give addresses one after the other; discovery is to come within 3 s.
 constexpr Duration kRest = 500ms;
 
+// What programs of this machine call it by, carrier or not.
+std::vector<NetworkLink> with_an_ipv4_address(std::vector<NetworkLink> links) {
+  for (NetworkLink& link : links) {
+    link.up = link.on;
+    std::erase_if(link.addresses, [](const std::string& address) { return address.find(':') != std::string::npos; });
+  }
+  std::erase_if(links, [](const NetworkLink& link) { return !link.on || link.addresses.empty(); });
+  return links;
+}
+
 }  // namespace
 
 #ifdef NACELLE_HAS_DDS
@@ -29,14 +39,15 @@ struct Network::Joined {};
 #endif
 
 Network::Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
-                 const Clock& clock, Say say)
+                 const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews)
     : plan_(plan),
       written_(std::move(plan)),
       environment_(std::move(environment)),
       graph_(graph),
       services_(services),
       clock_(clock),
-      say_(std::move(say)) {}
+      say_(std::move(say)),
+      clock_skews_(std::move(clock_skews)) {}
 
 Network::~Network() = default;
 
@@ -76,10 +87,20 @@ Result<void, Problem> Network::join() {
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
+  options.stays_on_this_machine = settings_.mode == NetworkMode::Local;
+  options.clock_skews = clock_skews_;
   auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
-  // Multicast on lo needs no port of a number; only ROS 2's tools with the range LOCALHOST do not find us then.
-  if (!mirror && settings_.discovery == transport_dds::Discovery::Loopback &&
-      mirror.error().what.find("participant index") != std::string::npos) {
+  const auto try_again_after = [&](const char* said) {
+    return !mirror && settings_.discovery == transport_dds::Reach::ThisMachine &&
+           mirror.error().what.find(said) != std::string::npos;
+  };
+  if (try_again_after("selected twice")) {  // CYCLONEDDS_URI names interfaces: it has the last word
+    settings_.interfaces.clear();
+    options.config = transport_dds::cyclone_config(settings_);
+    mirror = DdsMirror::start(graph_, clock_, options, &services_);
+  }
+  // Multicast needs no port of a number; only ROS 2's tools with the range LOCALHOST do not find us then.
+  if (try_again_after("participant index")) {
     options.config += ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>";
     mirror = DdsMirror::start(graph_, clock_, options, &services_);
   }
@@ -131,8 +152,19 @@ json Network::state() const {
   state["running"] = joined_ != nullptr;
   state["problem"] = why_not_ ? to_json(*why_not_) : json(nullptr);
   state["figures"] = nullptr;
+  state["namesakes"] = json::array();  // nodes elsewhere that have the name of one of this robot's
+  state["clock_skews"] = json::array();
 #ifdef NACELLE_HAS_DDS
   if (joined_) {
+    for (const Namesake& one : joined_->mirror->namesakes())
+      state["namesakes"].push_back({{"node", one.node},
+                                    {"host", one.host},
+                                    {"process", one.process},
+                                    {"pid", one.pid},
+                                    {"participant", one.participant}});
+    for (const auto& skew : joined_->mirror->clock_skews())
+      state["clock_skews"].push_back(
+          {{"host", skew.host()}, {"ahead_s", to_seconds(skew.ahead())}, {"text", skew.text()}});
     const MirrorStats figures = joined_->mirror->stats();
     state["figures"] = {{"writers", figures.writers},
                         {"readers", figures.readers},
@@ -153,9 +185,8 @@ json Network::state() const {
 
 // --- addresses that change -------------------------------------------------------------------------------------------
 
-// In mode Local there is lo alone, which does not come and go; there it is watched only until the network is joined.
 void Network::watch_links() {
-  const bool wanted = settings_.mode == NetworkMode::Export || (why_not_ && network_is_built_in());
+  const bool wanted = settings_.mode != NetworkMode::Off || (why_not_ && network_is_built_in());
   if (!wanted) {
     watch_.reset();
     due_.reset();
@@ -168,6 +199,7 @@ void Network::watch_links() {
 
 std::vector<NetworkLink> Network::links_of_interest() const {
   std::vector<NetworkLink> links = network_links();
+  if (settings_.mode == NetworkMode::Local) return with_an_ipv4_address(std::move(links));
   const auto& names = settings_.interfaces;
   std::erase_if(links, [&](const NetworkLink& link) {
     if (link.is_loopback) return settings_.mode == NetworkMode::Export;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
@@ -25,15 +26,15 @@ namespace nacelle::session {
 
 /// The robot on ROS 2's network: who may see it now, and why it cannot be seen if so.
 ///
-/// The robot never needs it: what goes wrong here is told, and nothing local changes. While the robot is shown to other
-/// machines, or could not join, the machine's addresses are watched, and it joins anew when they have changed.
+/// The robot never needs it: what goes wrong here is told, and nothing local changes. While it is on the network, or could
+/// not join, the machine's addresses are watched, and it joins anew when they have changed.
 /// Threads: one, but for `say`, which the network's thread calls too.
 class Network {
  public:
   using Say = std::function<void(const std::string& line)>;
-  /// `graph`, `services` and `clock` outlive it.
+  /// `graph`, `services` and `clock` outlive it. `clock_skews` is kept filled with what is found of others' clocks.
   Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
-          const Clock& clock, Say say);
+          const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews = nullptr);
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
   ~Network();
@@ -70,6 +71,7 @@ class Network {
   ServiceGraph& services_;
   const Clock& clock_;
   const Say say_;
+  const std::shared_ptr<ClockSkews> clock_skews_;
   transport_dds::NetworkSettings settings_;
   std::optional<Problem> why_not_;  // it is not on the network, though it should be
   bool is_asked_for_ = false;       // by somebody, not only by default

@@ -37,6 +37,8 @@ std::vector<NetworkLink> network_links() {
     NetworkLink& link = links[index];
     link.index = index;
     link.name = at->ifa_name;
+    link.on = (at->ifa_flags & IFF_UP) != 0;
+    link.has_multicast = (at->ifa_flags & IFF_MULTICAST) != 0;
     link.up = (at->ifa_flags & IFF_UP) != 0 && (at->ifa_flags & IFF_RUNNING) != 0;
     link.is_loopback = (at->ifa_flags & IFF_LOOPBACK) != 0;
     if (at->ifa_addr == nullptr) continue;
@@ -50,6 +52,18 @@ std::vector<NetworkLink> network_links() {
     all.push_back(std::move(link));
   }
   return all;
+}
+
+std::vector<std::string> addresses_on_the_lan() {
+  std::vector<std::string> first, rest;
+  for (const NetworkLink& link : network_links()) {
+    if (link.is_loopback || !link.on) continue;
+    for (const std::string& address : link.addresses) {
+      if (address.find(':') == std::string::npos) (link.has_multicast ? first : rest).push_back(address);
+    }
+  }
+  first.insert(first.end(), rest.begin(), rest.end());
+  return first;
 }
 
 LinkWatch::LinkWatch() : fd_(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE)) {

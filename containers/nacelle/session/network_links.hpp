@@ -10,13 +10,19 @@ namespace nacelle::session {
 struct NetworkLink {
   int index = 0;  ///< A link that went and came back has another one.
   std::string name;
+  bool on = false;  ///< Switched on.
   bool up = false;  ///< Switched on, and with a carrier.
   bool is_loopback = false;
+  bool has_multicast = false;
   std::vector<std::string> addresses;  ///< IPv4 and IPv6, sorted.
   friend bool operator==(const NetworkLink&, const NetworkLink&) = default;
 };
 /// By index. Empty where the kernel cannot be asked.
 [[nodiscard]] std::vector<NetworkLink> network_links();
+
+/// Where programs of this machine may look for each other besides lo: IPv4 addresses of links that are switched on, by
+/// link; those of links for multicast first.
+[[nodiscard]] std::vector<std::string> addresses_on_the_lan();
 
 /// Tells that a link or an address of this machine has come or gone.
 /// Threads: one.

@@ -3,11 +3,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "nacelle/session/network_links.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
 
 namespace nacelle::session {
@@ -15,6 +17,9 @@ namespace {
 
 using nlohmann::json;
 using transport_dds::NetworkMode;
+
+// Cyclone 0.10 takes four interfaces, of which one is lo (MAX_XMIT_CONNS).
+constexpr std::size_t kMostOnTheLan = 3;
 
 transport_dds::NetworkWish wish_of(const launch::NetworkPlan& plan) {
   transport_dds::NetworkWish wish;
@@ -35,8 +40,14 @@ transport_dds::PortRange ephemeral_ports() {
   return range;
 }
 
-const char* to_text(transport_dds::Discovery discovery) {
-  constexpr std::array<const char*, 5> kWords{"none", "loopback", "unicast", "multicast", "as configured"};
+std::vector<transport_dds::PortRange> reserved_ports() {
+  std::string text;
+  std::getline(std::ifstream{"/proc/sys/net/ipv4/ip_local_reserved_ports"}, text);
+  return transport_dds::parse_port_ranges(text);
+}
+
+const char* to_text(transport_dds::Reach discovery) {
+  constexpr std::array<const char*, 5> kWords{"none", "this machine", "unicast", "multicast", "as configured"};
   return kWords[static_cast<std::size_t>(discovery)];
 }
 
@@ -47,7 +58,7 @@ void obey_security(transport_dds::NetworkSettings& settings) {
                                 "it enforces security, which is not available yet: the network stays off",
                                 "unset ROS_SECURITY_ENABLE to have it without"});
     settings.mode = NetworkMode::Off;
-    settings.discovery = transport_dds::Discovery::None;
+    settings.discovery = transport_dds::Reach::None;
     settings.because_of = "ROS_SECURITY_STRATEGY";
   } else {
     settings.remarks.push_back({"ROS_SECURITY_ENABLE", "security is not available yet: everything goes in the clear",
@@ -90,7 +101,12 @@ Result<transport_dds::NetworkSettings, Problem> network_in_force(const launch::N
   if (plan.mode && plan.mode_by_argument) settings->because_of = std::string("network:=") + to_text(*plan.mode);
   obey_security(*settings);
   if (settings->mode == NetworkMode::Off) return settings;
-  if (auto remark = transport_dds::port_remark(settings->domain, ephemeral_ports()))
+  if (settings->discovery == transport_dds::Reach::ThisMachine) {
+    auto lan = addresses_on_the_lan();
+    lan.resize(std::min(lan.size(), kMostOnTheLan));
+    settings->interfaces.insert(settings->interfaces.end(), lan.begin(), lan.end());
+  }
+  if (auto remark = transport_dds::port_remark(settings->domain, ephemeral_ports(), reserved_ports()))
     settings->remarks.push_back(std::move(*remark));
   return settings;
 }
@@ -118,8 +134,7 @@ json to_json(const transport_dds::NetworkSettings& settings) {
           {"discovery", to_text(settings.discovery)},
           {"domain", settings.domain},
           {"ports", {{"first", ports.first}, {"last", ports.last}}},
-          {"interfaces",
-           settings.discovery == transport_dds::Discovery::Loopback ? json::array({"lo"}) : json(settings.interfaces)},
+          {"interfaces", settings.interfaces},
           {"peers", settings.peers},
           {"exports", std::move(exports)},
           {"allow_load", settings.allow_load},

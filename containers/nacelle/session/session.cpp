@@ -112,12 +112,14 @@ int Session::run_robot() {
   const auto asked = container_options_of(plan_.container.parameters, plan_.container.where.text());
   runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
   container_options.name = options_.container_name;
+  container_options.name_space = plan_.container.namespace_;
   container_options.component_path = options_.places.component_folders;
   container_options.node_interfaces = runtime::NodeInterfaces::All;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
-  network_ =
-      std::make_unique<Network>(plan_.network, ros_environment(), container_->graph(), container_->service_graph(),
-                                clock_, [this](const std::string& line) { say(line); });
+  network_ = std::make_unique<Network>(
+      plan_.network, ros_environment(), container_->graph(), container_->service_graph(), clock_,
+      [this](const std::string& line) { say(line); },
+      std::static_pointer_cast<ClockSkews>(container_->shared_object(kClockSkewsName)));
   if (auto joined = network_->start(); !joined) {
     say("nacelle: " + joined.error().text());
     return 1;

@@ -44,9 +44,9 @@ json list_components(Session& session) {
 }
 
 /// Loads, checks the new wiring, and takes the component to its state; undone if any of it fails.
-/// `plan`: null for a plugin that the launch file does not name.
+/// `plan`: null for a plugin that the launch file does not name; then so many of its remaps, at the front, are the caller's.
 json load(Session& session, const runtime::LoadRequest& request, launch::TargetState target,
-          const launch::ComponentPlan* plan) {
+          const launch::ComponentPlan* plan, std::size_t own_remaps = 0) {
   const GraphBefore before{session.container()};
   auto loaded = plan != nullptr ? session.load(*plan) : session.container().load(request);
   if (!loaded) return reply_of(loaded.error());
@@ -59,7 +59,7 @@ json load(Session& session, const runtime::LoadRequest& request, launch::TargetS
     for (const auto& problem : unused_qos(*plan, ends)) warnings.push_back(problem.text());
   } else if (loaded.value().declared) {
     for (const auto& unused : unused_remaps(request.remaps, loaded.value().declared->used_remaps, node, ends))
-      warnings.push_back(unused.problem.text());
+      if (unused.rule < own_remaps) warnings.push_back(unused.problem.text());
   }
   std::string clashes;
   for (const auto& clash : session.container().clashes()) {
@@ -101,7 +101,8 @@ json load_plugin(Session& session, const json& request) {
   runtime::LoadRequest wanted;
   wanted.plugin = request.value("plugin", "");
   wanted.name = request.value("name", "");
-  wanted.name_space = join_namespaces("/", request.value("namespace", ""));
+  const launch::NamespacePlan& names = session.plan().name_space;
+  wanted.name_space = join_namespaces(names.path, request.value("namespace", ""));
   if (wanted.name_space.empty()) wanted.name_space = "/";
   // The file first, single values over it: as ros2 component load does.
   if (request.contains("params_file")) {
@@ -128,7 +129,21 @@ json load_plugin(Session& session, const json& request) {
     if (!rule) return reply_of({"-r " + text.get<std::string>(), rule.error().what, rule.error().way_out});
     wanted.remaps.push_back(rule.value());
   }
-  return load(session, wanted, launch::TargetState::Active, nullptr);
+  if (const std::string prefix = names.frame_prefix(); !prefix.empty())
+    wanted.parameters.emplace("frame_prefix", prefix);
+  const std::size_t own_remaps = wanted.remaps.size();
+  if (names.tf_topic() != "/tf") {
+    wanted.remaps.push_back({RemapKind::Topic, "", "/tf", names.tf_topic()});
+    wanted.remaps.push_back({RemapKind::Topic, "", "/tf_static", names.tf_topic() + "_static"});
+  }
+  return load(session, wanted, launch::TargetState::Active, nullptr, own_remaps);
+}
+
+/// Where the launch's namespace has put what tools look for.
+json names_of(const Session& session) {
+  const launch::NamespacePlan& names = session.plan().name_space;
+  return {
+      {"ok", true}, {"namespace", names.path}, {"tf_topic", names.tf_topic()}, {"frame_prefix", names.frame_prefix()}};
 }
 
 json unload(Session& session, const json& request) {
@@ -220,6 +235,7 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb.starts_with("param.")) return reply_to_parameter_verb(session, verb, request);
   if (verb == "service.call") return call_service(session, types, request);
   if (verb == "figures") return figures_of(session);
+  if (verb == "names") return names_of(session);
   if (verb == "tf.tree" || verb == "tf.lookup") return reply_to_tf_verb(session, verb, request);
   if (verb.starts_with("network")) return reply_to_network_verb(session, verb, request);
   if (verb == "shutdown") {

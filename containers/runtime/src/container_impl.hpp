@@ -57,7 +57,7 @@ struct Container::Impl final : Context {
         commons(clock),
         supervisor({options.handover_after, options.hang_after}),
         index(options.component_path),
-        services(std::make_unique<ContainerServices>(self, commons, options.name)),
+        services(std::make_unique<ContainerServices>(self, commons, options.name, options.name_space)),
         node_services(options.node_interfaces == NodeInterfaces::None
                           ? nullptr
                           : std::make_unique<NodeServices>(self, commons, options.node_interfaces, services->node())) {}

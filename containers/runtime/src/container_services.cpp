@@ -19,12 +19,12 @@ using composition_interfaces::srv::ListNodes;
 using composition_interfaces::srv::LoadNode;
 using composition_interfaces::srv::UnloadNode;
 
-NodeIdentity identity_of(std::string name) {
+NodeIdentity identity_of(std::string name, const std::string& name_space) {
   for (char& c : name) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
   }
   if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front())) != 0) name.insert(0, "container_");
-  return {std::move(name), "/"};
+  return {std::move(name), name_space};
 }
 
 // Errors: std::invalid_argument in words for the caller.
@@ -91,10 +91,11 @@ bool ContainerServices::run(void* container, std::int64_t, const void* request, 
   return true;
 }
 
-ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name)
+ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name,
+                                     const std::string& name_space)
     : executor_("container", commons.clock, {.own = true}),
       node_(
-          commons, identity_of(name), executor_,
+          commons, identity_of(name, name_space), executor_,
           [](const std::string& code, const std::string& text, const std::string& callback) {
             Logger{"container"}.error("{}: {} (in {})", code, text, callback);
           },

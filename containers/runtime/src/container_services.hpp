@@ -20,7 +20,7 @@ class Container;
 class ContainerServices {
  public:
   /// `name` is the node's; characters that a node's name cannot have become '_'.
-  ContainerServices(Container& container, Commons& commons, const std::string& name);
+  ContainerServices(Container& container, Commons& commons, const std::string& name, const std::string& name_space);
   /// Waits for the call that is being answered.
   ~ContainerServices();
   ContainerServices(const ContainerServices&) = delete;

@@ -50,8 +50,10 @@ std::vector<std::string> Container::ties() const {
   std::vector<std::string> ties = impl_->commons.frames.claims();
   auto objects = impl_->commons.shared_objects.lock();
   for (const auto& [name, object] : *objects) {
-    // Each process has its own, and counts what it is told by the other one.
-    if (object != impl_->commons.motion_stops) ties.push_back("shares the object '" + name + "'");
+    // Each process has its own stops, and counts what it is told by the other one. Of others' clocks an isolated one knows
+    // nothing, and its complaints name no cause.
+    if (object != impl_->commons.motion_stops && object != impl_->commons.clock_skews)
+      ties.push_back("shares the object '" + name + "'");
   }
   return ties;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "frames.hpp"
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/node/host.hpp"
 #include "nacelle/node/motion_stops.hpp"
 #include "nacelle/runtime/broker.hpp"
@@ -26,6 +27,7 @@ struct Commons {
   explicit Commons(const Clock& c)
       : clock(c), broker(c, Watching::ByThread), motion_stops(std::make_shared<MotionStops>()) {
     shared_objects.lock()->emplace(kMotionStopsName, motion_stops);
+    shared_objects.lock()->emplace(kClockSkewsName, clock_skews);
   }
   /// The clock of nodes with use_sim_time.
   [[nodiscard]] SimClock& simulated() {
@@ -39,7 +41,8 @@ struct Commons {
   ServiceDirectory services;
   FrameRegistry frames;
   Guarded<std::map<std::string, std::shared_ptr<void>>> shared_objects;
-  const std::shared_ptr<MotionStops> motion_stops;  // one of the shared objects
+  const std::shared_ptr<MotionStops> motion_stops;  // one of the shared objects, as is the next
+  const std::shared_ptr<void> clock_skews = make_clock_skews();
 };
 
 /// A node's host in the container. Ownership: the node's; what it lent to the container is withdrawn in the destructor.

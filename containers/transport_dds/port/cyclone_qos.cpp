@@ -108,6 +108,7 @@ DiscoveredParticipant to_participant(const dds_builtintopic_participant_t& found
     out.user_data = user_data_of(found.qos);
     out.process = property_of(found.qos, "__ProcessName");
     out.host = property_of(found.qos, "__Hostname");
+    if (out.host.empty()) out.host = property_of(found.qos, "fastdds.physical_data.host");
     out.pid = property_of(found.qos, "__Pid");
   }
   return out;

@@ -4,17 +4,12 @@
 #include <linux/sockios.h>
 #include <sys/ioctl.h>
 
-// This header of Cyclone's is C: a typedef in it has the name of its struct, which C++ does not allow.
-#define Q_SOCKWAITSET_H
-using os_sockWaitset = struct SocketWaitSet*;
-#include <dds/ddsi/ddsi_domaingv.h>
-#include <dds/ddsi/ddsi_tran.h>
-
 #include <algorithm>
 #include <chrono>
 #include <thread>
 
 #include "nacelle/base/time.hpp"
+#include "transport_dds/port/cyclone_inside.hpp"
 
 namespace nacelle::transport_dds {
 namespace {

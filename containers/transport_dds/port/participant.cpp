@@ -6,6 +6,7 @@
 #include "transport_dds/port/core.hpp"
 #include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/cyclone_qos.hpp"
+#include "transport_dds/port/this_machine.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -23,6 +24,10 @@ constexpr const char* kBefore =
 constexpr const char* kAfter =
     "<SharedMemory><Enable>false</Enable></SharedMemory>"
     "<Internal><MultipleReceiveThreads>false</MultipleReceiveThreads></Internal>";
+// Whoever calls there is told everything.
+constexpr const char* kAtHome = "<Internal><MonitorPort>-1</MonitorPort></Internal>";
+// Each time is a thousandth of a second in which somebody must announce himself.
+constexpr int kMostBeginnings = 5;
 
 std::string way_out_of(const std::string& said, dds_return_t error, std::uint32_t domain) {
   if (error == DDS_RETCODE_PRECONDITION_NOT_MET)
@@ -41,6 +46,20 @@ Problem problem_of(const ParticipantOptions& options, const CapturedLog& log, dd
   return {"DDS domain " + std::to_string(options.domain_id), what, way_out_of(what, error, options.domain_id)};
 }
 
+Result<Entity, Problem> make_domain(const ParticipantOptions& options, const std::string& config,
+                                    const CapturedLog& log) {
+  for (int i = 0; i < kMostBeginnings; ++i) {
+    Entity domain{dds_create_domain(options.domain_id, config.c_str())};
+    if (!domain) return err(problem_of(options, log, domain.get()));
+    if (!options.stays_on_this_machine) return domain;
+    const auto home = keep_domain_to_this_machine(domain.get(), options.domain_id);
+    if (!home) return err(home.error());
+    if (home.value() == Home::Alone) return domain;
+  }
+  return err(Problem{"DDS domain " + std::to_string(options.domain_id),
+                     "others are heard before it can be kept to this machine", "take another domain"});
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Participant>, Problem> Participant::create(const ParticipantOptions& options) {
@@ -50,9 +69,11 @@ Result<std::unique_ptr<Participant>, Problem> Participant::create(const Particip
   std::string config = kBefore;
   if (!options.config.empty()) config += "," + options.config;
   config += std::string(",") + kAfter;
+  if (options.stays_on_this_machine) config += std::string(",") + kAtHome;
   const CapturedLog log;
-  core->domain = Entity{dds_create_domain(options.domain_id, config.c_str())};
-  if (!core->domain) return err(problem_of(options, log, core->domain.get()));
+  auto domain = make_domain(options, config, log);
+  if (!domain) return err(domain.error());
+  core->domain = std::move(domain).value();
   const CycloneQos qos{dds_create_qos()};
   dds_qset_userdata(qos.get(), options.user_data.data(), options.user_data.size());
   core->participant = Entity{dds_create_participant(options.domain_id, qos.get(), nullptr)};

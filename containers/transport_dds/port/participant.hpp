@@ -24,6 +24,8 @@ struct ParticipantOptions {
   /// Cyclone's configuration as XML: one or more fragments (`<General>...</General>`), or several joined by commas, of
   /// which the later ones win. The environment is not looked at.
   std::string config;
+  /// Nothing it says leaves this machine, and nothing from elsewhere is heard, whatever the configuration says.
+  bool stays_on_this_machine = false;
   Bytes user_data;                                          ///< "enclave=/;"
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// What the messages of one type that wait or are being sent may take; those beyond are refused and counted.
@@ -40,7 +42,7 @@ struct ParticipantOptions {
 class Participant {
  public:
   /// Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a domain that this
-  /// process has joined already.
+  /// process has joined already; a machine, or a transport, that cannot be kept to itself.
   [[nodiscard]] static Result<std::unique_ptr<Participant>, Problem> create(const ParticipantOptions& options);
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;

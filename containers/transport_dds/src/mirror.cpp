@@ -67,6 +67,7 @@ DdsMirror::Impl::~Impl() {
   if (hurries) participant->set_mute(false);
   if (number != 0) graph.leave(number);
   services.reset();
+  if (options.clock_skews) options.clock_skews->replace({});
   // Before what they use, and without a word to a graph that may see each go.
   stand_ins.clear();
   writers.clear();
@@ -184,6 +185,7 @@ void DdsMirror::Impl::turn() {
     }
   }
   drop_gone();
+  if (is_snapshot_new || now.discovery || now.snapshots) look_for_namesakes();
   if (is_snapshot_new) send_snapshot();
   now.events.clear();
   now.ready.clear();
@@ -213,6 +215,7 @@ Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const
   dds::ParticipantOptions with;
   with.domain_id = options.domain_id;
   with.config = options.config;
+  with.stays_on_this_machine = options.stays_on_this_machine;
   with.user_data = bytes_of(dds::write_participant_user_data(options.enclave));
   with.most_message_bytes = options.most_message_bytes;
   auto participant = dds::Participant::create(with);
@@ -221,6 +224,8 @@ Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const
   if (const auto opened = impl->open(services); !opened) return err(opened.error());
   return std::unique_ptr<DdsMirror>(new DdsMirror(std::move(impl)));
 }
+
+std::vector<Namesake> DdsMirror::namesakes() const { return *impl_->namesakes.lock(); }
 
 MirrorStats DdsMirror::stats() const {
   const Impl& of = *impl_;
@@ -244,6 +249,8 @@ MirrorStats DdsMirror::stats() const {
   if (of.services) of.services->fill(out);
   return out;
 }
+
+std::vector<ClockSkew> DdsMirror::clock_skews() const { return *impl_->host_skews.lock(); }
 
 void DdsMirror::look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const {
   at(*impl_->remote.lock());

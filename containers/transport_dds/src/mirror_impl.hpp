@@ -18,6 +18,7 @@
 #include "transport_dds/port/reader.hpp"
 #include "transport_dds/port/writer.hpp"
 #include "transport_dds/wire/graph_snapshot.hpp"
+#include "transport_dds/wire/peer_clock.hpp"
 #include "transport_dds/wire/remote_graph.hpp"
 
 namespace nacelle {
@@ -77,6 +78,11 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     std::uint64_t told_lost = 0;
     std::unique_ptr<dds::Reader> reader;
   };
+  /// A participant whose messages come here.
+  struct Peer {
+    std::string host;  ///< As it announces it, or what there is to call it by.
+    dds::PeerClock clock;
+  };
   /// For an end of another participant; one of the two.
   struct StandIn {
     dds::RemoteEndpoint end;
@@ -84,6 +90,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     const msgs::MessageType* type = nullptr;
     bool told_broken = false;
     MonotonicTime showed_life;
+    Peer* peer = nullptr;  // of a writer: in `peers`
     std::unique_ptr<ProxyWriter> writer;
     std::unique_ptr<Witness> witness;
   };
@@ -168,6 +175,14 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   /// "/arm/driver", for people.
   [[nodiscard]] std::string node_of(const dds::Gid& endpoint) const;
   MonotonicTime show_life();
+  void look_for_namesakes();
+
+  // mirror_clocks.cpp: the clocks of the others' machines
+  [[nodiscard]] Peer& peer_of(const dds::RemoteEndpoint& writer);
+  void note_stamp(StandIn& from, WallTime source, WallTime received, MonotonicTime at);
+  void tell_skew(const std::string& host);
+  /// What complaints about stamps can ask from now on.
+  void publish_skews();
 
   // mirror_messages.cpp
   /// Sends what has been published; true if it stopped before the end, for others to have their turn.
@@ -203,7 +218,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<std::uint64_t, std::unique_ptr<LocalReader>> readers;
   std::map<std::uint64_t, std::unique_ptr<LocalWriter>> ending;  // gone here, with a large message on its way
   std::map<std::string, TopicUse, std::less<>> topics;
+  std::map<dds::Gid, Peer> peers;  // outlive the stand-ins that point to them
   std::map<dds::Gid, StandIn> stand_ins;
+  std::map<std::string, Duration> told_skews;  // by host
+  Guarded<std::vector<ClockSkew>> host_skews;
   std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
   std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;
@@ -216,6 +234,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<std::string, std::size_t> ends_of_node;
   bool is_snapshot_new = true;
   Guarded<dds::RemoteGraph> remote;
+  Guarded<std::vector<Namesake>> namesakes;
   Noted now;
   std::vector<dds::DiscoveryEvent> found_now;
   std::vector<std::uint64_t> targets;

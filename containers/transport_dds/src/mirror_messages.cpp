@@ -229,8 +229,10 @@ void DdsMirror::Impl::hand_on(const std::vector<LocalReader*>& to, StandIn& from
   targets.clear();
   for (const LocalReader* end : to) targets.push_back(end->info.id);
   // By the writer's clock; one that is ahead of ours must not make a message from the future.
-  const Duration age = std::max(clock.wall_now() - sample.source_time, Duration::zero());
+  const WallTime came = clock.wall_now();
+  const Duration age = std::max(came - sample.source_time, Duration::zero());
   const MonotonicTime at = clock.now();
+  note_stamp(from, sample.source_time, came, at);
   const MonotonicTime source_time{std::max(at.since_origin - age, Duration::zero())};
   // As Cyclone has it: from when it came, so that clocks that differ let nothing expire.
   const Duration lifespan = from.end.qos.lifespan();

@@ -3,6 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <climits>
 
 #include "mirror_impl.hpp"
 #include "nacelle/msgs/message_type.hpp"
@@ -20,9 +23,26 @@ std::uint64_t id_of(std::uint32_t link, std::uint64_t count) {
          static_cast<std::uint64_t>(link & 0xFFU) << 32U | (count & 0xFFFFFFFFU);
 }
 
+std::string full_name(const std::string& node_namespace, const std::string& name) {
+  return (node_namespace == "/" ? "" : node_namespace) + "/" + name;
+}
+
 std::string node_name_of(const dds::RemoteEndpoint& end) {
   if (end.node_name == dds::kUnknownNodeName) return "participant " + end.gid.participant().text();
-  return (end.node_namespace == "/" ? "" : end.node_namespace) + "/" + end.node_name;
+  return full_name(end.node_namespace, end.node_name);
+}
+
+std::string this_program() {
+  std::array<char, HOST_NAME_MAX + 1> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host.front() = '?';
+  return std::string("process ") + std::to_string(::getpid()) + " (" + program_invocation_short_name + ") on " +
+         host.data();
+}
+
+std::string program_of(const Namesake& other) {
+  std::string text = other.pid.empty() ? "participant " + other.participant : "process " + other.pid;
+  if (!other.process.empty()) text += " (" + other.process + ")";
+  return text + " on " + (other.host.empty() ? "a host that does not say its name" : other.host);
 }
 
 /// What a stand-in's queue would take is nobody's business but its depth is shown.
@@ -87,6 +107,30 @@ void DdsMirror::Impl::take_endpoint(dds::DiscoveryEvent::Kind kind, const dds::D
 void DdsMirror::Impl::take_snapshots() {
   while (const auto sample = snapshot_reader->take())
     remote.lock()->snapshot_came(sample->writer, sample->payload.bytes());
+}
+
+// --- names ---------------------------------------------------------------------------------------------------------------
+
+void DdsMirror::Impl::look_for_namesakes() {
+  std::set<std::string> ours;
+  for (const auto& node : own_nodes.message().node_entities_info_seq)
+    ours.insert(full_name(node.node_namespace, node.node_name));
+  std::vector<Namesake> found;
+  if (!ours.empty()) {
+    for (const auto& node : remote.lock()->nodes()) {
+      std::string name = full_name(node.node_namespace, node.name);
+      if (ours.contains(name))
+        found.push_back({std::move(name), node.host, node.process, node.pid, node.participant.text()});
+    }
+  }
+  for (const Namesake& one : found) {
+    tell_once("node " + one.node + " " + one.participant,
+              {one.node,
+               "two nodes of this name are on the network: one here, " + this_program() + ", and one in " +
+                   program_of(one) + ": tools take one for the other",
+               "put one of them into a namespace, or into another ROS_DOMAIN_ID"});
+  }
+  *namesakes.lock() = std::move(found);
 }
 
 // --- stand-ins -------------------------------------------------------------------------------------------------------
@@ -155,6 +199,8 @@ void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::
   spec.via = number;
   if (end.is_writer) {
     made.writer = graph.create_proxy_writer(spec, made.id);
+    made.peer = &peer_of(end);
+    if (made.peer->clock.ahead() != Duration::zero()) publish_skews();
     if (manual_lease_of(end) > Duration::zero()) manual.insert(end.gid);
   } else {
     made.witness = graph.create_witness(spec);
@@ -178,6 +224,10 @@ void DdsMirror::Impl::drop_gone() {
       if (gid.same_participant(gone)) its.push_back(gid);
     }
     for (const auto& gid : its) forget(gid);
+    if (const auto peer = peers.extract(gone); peer && peer.mapped().clock.ahead() != Duration::zero()) {
+      told_skews.erase(peer.mapped().host);  // who comes back with it is told anew
+      publish_skews();
+    }
   }
   gone_now.clear();
 }

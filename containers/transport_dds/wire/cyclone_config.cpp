@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <string_view>
 
 #include "nacelle/base/expect.hpp"
@@ -30,11 +31,8 @@ bool is_address(std::string_view text) {
 }
 
 std::string interfaces_of(const NetworkSettings& settings) {
-  if (settings.discovery == Discovery::Loopback) {
-    // Said to do multicast, lo has no limit of ten processes.
-    return R"(<Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)";
-  }
   std::string all;
+  // Said to do multicast, lo has no limit of ten processes.
   for (const auto& name : settings.interfaces) {
     all += fmt::format(R"(<NetworkInterface {}="{}"{}/>)", is_address(name) ? "address" : "name", escaped(name),
                        name == "lo" ? R"( multicast="true")" : "");
@@ -43,21 +41,26 @@ std::string interfaces_of(const NetworkSettings& settings) {
 }
 
 std::string general_of(const NetworkSettings& settings) {
-  std::string general = interfaces_of(settings);
-  if (settings.discovery == Discovery::Unicast) general += "<AllowMulticast>false</AllowMulticast>";
-  // Datagrams as large as lo carries: in Cyclone's own of 1.5 kB a message of megabytes drowns. Elsewhere one in a frame of
-  // Ethernet (IPv6's header taken off): of larger ones the pieces that arrive fill the kernel's memory for
-  // reassembly when others are lost, and then not even a scan arrives.
-  general += settings.discovery == Discovery::Loopback
+  std::string general;
+  // To join a group on the LAN's interface is to tell the LAN; port/this_machine.cpp knows how to do without.
+  if (settings.discovery == Reach::ThisMachine)
+    general += fmt::format("<MulticastRecvNetworkInterfaceAddresses>{}</MulticastRecvNetworkInterfaceAddresses>",
+                           settings.interfaces.empty() ? "none" : "127.0.0.1");
+  general += interfaces_of(settings);
+  if (settings.discovery == Reach::Unicast) general += "<AllowMulticast>false</AllowMulticast>";
+  // Datagrams as large as lo carries, which is where all goes that stays on this machine: in Cyclone's own of 1.5 kB a message of
+  // megabytes drowns. Elsewhere one in a frame of Ethernet (IPv6's header taken off): of larger ones the pieces that arrive
+  // fill the kernel's memory for reassembly when others are lost, and then not even a scan arrives.
+  general += settings.discovery == Reach::ThisMachine
                  ? "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>"
                  : "<MaxMessageSize>1452B</MaxMessageSize>";
   return "<General>" + general + "</General>";
 }
 
 std::string discovery_of(const NetworkSettings& settings) {
-  // On the loopback interface in both ways: with multicast, and as rmw_cyclonedds does for the range LOCALHOST, so that
-  // its tools see us though we have not been told how they look.
-  const bool asks_this_machine = settings.discovery == Discovery::Unicast || settings.discovery == Discovery::Loopback;
+  // On this machine in both ways: with multicast, and as rmw_cyclonedds does for the range LOCALHOST, so that its tools
+  // see us though we have not been told how they look.
+  const bool asks_this_machine = settings.discovery == Reach::Unicast || settings.discovery == Reach::ThisMachine;
   if (!asks_this_machine && settings.peers.empty()) return {};
   std::string peers = asks_this_machine ? R"(<Peer address="localhost"/>)" : "";
   for (const auto& peer : settings.peers) peers += fmt::format(R"(<Peer address="{}"/>)", escaped(peer));
@@ -82,9 +85,32 @@ PortRange ports_of_domain(int domain, int most_index) {
   return {first, first + 11 + 2 * most_index};
 }
 
-std::optional<Problem> port_remark(int domain, const PortRange& ephemeral) {
+std::vector<PortRange> parse_port_ranges(std::string_view text) {
+  std::vector<PortRange> ranges;
+  const char *at = text.data(), *const end = at + text.size();
+  while (at != end) {
+    PortRange range;
+    auto read = std::from_chars(at, end, range.first);
+    if (read.ec == std::errc{}) {
+      range.last = range.first;
+      if (read.ptr != end && *read.ptr == '-') read = std::from_chars(read.ptr + 1, end, range.last);
+      if (read.ec == std::errc{}) ranges.push_back(range);
+    }
+    at = std::find(at, end, ',');
+    if (at != end) ++at;
+  }
+  return ranges;
+}
+
+std::optional<Problem> port_remark(int domain, const PortRange& ephemeral, const std::vector<PortRange>& reserved) {
   const PortRange ports = ports_of_domain(domain);
-  if (ports.last < ephemeral.first || ports.first > ephemeral.last) return std::nullopt;
+  const auto holds = [](const PortRange& range, int port) { return range.first <= port && port <= range.last; };
+  bool is_given = false;
+  for (int port = ports.first; port <= ports.last; ++port) {
+    is_given |= holds(ephemeral, port) && std::none_of(reserved.begin(), reserved.end(),
+                                                       [&](const PortRange& range) { return holds(range, port); });
+  }
+  if (!is_given) return std::nullopt;
   return Problem{
       fmt::format("domain {}", domain),
       fmt::format("its UDP ports {} to {} reach those from {} to {} that the kernel gives to any program", ports.first,

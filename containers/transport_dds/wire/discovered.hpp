@@ -14,6 +14,7 @@ struct DiscoveredParticipant {
   Gid gid;
   Bytes user_data;
   std::string process;  ///< The properties __ProcessName, __Hostname and __Pid, which Cyclone announces; else empty.
+                        ///< Fast DDS announces the host as fastdds.physical_data.host, if it was asked to.
   std::string host;
   std::string pid;
 };

@@ -67,16 +67,15 @@ Asked asked_by(const NetworkWish& launch, const EnvironmentWish& environment) {
   return asked.value_or(Asked{});
 }
 
-// How others are found is the environment's word where there is one: two programs of one machine meet only if both do
-// it alike.
-Discovery discovery_of(NetworkMode mode, const NetworkWish& launch, const EnvironmentWish& environment) {
-  const bool by_unicast = environment.localhost_only || environment.range == DiscoveryRange::Localhost;
-  if (mode == NetworkMode::Off) return Discovery::None;
-  if (mode == NetworkMode::Local) return by_unicast ? Discovery::Unicast : Discovery::Loopback;
-  if (environment.range == DiscoveryRange::SystemDefault) return Discovery::AsConfigured;
+// How others are found on the LAN is the environment's word where there is one: two programs meet only if both do it
+// alike. On this machine it is all ways at once.
+Reach discovery_of(NetworkMode mode, const NetworkWish& launch, const EnvironmentWish& environment) {
+  if (mode == NetworkMode::Off) return Reach::None;
+  if (mode == NetworkMode::Local) return Reach::ThisMachine;
+  if (environment.range == DiscoveryRange::SystemDefault) return Reach::AsConfigured;
   // Peers without a word that the LAN is meant.
   const bool only_peers = !launch.mode && environment.range != DiscoveryRange::Subnet;
-  return only_peers ? Discovery::Unicast : Discovery::Multicast;
+  return only_peers ? Reach::Unicast : Reach::Multicast;
 }
 
 void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& environment, NetworkSettings& settings) {
@@ -95,14 +94,17 @@ void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& env
   }
   if (!settings.cyclonedds_uri.empty()) {
     settings.remarks.push_back({"CYCLONEDDS_URI",
-                                "Cyclone reads it after our settings: who can see the robot is what it says",
+                                settings.mode == NetworkMode::Local
+                                    ? "Cyclone reads it after our settings: which programs of this machine can see the "
+                                      "robot is what it says"
+                                    : "Cyclone reads it after our settings: who can see the robot is what it says",
                                 "unset it to have the network as said here"});
   }
 }
 
 // Peers in order, each once; only where they are asked.
 void take_peers(const NetworkWish& launch, const EnvironmentWish& environment, NetworkSettings& settings) {
-  const bool asks = settings.mode == NetworkMode::Export && settings.discovery != Discovery::AsConfigured;
+  const bool asks = settings.mode == NetworkMode::Export && settings.discovery != Reach::AsConfigured;
   const auto take = [&](const std::vector<std::string>& peers, const char* where) {
     if (!asks && !peers.empty()) {
       settings.remarks.push_back(
@@ -139,7 +141,7 @@ Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch, con
   settings.discovery = discovery_of(mode.mode, launch, *asked);
   settings.because_of = std::move(mode.because_of);
   settings.domain = launch.domain_id.value_or(asked->domain.value_or(0));
-  settings.interfaces = launch.interfaces;
+  settings.interfaces = settings.discovery == Reach::ThisMachine ? std::vector<std::string>{"lo"} : launch.interfaces;
   settings.exports = launch.exports;
   settings.allow_load = launch.allow_load;
   settings.security = asked->security;
@@ -156,7 +158,7 @@ std::string network_line(const NetworkSettings& settings) {
     case NetworkMode::Off: return line + "off; to let tools of this machine see it: network:=local";
     case NetworkMode::Local: line += "local only"; break;
     case NetworkMode::Export:
-      line += settings.discovery == Discovery::Unicast ? "shown to " + join(settings.peers) : "shown to the LAN";
+      line += settings.discovery == Reach::Unicast ? "shown to " + join(settings.peers) : "shown to the LAN";
       break;
   }
   if (settings.domain != 0) line += ", domain " + std::to_string(settings.domain);

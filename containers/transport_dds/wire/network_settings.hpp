@@ -36,9 +36,9 @@ struct NetworkWish {
 };
 
 /// How others are found.
-enum class Discovery : std::uint8_t {
+enum class Reach : std::uint8_t {
   None,
-  Loopback,     ///< On lo, by multicast and by unicast: nothing leaves the machine, whatever the other side sends.
+  ThisMachine,  ///< On lo and on the LAN's interfaces as programs of this machine use them; nothing leaves it.
   Unicast,      ///< No multicast: this machine and the peers are asked, as rmw_cyclonedds does for LOCALHOST.
   Multicast,    ///< The network's other machines, and the peers.
   AsConfigured  ///< SYSTEM_DEFAULT: Cyclone's own settings.
@@ -47,9 +47,9 @@ enum class Discovery : std::uint8_t {
 /// What is in force.
 struct NetworkSettings {
   NetworkMode mode = NetworkMode::Local;
-  Discovery discovery = Discovery::Loopback;
+  Reach discovery = Reach::ThisMachine;
   int domain = 0;
-  std::vector<std::string> interfaces;  ///< Empty: Cyclone's choice.
+  std::vector<std::string> interfaces;  ///< Empty: Cyclone's choice. With ThisMachine lo and the LAN's.
   std::vector<std::string> peers;       ///< With Unicast and Multicast.
   std::vector<ExportRule> exports;      ///< Empty: every topic.
   bool allow_load = false;
@@ -63,8 +63,8 @@ struct NetworkSettings {
 /// Puts launch file and environment together. The launch file wins; where they differ there is a remark.
 ///
 /// Neither says anything: Local on the loopback interface. Peers without a mode or a range mean Export to them alone.
-/// In mode Local and Off peers are not asked. A mode of the launch file keeps the environment's way to find others
-/// (LOCALHOST: by unicast), since two programs of one machine meet only if both do it alike.
+/// In mode Local and Off peers are not asked, and interfaces are not chosen. In mode Export a launch file keeps the
+/// environment's way to find others, since two programs of one machine meet only if both do it alike.
 /// Errors: a domain, a peer, an interface or a rule that is none; `where` is "network: ..." or the variable.
 [[nodiscard]] Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch,
                                                                 const Environment& environment);

@@ -104,6 +104,9 @@ class RemoteGraph {
   /// The one with this gid, whatever its name; nothing if it is not known.
   [[nodiscard]] std::optional<RemoteEndpoint> endpoint(const Gid& gid) const;
 
+  /// The machine that the participant says it runs on; empty if it does not, or is not known.
+  [[nodiscard]] std::string host_of(const Gid& participant) const;
+
   /// Has grown if an answer above is another than before.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   [[nodiscard]] const RemoteGraphStats& stats() const { return stats_; }

@@ -91,6 +91,11 @@ std::vector<RemoteEndpoint> RemoteGraph::ends_of(std::string_view name, Select s
   return ends;
 }
 
+std::string RemoteGraph::host_of(const Gid& participant) const {
+  const auto found = participants_.find(participant);
+  return found == participants_.end() ? std::string{} : found->second.host;
+}
+
 RemoteEndpoint RemoteGraph::described(const Gid& gid, const Endpoint& endpoint) const {
   const Node* const node = node_of(gid, endpoint.is_writer);
   return {gid,

@@ -127,7 +127,9 @@ class Cyclone {
  public:
   // How it is on the network is said by CYCLONEDDS_URI.
   Cyclone(const Options& options, Bell& bell)
-      : bell_(bell), participant_(must(dds_create_participant(options.domain, nullptr, nullptr), "participant")) {}
+      : bell_(bell),
+        ahead_(DDS_MSECS(options.ahead_ms)),
+        participant_(must(dds_create_participant(options.domain, nullptr, nullptr), "participant")) {}
   Cyclone(const Cyclone&) = delete;
   Cyclone& operator=(const Cyclone&) = delete;
   ~Cyclone() { dds_delete(DDS_CYCLONEDDS_HANDLE); }
@@ -136,11 +138,11 @@ class Cyclone {
   class Writer {
    public:
     Writer(Cyclone& dds, const std::string& topic, const Qos& qos)
-        : writer_(dds.make(topic, Idl<T>::descriptor(), qos, true)) {}
+        : writer_(dds.make(topic, Idl<T>::descriptor(), qos, true)), ahead_(dds.ahead_) {}
     [[nodiscard]] int matched() const { return matched_of(writer_); }
     void write(const T& message) {
       const auto idl = Idl<T>::from(message);
-      if (const dds_return_t did = dds_write(writer_, &idl); did != 0) die("write", did);
+      if (const dds_return_t did = dds_write_ts(writer_, &idl, dds_time() + ahead_); did != 0) die("write", did);
     }
     [[nodiscard]] std::uint64_t handle() const {
       dds_instance_handle_t handle = 0;
@@ -150,6 +152,7 @@ class Cyclone {
 
    private:
     const dds_entity_t writer_;
+    const dds_duration_t ahead_;
   };
 
   template <typename T>
@@ -237,6 +240,7 @@ class Cyclone {
   }
 
   Bell& bell_;
+  const dds_duration_t ahead_;
   const dds_entity_t participant_;
 };
 

@@ -123,6 +123,7 @@ struct Options {
   std::string verb, topic = "rt/chatter", type = "string", text = "hello";
   unsigned domain = 0;
   int count = 1, readers = 1, every_ms = 0;
+  int ahead_ms = 0;           ///< How far the clock of source stamps is ahead; Cyclone's only.
   double speed = 0;           ///< Of a twist, in m/s.
   bool as_delivered = false;  ///< Interfaces and transports as the DDS has them by itself.
   bool at_home = false;       ///< The same, as ROS 2's range LOCALHOST has it; Cyclone is told by CYCLONEDDS_URI.
@@ -142,6 +143,7 @@ inline Options read_options(int argc, char** argv) {
       {"--count", [&](const char* v) { out.count = std::atoi(v); }},
       {"--readers", [&](const char* v) { out.readers = std::atoi(v); }},
       {"--every", [&](const char* v) { out.every_ms = std::atoi(v); }},
+      {"--ahead", [&](const char* v) { out.ahead_ms = std::atoi(v); }},
       {"--speed", [&](const char* v) { out.speed = std::atof(v); }},
       {"--bytes", [&](const char* v) { out.bytes = std::strtoull(v, nullptr, 10); }},
       {"--depth", [&](const char* v) { out.qos.depth = std::atoi(v); }},

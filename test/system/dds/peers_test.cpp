@@ -8,12 +8,15 @@
 #include <map>
 #include <sensor_msgs/msg/image.hpp>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "nacelle/msgs/message_type.hpp"
 #include "support/dds.hpp"
 #include "support/neighbour.hpp"
+#include "support/own_network.hpp"
 #include "support/peer_process.hpp"
+#include "transport_dds/wire/cyclone_config.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -30,18 +33,26 @@ const std::map<std::string, std::string> kPeers{
 #endif
 };
 
-/// A peer of some make, on this machine (over the loopback interface) or on another one (a network namespace and a cable).
+/// Where a peer and a participant of this side meet.
+enum class Where : std::uint8_t {
+  OnLo,        ///< On one machine, both told to use the loopback interface.
+  BesideALan,  ///< On one machine that has a LAN; the peer with nothing set, this side as a robot in mode `local`.
+  OverACable,  ///< On two machines: network namespaces with a link between them; the peer with nothing set.
+};
 struct Place {
   std::string vendor;
-  bool elsewhere = false;
+  Where where = Where::OnLo;
 };
-std::string name_of(const Place& place) { return place.vendor + (place.elsewhere ? "_elsewhere" : "_here"); }
+std::string name_of(const Place& place) {
+  constexpr std::array kNames{"", "_with_nothing_set_beside_a_lan", "_on_another_machine"};
+  return place.vendor + kNames.at(static_cast<std::size_t>(place.where));
+}
 void PrintTo(const Place& place, std::ostream* out) { *out << name_of(place); }
 
 std::vector<Place> every_place() {
   std::vector<Place> out;
   for (const auto& [vendor, program] : kPeers) {
-    for (const bool elsewhere : {false, true}) out.push_back({vendor, elsewhere});
+    for (const Where where : {Where::OnLo, Where::BesideALan, Where::OverACable}) out.push_back({vendor, where});
   }
   return out;
 }
@@ -91,30 +102,54 @@ Words words_of(const Sample& sample) {
   return words;
 }
 
+/// As a robot in mode `local` whose machine has a LAN: what it must be for peers with nothing set to see it.
+std::unique_ptr<Participant> at_home_beside_a_lan() {
+  static const bool has_lan = test::add_lan("10.78.0.1");
+  if (!has_lan) return nullptr;
+  NetworkWish wish;
+  wish.domain_id = static_cast<int>(test::test_domain());
+  NetworkSettings settings = network_settings(wish, {}).value();
+  settings.interfaces.emplace_back("10.78.0.1");
+  ParticipantOptions options;
+  options.domain_id = test::test_domain();
+  options.config = cyclone_config(settings);
+  options.stays_on_this_machine = true;
+  auto made = Participant::create(options);
+  EXPECT_TRUE(made) << made.error().text();
+  return made ? std::move(*made) : nullptr;
+}
+
 class PeerTest : public ::testing::Test {
  public:
-  explicit PeerTest(Place place = {}) : place_(std::move(place)) {
-    if (place_.elsewhere) neighbour_ = std::make_unique<test::Neighbour>();
-    if (neighbour_ && !neighbour_->is_there()) return;
-    ParticipantOptions options;
-    options.config = config();
-    here = test::make_participant(options);
-  }
+  explicit PeerTest(Where where = Where::OnLo) : where_(where) {}
   void SetUp() override {
-    if (!here) GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: this kernel makes no links between network namespaces";
+    switch (where_) {
+      case Where::OnLo: here = test::make_participant(); break;
+      case Where::BesideALan: here = at_home_beside_a_lan(); break;
+      case Where::OverACable: {
+        neighbour_ = std::make_unique<test::Neighbour>();
+        ParticipantOptions options;
+        options.config = test::lan_config(test::test_domain(), test::Neighbour::kCable);
+        if (neighbour_->is_there()) here = test::make_participant(options);
+        break;
+      }
+    }
+    if (!here) GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: no network of one's own with such links";
   }
   [[nodiscard]] std::unique_ptr<PeerProcess> start(const std::string& vendor, std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), kPeers.at(vendor));
     arguments.insert(arguments.end(), {"--domain", std::to_string(test::test_domain())});
-    if (neighbour_) {
-      arguments = neighbour_->within(std::move(arguments));
+    std::string config =
+        "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
+        "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
+    if (where_ == Where::OnLo) {
+      config = test::loopback_config(test::test_domain()) + config;
+    } else {
       arguments.emplace_back("--as-delivered");
     }
+    if (neighbour_) arguments = neighbour_->within(std::move(arguments));
     const std::string program = arguments.front();
     arguments.erase(arguments.begin());
-    const std::string config = this->config() +
-                               "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
-                               "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
     auto peer = std::make_unique<PeerProcess>(program, arguments,
                                               std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}});
     EXPECT_EQ(peer->line(), "ready");
@@ -151,17 +186,13 @@ class PeerTest : public ::testing::Test {
   std::unique_ptr<Participant> here;
 
  private:
-  [[nodiscard]] std::string config() const {
-    return neighbour_ ? test::lan_config(test::test_domain(), test::Neighbour::kCable)
-                      : test::loopback_config(test::test_domain());
-  }
-  const Place place_;
+  const Where where_;
   std::unique_ptr<test::Neighbour> neighbour_;
 };
 
 class EveryVendor : public PeerTest, public ::testing::WithParamInterface<Place> {
  public:
-  EveryVendor() : PeerTest(GetParam()) {}
+  EveryVendor() : PeerTest(GetParam().where) {}
   using PeerTest::start;
   [[nodiscard]] std::unique_ptr<PeerProcess> start(std::vector<std::string> arguments) {
     return start(GetParam().vendor, std::move(arguments));

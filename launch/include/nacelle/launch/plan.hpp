@@ -9,6 +9,7 @@
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/launch/namespace_plan.hpp"
 #include "nacelle/launch/network_plan.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 #include "nacelle/qos/profiles.hpp"
@@ -169,6 +170,7 @@ struct UnusedSection {
 struct Plan {
   std::string file;
   ContainerPlan container;
+  NamespacePlan name_space;
   NetworkPlan network;
   std::vector<ComponentPlan> components;  ///< In the files' order.
   std::vector<ProgramPlan> programs;

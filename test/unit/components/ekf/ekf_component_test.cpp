@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -162,6 +163,38 @@ TEST_F(EkfNode, old_and_impossible_messages_are_counted_by_cause) {
   EXPECT_EQ(stats.of(Rejection::NotFinite), 1U);
   EXPECT_EQ(stats.received, 3U);
   EXPECT_EQ(stats.fused, 1U);
+}
+
+/// What is written while it lives.
+class Lines final : public LogListener {
+ public:
+  Lines() { add_log_listener(*this); }
+  ~Lines() override { remove_log_listener(*this); }
+  void on_line(LogLevel, std::string_view, std::string_view text, const LogPlace&) noexcept override {
+    all.emplace_back(text);
+  }
+  std::vector<std::string> all;
+};
+
+TEST_F(EkfNode, stamps_from_the_future_are_told_with_the_clock_that_is_the_cause) {
+  const auto skews = std::static_pointer_cast<ClockSkews>(context_.shared_object(kClockSkewsName, &make_clock_skews));
+  std::uint64_t writer = 0;
+  Node probe{"probe", NodeOptions{context_}};
+  const auto listening = probe.create_subscription<Odometry>(
+      "/odom", SensorDataQoS(), [&](const Odometry&, const MessageInfo& info) { writer = info.writer_id; });
+  start();
+  send_odometry(0.3, 0.0, -60s);
+  ASSERT_NE(writer, 0U);
+  skews->replace({{writer, ClockSkew{"laptop", 60s}}});
+  const Lines lines;
+  for (int i = 0; i < 500; ++i) {
+    context_.advance(10ms);
+    if (i % 10 == 0) send_odometry(0.3, 0.0, -60s);
+  }
+  EXPECT_NE(std::find(lines.all.begin(), lines.all.end(),
+                      "odom0 twist is not fused: its stamps lie in the future; clock skew: host laptop is 60 s ahead"),
+            lines.all.end())
+      << ::testing::PrintToString(lines.all);
 }
 
 TEST_F(EkfNode, set_pose_works_as_a_topic_and_as_a_service) {

@@ -102,6 +102,25 @@ TEST_F(Buffer, refuses_to_extrapolate_and_says_both_times) {
       << late.text();
 }
 
+TEST_F(Buffer, names_the_other_machines_clock_that_keeps_a_frame_back) {
+  const auto skews = std::make_shared<ClockSkews>();
+  skews->replace({{7, ClockSkew{"laptop", -150ms}}});
+  buffer_.explain_by(skews);
+  for (const double t : {1.0, 2.0}) {
+    ASSERT_TRUE(buffer_.insert("map", "odom", at(t), {}, Permanence::Dynamic, 7));
+    ASSERT_TRUE(put("odom", "base", t, 0.0));
+  }
+
+  EXPECT_NE(fault_of("map", "odom", 2.1)
+                .text()
+                .find("(at frame [odom]); clock skew: host laptop is 150 ms behind, or its messages come that late"),
+            std::string::npos)
+      << fault_of("map", "odom", 2.1).text();
+  EXPECT_EQ(fault_of("odom", "base", 2.1).text().find("skew"), std::string::npos);
+  skews->replace({});
+  EXPECT_EQ(fault_of("map", "odom", 2.1).text().find("skew"), std::string::npos);
+}
+
 TEST_F(Buffer, one_sample_holds_for_its_own_time_only) {
   ASSERT_TRUE(put("odom", "base", 1.0, 7.0));
 

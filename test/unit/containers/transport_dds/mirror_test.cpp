@@ -2,6 +2,7 @@
 // Two graphs in one process that only the network joins.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -125,6 +126,28 @@ TEST_F(Mirror, drops_what_comes_behind_the_closed_gate_of_a_volatile_reader) {
   reader->set_enabled(true);
   say(*writer, "heard");
   EXPECT_EQ(hear(there.bell, *reader, 1), Texts{"heard"});
+}
+
+TEST_F(Mirror, names_a_node_that_another_participant_has_too_once_with_its_program) {
+  test::MirroredBroker twin{"talker"};
+  auto ours = here.writer("/ours");
+  auto not_ours = there.writer("/not_ours");
+  auto theirs = twin.writer("/theirs");
+  ASSERT_TRUE(until([&] { return here.mirror->namesakes().size() == 1 && twin.mirror->namesakes().size() == 1; }));
+  const Namesake found = here.mirror->namesakes().front();
+  EXPECT_EQ(found.node, "/talker");
+  EXPECT_EQ(found.pid, std::to_string(::getpid()));
+  EXPECT_NE(found.host, "");
+  ASSERT_TRUE(until([&] { return here.problems.lock()->size() == 1; }));
+  EXPECT_THAT(here.problems.lock()->front(),
+              ::testing::AllOf(::testing::StartsWith("/talker: two nodes of this name"), HasSubstr("ROS_DOMAIN_ID")));
+  auto more = twin.writer("/more");
+  theirs.reset();
+  more.reset();
+  EXPECT_TRUE(until([&] { return here.mirror->namesakes().empty(); })) << "its node has gone with its last end";
+  EXPECT_EQ(here.problems.lock()->size(), 1U);
+  EXPECT_TRUE(there.mirror->namesakes().empty());
+  EXPECT_TRUE(there.problems.lock()->empty());
 }
 
 TEST_F(Mirror, neither_fetches_nor_encodes_for_nobody) {

@@ -35,17 +35,19 @@ std::string remarks_of(const NetworkSettings& settings) {
   return all;
 }
 
-TEST(NetworkSettings, are_local_on_lo_if_nobody_asks) {
+TEST(NetworkSettings, are_local_if_nobody_asks) {
   const auto settings = settings_of({});
 
   EXPECT_EQ(settings.mode, NetworkMode::Local);
-  EXPECT_EQ(settings.discovery, Discovery::Loopback);
+  EXPECT_EQ(settings.discovery, Reach::ThisMachine);
   EXPECT_EQ(settings.domain, 0);
   EXPECT_EQ(settings.because_of, "");
   EXPECT_THAT(settings.remarks, IsEmpty());
   EXPECT_EQ(network_line(settings), "network: local only; to show it to the LAN: network:=export");
   EXPECT_EQ(cyclone_config(settings),
-            R"(<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
+            "<CycloneDDS><Domain><General>"
+            "<MulticastRecvNetworkInterfaceAddresses>127.0.0.1</MulticastRecvNetworkInterfaceAddresses>"
+            R"(<Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
             "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General>"
             "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
             R"(<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>)");
@@ -61,11 +63,7 @@ TEST(NetworkSettings, obey_the_range_of_ros) {
   EXPECT_EQ(cyclone_config(of("SYSTEM_DEFAULT")), frames);
   EXPECT_EQ(of("LOCALHOST").mode, NetworkMode::Local);
   EXPECT_EQ(of("LOCALHOST").because_of, kRange);
-  EXPECT_EQ(cyclone_config(of("LOCALHOST")),
-            "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast><MaxMessageSize>1452B</"
-            "MaxMessageSize></General>"
-            "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-            R"(<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>)");
+  EXPECT_EQ(cyclone_config(of("LOCALHOST")), cyclone_config(settings_of({})));
 }
 
 TEST(NetworkSettings, show_the_robot_to_peers_alone_where_only_peers_are_named) {
@@ -74,7 +72,7 @@ TEST(NetworkSettings, show_the_robot_to_peers_alone_where_only_peers_are_named) 
   for (const auto& settings : {settings_of(launch), settings_of({}, {{kPeers, "10.0.0.7"}}),
                                settings_of({}, {{kPeers, "10.0.0.7"}, {kRange, "LOCALHOST"}})}) {
     EXPECT_EQ(settings.mode, NetworkMode::Export);
-    EXPECT_EQ(settings.discovery, Discovery::Unicast);
+    EXPECT_EQ(settings.discovery, Reach::Unicast);
     EXPECT_THAT(cyclone_config(settings), HasSubstr(R"(<Peer address="localhost"/><Peer address="10.0.0.7"/>)"));
     EXPECT_THAT(cyclone_config(settings), HasSubstr("<AllowMulticast>false"));
     EXPECT_EQ(network_line(settings), "network: shown to 10.0.0.7; to keep it on this machine: network:=local");
@@ -87,7 +85,7 @@ TEST(NetworkSettings, ask_peers_besides_the_lan) {
   launch.interfaces = {"eth0", "10.0.0.1"};
   const auto settings = settings_of(launch, {{kPeers, "10.0.0.8;10.0.0.9"}});
 
-  EXPECT_EQ(settings.discovery, Discovery::Multicast);
+  EXPECT_EQ(settings.discovery, Reach::Multicast);
   EXPECT_THAT(settings.peers, ElementsAre("10.0.0.7", "10.0.0.8", "10.0.0.9"));
   EXPECT_THAT(settings.remarks, IsEmpty());
   const std::string config = cyclone_config(settings);
@@ -104,7 +102,7 @@ TEST(NetworkSettings, of_the_launch_file_win_and_say_so) {
   const auto settings = settings_of(launch, {{kRange, "SUBNET"}, {"ROS_DOMAIN_ID", "5"}, {kPeers, "10.0.0.7"}});
 
   EXPECT_EQ(settings.mode, NetworkMode::Local);
-  EXPECT_EQ(settings.discovery, Discovery::Loopback);
+  EXPECT_EQ(settings.discovery, Reach::ThisMachine);
   EXPECT_EQ(settings.domain, 7);
   EXPECT_THAT(settings.peers, IsEmpty());
   EXPECT_EQ(remarks_of(settings),
@@ -114,20 +112,36 @@ TEST(NetworkSettings, of_the_launch_file_win_and_say_so) {
   EXPECT_EQ(network_line(settings), "network: local only, domain 7; to show it to the LAN: network:=export");
 }
 
-TEST(NetworkSettings, find_tools_of_this_machine_as_these_are_told_to) {
-  EXPECT_EQ(settings_of(launch_with(NetworkMode::Local), {{kRange, "LOCALHOST"}}).discovery, Discovery::Unicast);
-  EXPECT_EQ(settings_of(launch_with(NetworkMode::Local), {{kRange, "LOCALHOST"}, {kPeers, "10.0.0.7"}}).discovery,
-            Discovery::Unicast);
-  EXPECT_EQ(settings_of(launch_with(NetworkMode::Local), {{"ROS_LOCALHOST_ONLY", "1"}}).discovery, Discovery::Unicast);
-  EXPECT_EQ(settings_of(launch_with(NetworkMode::Export), {{kRange, "LOCALHOST"}}).discovery, Discovery::Multicast);
-  EXPECT_EQ(settings_of(launch_with(NetworkMode::Off), {{kRange, "SUBNET"}}).discovery, Discovery::None);
+TEST(NetworkSettings, find_tools_of_this_machine_however_these_look) {
+  const NetworkWish local = launch_with(NetworkMode::Local);
+  for (const Environment& environment :
+       {Environment{{kRange, "LOCALHOST"}}, Environment{{kRange, "SUBNET"}},
+        Environment{{kRange, "LOCALHOST"}, {kPeers, "10.0.0.7"}}, Environment{{"ROS_LOCALHOST_ONLY", "1"}}})
+    EXPECT_EQ(settings_of(local, environment).discovery, Reach::ThisMachine);
+  EXPECT_EQ(settings_of(launch_with(NetworkMode::Export), {{kRange, "LOCALHOST"}}).discovery, Reach::Multicast);
+  EXPECT_EQ(settings_of(launch_with(NetworkMode::Off), {{kRange, "SUBNET"}}).discovery, Reach::None);
+}
+
+TEST(NetworkSettings, of_this_machine_are_on_lo_and_on_its_addresses_and_join_groups_on_lo_alone) {
+  NetworkWish launch = launch_with(NetworkMode::Local);
+  launch.interfaces = {"wlan0"};
+  NetworkSettings settings = settings_of(launch);
+  EXPECT_THAT(settings.interfaces, ElementsAre("lo")) << "a launch file chooses for the LAN";
+  settings.interfaces.emplace_back("192.168.1.20");
+  EXPECT_THAT(
+      cyclone_config(settings),
+      HasSubstr("<General><MulticastRecvNetworkInterfaceAddresses>127.0.0.1</MulticastRecvNetworkInterfaceAddresses>"
+                R"(<Interfaces><NetworkInterface name="lo" multicast="true"/>)"
+                R"(<NetworkInterface address="192.168.1.20"/></Interfaces>)"));
+  settings.interfaces.clear();
+  EXPECT_THAT(cyclone_config(settings), Not(HasSubstr("NetworkInterface ")));
 }
 
 TEST(NetworkSettings, obey_localhost_only_before_range_and_peers) {
   const auto settings = settings_of({}, {{"ROS_LOCALHOST_ONLY", "1"}, {kRange, "SUBNET"}, {kPeers, "10.0.0.7"}});
 
   EXPECT_EQ(settings.mode, NetworkMode::Local);
-  EXPECT_EQ(settings.discovery, Discovery::Unicast);
+  EXPECT_EQ(settings.discovery, Reach::ThisMachine);
   EXPECT_THAT(settings.peers, IsEmpty());
   EXPECT_EQ(settings.because_of, "ROS_LOCALHOST_ONLY");
   EXPECT_EQ(settings_of({}, {{"ROS_LOCALHOST_ONLY", "0"}, {kRange, "SUBNET"}}).mode, NetworkMode::Export);
@@ -207,6 +221,17 @@ TEST(DomainPorts, that_the_kernel_gives_to_anybody_are_a_remark_with_both_ranges
             "another domain, or `sysctl net.ipv4.ip_local_reserved_ports=32900-32975`");
   EXPECT_TRUE(port_remark(1, {7700, 7800})) << "a machine with another range";
   EXPECT_TRUE(port_remark(214, kUsual)) << "its multicast ports";
+}
+
+TEST(DomainPorts, that_are_reserved_are_given_to_nobody) {
+  constexpr PortRange kUsual{32768, 60999};
+  const auto remark_with = [&](const char* reserved) { return port_remark(102, kUsual, parse_port_ranges(reserved)); };
+  EXPECT_FALSE(remark_with("32900-32975")) << "the way out of the remark";
+  EXPECT_FALSE(remark_with("80,32000-32930,32931,32932-40000\n"));
+  EXPECT_TRUE(remark_with("32900-32974"));
+  EXPECT_TRUE(remark_with("32901-32975"));
+  EXPECT_TRUE(remark_with("32900"));
+  for (const char* none : {"", "\n", "x", "-", "32900-", "32900-x,", ",,"}) EXPECT_TRUE(remark_with(none)) << none;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/time.hpp"
 
 namespace nacelle::spatial {
@@ -45,8 +46,9 @@ struct LookupFault {
   FrameLabel broken_at;  ///< Extrapolation: the frame whose samples do not reach the time.
   WallTime requested{};  ///< Extrapolation: the time asked for.
   WallTime available{};  ///< Extrapolation: the nearest time there is.
+  ClockSkew skew;        ///< Extrapolation: of the machine that sent what does not reach the time, if it is known.
 
-  /// One sentence in tf2's words with both times, and the frame whose history ends there.
+  /// One sentence in tf2's words with both times, the frame whose history ends there, and a clock that is the cause.
   /// Allocates: the text.
   [[nodiscard]] std::string text() const;
 };

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/spatial/lookup_fault.hpp"
@@ -86,10 +87,16 @@ class TransformBuffer {
   /// Lives as long as the buffer.
   [[nodiscard]] std::string_view name(FrameId frame) const;
 
+  /// `writer`: MessageInfo's, for explain_by(); 0 if nobody else's clock can be meant.
   [[nodiscard]] Result<void, InsertFault> insert(FrameId parent, FrameId child, WallTime stamp,
-                                                 const RigidTransform& X_PC, Permanence permanence);
+                                                 const RigidTransform& X_PC, Permanence permanence,
+                                                 std::uint64_t writer = 0);
   [[nodiscard]] Result<void, InsertFault> insert(std::string_view parent, std::string_view child, WallTime stamp,
-                                                 const RigidTransform& X_PC, Permanence permanence);
+                                                 const RigidTransform& X_PC, Permanence permanence,
+                                                 std::uint64_t writer = 0);
+  /// Faults about time tell from now on if the last writer of the frame has another clock. Only the first
+  /// call counts.
+  void explain_by(std::shared_ptr<const ClockSkews> skews);
 
   /// X_TS at a time; time 0 means lookup_latest(), as in tf2.
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(FrameId target, FrameId source, WallTime at) const;

@@ -36,6 +36,7 @@ enum class NodeInterfaces : std::uint8_t {
 
 struct ContainerOptions {
   std::string name = "nacelle";
+  std::string name_space = "/";             ///< Of the container's own node.
   std::vector<std::string> component_path;  ///< Folders with plugin libraries and their index/.
   Duration handover_after = 20ms;           ///< A callback longer than this loses its executor to a spare thread.
   Duration hang_after = 1500ms;             ///< A callback longer than this faults its component.

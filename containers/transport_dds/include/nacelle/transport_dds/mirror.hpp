@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/node/graph.hpp"
@@ -22,8 +23,10 @@ class RemoteGraph;
 
 struct MirrorOptions {
   std::uint32_t domain_id = 0;
-  std::string config;         ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
-  std::string enclave = "/";  ///< ROS 2's; without an own one it is "/".
+  std::string config;  ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
+  /// As ParticipantOptions: nothing leaves this machine, and nothing from elsewhere is heard.
+  bool stays_on_this_machine = false;
+  std::string enclave = "/";                                ///< ROS 2's; without an own one it is "/".
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Ends of other topics and services are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;
@@ -31,6 +34,15 @@ struct MirrorOptions {
   bool allow_load = false;
   /// What keeps an endpoint from the network, or two of them apart, each once. On the network's thread. Null: the log.
   std::function<void(const Problem&)> on_problem;
+  /// Filled with the remote writers whose machine's clock differs from ours (wire/peer_clock.hpp). Null: nobody asks.
+  std::shared_ptr<ClockSkews> clock_skews;
+};
+
+/// A node of another participant with the full name of one of this side: ROS 2's tools take one for the other.
+struct Namesake {
+  std::string node;                ///< "/arm/driver"
+  std::string host, process, pid;  ///< As the other side says; empty: it does not (Fast DDS).
+  std::string participant;         ///< Its gid.
 };
 
 /// Since the start, but for those that say "now".
@@ -90,6 +102,10 @@ class DdsMirror final {
   ~DdsMirror();
 
   [[nodiscard]] MirrorStats stats() const;
+  /// Now. Each was told once.
+  [[nodiscard]] std::vector<Namesake> namesakes() const;
+  /// The hosts whose clock differs now, each once. They are told in the log when it begins, changes, or ends.
+  [[nodiscard]] std::vector<ClockSkew> clock_skews() const;
   /// Nodes, topics and services of other participants. The network's thread waits meanwhile: do not use the graph from
   /// within.
   void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;

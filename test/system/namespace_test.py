@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated robot in a namespace, with its transforms apart by topics and by frames."""
+import json
+import os
+import signal
+import subprocess
+import unittest
+
+from robot import LAUNCH_FILE, SLOW, RobotTest, wait_for
+
+# As in ROS 2, these are absolute names: all robots' are on one topic each.
+SHARED = {"/diagnostics", "/rosout", "/parameter_events"}
+FRAMES = {"odom", "base_footprint", "base_link", "lidar_link", "imu_link", "left_wheel_link", "right_wheel_link", "camera_link",
+          "camera_optical_frame"}
+
+
+class NamespaceTest(RobotTest):
+    arguments = ()
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        if not cls.arguments:
+            raise unittest.SkipTest("the class above those with tests")
+        # With a component in a process of its own.
+        with open(LAUNCH_FILE, encoding="utf-8") as file:
+            text = file.read()
+        folder = os.path.dirname(os.path.realpath(LAUNCH_FILE))
+        text = text.replace("$(dirname)", folder).replace("      name: lidar\n", "      name: lidar\n      isolate: process\n")
+        cls.launch_file = cls.folder / "robot.launch.yaml"
+        cls.launch_file.write_text(text)
+        cls.log = open(cls.folder / "log", "w+", encoding="utf-8")
+        cls.robot = cls.start_program("launch", cls.launch_file, "sim:=true", f"sim_dir:={cls.folder}/sim", "--name", "robot",
+                                      *cls.arguments, stdout=cls.log, stderr=subprocess.STDOUT)
+        try:
+            wait_for("every component is active", cls.is_up, 60)
+        except BaseException:
+            cls.tearDownClass()
+            raise
+
+    @classmethod
+    def is_up(cls):
+        if cls.robot.poll() is not None:
+            raise AssertionError("the robot ended: " + (cls.folder / "log").read_text())
+        listed = cls.run_program("component", "list", "--json")
+        rows = json.loads(listed.stdout)["components"] if listed.returncode == 0 else []
+        return len(rows) >= 10 and all(row["state"] in ("active", "") for row in rows)
+
+    @classmethod
+    def tearDownClass(cls):
+        if cls.robot.poll() is None:
+            cls.robot.send_signal(signal.SIGINT)
+            try:
+                cls.robot.wait(30 * SLOW)
+            except subprocess.TimeoutExpired:
+                cls.robot.kill()
+                cls.robot.wait()
+        cls.log.close()
+        super().tearDownClass()
+
+    def nacelle(self, *words, code=0):
+        return self.expect_exit(self.run_program(*words), code).stdout
+
+    def frames(self):
+        rows = json.loads(self.nacelle("tf", "tree", "--json"))["frames"]
+        return {name for row in rows for name in (row["child"], row["parent"])}
+
+    def echoes(self, topic):
+        message = json.loads(self.nacelle("topic", "echo", topic, "--once", "--json"))
+        return message.get("message", message)
+
+    def topics(self):
+        return {row["name"] for row in json.loads(self.nacelle("topic", "list", "--json"))}
+
+    def check_nodes(self):
+        rows = json.loads(self.nacelle("component", "list", "--json"))["components"]
+        self.assertEqual({row["node"] for row in rows if not row["node"].startswith("/robot1/")}, set())
+        services = self.nacelle("service", "list", "--all")
+        self.assertIn("/robot1/robot/_container/load_node", services)
+        # All of them are fused: topics, frames and stamps fit.
+        filtered = self.echoes("/robot1/odometry/filtered")
+        self.assertIn(filtered["child_frame_id"], ("base_footprint", "robot1/base_footprint"))
+        self.assertNotIn("not fused", (self.folder / "log").read_text())
+
+    def check_other_plugins(self, frame):
+        """One that the launch file does not name is put beside the others."""
+        self.nacelle("component", "load", "nacelle::imu::ImuComponent", "--name", "imu2", "-p", f"port:={self.folder}/none",
+                     code=1)  # there is no such device
+        shown = self.nacelle("component", "load", "nacelle::transforms::TransformsComponent", "--name", "more", "-p",
+                             "static_transforms:=[0 0 1 0 0 0 base_link mast]")
+        self.assertIn("/robot1/more", shown)
+        wait_for("the mast is in the tree", lambda: frame in self.frames(), 10)
+
+
+class Topics(NamespaceTest):
+    arguments = ("namespace:=robot1",)
+
+    def test_everything_is_below_it_and_frames_keep_their_names(self):
+        self.check_nodes()
+        self.assertEqual({name for name in self.topics() if not name.startswith("/robot1/")} - SHARED, set())
+        self.assertGreaterEqual(self.topics(), {"/robot1/tf", "/robot1/tf_static", "/robot1/robot_description", "/robot1/scan"})
+        self.assertEqual(self.frames(), FRAMES)
+        self.assertEqual(self.echoes("/robot1/scan")["header"]["frame_id"], "lidar_link")
+        self.assertEqual(self.echoes("/robot1/odometry/filtered")["header"]["frame_id"], "odom")
+        self.nacelle("tf", "echo", "odom", "camera_optical_frame", "--once")
+        monitored = json.loads(self.nacelle("tf", "monitor", "--once", "--json"))
+        self.assertIn("base_footprint", json.dumps(monitored))
+        self.check_other_plugins("mast")
+
+    def test_the_check_passes(self):
+        self.nacelle("check", self.launch_file, f"sim_dir:={self.folder}/sim", *self.arguments)
+
+
+class Frames(NamespaceTest):
+    arguments = ("namespace:=robot1", "tf:=frames")
+
+    def test_transforms_stay_where_they_are_and_every_frame_has_the_prefix(self):
+        self.check_nodes()
+        self.assertEqual({name for name in self.topics() if not name.startswith("/robot1/")} - SHARED, {"/tf", "/tf_static"})
+        self.assertEqual(self.frames(), {"robot1/" + name for name in FRAMES})
+        for topic, frame in (("scan", "lidar_link"), ("imu/data", "imu_link"), ("camera/camera_info", "camera_optical_frame"),
+                             ("odom", "odom"), ("odometry/filtered", "odom")):
+            with self.subTest(topic=topic):
+                self.assertEqual(self.echoes("/robot1/" + topic)["header"]["frame_id"], "robot1/" + frame)
+        self.nacelle("tf", "echo", "robot1/odom", "robot1/camera_optical_frame", "--once")
+        self.check_other_plugins("robot1/mast")
+
+    def test_the_check_passes(self):
+        self.nacelle("check", self.launch_file, f"sim_dir:={self.folder}/sim", *self.arguments)
+
+    # Whose filter fuses nothing would know nothing of the way.
+    def test_a_drive_follows(self):
+        file = self.folder / "report.json"
+        self.expect_exit(self.run_program("drive", "--report", file, *self.arguments, limit_s=120), 0)
+        drive = json.loads(file.read_text())["drive"]
+        self.assertLess(drive["ekf_error_m"], 0.05)
+        self.assertLess(drive["odometry_error_m"], 0.2)
+
+
+if __name__ == "__main__":
+    unittest.main()
