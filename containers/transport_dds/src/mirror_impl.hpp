@@ -161,6 +161,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void take_snapshots();
   void consider(const dds::RemoteEndpoint& end);
   void consider_all(const std::string& topic);
+  /// Nobody of this side will hear it, so that it is told of, and that can wait a little for the name of its node.
+  [[nodiscard]] bool waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use, const msgs::MessageType* type);
+  /// Returns when to look again.
+  MonotonicTime consider_nameless();
   void make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
   [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
   void drop_gone();
@@ -204,8 +208,9 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<std::uint64_t, std::unique_ptr<LocalWriter>> ending;  // gone here, with a large message on its way
   std::map<std::string, TopicUse, std::less<>> topics;
   std::map<dds::Gid, StandIn> stand_ins;
-  std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
-  std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
+  std::map<dds::Gid, MonotonicTime> nameless;  // ends that are told of once their node's name is known; since when
+  std::map<std::uint64_t, dds::Gid> handles;   // Cyclone's numbers of remote writers, which outlive them
+  std::set<dds::Gid> gone_now;                 // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;
   std::uint64_t next_stand_in = 0;
   std::set<std::uint64_t> held_up;  // writers with something unsent ...

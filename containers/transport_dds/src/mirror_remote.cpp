@@ -13,6 +13,8 @@ namespace {
 
 // A peer may announce what it likes; each stand-in has a pool or a queue.
 constexpr std::size_t kMostStandIns = 4096;
+// For the name of its node, which is announced behind an endpoint; what is no node of ROS 2 has none.
+constexpr Duration kLongestNameless = 1s;
 
 // Unlike those of a broker (its pid times 2^40) these have the highest bit set.
 std::uint64_t id_of(std::uint32_t link, std::uint64_t count) {
@@ -43,6 +45,20 @@ std::set<std::string> types_of(const std::vector<End*>& ends) {
   std::set<std::string> names;
   for (const End* end : ends) names.insert(end->info.spec.type->name);
   return names;
+}
+
+template <typename End>
+bool would_match(const std::vector<End*>& ours, const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
+  return std::ranges::any_of(ours, [&](const End* own) {
+    if (own->info.spec.type != &type) return false;
+    const QoS qos = own->info.spec.qos.resolved();
+    return (end.is_writer ? verdict_of(end.qos, qos) : verdict_of(qos, end.qos)) != Verdict::Error;
+  });
+}
+
+// ROS 2's middlewares match by name and read nonsense; a peer without a hash is believed.
+bool is_same_definition(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
+  return end.user_data.type_hash.empty() || end.user_data.type_hash == type.hash;
 }
 
 Duration manual_lease_of(const dds::RemoteEndpoint& end) {
@@ -113,10 +129,13 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
     if (type == known->second.type && end.qos == known->second.end.qos) return;
     forget(end.gid);
   }
-  if (use == nullptr) return;
+  if (use == nullptr || (end.is_writer ? use->readers.empty() : use->writers.empty())) {
+    nameless.erase(end.gid);
+    return;
+  }
+  if (waits_for_name(end, *use, type)) return;
   if (type == nullptr) {
     const auto ours = end.is_writer ? types_of(use->readers) : types_of(use->writers);
-    if (ours.empty()) return;
     return tell_once(end.name + " " + end.type + " " + end.gid.participant().text() + (end.is_writer ? " w" : " r"),
                      {end.name,
                       node_name_of(end) + (end.is_writer ? " publishes " : " reads ") + end.type + ", this side has " +
@@ -126,9 +145,38 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
   if (fits(end, *type)) make_stand_in(end, *type);
 }
 
-// ROS 2's middlewares match by name and read nonsense; a peer without a hash is believed.
+bool DdsMirror::Impl::waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use,
+                                     const msgs::MessageType* type) {
+  const auto fitting = [&] {
+    if (type == nullptr || !is_same_definition(end, *type)) return false;
+    return end.is_writer ? would_match(use.readers, end, *type) : would_match(use.writers, end, *type);
+  };
+  if (end.node_name == dds::kUnknownNodeName && !fitting()) {
+    const MonotonicTime since = nameless.try_emplace(end.gid, clock.now()).first->second;
+    if (clock.now() - since < kLongestNameless) return true;
+  }
+  nameless.erase(end.gid);
+  return false;
+}
+
+MonotonicTime DdsMirror::Impl::consider_nameless() {
+  MonotonicTime due = kNeverExpires;
+  for (auto next = nameless.begin(); next != nameless.end();) {
+    const auto [gid, since] = *next++;
+    const auto end = remote.lock()->endpoint(gid);
+    if (!end) {
+      nameless.erase(gid);
+    } else if (end->node_name != dds::kUnknownNodeName || clock.now() - since >= kLongestNameless) {
+      consider(*end);
+    } else {
+      due = std::min(due, since + kLongestNameless);
+    }
+  }
+  return due;
+}
+
 bool DdsMirror::Impl::fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
-  if (end.user_data.type_hash.empty() || end.user_data.type_hash == type.hash) return true;
+  if (is_same_definition(end, type)) return true;
   tell_once(end.name + " " + end.user_data.type_hash,
             {end.name,
              node_name_of(end) + " has " + end.type + " as " + end.user_data.type_hash + ", this side as " + type.hash +
