@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <set>
+#include <std_msgs/msg/header.hpp>
 
 #include "transport_laws.hpp"
 
@@ -153,6 +154,39 @@ TEST_F(MirroredInTime, manual_liveliness_of_a_remote_writer_is_lost_and_comes_ba
   }));
   writer.reset();
   EXPECT_TRUE(until([&] { return is(0, 0); }));
+}
+
+// In place of another_type_is_told_once_but_not_to_a_node_that_reads_both.
+TEST_F(MirroredInTime, another_type_is_told_of_once_on_each_side_but_not_of_a_node_that_reads_both) {
+  const auto read_header = [&](const std::string& topic, const std::string& node) {
+    EndpointSpec spec = there.spec(topic);
+    spec.type = &std_msgs::msg::Header::message_type();
+    spec.node = node;
+    return there.broker.create_reader(spec, Taking::Share, nullptr);
+  };
+  auto command = here.writer("/command");
+  auto first_of_base = read_header("/command", "/base");
+  ASSERT_TRUE(until([&] { return there.stats().readers == 1; }));  // and is announced before the other
+  EndpointSpec fitting = there.spec("/command");
+  fitting.node = "/base";
+  auto second_of_base = there.broker.create_reader(fitting, Taking::Share, nullptr);
+  ASSERT_TRUE(until([&] { return command->reader_count() == 1; }));
+
+  auto odd = here.writer("/odd");
+  auto reader = read_header("/odd", "/listener");
+  ASSERT_TRUE(until([&] { return !here.problems.lock()->empty() && !there.problems.lock()->empty(); }));
+  // All that was known before it is told of when the next end has been looked at.
+  auto again = there.reader("/behind");
+  auto more = here.writer("/odd");
+  ASSERT_TRUE(until([&] { return there.stats().readers == 4 && here.stats().writers == 3; }));
+  for (auto* side : {&here, &there}) {
+    const Texts told = *side->problems.lock();
+    ASSERT_EQ(told.size(), 1U);
+    const std::string other = side == &here ? "/listener reads " : "/talker publishes ";
+    EXPECT_THAT(told[0],
+                AllOf(HasSubstr("/odd: " + other), HasSubstr("std_msgs/msg/Header"), HasSubstr("std_msgs/msg/String")));
+  }
+  EXPECT_EQ(odd->reader_count() + reader->writer_count(), 0U);
 }
 
 // --- peers that do not fit -------------------------------------------------------------------------------------------

@@ -161,17 +161,23 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void take_snapshots();
   void consider(const dds::RemoteEndpoint& end);
   void consider_all(const std::string& topic);
-  /// Nobody of this side will hear it, so that it is told of, and that can wait a little for the name of its node.
-  [[nodiscard]] bool waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use, const msgs::MessageType* type);
-  /// Returns when to look again.
-  MonotonicTime consider_nameless();
   void make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
-  [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
   void drop_gone();
   void forget(const dds::Gid& gid);
   /// "/arm/driver", for people.
   [[nodiscard]] std::string node_of(const dds::Gid& endpoint) const;
+  [[nodiscard]] static std::string node_name_of(const dds::RemoteEndpoint& end);
   MonotonicTime show_life();
+
+  // mirror_misfits.cpp: what is told of ends that this side does not hear
+  /// None of this side matches it, so that it is only told of, and that can wait a little for the name of its node.
+  [[nodiscard]] bool waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use, const msgs::MessageType& type);
+  [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
+  void note_other_types(const dds::RemoteEndpoint& end, const TopicUse& use);
+  [[nodiscard]] std::set<std::string> other_types_than(const dds::RemoteEndpoint& end, const TopicUse& use) const;
+  void tell_other_types(const dds::RemoteEndpoint& end);
+  /// Returns when to look again.
+  MonotonicTime look_at_misfits();
 
   // mirror_messages.cpp
   /// Sends what has been published; true if it stopped before the end, for others to have their turn.
@@ -208,9 +214,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<std::uint64_t, std::unique_ptr<LocalWriter>> ending;  // gone here, with a large message on its way
   std::map<std::string, TopicUse, std::less<>> topics;
   std::map<dds::Gid, StandIn> stand_ins;
-  std::map<dds::Gid, MonotonicTime> nameless;  // ends that are told of once their node's name is known; since when
-  std::map<std::uint64_t, dds::Gid> handles;   // Cyclone's numbers of remote writers, which outlive them
-  std::set<dds::Gid> gone_now;                 // or whole participants; dropped when their last messages are taken
+  // Since when they are known: ends that are told of once the name of their node is, and those with another type than ours.
+  std::map<dds::Gid, MonotonicTime> nameless, other_types;
+  std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
+  std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;
   std::uint64_t next_stand_in = 0;
   std::set<std::uint64_t> held_up;  // writers with something unsent ...

@@ -6,25 +6,17 @@
 
 #include "mirror_impl.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/qos/compatibility.hpp"
 
 namespace nacelle {
 namespace {
 
 // A peer may announce what it likes; each stand-in has a pool or a queue.
 constexpr std::size_t kMostStandIns = 4096;
-// For the name of its node, which is announced behind an endpoint; what is no node of ROS 2 has none.
-constexpr Duration kLongestNameless = 1s;
 
 // Unlike those of a broker (its pid times 2^40) these have the highest bit set.
 std::uint64_t id_of(std::uint32_t link, std::uint64_t count) {
   return std::uint64_t{1} << 63U | (static_cast<std::uint64_t>(::getpid()) & 0x3FFFFFU) << 40U |
          static_cast<std::uint64_t>(link & 0xFFU) << 32U | (count & 0xFFFFFFFFU);
-}
-
-std::string node_name_of(const dds::RemoteEndpoint& end) {
-  if (end.node_name == dds::kUnknownNodeName) return "participant " + end.gid.participant().text();
-  return (end.node_namespace == "/" ? "" : end.node_namespace) + "/" + end.node_name;
 }
 
 /// What a stand-in's queue would take is nobody's business but its depth is shown.
@@ -38,27 +30,6 @@ template <typename End>
 const msgs::MessageType* type_among(const std::vector<End*>& ends, const std::string& name) {
   const auto found = std::ranges::find_if(ends, [&](const End* end) { return name == end->info.spec.type->name; });
   return found == ends.end() ? nullptr : (*found)->info.spec.type;
-}
-
-template <typename End>
-std::set<std::string> types_of(const std::vector<End*>& ends) {
-  std::set<std::string> names;
-  for (const End* end : ends) names.insert(end->info.spec.type->name);
-  return names;
-}
-
-template <typename End>
-bool would_match(const std::vector<End*>& ours, const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
-  return std::ranges::any_of(ours, [&](const End* own) {
-    if (own->info.spec.type != &type) return false;
-    const QoS qos = own->info.spec.qos.resolved();
-    return (end.is_writer ? verdict_of(end.qos, qos) : verdict_of(qos, end.qos)) != Verdict::Error;
-  });
-}
-
-// ROS 2's middlewares match by name and read nonsense; a peer without a hash is believed.
-bool is_same_definition(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
-  return end.user_data.type_hash.empty() || end.user_data.type_hash == type.hash;
 }
 
 Duration manual_lease_of(const dds::RemoteEndpoint& end) {
@@ -112,6 +83,11 @@ void DdsMirror::Impl::consider_all(const std::string& topic) {
   for (const auto& end : ends) consider(end);
 }
 
+std::string DdsMirror::Impl::node_name_of(const dds::RemoteEndpoint& end) {
+  if (end.node_name == dds::kUnknownNodeName) return "participant " + end.gid.participant().text();
+  return (end.node_namespace == "/" ? "" : end.node_namespace) + "/" + end.node_name;
+}
+
 std::string DdsMirror::Impl::node_of(const dds::Gid& endpoint) const {
   const auto known = remote.lock()->endpoint(endpoint);
   return known ? node_name_of(*known) : "participant " + endpoint.participant().text();
@@ -125,64 +101,13 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
   const auto known = stand_ins.find(end.gid);
   const msgs::MessageType* type = nullptr;
   if (use != nullptr) type = end.is_writer ? type_among(use->readers, end.type) : type_among(use->writers, end.type);
+  if (use != nullptr) note_other_types(end, *use);
   if (known != stand_ins.end()) {
     if (type == known->second.type && end.qos == known->second.end.qos) return;
     forget(end.gid);
   }
-  if (use == nullptr || (end.is_writer ? use->readers.empty() : use->writers.empty())) {
-    nameless.erase(end.gid);
-    return;
-  }
-  if (waits_for_name(end, *use, type)) return;
-  if (type == nullptr) {
-    const auto ours = end.is_writer ? types_of(use->readers) : types_of(use->writers);
-    return tell_once(end.name + " " + end.type + " " + end.gid.participant().text() + (end.is_writer ? " w" : " r"),
-                     {end.name,
-                      node_name_of(end) + (end.is_writer ? " publishes " : " reads ") + end.type + ", this side has " +
-                          join({ours.begin(), ours.end()}) + ": they do not hear each other",
-                      "rename one of the topics with a remap, or make both sides use one type"});
-  }
+  if (type == nullptr || waits_for_name(end, *use, *type)) return;
   if (fits(end, *type)) make_stand_in(end, *type);
-}
-
-bool DdsMirror::Impl::waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use,
-                                     const msgs::MessageType* type) {
-  const auto fitting = [&] {
-    if (type == nullptr || !is_same_definition(end, *type)) return false;
-    return end.is_writer ? would_match(use.readers, end, *type) : would_match(use.writers, end, *type);
-  };
-  if (end.node_name == dds::kUnknownNodeName && !fitting()) {
-    const MonotonicTime since = nameless.try_emplace(end.gid, clock.now()).first->second;
-    if (clock.now() - since < kLongestNameless) return true;
-  }
-  nameless.erase(end.gid);
-  return false;
-}
-
-MonotonicTime DdsMirror::Impl::consider_nameless() {
-  MonotonicTime due = kNeverExpires;
-  for (auto next = nameless.begin(); next != nameless.end();) {
-    const auto [gid, since] = *next++;
-    const auto end = remote.lock()->endpoint(gid);
-    if (!end) {
-      nameless.erase(gid);
-    } else if (end->node_name != dds::kUnknownNodeName || clock.now() - since >= kLongestNameless) {
-      consider(*end);
-    } else {
-      due = std::min(due, since + kLongestNameless);
-    }
-  }
-  return due;
-}
-
-bool DdsMirror::Impl::fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
-  if (is_same_definition(end, type)) return true;
-  tell_once(end.name + " " + end.user_data.type_hash,
-            {end.name,
-             node_name_of(end) + " has " + end.type + " as " + end.user_data.type_hash + ", this side as " + type.hash +
-                 ": they do not hear each other",
-             "build both sides with the same message definitions"});
-  return false;
 }
 
 void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
