@@ -259,7 +259,10 @@ std::uint64_t MirroredBrokers::copies_at(const std::string& topic) const {
 
 MonotonicTime MirroredBrokers::watch(MonotonicTime now) {
   const MonotonicTime at = clock_.dilated(now);
-  return clock_.first(std::min(writers_.broker.watch(at), readers_.broker.watch(at)));
+  const MonotonicTime due = std::min(writers_.broker.watch(at), readers_.broker.watch(at));
+  // A mirror looks at what has become due at the end of a turn: that of the first fence is over when the second one arrives.
+  for (std::size_t i = 0; i < fences_.size(); ++i) send_fence();
+  return clock_.first(due);
 }
 
 }  // namespace nacelle::test

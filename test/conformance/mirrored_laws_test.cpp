@@ -156,7 +156,6 @@ TEST_F(MirroredInTime, manual_liveliness_of_a_remote_writer_is_lost_and_comes_ba
   EXPECT_TRUE(until([&] { return is(0, 0); }));
 }
 
-// In place of another_type_is_told_once_but_not_to_a_node_that_reads_both.
 TEST_F(MirroredInTime, another_type_is_told_of_once_on_each_side_but_not_of_a_node_that_reads_both) {
   const auto read_header = [&](const std::string& topic, const std::string& node) {
     EndpointSpec spec = there.spec(topic);
@@ -187,6 +186,12 @@ TEST_F(MirroredInTime, another_type_is_told_of_once_on_each_side_but_not_of_a_no
                 AllOf(HasSubstr("/odd: " + other), HasSubstr("std_msgs/msg/Header"), HasSubstr("std_msgs/msg/String")));
   }
   EXPECT_EQ(odd->reader_count() + reader->writer_count(), 0U);
+  for (const EndpointStatus& status : {odd->status(), reader->status()}) {
+    EXPECT_EQ(status.incompatible_type, 1U);
+    EXPECT_EQ(status.last_policy, "type");
+    EXPECT_THAT(status.last_clash, AllOf(HasSubstr("/talker"), HasSubstr("/listener")));
+  }
+  EXPECT_EQ(command->status().incompatible_type + first_of_base->status().incompatible_type, 0U);
 }
 
 // --- peers that do not fit -------------------------------------------------------------------------------------------
@@ -299,6 +304,10 @@ TEST_F(MirrorBesidePeer, a_type_that_does_not_fit_is_told_of_once_with_both_type
   EXPECT_THAT(all[1], AllOf(HasSubstr("/name"), HasSubstr("std_msgs/msg/Header"), HasSubstr("std_msgs/msg/String")));
   EXPECT_EQ(writer->reader_count(), 0U);
   EXPECT_EQ(writer->status().matched_total, 0U);
+  EXPECT_EQ(writer->status().incompatible_type, 2U) << "both readers";
+  EXPECT_THAT(writer->status().last_clash, HasSubstr(hash));
+  EXPECT_EQ(reader->status().incompatible_type, 1U);
+  EXPECT_EQ(reader->status().last_policy, "type");
 }
 
 }  // namespace

@@ -26,10 +26,6 @@ inline constexpr bool kTellsInfo = true;
 template <typename T>
 inline constexpr bool kTimeIsTold = true;
 
-/// A graph has no end of a type of which only the name came over the network: who has it is told as a problem, not by a status.
-template <typename T>
-inline constexpr bool kKnowsTypes = true;
-
 /// A transport that is chosen at run time.
 struct NamedTransport {
   const char* name;

@@ -173,8 +173,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   /// None of this side matches it, so that it is only told of, and that can wait a little for the name of its node.
   [[nodiscard]] bool waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use, const msgs::MessageType& type);
   [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
-  void note_other_types(const dds::RemoteEndpoint& end, const TopicUse& use);
-  [[nodiscard]] std::set<std::string> other_types_than(const dds::RemoteEndpoint& end, const TopicUse& use) const;
+  /// The ends of this side that do not hear it, or that it does not hear, since their types are others.
+  [[nodiscard]] std::vector<const EndpointInfo*> those_with_other_types(const dds::RemoteEndpoint& end) const;
+  /// Each pair once.
+  void note_misfit(const EndpointInfo& ours, const dds::RemoteEndpoint& end, const std::string& type);
   void tell_other_types(const dds::RemoteEndpoint& end);
   /// Returns when to look again.
   MonotonicTime look_at_misfits();
@@ -216,6 +218,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<dds::Gid, StandIn> stand_ins;
   // Since when they are known: ends that are told of once the name of their node is, and those with another type than ours.
   std::map<dds::Gid, MonotonicTime> nameless, other_types;
+  std::set<std::pair<dds::Gid, std::uint64_t>>
+      misfits;                                // an end of another participant, one of ours: noted in the graph
   std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
   std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;

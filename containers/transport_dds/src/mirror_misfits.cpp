@@ -11,6 +11,8 @@ namespace {
 
 // For what is announced behind an end: the name of its node (what is no node of ROS 2 has none), and the other ends of that.
 constexpr Duration kRestIsKnown = 1s;
+// A peer may announce what it likes.
+constexpr std::size_t kMostNoted = 4096;
 
 template <typename End>
 bool would_match(const std::vector<End*>& ours, const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
@@ -49,52 +51,60 @@ bool DdsMirror::Impl::waits_for_name(const dds::RemoteEndpoint& end, const Topic
 
 bool DdsMirror::Impl::fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
   if (is_same_definition(end, type)) return true;
-  tell_once(end.name + " " + end.user_data.type_hash,
-            {end.name,
-             node_name_of(end) + " has " + end.type + " as " + end.user_data.type_hash + ", this side as " + type.hash +
-                 ": they do not hear each other",
-             "build both sides with the same message definitions"});
+  const std::string theirs = end.type + " as " + end.user_data.type_hash;
+  tell_once(
+      end.name + " " + end.user_data.type_hash,
+      {end.name, node_name_of(end) + " has " + theirs + ", this side as " + type.hash + ": they do not hear each other",
+       "build both sides with the same message definitions"});
+  const TopicUse& use = topics.at(end.name);
+  const auto note = [&](const EndpointInfo& ours) {
+    if (ours.spec.type == &type) note_misfit(ours, end, theirs);
+  };
+  if (end.is_writer) {
+    for (const LocalReader* reader : use.readers) note(reader->info);
+  } else {
+    for (const LocalWriter* writer : use.writers) note(writer->info);
+  }
   return false;
+}
+
+void DdsMirror::Impl::note_misfit(const EndpointInfo& ours, const dds::RemoteEndpoint& end, const std::string& type) {
+  if (misfits.size() < kMostNoted && misfits.emplace(end.gid, ours.id).second)
+    graph.note_other_type(ours, node_name_of(end), type);
 }
 
 // --- other types -----------------------------------------------------------------------------------------------------
 
-// A node that reads both types misses nothing, as a base that takes Twist and TwistStamped on one name.
-std::set<std::string> DdsMirror::Impl::other_types_than(const dds::RemoteEndpoint& end, const TopicUse& use) const {
-  std::set<std::string> out;
+// Of an end without a stand-in: of the others the graph tells by itself. A node that reads both types misses nothing, as a base
+// that takes Twist and TwistStamped on one name.
+std::vector<const EndpointInfo*> DdsMirror::Impl::those_with_other_types(const dds::RemoteEndpoint& end) const {
+  std::vector<const EndpointInfo*> out;
+  const auto use = topics.find(end.name);
+  if (use == topics.end() || stand_ins.contains(end.gid)) return out;
   if (end.is_writer) {
-    for (const LocalReader* reader : use.readers) {
-      const bool reads_it = std::ranges::any_of(use.readers, [&](const LocalReader* other) {
-        return other->info.spec.node == reader->info.spec.node && other->info.spec.type->name == end.type;
-      });
-      if (!reads_it) out.insert(reader->info.spec.type->name);
-    }
+    for (const LocalReader* reader : use->second.readers) out.push_back(&reader->info);
     return out;
   }
-  for (const LocalWriter* writer : use.writers) {
-    if (writer->info.spec.type->name != end.type) out.insert(writer->info.spec.type->name);
-  }
+  for (const LocalWriter* writer : use->second.writers) out.push_back(&writer->info);
   if (out.empty()) return out;
   for (const auto& other : remote.lock()->ends_of_topic(end.name)) {
-    if (!other.is_writer && is_of_same_node(other, end)) out.erase(other.type);
+    if (other.is_writer || !is_of_same_node(other, end)) continue;
+    std::erase_if(out, [&](const EndpointInfo* ours) { return ours->spec.type->name == other.type; });
   }
   return out;
 }
 
-void DdsMirror::Impl::note_other_types(const dds::RemoteEndpoint& end, const TopicUse& use) {
-  if (!other_types_than(end, use).empty()) other_types.try_emplace(end.gid, clock.now());
-}
-
 void DdsMirror::Impl::tell_other_types(const dds::RemoteEndpoint& end) {
-  const auto use = topics.find(end.name);
-  if (use == topics.end()) return;
-  const auto ours = other_types_than(end, use->second);
+  const auto ours = those_with_other_types(end);
   if (ours.empty()) return;
+  std::set<std::string> names;
+  for (const EndpointInfo* one : ours) names.insert(one->spec.type->name);
   tell_once(end.name + " " + end.type + " " + end.gid.participant().text() + (end.is_writer ? " w" : " r"),
             {end.name,
              node_name_of(end) + (end.is_writer ? " publishes " : " reads ") + end.type + ", this side has " +
-                 join({ours.begin(), ours.end()}) + ": they do not hear each other",
+                 join({names.begin(), names.end()}) + ": they do not hear each other",
              "rename one of the topics with a remap, or make both sides use one type"});
+  for (const EndpointInfo* one : ours) note_misfit(*one, end, end.type);
 }
 
 MonotonicTime DdsMirror::Impl::look_at_misfits() {

@@ -101,12 +101,15 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
   const auto known = stand_ins.find(end.gid);
   const msgs::MessageType* type = nullptr;
   if (use != nullptr) type = end.is_writer ? type_among(use->readers, end.type) : type_among(use->writers, end.type);
-  if (use != nullptr) note_other_types(end, *use);
   if (known != stand_ins.end()) {
     if (type == known->second.type && end.qos == known->second.end.qos) return;
     forget(end.gid);
   }
-  if (type == nullptr || waits_for_name(end, *use, *type)) return;
+  if (type == nullptr) {
+    if (!those_with_other_types(end).empty()) other_types.try_emplace(end.gid, clock.now());
+    return;
+  }
+  if (waits_for_name(end, *use, *type)) return;
   if (fits(end, *type)) make_stand_in(end, *type);
 }
 
@@ -158,6 +161,7 @@ void DdsMirror::Impl::drop_gone() {
 void DdsMirror::Impl::forget(const dds::Gid& gid) {
   if (stand_ins.erase(gid) != 0) stand_in_count = stand_ins.size();
   manual.erase(gid);
+  std::erase_if(misfits, [&](const auto& pair) { return pair.first == gid; });
   std::erase_if(handles, [&](const auto& entry) { return entry.second == gid; });
   for (const auto& [id, reader] : readers) reader->sequences.erase(gid);
 }

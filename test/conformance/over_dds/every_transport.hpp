@@ -18,7 +18,5 @@ template <>
 inline constexpr bool kTellsInfo<test::MirroredBrokers> = false;
 template <>
 inline constexpr bool kTimeIsTold<test::MirroredBrokers> = false;
-template <>
-inline constexpr bool kKnowsTypes<test::MirroredBrokers> = false;
 
 }  // namespace nacelle
