@@ -178,6 +178,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   /// Each pair once.
   void note_misfit(const EndpointInfo& ours, const dds::RemoteEndpoint& end, const std::string& type);
   void tell_other_types(const dds::RemoteEndpoint& end);
+  /// Among the ends that are told of later; returns since when.
+  MonotonicTime wait_in(std::map<dds::Gid, MonotonicTime>& those, const dds::Gid& gid);
   /// Returns when to look again.
   MonotonicTime look_at_misfits();
 
@@ -218,8 +220,9 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<dds::Gid, StandIn> stand_ins;
   // Since when they are known: ends that are told of once the name of their node is, and those with another type than ours.
   std::map<dds::Gid, MonotonicTime> nameless, other_types;
-  std::set<std::pair<dds::Gid, std::uint64_t>>
-      misfits;                                // an end of another participant, one of ours: noted in the graph
+  MonotonicTime misfits_due = kNeverExpires;  // when to look at these
+  // An end of another participant, one of ours: noted in the graph.
+  std::set<std::pair<dds::Gid, std::uint64_t>> misfits;
   std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
   std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;

@@ -42,8 +42,7 @@ bool DdsMirror::Impl::waits_for_name(const dds::RemoteEndpoint& end, const Topic
     return end.is_writer ? would_match(use.readers, end, type) : would_match(use.writers, end, type);
   };
   if (end.node_name == dds::kUnknownNodeName && !fitting()) {
-    const MonotonicTime since = nameless.try_emplace(end.gid, clock.now()).first->second;
-    if (clock.now() - since < kRestIsKnown) return true;
+    if (clock.now() - wait_in(nameless, end.gid) < kRestIsKnown) return true;
   }
   nameless.erase(end.gid);
   return false;
@@ -107,7 +106,14 @@ void DdsMirror::Impl::tell_other_types(const dds::RemoteEndpoint& end) {
   for (const EndpointInfo* one : ours) note_misfit(*one, end, end.type);
 }
 
+MonotonicTime DdsMirror::Impl::wait_in(std::map<dds::Gid, MonotonicTime>& those, const dds::Gid& gid) {
+  const MonotonicTime since = those.try_emplace(gid, clock.now()).first->second;
+  misfits_due = std::min(misfits_due, since + kRestIsKnown);
+  return since;
+}
+
 MonotonicTime DdsMirror::Impl::look_at_misfits() {
+  if (clock.now() < misfits_due) return misfits_due;
   MonotonicTime due = kNeverExpires;
   const auto is_due = [&](MonotonicTime since) {
     if (clock.now() - since >= kRestIsKnown) return true;
@@ -128,7 +134,7 @@ MonotonicTime DdsMirror::Impl::look_at_misfits() {
     if (end) tell_other_types(*end);
     other_types.erase(gid);
   }
-  return due;
+  return misfits_due = due;
 }
 
 }  // namespace nacelle

@@ -74,6 +74,7 @@ void DdsMirror::Impl::take_endpoint(dds::DiscoveryEvent::Kind kind, const dds::D
 void DdsMirror::Impl::take_snapshots() {
   while (const auto sample = snapshot_reader->take())
     remote.lock()->snapshot_came(sample->writer, sample->payload.bytes());
+  if (!nameless.empty()) misfits_due = clock.now();
 }
 
 // --- stand-ins -------------------------------------------------------------------------------------------------------
@@ -106,7 +107,7 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
     forget(end.gid);
   }
   if (type == nullptr) {
-    if (!those_with_other_types(end).empty()) other_types.try_emplace(end.gid, clock.now());
+    if (!those_with_other_types(end).empty()) wait_in(other_types, end.gid);
     return;
   }
   if (waits_for_name(end, *use, *type)) return;
