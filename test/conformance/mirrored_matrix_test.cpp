@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The matrix of qos_matrix_test.cpp between two graphs that only the network joins: all pairs at once, each on a topic of its
-// own. Nothing is in step there, so a fence is sent after each round of messages: what was sent before it has arrived when it has.
+// own. Nothing is in step there, so each round of messages is waited for, and a fence is sent now and then: what was sent before it has
+// been written when it has arrived.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -54,7 +55,12 @@ struct Pair {
   bool late = false;
   std::unique_ptr<Writer> writer{};
   std::unique_ptr<Reader> reader{};
+  std::size_t due = 0;  // messages that must have come to the reader
 
+  [[nodiscard]] bool gets_history() const {
+    // As in process, but for one thing: Cyclone sends a history to reliable readers only.
+    return late && clashes().empty() && requested.keeps() && requested.is_reliable();
+  }
   /// The policy that keeps them apart, as DDS orders them; empty: none does.
   [[nodiscard]] std::set<std::string> clashes() const {
     std::set<std::string> out;
@@ -62,12 +68,10 @@ struct Pair {
     if (!offered.keeps() && requested.keeps()) out.insert("durability");
     return out;
   }
-  /// As in process, but for one thing: Cyclone sends a history to reliable readers only.
   [[nodiscard]] Texts expected() const {
     if (!clashes().empty()) return {};
     const Texts before{"1", "2", "3", "4", "5"};
-    const bool keeps = requested.keeps() && requested.is_reliable();
-    Texts reached = late ? (keeps ? newest(before, offered.depth) : Texts{}) : before;
+    Texts reached = late ? (gets_history() ? newest(before, offered.depth) : Texts{}) : before;
     reached.insert(reached.end(), {"6", "7"});
     return newest(reached, requested.depth);
   }
@@ -96,6 +100,18 @@ class MirroredMatrix : public ::testing::Test {
       if (pair.late != late) continue;
       EXPECT_TRUE(there.bell.until([&] { return have_met(pair); })) << pair.name();
     }
+    for (Pair& pair : pairs) {
+      if (late && pair.gets_history()) pair.due += pair.offered.depth == 0 ? 5 : pair.offered.depth;
+    }
+    wait_for_all();
+  }
+  // The first message of a stream may come as a repetition, behind the fence: Cyclone's reliable reader wants a heartbeat first. A writer
+  // that keeps one would have lost it to the next.
+  void wait_for_all() {
+    for (const Pair& pair : pairs) {
+      if (pair.due == 0) continue;
+      EXPECT_TRUE(there.bell.until([&] { return pair.reader->counters().received >= pair.due; })) << pair.name();
+    }
   }
   [[nodiscard]] static bool have_met(const Pair& pair) {
     const bool clash = !pair.clashes().empty();
@@ -113,6 +129,10 @@ class MirroredMatrix : public ::testing::Test {
       say(*fence.writer, text);
       ASSERT_EQ(hear(there.bell, *fence.reader, 1), Texts{text});
     }
+    for (Pair& pair : pairs) {
+      if (pair.reader && pair.clashes().empty()) ++pair.due;
+    }
+    wait_for_all();
   }
 
   test::MirroredBroker here{"talker"}, there{"listener"};
@@ -134,11 +154,6 @@ TEST_F(MirroredMatrix, delivers_what_the_specification_says_and_names_the_polici
   make_readers(false);
   for (const char* text : {"1", "2", "3", "4", "5"}) say_everywhere(text);
   make_readers(true);
-  // Their history has begun to arrive, and what comes next stands behind it.
-  for (const Pair& pair : pairs) {
-    if (!pair.late || pair.expected().size() <= 2) continue;
-    EXPECT_TRUE(there.bell.until([&] { return pair.reader->has_waiting(); })) << pair.name();
-  }
   for (const char* text : {"6", "7"}) say_everywhere(text);
   for (const Pair& pair : pairs) {
     EXPECT_EQ(hear(*pair.reader), pair.expected()) << pair.name();

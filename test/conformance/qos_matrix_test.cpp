@@ -52,29 +52,14 @@ Texts expected(const Side& offered, const Side& requested, bool late) {
   return last(reached, requested.depth);
 }
 
-#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
-constexpr const char* kTransports[] = {"Iceoryx"};
-#else
-constexpr const char* kTransports[] = {"Broker", "Fake", "Linked"};
-#endif
-
-std::unique_ptr<Transport> make(const std::string& name, const Clock& clock) {
-  if (name == "Broker") return std::make_unique<runtime::Broker>(clock);
-#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
-  if (name == "Iceoryx") return std::make_unique<test::LinkedByIceoryx>(clock);
-#endif
-  if (name == "Linked") return std::make_unique<test::LinkedBrokers>(clock);
-  return std::make_unique<test::FakeTransport>(clock);
-}
-
-using Case = std::tuple<const char*, Side, Side, bool>;
+using Case = std::tuple<NamedTransport, Side, Side, bool>;
 class QosMatrix : public ::testing::TestWithParam<Case> {};
 
 TEST_P(QosMatrix, delivers_what_the_specification_says) {
-  const auto& [name, offered, requested, late] = GetParam();
+  const auto& [named, offered, requested, late] = GetParam();
   using Laws = TransportLaws<runtime::Broker>;
   test::ManualClock clock;
-  const auto transport = make(name, clock);
+  const auto transport = named.make(clock);
   auto writer = transport->create_writer(Laws::spec(offered.qos()));
   std::unique_ptr<Reader> reader;
   if (!late) reader = transport->create_reader(Laws::spec(requested.qos()), Taking::Share, nullptr);
@@ -88,12 +73,12 @@ TEST_P(QosMatrix, delivers_what_the_specification_says) {
 }
 
 std::string case_name(const ::testing::TestParamInfo<Case>& info) {
-  const auto& [name, offered, requested, late] = info.param;
-  return std::string(name) + "__" + offered.name + "__to__" + requested.name + (late ? "__late" : "__early");
+  const auto& [named, offered, requested, late] = info.param;
+  return std::string(named.name) + "__" + offered.name + "__to__" + requested.name + (late ? "__late" : "__early");
 }
 
 INSTANTIATE_TEST_SUITE_P(All, QosMatrix,
-                         ::testing::Combine(::testing::ValuesIn(kTransports), ::testing::ValuesIn(kSides),
+                         ::testing::Combine(::testing::ValuesIn(kNamedTransports), ::testing::ValuesIn(kSides),
                                             ::testing::ValuesIn(kSides), ::testing::Bool()),
                          case_name);
 

@@ -35,11 +35,11 @@ TYPED_TEST(TransportLaws, keep_all_refuses_when_it_is_full_and_says_so_to_a_reli
   auto reliable = this->transport.create_writer(this->spec(QoS(10).reliable()));
   auto hasty = this->transport.create_writer(this->spec(QoS(10).best_effort()));
   for (const char* text : {"a", "b", "c"}) EXPECT_EQ(this->send(*reliable, text), PublishResult::Published);
-  EXPECT_EQ(this->send(*reliable, "d"), PublishResult::WouldBlock);
+  EXPECT_EQ(this->send(*reliable, "d"), kHoldsUp<TypeParam> ? PublishResult::WouldBlock : PublishResult::Published);
   EXPECT_EQ(this->send(*hasty, "e"), PublishResult::Published);
   EXPECT_EQ(this->receive(*reader), (typename TestFixture::Texts{"a", "b", "c"}));
   EXPECT_EQ(reader->counters().full, 2U);
-  EXPECT_EQ(reliable->counters().would_block, 1U);
+  EXPECT_EQ(reliable->counters().would_block, kHoldsUp<TypeParam> ? 1U : 0U);
 }
 
 TYPED_TEST(TransportLaws, a_late_joiner_gets_the_history_that_both_sides_ask_for) {
@@ -96,9 +96,11 @@ TYPED_TEST(TransportLaws, stamps_each_message_with_writer_sequence_and_time) {
   for (int i = 0; i < 3; ++i) {
     Block* const block = reader->take();
     ASSERT_NE(block, nullptr);
-    EXPECT_EQ(block->info.writer_id, writers[i]);
     EXPECT_EQ(block->info.sequence, sequences[i]);
-    EXPECT_EQ(block->info.source_time, i == 0 ? end - 5ms : end);
+    if constexpr (kTellsInfo<TypeParam>) {
+      EXPECT_EQ(block->info.writer_id, writers[i]);
+      EXPECT_EQ(block->info.source_time, i == 0 ? end - 5ms : end);
+    }
     drop_reference(*block);
   }
 }
@@ -113,7 +115,7 @@ TYPED_TEST(TransportLaws, sharers_see_one_message_and_an_owner_has_its_own) {
   Block* const b = second->take();
   Block* const mine = owner->take();
   ASSERT_TRUE(a != nullptr && b != nullptr && mine != nullptr);
-  EXPECT_EQ(a->message, b->message);
+  if constexpr (kTellsInfo<TypeParam>) { EXPECT_EQ(a->message, b->message); }
   EXPECT_NE(mine->message, a->message);
   EXPECT_EQ(mine->references.load(), 1U);
   static_cast<String*>(mine->message)->data = "changed";

@@ -8,13 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/runtime/broker.hpp"
-#include "support/fake_transport.hpp"
-#include "support/linked_brokers.hpp"
+#include "every_transport.hpp"  // of the folder of this program
 #include "support/manual_clock.hpp"
-#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
-#include "linked_by_iceoryx.hpp"
-#endif
 
 namespace nacelle {
 
@@ -45,16 +40,4 @@ class TransportLaws : public ::testing::Test {
   }
   using Texts = std::vector<std::string>;
 };
-
-#ifdef NACELLE_CONFORMANCE_OF_ICEORYX
-/// The same suites in a program of their own, which has the daemon: a link whose streams iceoryx moves.
-using EveryTransport = ::testing::Types<test::LinkedByIceoryx>;
-#else
-/// A new transport is one line here.
-using EveryTransport = ::testing::Types<runtime::Broker, test::FakeTransport, test::LinkedBrokers>;
-#endif
-
-/// Writer and reader are in two processes: what arrives is a copy, made in a message of the reader's side.
-template <typename T>
-inline constexpr bool kCopies = std::is_base_of_v<test::LinkedBrokers, T>;
 }  // namespace nacelle

@@ -12,7 +12,7 @@ namespace nacelle::test {
 /// (own_network.hpp) by a link that is called kCable on both sides. It ends with this object.
 class Neighbour {
  public:
-  static constexpr const char* kCable = "lan0";
+  static constexpr const char* kCable = "cable0";
 
   Neighbour();
   ~Neighbour();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "broker_writer.hpp"
+#include "clash.hpp"
 #include "nacelle/msgs/message_type.hpp"
 
 namespace nacelle::runtime {
@@ -101,6 +102,23 @@ void Broker::note_lost(const EndpointInfo& reader, const ReaderCounters& losses)
   const std::lock_guard topic_lock(found->second->mutex_);
   for (const auto& queue : found->second->readers_) {
     if (queue->id() == reader.id) queue->note_lost(losses);
+  }
+}
+
+void Broker::note_other_type(const EndpointInfo& ours, const std::string& node, const std::string& type) {
+  const EndpointSpec& spec = ours.spec;
+  if (is_tool(spec)) return;
+  const ClashReport clash = ours.is_writer ? clash_of_types(spec.topic, spec.node, spec.type->name, node, type)
+                                           : clash_of_types(spec.topic, node, type, spec.node, spec.type->name);
+  const std::lock_guard lock(mutex_);
+  const auto found = topics_.find({spec.topic, spec.type});
+  if (found == topics_.end()) return;
+  const std::lock_guard topic_lock(found->second->mutex_);
+  for (BrokerWriter* writer : found->second->writers_) {
+    if (writer->id() == ours.id) writer->note_clash(kTypePolicy, clash.text());
+  }
+  for (const auto& queue : found->second->readers_) {
+    if (queue->id() == ours.id) queue->note_clash(kTypePolicy, clash.text());
   }
 }
 

@@ -17,12 +17,22 @@ std::string ClashReport::text() const {
                      change);
 }
 
+ClashReport clash_of_types(const std::string& topic, const std::string& writer_node, const std::string& writer_type,
+                           const std::string& reader_node, const std::string& reader_type) {
+  return {topic,
+          writer_node,
+          reader_node,
+          kTypePolicy,
+          writer_type,
+          reader_type,
+          "rename one of the topics with a remap, or make both sides use one type"};
+}
+
 std::vector<ClashReport> clashes_between(const EndpointSpec& writer, const EndpointSpec& reader) {
   std::vector<ClashReport> found;
   if (same_link(writer, reader)) return found;
   if (writer.type != reader.type) {
-    found.push_back({writer.topic, writer.node, reader.node, kTypePolicy, writer.type->name, reader.type->name,
-                     "rename one of the topics with a remap, or make both sides use one type"});
+    found.push_back(clash_of_types(writer.topic, writer.node, writer.type->name, reader.node, reader.type->name));
     return found;
   }
   for (auto& clash : check(writer.qos.resolved(), reader.qos.resolved()).clashes) {

@@ -142,7 +142,7 @@ void DdsMirror::Impl::run() {
     }
     if (now.stopping) return;
     turn();
-    due = std::min(show_life(), send_held_up());
+    due = std::min({show_life(), send_held_up(), look_at_misfits()});
     if (services) due = std::min(due, services->due());
   }
 }

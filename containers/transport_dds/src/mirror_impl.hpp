@@ -169,11 +169,11 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void consider(const dds::RemoteEndpoint& end);
   void consider_all(const std::string& topic);
   void make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
-  [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
   void drop_gone();
   void forget(const dds::Gid& gid);
   /// "/arm/driver", for people.
   [[nodiscard]] std::string node_of(const dds::Gid& endpoint) const;
+  [[nodiscard]] static std::string node_name_of(const dds::RemoteEndpoint& end);
   MonotonicTime show_life();
   void look_for_namesakes();
 
@@ -183,6 +183,20 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void tell_skew(const std::string& host);
   /// What complaints about stamps can ask from now on.
   void publish_skews();
+
+  // mirror_misfits.cpp: what is told of ends that this side does not hear
+  /// None of this side matches it, so that it is only told of, and that can wait a little for the name of its node.
+  [[nodiscard]] bool waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use, const msgs::MessageType& type);
+  [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
+  /// The ends of this side that do not hear it, or that it does not hear, since their types are others.
+  [[nodiscard]] std::vector<const EndpointInfo*> those_with_other_types(const dds::RemoteEndpoint& end) const;
+  /// Each pair once.
+  void note_misfit(const EndpointInfo& ours, const dds::RemoteEndpoint& end, const std::string& type);
+  void tell_other_types(const dds::RemoteEndpoint& end);
+  /// Among the ends that are told of later; returns since when.
+  MonotonicTime wait_in(std::map<dds::Gid, MonotonicTime>& those, const dds::Gid& gid);
+  /// Returns when to look again.
+  MonotonicTime look_at_misfits();
 
   // mirror_messages.cpp
   /// Sends what has been published; true if it stopped before the end, for others to have their turn.
@@ -222,6 +236,11 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<dds::Gid, StandIn> stand_ins;
   std::map<std::string, Duration> told_skews;  // by host
   Guarded<std::vector<ClockSkew>> host_skews;
+  // Since when they are known: ends that are told of once the name of their node is, and those with another type than ours.
+  std::map<dds::Gid, MonotonicTime> nameless, other_types;
+  MonotonicTime misfits_due = kNeverExpires;  // when to look at these
+  // An end of another participant, one of ours: noted in the graph.
+  std::set<std::pair<dds::Gid, std::uint64_t>> misfits;
   std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
   std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
   std::set<std::string> told;

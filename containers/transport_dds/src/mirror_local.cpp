@@ -144,6 +144,7 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
   } else {
     return;
   }
+  std::erase_if(misfits, [&](const auto& pair) { return pair.second == id; });
   writer_count = writers.size();
   reader_count = readers.size();
   consider_all(topic);

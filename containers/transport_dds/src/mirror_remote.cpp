@@ -9,7 +9,6 @@
 
 #include "mirror_impl.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/qos/compatibility.hpp"
 
 namespace nacelle {
 namespace {
@@ -25,11 +24,6 @@ std::uint64_t id_of(std::uint32_t link, std::uint64_t count) {
 
 std::string full_name(const std::string& node_namespace, const std::string& name) {
   return (node_namespace == "/" ? "" : node_namespace) + "/" + name;
-}
-
-std::string node_name_of(const dds::RemoteEndpoint& end) {
-  if (end.node_name == dds::kUnknownNodeName) return "participant " + end.gid.participant().text();
-  return full_name(end.node_namespace, end.node_name);
 }
 
 std::string this_program() {
@@ -56,13 +50,6 @@ template <typename End>
 const msgs::MessageType* type_among(const std::vector<End*>& ends, const std::string& name) {
   const auto found = std::ranges::find_if(ends, [&](const End* end) { return name == end->info.spec.type->name; });
   return found == ends.end() ? nullptr : (*found)->info.spec.type;
-}
-
-template <typename End>
-std::set<std::string> types_of(const std::vector<End*>& ends) {
-  std::set<std::string> names;
-  for (const End* end : ends) names.insert(end->info.spec.type->name);
-  return names;
 }
 
 Duration manual_lease_of(const dds::RemoteEndpoint& end) {
@@ -107,6 +94,7 @@ void DdsMirror::Impl::take_endpoint(dds::DiscoveryEvent::Kind kind, const dds::D
 void DdsMirror::Impl::take_snapshots() {
   while (const auto sample = snapshot_reader->take())
     remote.lock()->snapshot_came(sample->writer, sample->payload.bytes());
+  if (!nameless.empty()) misfits_due = clock.now();
 }
 
 // --- names ---------------------------------------------------------------------------------------------------------------
@@ -140,6 +128,11 @@ void DdsMirror::Impl::consider_all(const std::string& topic) {
   for (const auto& end : ends) consider(end);
 }
 
+std::string DdsMirror::Impl::node_name_of(const dds::RemoteEndpoint& end) {
+  if (end.node_name == dds::kUnknownNodeName) return "participant " + end.gid.participant().text();
+  return (end.node_namespace == "/" ? "" : end.node_namespace) + "/" + end.node_name;
+}
+
 std::string DdsMirror::Impl::node_of(const dds::Gid& endpoint) const {
   const auto known = remote.lock()->endpoint(endpoint);
   return known ? node_name_of(*known) : "participant " + endpoint.participant().text();
@@ -157,28 +150,12 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
     if (type == known->second.type && end.qos == known->second.end.qos) return;
     forget(end.gid);
   }
-  if (use == nullptr) return;
   if (type == nullptr) {
-    const auto ours = end.is_writer ? types_of(use->readers) : types_of(use->writers);
-    if (ours.empty()) return;
-    return tell_once(end.name + " " + end.type + " " + end.gid.participant().text() + (end.is_writer ? " w" : " r"),
-                     {end.name,
-                      node_name_of(end) + (end.is_writer ? " publishes " : " reads ") + end.type + ", this side has " +
-                          join({ours.begin(), ours.end()}) + ": they do not hear each other",
-                      "rename one of the topics with a remap, or make both sides use one type"});
+    if (!those_with_other_types(end).empty()) wait_in(other_types, end.gid);
+    return;
   }
+  if (waits_for_name(end, *use, *type)) return;
   if (fits(end, *type)) make_stand_in(end, *type);
-}
-
-// ROS 2's middlewares match by name and read nonsense; a peer without a hash is believed.
-bool DdsMirror::Impl::fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
-  if (end.user_data.type_hash.empty() || end.user_data.type_hash == type.hash) return true;
-  tell_once(end.name + " " + end.user_data.type_hash,
-            {end.name,
-             node_name_of(end) + " has " + end.type + " as " + end.user_data.type_hash + ", this side as " + type.hash +
-                 ": they do not hear each other",
-             "build both sides with the same message definitions"});
-  return false;
 }
 
 void DdsMirror::Impl::make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type) {
@@ -235,6 +212,7 @@ void DdsMirror::Impl::drop_gone() {
 void DdsMirror::Impl::forget(const dds::Gid& gid) {
   if (stand_ins.erase(gid) != 0) stand_in_count = stand_ins.size();
   manual.erase(gid);
+  std::erase_if(misfits, [&](const auto& pair) { return pair.first == gid; });
   std::erase_if(handles, [&](const auto& entry) { return entry.second == gid; });
   for (const auto& [id, reader] : readers) reader->sequences.erase(gid);
 }

@@ -19,6 +19,7 @@ namespace {
 using test::hear;
 using test::say;
 using test::Texts;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -253,7 +254,8 @@ TEST_P(MirrorMisfit, of_qos_is_told_on_both_sides_with_the_policy) {
   ASSERT_TRUE(until([&] { return writer->status().incompatible_qos == 1 && reader->status().incompatible_qos == 1; }));
   EXPECT_EQ(writer->status().last_policy, GetParam().policy);
   EXPECT_EQ(reader->status().last_policy, GetParam().policy);
-  EXPECT_THAT(reader->status().last_clash, HasSubstr("/misfit"));
+  for (const std::string& text : {writer->status().last_clash, reader->status().last_clash})
+    EXPECT_THAT(text, AllOf(HasSubstr("/misfit"), HasSubstr("/talker"), HasSubstr("/listener")));
   EXPECT_EQ(writer->reader_count() + reader->writer_count(), 0U);
 }
 
@@ -261,7 +263,9 @@ INSTANTIATE_TEST_SUITE_P(EveryPolicy, MirrorMisfit,
                          ::testing::Values(Misfit{"reliability", QoS(1).best_effort(), QoS(1)},
                                            Misfit{"durability", QoS(1), QoS(1).transient_local()},
                                            Misfit{"deadline", QoS(1), QoS(1).deadline(100ms)},
-                                           Misfit{"liveliness", QoS(1), QoS(1).liveliness(Liveliness::ManualByTopic)}),
+                                           Misfit{"liveliness", QoS(1), QoS(1).liveliness(Liveliness::ManualByTopic)},
+                                           Misfit{"liveliness_lease_duration", QoS(1),
+                                                  QoS(1).liveliness_lease_duration(1s)}),
                          [](const auto& one) { return one.param.policy; });
 
 TEST_F(Mirror, tells_once_of_two_types_under_one_name) {

@@ -55,22 +55,28 @@ class Bell final : public StatusListener, public ReadyListener {
   std::uint64_t rung_ = 0;
 };
 
+/// One of several mirrors of this process that meet on the loopback interface. Null, and a failed test, if there is none to be had.
+[[nodiscard]] inline std::unique_ptr<DdsMirror> start_mirror(Graph& graph, const Clock& clock, MirrorOptions options) {
+  static std::uint32_t next = 1000000;  // in this process; on the network they share test_domain()
+  options.domain_id = next++;
+  options.config = loopback_config(test_domain());
+  auto made = DdsMirror::start(graph, clock, std::move(options));
+  if (made) return std::move(*made);
+  ADD_FAILURE() << made.error().text();
+  return nullptr;
+}
+
 /// A container's graph with its mirror: one of several on a network.
 class MirroredBroker {
  public:
   explicit MirroredBroker(const std::string& name, std::vector<transport_dds::ExportRule> exports = {}) : name_(name) {
-    static std::uint32_t next = 0;  // in this process; on the network they share test_domain()
     MirrorOptions options;
-    options.domain_id = 1000000 + next++;
-    options.config = loopback_config(test_domain());
     options.exports = std::move(exports);
     options.on_problem = [this](const Problem& problem) {
       problems.lock()->push_back(problem.text());
       bell.ring();
     };
-    auto made = DdsMirror::start(broker, clock, options);
-    if (!made) ADD_FAILURE() << name << ": " << made.error().text();
-    if (made) mirror = std::move(*made);
+    mirror = start_mirror(broker, clock, std::move(options));
   }
   [[nodiscard]] EndpointSpec spec(const std::string& topic, const QoS& qos = QoS(10)) {
     EndpointSpec spec{topic, &String::message_type(), qos, "/" + name_};

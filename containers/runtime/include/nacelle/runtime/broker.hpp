@@ -54,6 +54,7 @@ class Broker final : public Graph {
                                                         ReadyListener* listener) override;
   [[nodiscard]] std::unique_ptr<Witness> create_witness(const EndpointSpec& spec) override;
   void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) override;
+  void note_other_type(const EndpointInfo& ours, const std::string& node, const std::string& type) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;
   void report(std::vector<StreamReport>& out) const;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "nacelle/node/transport.hpp"
 
@@ -95,6 +96,9 @@ class Graph : public Transport {
   [[nodiscard]] virtual std::unique_ptr<Witness> create_witness(const EndpointSpec& spec) = 0;
   /// What a reader of this process has lost on the way to it: adds `overwritten`, `full`, `expired` and `inactive`.
   virtual void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) = 0;
+  /// An end of another process has another type, which this process need not know: counted and told to ours (the one with this
+  /// id and topic) as a clash of types. `node`, `type`: the other's, for people. Each call counts.
+  virtual void note_other_type(const EndpointInfo& ours, const std::string& node, const std::string& type) = 0;
 };
 
 }  // namespace nacelle
