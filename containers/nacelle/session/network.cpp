@@ -76,6 +76,7 @@ Result<void, Problem> Network::join() {
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
+  if (told_) options.on_problem = told_;
   auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
   // Multicast on lo needs no port of a number; only ROS 2's tools with the range LOCALHOST do not find us then.
   if (!mirror && settings_.discovery == transport_dds::Discovery::Loopback &&
@@ -113,6 +114,21 @@ Result<void, Problem> Network::show(launch::NetworkMode mode, const std::string&
   plan_ = before;
   if (auto back = join(); !back) say_("nacelle: " + network_off_line(back.error()));
   return err(problem);
+}
+
+void Network::look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const {
+#ifdef NACELLE_HAS_DDS
+  if (joined_) joined_->mirror->look(at);
+#else
+  static_cast<void>(at);
+#endif
+}
+
+std::uint64_t Network::writer_count() const {
+#ifdef NACELLE_HAS_DDS
+  if (joined_) return joined_->mirror->stats().writers;
+#endif
+  return 0;
 }
 
 launch::NetworkMode Network::unexported() const {

@@ -97,7 +97,9 @@ json load_by_name(Session& session, const json& request) {
                    suggestion(name, names) + "; a plugin is loaded with its class and --name"});
 }
 
-json load_plugin(Session& session, const json& request) {
+}  // namespace
+
+Result<runtime::LoadRequest, Problem> plugin_request_of(const json& request) {
   runtime::LoadRequest wanted;
   wanted.plugin = request.value("plugin", "");
   wanted.name = request.value("name", "");
@@ -107,11 +109,11 @@ json load_plugin(Session& session, const json& request) {
   if (request.contains("params_file")) {
     const std::string path = request["params_file"];
     std::ifstream file{path};
-    if (!file) return reply_of({path, "cannot be read", "give a file that this user may read"});
+    if (!file) return err(Problem{path, "cannot be read", "give a file that this user may read"});
     std::ostringstream text;
     text << file.rdbuf();
     auto parsed = launch::parse_parameter_file(text.str(), path);
-    if (!parsed) return reply_of(parsed.error().front());
+    if (!parsed) return err(parsed.error().front());
     for (const auto& parameter :
          parsed.value().parameters_for(fully_qualified_node_name(wanted.name_space, wanted.name))) {
       wanted.parameters[parameter.name] = parameter.value;
@@ -120,15 +122,23 @@ json load_plugin(Session& session, const json& request) {
   for (const auto& text : request.value("parameters", json::array())) {
     auto parameter = launch::parse_parameter_assignment(text.get<std::string>());
     if (!parameter)
-      return reply_of({"-p " + text.get<std::string>(), parameter.error().what, parameter.error().way_out});
+      return err(Problem{"-p " + text.get<std::string>(), parameter.error().what, parameter.error().way_out});
     wanted.parameters[parameter.value().first] = parameter.value().second;
   }
   for (const auto& text : request.value("remaps", json::array())) {
     auto rule = parse_remap_rule(text.get<std::string>());
-    if (!rule) return reply_of({"-r " + text.get<std::string>(), rule.error().what, rule.error().way_out});
+    if (!rule) return err(Problem{"-r " + text.get<std::string>(), rule.error().what, rule.error().way_out});
     wanted.remaps.push_back(rule.value());
   }
-  return load(session, wanted, launch::TargetState::Active, nullptr);
+  return wanted;
+}
+
+namespace {
+
+json load_plugin(Session& session, const json& request) {
+  auto wanted = plugin_request_of(request);
+  if (!wanted) return reply_of(wanted.error());
+  return load(session, wanted.value(), launch::TargetState::Active, nullptr);
 }
 
 json unload(Session& session, const json& request) {
@@ -218,7 +228,10 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb == "graph") return graph_of(session);
   if (verb == "component.info") return component_info(session, request);
   if (verb.starts_with("param.")) return reply_to_parameter_verb(session, verb, request);
-  if (verb == "service.call") return call_service(session, types, request);
+  if (verb == "service.call") {
+    const auto start = [&](const auto&... given) { return session.container().call_service(given...); };
+    return call_service(session.container().clock(), start, types, request);
+  }
   if (verb == "figures") return figures_of(session);
   if (verb == "tf.tree" || verb == "tf.lookup") return reply_to_tf_verb(session, verb, request);
   if (verb.starts_with("network")) return reply_to_network_verb(session, verb, request);
