@@ -86,27 +86,52 @@ Result<json, Problem> ask(RemoteNetwork& network, const std::string& node, const
   return network.call(node + "/" + service, type, request, kAnswer);
 }
 
+/// The parameters' values, in the order of their names. rclcpp answers a question that names one without a value with nothing at
+/// all, so these are left out of it.
+Result<std::vector<ParameterValue>, Problem> values_of(RemoteNetwork& network, const std::string& node,
+                                                       const json& names) {
+  const Problem changed{node, "its parameters changed while they were read", "try again"};
+  const auto typed =
+      ask(network, node, "get_parameter_types", "rcl_interfaces/srv/GetParameterTypes", {{"names", names}});
+  if (!typed) return err(typed.error());
+  const json& types = typed.value()["types"];
+  if (types.size() != names.size()) return err(changed);
+  json with_value = json::array();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (types[i] != 0) with_value.push_back(names[i]);
+  }
+  const auto got = ask(network, node, "get_parameters", "rcl_interfaces/srv/GetParameters", {{"names", with_value}});
+  if (!got) return err(got.error());
+  const json& values = got.value()["values"];
+  if (values.size() != with_value.size()) return err(changed);
+  std::vector<ParameterValue> all;
+  for (std::size_t i = 0, next = 0; i < names.size(); ++i)
+    all.push_back(types[i] == 0 ? ParameterValue{} : value_of(values[next++]));
+  return all;
+}
+
 json list(RemoteNetwork& network, const std::string& node) {
-  static_cast<void>(network.prepare(node + "/describe_parameters", "rcl_interfaces/srv/DescribeParameters"));
-  static_cast<void>(network.prepare(node + "/get_parameters", "rcl_interfaces/srv/GetParameters"));
+  // They find their servers at the same time.
+  for (const auto& [service, type] : {std::pair{"/describe_parameters", "rcl_interfaces/srv/DescribeParameters"},
+                                      std::pair{"/get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"},
+                                      std::pair{"/get_parameters", "rcl_interfaces/srv/GetParameters"}})
+    static_cast<void>(network.prepare(node + service, type));
   const auto listed = ask(network, node, "list_parameters", "rcl_interfaces/srv/ListParameters", json::object());
   if (!listed) return reply_of(listed.error());
   const json names = listed.value()["result"]["names"];
   const auto described =
       ask(network, node, "describe_parameters", "rcl_interfaces/srv/DescribeParameters", {{"names", names}});
   if (!described) return reply_of(described.error());
-  const auto got = ask(network, node, "get_parameters", "rcl_interfaces/srv/GetParameters", {{"names", names}});
-  if (!got) return reply_of(got.error());
+  const auto values = values_of(network, node, names);
+  if (!values) return reply_of(values.error());
   const json& descriptors = described.value()["descriptors"];
-  const json& values = got.value()["values"];
-  // One that is undeclared between the questions makes a shorter answer of one of them.
-  if (descriptors.size() != names.size() || values.size() != names.size())
+  if (descriptors.size() != names.size())
     return reply_of({node, "its parameters changed while they were read", "try again"});
   std::map<std::string, json> rows;  // in the order of their names
   for (std::size_t i = 0; i < names.size(); ++i) {
     runtime::ParameterReport row;
     row.name = names[i].get<std::string>();
-    row.value = value_of(values[i]);
+    row.value = values.value()[i];
     row.type = type_of(descriptors[i]);
     row.descriptor = descriptor_of(descriptors[i]);
     json made = session::json_of(row);
