@@ -233,17 +233,18 @@ class Loading(RemoteTest):
     def setUpClass(cls):
         super().setUpClass()
         launch = cls.folder / "open.launch.yaml"
-        launch.write_text("launch:\n- network: {mode: export, allow_load: true}\n")
+        launch.write_text(f"launch:\n- network: {{mode: export, allow_load: true}}\n- include: {{file: {ACTIONS}}}\n")
         cls.start_far(lambda line: line.startswith("network: shown"), PROGRAM, "launch", launch, "--name", "bench")
 
     def test_a_component_is_loaded_with_a_parameter_and_unloaded(self):
         loaded = self.rows("component", "load", CHAOS, "--name", "chaos", "--namespace", "/lab", "-p", "share:=0.25")
-        self.assertEqual((loaded["id"], loaded["node"]), (1, "/lab/chaos"))
-        self.assertEqual([row["node"] for row in self.rows("component", "list", "--container", "bench")["components"]], ["/lab/chaos"])
+        self.assertEqual(loaded["node"], "/lab/chaos")
+        held = {row["node"]: row["id"] for row in self.rows("component", "list", "--container", "bench")["components"]}
+        self.assertEqual(held["/lab/chaos"], loaded["id"])
         self.assertEqual(self.ask("param", "get", "/lab/chaos", "share").stdout, "Double value is: 0.25\n")
         self.assertIn("did you mean '/lab/chaos'", self.ask("component", "unload", "/lab/chaoz", code=1).stderr)
-        self.assertEqual(self.ask("component", "unload", "/lab/chaos").stdout, "Unloaded component 1 ('/lab/chaos')\n")
-        self.assertEqual(self.rows("component", "list")["components"], [])
+        self.assertEqual(self.ask("component", "unload", "/lab/chaos").stdout, f"Unloaded component {loaded['id']} ('/lab/chaos')\n")
+        self.assertNotIn("/lab/chaos", [row["node"] for row in self.rows("component", "list")["components"]])
         self.assertIn("pkg::Class", self.ask("component", "load", "camera", code=1).stderr)
 
 

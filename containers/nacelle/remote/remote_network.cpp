@@ -22,6 +22,8 @@ using nlohmann::json;
 
 // Nobody tells what is discovered; who waits for it looks that often.
 constexpr Duration kLook = 10ms;
+// Fast DDS takes a second to answer an end that is new.
+constexpr Duration kMeeting = 1500ms;
 constexpr const char* kOption = "--remote";
 
 /// What is to be in force, as a launch file would ask for it.
@@ -148,7 +150,16 @@ Result<std::unique_ptr<runtime::ServiceCall>, Problem> RemoteNetwork::start_call
                                                                                  void* request,
                                                                                  std::function<void()> on_answer) {
   const std::uint64_t client = clients_.client_of(service, type);
-  static_cast<void>(wait(patience(), [&] { return clients_.is_ready(client) || problem_of(service); }));
+  const auto is_settled = [&] { return clients_.is_ready(client) || problem_of(service); };
+  // Who has been found, and may need a moment more to meet us.
+  const auto is_offered = [&] {
+    return look([&](const auto& graph) {
+      return std::ranges::any_of(graph.ends_of_service(service), [&](const auto& end) {
+        return !end.is_writer && transport_dds::service_of_half(end.type) == type.name;
+      });
+    });
+  };
+  if (!wait(patience(), is_settled) && is_offered()) static_cast<void>(wait(clock_.now() + kMeeting, is_settled));
   if (!clients_.is_ready(client)) return err(why_not(service, type));
   auto call = std::make_unique<RemoteCall>(std::move(on_answer));
   msgs::AnyMessage given{type.request()};

@@ -21,7 +21,7 @@ using Ends = std::vector<RemoteEndpoint>;
 
 constexpr std::size_t kMeasuredDepth = 1000, kReadDepth = 10;
 /// For the ends on both sides to meet, once one of them has been found.
-constexpr Duration kMeeting = 500ms;
+constexpr Duration kEndsMeet = 500ms;
 
 Ends ends_of(const RemoteNetwork& network, const std::string& topic) {
   return network.look([&](const auto& graph) { return graph.ends_of_topic(topic); });
@@ -140,7 +140,7 @@ Result<std::unique_ptr<session::TopicTap>, Problem> RemoteNodes::tap(const TapWi
   const QoS qos = qos_for(ends, wish.is_measured ? kMeasuredDepth : kReadDepth);
   auto tap =
       std::make_unique<session::TopicTap>(network_.transport(), network_.spec_of(wish.topic, *type.value(), qos));
-  static_cast<void>(network_.wait(clock().now() + kMeeting, [&] { return tap->writer_count() >= ends.size(); }));
+  static_cast<void>(network_.wait(clock().now() + kEndsMeet, [&] { return tap->writer_count() >= ends.size(); }));
   return tap;
 }
 
@@ -184,7 +184,7 @@ Result<std::uint16_t, std::string> RemoteNodes::open_writer(control::NamePair na
         std::ranges::count_if(ends, [&](const auto& end) { return !end.is_writer && end.type == type.value()->name; });
     return readers != 0 && made.writer->reader_count() >= static_cast<std::size_t>(readers);
   };
-  if (network_.wait(std::max(network_.found_by(), clock().now() + kMeeting), is_read)) {
+  if (network_.wait(std::max(network_.found_by(), clock().now() + kEndsMeet), is_read)) {
     constexpr Duration kSettling = 100ms;  // DDS does not tell when the other side has met us (docs/adr/0013)
     static_cast<void>(network_.wait(clock().now() + kSettling, [] { return false; }));
   }
