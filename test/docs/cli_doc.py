@@ -65,7 +65,6 @@ EXAMPLES = (
     Example("lifecycle list lidar"),
     Example("lifecycle set monitor_2 deactivate", after=("lifecycle set monitor_2 activate",)),
     Example("node list"),
-    Example("node list --remote --network local"),
     Example("node info /lidar", lines=40),
     Example("topic list -t"),
     Example("topic info /scan -v", lines=40),

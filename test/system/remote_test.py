@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import time
@@ -126,6 +127,20 @@ class Robot(RemoteTest):
         self.assertIn("- '...'", self.ask("topic", "echo", "/camera/image_raw", "--once").stdout)
         self.assertRegex(self.ask("topic", "echo", "/odom", "--once", "--raw").stdout, r"^0001000[0-3]([0-9a-f]{2})+\n---\n$")
 
+    def test_a_type_that_is_not_installed_is_listed_measured_and_shown_as_bytes(self):
+        program = self.folder / "bare" / "bin" / "nacelle"  # beside which there are no message packages
+        program.parent.mkdir(parents=True)
+        shutil.copy(PROGRAM, program)
+
+        def bare(*words):
+            return subprocess.run(self.laptop.within(program, *words, "--remote"), capture_output=True, text=True, timeout=60 * SLOW,
+                                  env=self.laptop_environment())  # fmt: skip
+
+        self.assertIn("/odom [nav_msgs/msg/Odometry]", self.expect_exit(bare("topic", "list", "-t"), 0).stdout.splitlines())
+        self.assertIn("--raw shows its bytes", self.expect_exit(bare("topic", "echo", "/odom", "--once"), 1).stderr)
+        self.assertRegex(self.expect_exit(bare("topic", "echo", "/odom", "--once", "--raw"), 0).stdout, r"^0001000[0-3]([0-9a-f]{2})+\n---\n$")
+        self.assertAlmostEqual(json.loads(self.expect_exit(bare("topic", "hz", "/odom", "--once", "--json"), 0).stdout)["rate_hz"], 50, delta=15)
+
     def test_rates_bytes_and_delays_are_measured(self):
         self.assertAlmostEqual(self.rows("topic", "hz", "/odom", "--once")["rate_hz"], 50, delta=15)
         both = self.rows("topic", "hz", "/odom", "/scan", "--once")
@@ -220,10 +235,11 @@ class Robot(RemoteTest):
         self.assertEqual(reader.process.wait(10 * SLOW), 0)
         gone = [end for end in self.rows("topic", "info", "/odom")["subscriptions"] if end["node"].startswith("/_nacelle_cli_")]
         self.assertEqual(gone, [])
-        waiting = self.listen("node", "list", "--spin-time", "50")
-        wait_for("it has its socket", self.laptop.udp_sockets)
-        waiting.process.send_signal(signal.SIGINT)
-        self.assertEqual(waiting.process.wait(10 * SLOW), -signal.SIGINT)
+        for words in (("node", "list"), ("service", "call", "/nobody", "std_srvs/srv/Empty")):
+            waiting = self.listen(*words, "--spin-time", "50")
+            wait_for("it has its socket", self.laptop.udp_sockets)
+            waiting.process.send_signal(signal.SIGINT)
+            self.assertEqual(waiting.process.wait(10 * SLOW), -signal.SIGINT)
 
 
 class Loading(RemoteTest):
@@ -262,6 +278,13 @@ class Actions(RemoteTest):
         self.assertIn("Goal finished with status: SUCCEEDED", done)
         self.assertIn("Feedback:\n", done)
 
+    def test_ctrl_c_cancels_a_goal(self):
+        goal = self.listen("action", "send_goal", SERIES, FIBONACCI, "{order: 45}", "--feedback")
+        goal.wait_for("feedback", lambda line: line.startswith("Feedback"))
+        goal.process.send_signal(signal.SIGINT)
+        goal.wait_for("the end", lambda line: line == "Goal canceled.")
+        self.assertEqual(goal.process.wait(10 * SLOW), 1)
+
 
 class Peer(RemoteTest):
     """Programs that have nothing of Nacelle, and no node: topics and services with DDS alone."""
@@ -287,6 +310,12 @@ class Peer(RemoteTest):
                 peer = self.peer(vendor, "echo", "--topic", f"rt/{vendor}", "--type", "string")
                 self.ask("topic", "pub", f"/{vendor}", "std_msgs/msg/String", "{data: good morning}", "--once")
                 peer.wait_for("the message", lambda line: line == "text good morning")
+
+    def test_silence_is_told_with_its_reason(self):
+        self.peer("cyclone", "pub", "--topic", "rt/quiet", "--type", "string")
+        reader = self.listen("topic", "echo", "/quiet")
+        told = reader.wait_for("the reason", lambda line: "warning" in line)
+        self.assertIn("has published nothing meanwhile; see `nacelle topic info -v /quiet --remote`", told)
 
     def test_a_service_is_called(self):
         for vendor in PEERS:

@@ -129,17 +129,21 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
 }
 
 int call(const ServiceWish& wish) {
-  const session::StopSignal stop;
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = service_type(library, wish.type);
   if (!type) return complain(type.error());
   auto client = connect(wish.whom);
   if (!client) return client.error();
+  if (wish.rate_hz <= 0) {
+    // A signal is not waited for: it ends the process, and with it the question.
+    auto done = call_once(wish, client.value(), *type.value());
+    return done ? kDone : done.error();
+  }
+  const session::StopSignal stop;
   const SystemClock clock;
   while (!stop.is_raised()) {
     const MonotonicTime began = clock.now();
     if (auto done = call_once(wish, client.value(), *type.value()); !done) return done.error();
-    if (wish.rate_hz <= 0) break;
     const MonotonicTime next = began + from_seconds(1.0 / wish.rate_hz);
     while (!stop.is_raised() && clock.now() < next) {
       pollfd wait{stop.descriptor(), POLLIN, 0};

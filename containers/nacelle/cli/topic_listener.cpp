@@ -67,11 +67,11 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
   // A container that is busy is not waited for: messages may come meanwhile.
   constexpr Duration kPatience = 500ms;
   const std::string where = "topic " + topic;
-  if (heard.items != 0)
-    return {where, "nothing has come since the first message", "see `nacelle topic info -v " + topic + "`"};
+  const std::string look = "see `nacelle topic info -v " + topic + (wish.whom.is_remote() ? " --remote`" : "`");
+  if (heard.items != 0) return {where, "nothing has come since the first message", look};
   auto asking = connect(wish.whom);
   auto graph = asking ? asking.value().call({{"verb", "graph"}}, kPatience) : err(Problem{});
-  if (!graph) return {where, "nothing has come yet", "see `nacelle streams`"};
+  if (!graph) return {where, "nothing has come yet", wish.whom.is_remote() ? look : "see `nacelle streams`"};
   const Publishers publishers = publishers_of(graph.value(), topic, heard.type);
   if (publishers.all.empty()) {
     return {where, "it does not appear to be published yet: no node has a publisher of " + heard.type,
@@ -83,7 +83,7 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
                 (publishers.state == "inactive" ? " activate`" : " ...`") + " changes that"};
   }
   return {where, "nothing has come yet: " + join(publishers.all) + " has published nothing meanwhile",
-          "see `nacelle faults` and `nacelle streams`"};
+          wish.whom.is_remote() ? look : "see `nacelle faults` and `nacelle streams`"};
 }
 
 /// Takes what is here already. Returns the exit code when it is over.
