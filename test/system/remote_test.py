@@ -279,7 +279,7 @@ class Actions(RemoteTest):
         self.assertIn("Feedback:\n", done)
 
     def test_ctrl_c_cancels_a_goal(self):
-        goal = self.listen("action", "send_goal", SERIES, FIBONACCI, "{order: 45}", "--feedback")
+        goal = self.listen("action", "send_goal", SERIES, FIBONACCI, "{order: 2000}", "--feedback")
         goal.wait_for("feedback", lambda line: line.startswith("Feedback"))
         goal.process.send_signal(signal.SIGINT)
         goal.wait_for("the end", lambda line: line == "Goal canceled.")
