@@ -286,6 +286,23 @@ class Actions(RemoteTest):
         self.assertEqual(goal.process.wait(10 * SLOW), 1)
 
 
+class Kept(RemoteTest):
+    """Nodes that nobody has exported, asked on their own machine without the container's socket."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.start_far(lambda line: line.startswith("network: local only"), PROGRAM, "launch", ACTIONS)
+
+    @classmethod
+    def command(cls, *words):
+        return cls.far.within(PROGRAM, *words, "--remote", "--network", "local")
+
+    def test_they_are_found_on_the_loopback(self):
+        self.assertEqual(self.ask("node", "list").stdout, "/actions\n/series\n/series_client\n")
+        self.assertEqual(self.ask("lifecycle", "get", "series").stdout, "active [3]\n")
+
+
 class Peer(RemoteTest):
     """Programs that have nothing of Nacelle, and no node: topics and services with DDS alone."""
 

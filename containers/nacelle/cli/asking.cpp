@@ -26,6 +26,13 @@ int ask(const Whom& whom, const json& request, bool as_json, const std::function
   return kDone;
 }
 
+int ask(const std::string& container, const json& request, bool as_json, const std::function<void(const json&)>& show,
+        Duration limit) {
+  Whom whom;
+  whom.container = container;
+  return ask(whom, request, as_json, show, limit);
+}
+
 Result<json, int> graph_of(const Whom& whom) {
   auto client = connect(whom);
   if (!client) return err(client.error());

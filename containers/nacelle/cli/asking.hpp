@@ -20,6 +20,9 @@ inline constexpr Duration kAnswerLimit = 10s;
 /// One request; on success `show` prints the reply, or the reply is printed as JSON. Returns the exit code.
 int ask(const Whom& whom, const nlohmann::json& request, bool as_json,
         const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
+/// The same of a container, for commands that can ask nobody else.
+int ask(const std::string& container, const nlohmann::json& request, bool as_json,
+        const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
 
 /// The graph of the container or of the network (session/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
 [[nodiscard]] Result<nlohmann::json, int> graph_of(const Whom& whom);

@@ -140,9 +140,13 @@ Result<control::Client, int> connect(const Whom& whom) {
     if (!client) return err(complain(client.error()));
     return std::move(client).value();
   }
+  return connect(whom.container);
+}
+
+Result<control::Client, int> connect(const std::string& container_option) {
   std::optional<std::string> wanted;
-  if (!whom.container.empty()) {
-    wanted = whom.container;
+  if (!container_option.empty()) {
+    wanted = container_option;
   } else if (const char* const variable = std::getenv("NACELLE_CONTAINER"); variable != nullptr && *variable != '\0') {
     wanted = variable;
   }

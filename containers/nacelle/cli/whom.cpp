@@ -65,7 +65,7 @@ Result<control::Client, Problem> Whom::connect_remotely(std::vector<std::filesys
     if (remote_->network == "export") options.mode = launch::NetworkMode::Export;
     options.spin_time = from_seconds(remote_->spin_time_s);
     options.message_folders = std::move(message_folders);
-    auto desk = remote::RemoteDesk::open(std::move(options));
+    auto desk = remote::RemoteDesk::open(options);
     if (!desk) return err(desk.error());
     remote_->desk = std::move(desk).value();
   }

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "command.hpp"
@@ -22,9 +21,6 @@ namespace nacelle::cli {
 class Whom {
  public:
   Whom();
-  Whom(std::string name) : Whom() {
-    container = std::move(name);
-  }  // NOLINT(google-explicit-constructor): most commands know no other
 
   /// --container
   std::string container;

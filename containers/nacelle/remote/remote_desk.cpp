@@ -67,8 +67,8 @@ void forget_signals() {
 
 }  // namespace
 
-Result<std::unique_ptr<RemoteDesk>, Problem> RemoteDesk::open(RemoteOptions options) {
-  auto network = RemoteNetwork::join(std::move(options));
+Result<std::unique_ptr<RemoteDesk>, Problem> RemoteDesk::open(const RemoteOptions& options) {
+  auto network = RemoteNetwork::join(options);
   if (!network) return err(network.error());
   return std::unique_ptr<RemoteDesk>(new RemoteDesk{std::move(network).value()});
 }

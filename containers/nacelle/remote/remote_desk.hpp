@@ -23,7 +23,7 @@ namespace nacelle::remote {
 class RemoteDesk {
  public:
   /// One per process at a time. Errors: as RemoteNetwork::join().
-  [[nodiscard]] static Result<std::unique_ptr<RemoteDesk>, Problem> open(RemoteOptions options);
+  [[nodiscard]] static Result<std::unique_ptr<RemoteDesk>, Problem> open(const RemoteOptions& options);
   RemoteDesk(const RemoteDesk&) = delete;
   RemoteDesk& operator=(const RemoteDesk&) = delete;
   /// Leaves the network.

@@ -42,7 +42,7 @@ Result<launch::NetworkPlan, Problem> plan_of(const RemoteOptions& options, trans
 
 }  // namespace
 
-RemoteNetwork::RemoteNetwork(RemoteOptions options)
+RemoteNetwork::RemoteNetwork(const RemoteOptions& options)
     : spin_time_(options.spin_time),
       node_("/_nacelle_cli_" + std::to_string(::getpid())),
       types_(options.message_folders),
@@ -57,7 +57,7 @@ RemoteNetwork::~RemoteNetwork() {
   }
 }
 
-Result<std::unique_ptr<RemoteNetwork>, Problem> RemoteNetwork::join(RemoteOptions options) {
+Result<std::unique_ptr<RemoteNetwork>, Problem> RemoteNetwork::join(const RemoteOptions& options) {
   std::unique_ptr<RemoteNetwork> network{new RemoteNetwork{options}};
   if (auto started = network->start(options); !started) return err(started.error());
   return network;

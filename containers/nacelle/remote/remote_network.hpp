@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -39,7 +40,7 @@ struct RemoteOptions {
 class RemoteNetwork {
  public:
   /// Errors: variables that cannot be obeyed; a network that is off, or cannot be had.
-  [[nodiscard]] static Result<std::unique_ptr<RemoteNetwork>, Problem> join(RemoteOptions options);
+  [[nodiscard]] static Result<std::unique_ptr<RemoteNetwork>, Problem> join(const RemoteOptions& options);
   RemoteNetwork(const RemoteNetwork&) = delete;
   RemoteNetwork& operator=(const RemoteNetwork&) = delete;
   /// What was published before is still sent; all is told that the node goes. Readers and writers made here have ended.
@@ -86,7 +87,7 @@ class RemoteNetwork {
   [[nodiscard]] Result<void, Problem> prepare(const std::string& service, const char* type);
 
  private:
-  explicit RemoteNetwork(RemoteOptions options);
+  explicit RemoteNetwork(const RemoteOptions& options);
   [[nodiscard]] Result<void, Problem> start(const RemoteOptions& options);
   void note(const Problem& problem);
   [[nodiscard]] std::optional<Problem> problem_of(const std::string& service) const;
