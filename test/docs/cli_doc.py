@@ -134,7 +134,8 @@ One example of each, with what it printed on the simulated robot of `./dev nacel
 written by `test/docs/cli_doc.py --write`; the tests run every line of it. Words, options and output follow `ros2`'s.
 
 Every command has `--help`, and a word that is wrong is told with the nearest that is right. Those that ask a container have `--json`
-and `--container NAME`. The same is in the manual page (`man nacelle`, once installed). Completion of commands, options and names of
+and `--container NAME`; `topic`, `node`, `service`, `param`, `lifecycle`, `component` and `action` ask ROS 2 nodes of the network with `--remote`
+([network.md](network.md#asking-other-machines)). The same is in the manual page (`man nacelle`, once installed). Completion of commands, options and names of
 the running robot: `source <(nacelle completion bash)`, also `zsh` and `fish`; an installation has it in place.
 
 Exit codes: 0 done; 1 failed: what is named is not there, a file cannot be read, the robot refused; 2 wrong usage: a word, an option or

@@ -32,6 +32,9 @@ class Commands(RunningRobotTest):
         self.assertTrue(text.endswith("---\n"), text)
         scan = json.loads(self.expect_exit(self.run_program("topic", "echo", "scan", "--once", "--json"), 0).stdout)
         self.assertEqual(scan["header"]["frame_id"], "lidar_link")
+        raw = self.expect_exit(self.run_program("topic", "echo", "/odom", "--once", "--raw"), 0).stdout
+        self.assertRegex(raw, r"^00010000([0-9a-f]{2})+\n---\n$")
+        self.assertIn(b"base_footprint".hex(), raw)
         image = self.expect_exit(self.run_program("topic", "echo", "/camera/image_raw", "--once"), 0).stdout
         self.assertIn("- '...'", image)
         self.assertLess(len(image), 4000)

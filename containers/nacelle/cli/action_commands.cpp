@@ -37,14 +37,15 @@ std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actio
 namespace {
 
 struct ActionWish {
-  std::string container, name;
+  Whom whom;
+  std::string name;
   bool as_json = false, with_types = false, only_count = false;
 };
 
 std::string types_text(const std::set<std::string>& types) { return join({types.begin(), types.end()}); }
 
 int list(const ActionWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const auto actions = actions_of(graph.value());
   if (wish.only_count || (!wish.as_json && !wish.with_types)) {
@@ -62,7 +63,7 @@ int list(const ActionWish& wish) {
 
 /// The action that is meant. Errors: the exit code; the nearest name has been said on stderr.
 Result<ActionEnds, int> ends_of(const ActionWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return err(graph.error());
   const auto actions = actions_of(graph.value());
   const auto found = actions.find(absolute(wish.name));
@@ -108,7 +109,7 @@ int show_type(const ActionWish& wish) {
 }
 
 int find(const ActionWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const std::string type = full_type_name(wish.name, "action");
   std::vector<std::string> names;
@@ -134,19 +135,19 @@ void add_action_commands(Command& root) {
   Command& list_command = group.add("list", "the actions");
   list_command.flag("-t,--show-types", wish->with_types, "the types too");
   list_command.flag("-c,--count-actions", wish->only_count, "only how many");
-  add_common_options(list_command, wish->container, wish->as_json);
+  add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
   Command& info_command = group.add("info", "who offers an action and who calls it");
   info_command.option("action", wish->name, "e.g. /fibonacci").required().names_a(Names::Action);
   info_command.flag("-t,--show-types", wish->with_types, "the types too");
   info_command.flag("-c,--count", wish->only_count, "only how many");
-  add_common_options(info_command, wish->container, wish->as_json);
+  add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 
   Command& type_command = group.add("type", "an action's type");
   type_command.option("action", wish->name, "e.g. /fibonacci").required().names_a(Names::Action);
-  add_common_options(type_command, wish->container, wish->as_json);
+  add_common_options(type_command, wish->whom, wish->as_json);
   type_command.runs([wish] { return show_type(*wish); });
 
   Command& find_command = group.add("find", "the actions of a type");
@@ -154,7 +155,7 @@ void add_action_commands(Command& root) {
       .required()
       .names_a(Names::ActionType);
   find_command.flag("-c,--count,--count-actions", wish->only_count, "only how many");
-  add_common_options(find_command, wish->container, wish->as_json);
+  add_common_options(find_command, wish->whom, wish->as_json);
   find_command.runs([wish] { return find(*wish); });
 
   Command& send = group.add("send_goal", "send a goal and wait for its result; Ctrl-C cancels it");
@@ -166,7 +167,7 @@ void add_action_commands(Command& root) {
   send.option("--timeout", goal->timeout_s, "cancel the goal if it has not ended by then; 0: never")
       .value("SECONDS")
       .within(0, 86400);
-  add_common_options(send, goal->container, goal->as_json);
+  add_common_options(send, goal->whom, goal->as_json);
   send.note("Exit code 0 only if the goal succeeded.");
   send.runs([goal] { return send_goal(*goal); });
 }

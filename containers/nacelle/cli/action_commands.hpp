@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "nacelle/node/action_goal.hpp"
+#include "whom.hpp"
 
 namespace nacelle::cli {
 
@@ -23,7 +24,8 @@ struct ActionEnds {
 
 /// What `action send_goal` was asked for.
 struct GoalWish {
-  std::string container, action, type, goal = "{}";
+  Whom whom;
+  std::string action, type, goal = "{}";
   bool as_json = false, feedback = false, from_stdin = false;
   double timeout_s = 0;  ///< 0: none.
 };

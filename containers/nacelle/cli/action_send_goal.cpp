@@ -224,7 +224,7 @@ int Errand::wait_for_result() {
 int Errand::cancel(const char* why) {
   say({{"event", "canceling"}}, "Canceling goal...");
   // The connection that waits for the result takes no other request.
-  auto third = connect(wish_.container);
+  auto third = connect(wish_.whom);
   if (!third) return third.error();
   auto reply = third.value().call(call_of(action::kCancelGoal, "action_msgs/srv/CancelGoal",
                                           {{"goal_info", {{"goal_id", id_json()}}}}, to_seconds(kAnswerLimit)),
@@ -249,9 +249,9 @@ int Errand::run() {
 }  // namespace
 
 int send_goal(const GoalWish& wish) {
-  auto asking = connect(wish.container);
+  auto asking = connect(wish.whom);
   if (!asking) return asking.error();
-  auto listening = connect(wish.container);
+  auto listening = connect(wish.whom);
   if (!listening) return listening.error();
   return Errand{wish, std::move(asking).value(), std::move(listening).value()}.run();
 }

@@ -11,9 +11,9 @@ namespace nacelle::cli {
 
 using nlohmann::json;
 
-int ask(const std::string& container, const json& request, bool as_json, const std::function<void(const json&)>& show,
+int ask(const Whom& whom, const json& request, bool as_json, const std::function<void(const json&)>& show,
         Duration limit) {
-  auto client = connect(container);
+  auto client = connect(whom);
   if (!client) return client.error();
   auto reply = client.value().call(request, limit);
   if (!reply) return complain(reply.error());
@@ -26,8 +26,15 @@ int ask(const std::string& container, const json& request, bool as_json, const s
   return kDone;
 }
 
-Result<json, int> graph_of(const std::string& container) {
-  auto client = connect(container);
+int ask(const std::string& container, const json& request, bool as_json, const std::function<void(const json&)>& show,
+        Duration limit) {
+  Whom whom;
+  whom.container = container;
+  return ask(whom, request, as_json, show, limit);
+}
+
+Result<json, int> graph_of(const Whom& whom) {
+  auto client = connect(whom);
   if (!client) return err(client.error());
   auto reply = client.value().call({{"verb", "graph"}}, kAnswerLimit);
   if (!reply) return err(complain(reply.error()));

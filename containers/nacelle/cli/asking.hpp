@@ -10,6 +10,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/control/client.hpp"
+#include "whom.hpp"
 
 // What commands share that ask a container.
 namespace nacelle::cli {
@@ -17,11 +18,14 @@ namespace nacelle::cli {
 inline constexpr Duration kAnswerLimit = 10s;
 
 /// One request; on success `show` prints the reply, or the reply is printed as JSON. Returns the exit code.
+int ask(const Whom& whom, const nlohmann::json& request, bool as_json,
+        const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
+/// The same of a container, for commands that can ask nobody else.
 int ask(const std::string& container, const nlohmann::json& request, bool as_json,
         const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
 
-/// The container's graph (session/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
-[[nodiscard]] Result<nlohmann::json, int> graph_of(const std::string& container);
+/// The graph of the container or of the network (session/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
+[[nodiscard]] Result<nlohmann::json, int> graph_of(const Whom& whom);
 
 /// "/scan" from "scan".
 [[nodiscard]] std::string absolute(const std::string& name);

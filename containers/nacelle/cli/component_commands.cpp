@@ -20,14 +20,16 @@ using nlohmann::json;
 constexpr Duration kComponentLimit = 90s;
 
 struct ComponentWish {
-  std::string container, name, new_name, name_space, params_file;
+  Whom whom;
+  std::string name, new_name, name_space, params_file;
   std::vector<std::string> parameters, remaps;
   bool as_json = false, details = false;
 };
 
 /// One request; on success `show` prints the reply.
-int ask(const ComponentWish& wish, const json& request, const std::function<void(const json&)>& show) {
-  auto client = connect(wish.container);
+int ask(const ComponentWish& wish, json request, const std::function<void(const json&)>& show) {
+  if (wish.whom.is_remote()) request["container"] = wish.whom.container;
+  auto client = connect(wish.whom);
   if (!client) return client.error();
   auto reply = client.value().call(request, kComponentLimit);
   if (!reply) return complain(reply.error());
@@ -184,13 +186,13 @@ void add_component_commands(Command& root) {
 
   Command& list_command =
       group.add("list", "the loaded components: id, node and state; libraries that are kept, and by whom");
-  add_common_options(list_command, wish->container, wish->as_json);
+  add_common_options(list_command, wish->whom, wish->as_json);
   list_command.flag("-v,--verbose", wish->details, "the plugin too");
   list_command.runs([wish] { return list(*wish); });
 
   Command& info_command = group.add("info", "where a component comes from, what it was given, how it runs");
   info_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
-  add_common_options(info_command, wish->container, wish->as_json);
+  add_common_options(info_command, wish->whom.container, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 
   Command& types_command = group.add("types", "the plugins that are installed, by package; needs no container");
@@ -210,12 +212,12 @@ void add_component_commands(Command& root) {
       .value("FROM:=TO")
       .checked(wrong_remap);
   load_command.option("--params-file", wish->params_file, "a ROS 2 parameter file").value("FILE").names_a(Names::File);
-  add_common_options(load_command, wish->container, wish->as_json);
+  add_common_options(load_command, wish->whom, wish->as_json);
   load_command.runs([wish] { return load(*wish); });
 
   Command& unload_command = group.add("unload", "take a component out, its library too");
   unload_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
-  add_common_options(unload_command, wish->container, wish->as_json);
+  add_common_options(unload_command, wish->whom, wish->as_json);
   unload_command.runs([wish] { return unload(*wish); });
 }
 

@@ -17,12 +17,13 @@ using nlohmann::json;
 constexpr Duration kTransitionLimit = 90s;
 
 struct LifecycleWish {
-  std::string container, node, transition;
+  Whom whom;
+  std::string node, transition;
   bool as_json = false, all = false, only_count = false;
 };
 
 int list_transitions(const LifecycleWish& wish) {
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
   auto reply = client.value().call({{"verb", "lifecycle.get"}, {"name", wish.node}}, kAnswerLimit);
   if (!reply) return complain(reply.error());
@@ -50,7 +51,7 @@ int list_transitions(const LifecycleWish& wish) {
 }
 
 int list_nodes(const LifecycleWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   json managed = json::array();
   for (const auto& row : graph.value()["nodes"]) {
@@ -68,14 +69,14 @@ int list_nodes(const LifecycleWish& wish) {
 }
 
 int get_state(const LifecycleWish& wish) {
-  return ask(wish.container, {{"verb", "lifecycle.get"}, {"name", wish.node}}, wish.as_json, [](const json& reply) {
+  return ask(wish.whom, {{"verb", "lifecycle.get"}, {"name", wish.node}}, wish.as_json, [](const json& reply) {
     std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
   });
 }
 
 int set_state(const LifecycleWish& wish) {
   return ask(
-      wish.container, {{"verb", "lifecycle.set"}, {"name", wish.node}, {"transition", wish.transition}}, wish.as_json,
+      wish.whom, {{"verb", "lifecycle.set"}, {"name", wish.node}, {"transition", wish.transition}}, wish.as_json,
       [](const json&) { std::printf("Transitioning successful\n"); }, kTransitionLimit);
 }
 
@@ -87,18 +88,18 @@ void add_lifecycle_commands(Command& root) {
 
   Command& get_command = group.add("get", "the state of a component");
   get_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
-  add_common_options(get_command, wish->container, wish->as_json);
+  add_common_options(get_command, wish->whom, wish->as_json);
   get_command.runs([wish] { return get_state(*wish); });
 
   Command& list_command = group.add("list", "the transitions that a component can make now");
   list_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
   list_command.flag("-a,--all", wish->all, "every transition of the machine");
-  add_common_options(list_command, wish->container, wish->as_json);
+  add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list_transitions(*wish); });
 
   Command& nodes_command = group.add("nodes", "the components that have a state");
   nodes_command.flag("-c,--count-nodes", wish->only_count, "only how many");
-  add_common_options(nodes_command, wish->container, wish->as_json);
+  add_common_options(nodes_command, wish->whom, wish->as_json);
   nodes_command.runs([wish] { return list_nodes(*wish); });
 
   Command& set_command = group.add("set", "trigger a transition of a component");
@@ -106,7 +107,7 @@ void add_lifecycle_commands(Command& root) {
   set_command.option("transition", wish->transition, "configure, activate, deactivate, cleanup or shutdown")
       .required()
       .one_of({"configure", "activate", "deactivate", "cleanup", "shutdown"});
-  add_common_options(set_command, wish->container, wish->as_json);
+  add_common_options(set_command, wish->whom, wish->as_json);
   set_command.runs([wish] { return set_state(*wish); });
 }
 

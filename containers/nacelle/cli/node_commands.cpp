@@ -14,12 +14,13 @@ namespace {
 using nlohmann::json;
 
 struct NodeWish {
-  std::string container, node;
+  Whom whom;
+  std::string node;
   bool as_json = false, all = false, only_count = false;
 };
 
 int list(const NodeWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const auto shown = [&](const json& row) { return wish.all || !row["hidden"].get<bool>(); };
   print_names(texts_of(graph.value()["nodes"], "node", shown), wish.only_count, wish.as_json);
@@ -77,7 +78,7 @@ NodeView view_of(const json& graph, const std::string& node, bool hidden, bool s
 }
 
 int info(const NodeWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   auto node = node_of(graph.value(), wish.node);
   if (!node) return node.error();
@@ -119,14 +120,14 @@ void add_node_commands(Command& root) {
   Command& list_command = group.add("list", "the nodes");
   list_command.flag("-a,--all", wish->all, "those of tools and of parts of the container too");
   list_command.flag("-c,--count-nodes", wish->only_count, "only how many");
-  add_common_options(list_command, wish->container, wish->as_json);
+  add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
   Command& info_command = group.add("info", "what a node publishes, reads, offers and calls, with the types");
   info_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
   info_command.flag("-a,--all,--include-hidden", wish->all,
                     "hidden topics and services, and those that every node has, too");
-  add_common_options(info_command, wish->container, wish->as_json);
+  add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 }
 

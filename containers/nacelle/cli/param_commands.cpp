@@ -18,7 +18,8 @@ namespace {
 using nlohmann::json;
 
 struct ParamWish {
-  std::string container, node, name, value, file;
+  Whom whom;
+  std::string node, name, value, file;
   std::vector<std::string> names;
   bool as_json = false, with_types = false, hide_type = false;
 };
@@ -44,7 +45,7 @@ void print_list(const json& reply, bool with_types) {
 }
 
 int list(const ParamWish& wish) {
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
   if (!wish.node.empty()) {
     auto reply = parameters_of(client.value(), wish.node);
@@ -58,10 +59,11 @@ int list(const ParamWish& wish) {
   }
   auto graph = client.value().call({{"verb", "graph"}}, kAnswerLimit);
   if (!graph) return complain(graph.error());
+  const auto has_parameters = [](const json& row) { return row["id"] != 0 || row.value("parameters", false); };
   int result = kDone;
   json all = json::object();
   // One that hangs, or that runs elsewhere, does not hide the others'.
-  for (const auto& node : texts_of(graph.value()["nodes"], "node", [](const json& row) { return row["id"] != 0; })) {
+  for (const auto& node : texts_of(graph.value()["nodes"], "node", has_parameters)) {
     auto reply = parameters_of(client.value(), node);
     if (!reply) {
       result = reply.error();
@@ -97,7 +99,7 @@ std::string python_text(const json& value) {
 }
 
 int get(const ParamWish& wish) {
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
   auto reply = parameters_of(client.value(), wish.node);
   if (!reply) return reply.error();
@@ -125,18 +127,17 @@ int get(const ParamWish& wish) {
 
 int set(const ParamWish& wish) {
   if (auto value = check_value(wish.value); !value) return complain_of_usage(value.error());
-  return ask(wish.container,
-             {{"verb", "param.set"}, {"name", wish.node}, {"assignment", wish.name + ":=" + wish.value}}, wish.as_json,
-             [](const json&) { std::printf("Set parameter successful\n"); });
+  return ask(wish.whom, {{"verb", "param.set"}, {"name", wish.node}, {"assignment", wish.name + ":=" + wish.value}},
+             wish.as_json, [](const json&) { std::printf("Set parameter successful\n"); });
 }
 
 int remove(const ParamWish& wish) {
-  return ask(wish.container, {{"verb", "param.delete"}, {"name", wish.node}, {"parameter", wish.name}}, wish.as_json,
+  return ask(wish.whom, {{"verb", "param.delete"}, {"name", wish.node}, {"parameter", wish.name}}, wish.as_json,
              [](const json&) { std::printf("Deleted parameter successfully\n"); });
 }
 
 int describe(const ParamWish& wish) {
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
   auto reply = parameters_of(client.value(), wish.node);
   if (!reply) return reply.error();
@@ -167,7 +168,7 @@ int describe(const ParamWish& wish) {
 }
 
 int dump(const ParamWish& wish) {
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
   auto reply = parameters_of(client.value(), wish.node);
   if (!reply) return reply.error();
@@ -209,7 +210,7 @@ Result<std::vector<launch::Parameter>, int> read_file(const std::string& path, c
 }
 
 int load(const ParamWish& wish) {
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
   auto there = parameters_of(client.value(), wish.node);
   if (!there) return there.error();
@@ -256,7 +257,7 @@ void add_param_commands(Command& root) {
     return command;
   };
   const auto finish = [&](Command& command, int (*what)(const ParamWish&)) {
-    add_common_options(command, wish->container, wish->as_json);
+    add_common_options(command, wish->whom, wish->as_json);
     command.runs([wish, what] { return what(*wish); });
   };
 

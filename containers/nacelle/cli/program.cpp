@@ -133,6 +133,16 @@ launch::Environment launch_environment(const session::ProgramPlaces& places) {
   return environment;
 }
 
+Result<control::Client, int> connect(const Whom& whom) {
+  if (const auto wrong = whom.misuse()) return err(complain_of_usage(*wrong));
+  if (whom.is_remote()) {
+    auto client = whom.connect_remotely(message_library_directories());
+    if (!client) return err(complain(client.error()));
+    return std::move(client).value();
+  }
+  return connect(whom.container);
+}
+
 Result<control::Client, int> connect(const std::string& container_option) {
   std::optional<std::string> wanted;
   if (!container_option.empty()) {
@@ -166,6 +176,11 @@ void add_container_option(Command& command, std::string& container) {
 void add_common_options(Command& command, std::string& container, bool& as_json) {
   add_container_option(command, container);
   command.flag("--json", as_json, "the answer as JSON");
+}
+
+void add_common_options(Command& command, Whom& whom, bool& as_json) {
+  add_common_options(command, whom.container, as_json);
+  whom.add_options(command);
 }
 
 void die_with_parent(long parent_pid) {

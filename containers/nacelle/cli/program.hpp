@@ -12,6 +12,7 @@
 #include "nacelle/control/client.hpp"
 #include "nacelle/launch/load_plan.hpp"
 #include "nacelle/session/program_places.hpp"
+#include "whom.hpp"
 
 namespace nacelle::cli {
 
@@ -33,13 +34,18 @@ int complain_of_usage(const Problem& problem);
 /// The environment of launch files: variables, packages' folders, the robot's QoS profiles.
 [[nodiscard]] launch::Environment launch_environment(const session::ProgramPlaces& places);
 
-/// A connection to the container that is meant: --container, else NACELLE_CONTAINER, else the only one.
+/// A connection to whom the options mean: to the nodes of the network with --remote, else to a container: --container, else
+/// NACELLE_CONTAINER, else the only one.
 /// Errors: the exit code; what is wrong has been said on stderr.
+[[nodiscard]] Result<control::Client, int> connect(const Whom& whom);
+/// The same to a container, for commands that can ask nobody else.
 [[nodiscard]] Result<control::Client, int> connect(const std::string& container_option);
 
 /// --container, and with it --json, as every command has them that asks a container.
 void add_container_option(Command& command, std::string& container);
 void add_common_options(Command& command, std::string& container, bool& as_json);
+/// Of a command that can ask the nodes of the network too.
+void add_common_options(Command& command, Whom& whom, bool& as_json);
 
 /// For Option::checked(): why no container can have this name.
 [[nodiscard]] std::string wrong_container_name(const std::string& name);

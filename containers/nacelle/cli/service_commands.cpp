@@ -21,7 +21,8 @@ namespace {
 using nlohmann::json;
 
 struct ServiceWish {
-  std::string container, service, type, values = "{}";
+  Whom whom;
+  std::string service, type, values = "{}";
   bool as_json = false, with_types = false, only_count = false, all = false;
   double rate_hz = 0.0, timeout_s = 10.0;
 };
@@ -29,7 +30,7 @@ struct ServiceWish {
 bool is_server(const json& row) { return row["server"].get<bool>(); }
 
 int list(const ServiceWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const json& services = graph.value()["services"];
   const auto is_wanted = [&](const json& row) {
@@ -59,7 +60,7 @@ int list(const ServiceWish& wish) {
 }
 
 int show_type(const ServiceWish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const json& services = graph.value()["services"];
   const std::string name = absolute(wish.service);
@@ -81,7 +82,7 @@ int find(const ServiceWish& wish) {
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = service_type(library, wish.type);
   if (!type) return complain(type.error());
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const auto fits = [&](const json& row) {
     return is_server(row) && text_of(row, "type") == type.value()->name &&
@@ -128,17 +129,21 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
 }
 
 int call(const ServiceWish& wish) {
-  const session::StopSignal stop;
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = service_type(library, wish.type);
   if (!type) return complain(type.error());
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
+  if (wish.rate_hz <= 0) {
+    // A signal is not waited for: it ends the process, and with it the question.
+    auto done = call_once(wish, client.value(), *type.value());
+    return done ? kDone : done.error();
+  }
+  const session::StopSignal stop;
   const SystemClock clock;
   while (!stop.is_raised()) {
     const MonotonicTime began = clock.now();
     if (auto done = call_once(wish, client.value(), *type.value()); !done) return done.error();
-    if (wish.rate_hz <= 0) break;
     const MonotonicTime next = began + from_seconds(1.0 / wish.rate_hz);
     while (!stop.is_raised() && clock.now() < next) {
       pollfd wait{stop.descriptor(), POLLIN, 0};
@@ -159,19 +164,19 @@ void add_service_commands(Command& root) {
   list_command.flag("-c,--count-services", wish->only_count, "only how many");
   list_command.flag("-a,--all,--include-hidden-services", wish->all,
                     "those that every node has, and those whose name has a part that begins with '_', too");
-  add_common_options(list_command, wish->container, wish->as_json);
+  add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
   Command& type_command = group.add("type", "the type of a service");
   type_command.option("service", wish->service, "").required().names_a(Names::Service);
-  add_common_options(type_command, wish->container, wish->as_json);
+  add_common_options(type_command, wish->whom, wish->as_json);
   type_command.runs([wish] { return show_type(*wish); });
 
   Command& find_command = group.add("find", "the services of a type");
   find_command.option("type", wish->type, "e.g. std_srvs/srv/Empty").required().names_a(Names::ServiceType);
   find_command.flag("-c,--count-services", wish->only_count, "only how many");
   find_command.flag("--include-hidden-services", wish->all, "those whose name has a part that begins with '_' too");
-  add_common_options(find_command, wish->container, wish->as_json);
+  add_common_options(find_command, wish->whom, wish->as_json);
   find_command.runs([wish] { return find(*wish); });
 
   Command& call_command = group.add("call", "call a service and show its answer");
@@ -183,7 +188,7 @@ void add_service_commands(Command& root) {
       .value("SECONDS")
       .within(0.001, 86400)
       .with_default();
-  add_common_options(call_command, wish->container, wish->as_json);
+  add_common_options(call_command, wish->whom, wish->as_json);
   call_command.runs([wish] { return call(*wish); });
 }
 

@@ -43,10 +43,10 @@ void print_both_sides(const json& endpoints, bool all) {
 
 int list(const Wish& wish) {
   if (wish.as_json && !wish.only_count) {
-    return ask(wish.container, {{"verb", "topic.list"}}, false,
+    return ask(wish.whom, {{"verb", "topic.list"}}, false,
                [](const json& reply) { std::printf("%s\n", reply["topics"].dump().c_str()); });
   }
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const json& endpoints = graph.value()["endpoints"];
   const auto names =
@@ -91,7 +91,7 @@ void print_end(const json& end) {
               node.substr(slash + 1).c_str(), slash == 0 ? "/" : node.substr(0, slash).c_str(),
               text_of(end, "type").c_str(), text_of(end, "hash").c_str(),
               end["publisher"].get<bool>() ? "PUBLISHER" : "SUBSCRIPTION",
-              words_of_id(end["id"].get<std::uint64_t>()).c_str());
+              end.value("gid", words_of_id(end["id"].get<std::uint64_t>())).c_str());
   std::string history = upper(text_of(qos, "history"));
   if (history == "KEEP_LAST") history += " (" + qos["depth"].dump() + ")";
   std::printf(
@@ -113,7 +113,7 @@ std::string words_of_types(const std::vector<std::string>& types) {
 }
 
 int info(const Wish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const json& endpoints = graph.value()["endpoints"];
   const std::string topic = absolute(wish.topic);
@@ -139,7 +139,7 @@ int info(const Wish& wish) {
 }
 
 int show_type(const Wish& wish) {
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const json& endpoints = graph.value()["endpoints"];
   const auto types = types_of(endpoints, absolute(wish.topic));
@@ -153,7 +153,7 @@ int find(const Wish& wish) {
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = library.message(full_type_name(wish.type, "msg"));
   if (!type) return complain(type.error());
-  auto graph = graph_of(wish.container);
+  auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const auto fits = [&](const json& end) {
     return text_of(end, "type") == type.value()->name && (wish.all || !is_hidden(text_of(end, "topic")));
@@ -170,25 +170,25 @@ void add_lists(Command& group, const WishPointer& wish) {
   list_command.flag("-c,--count-topics", wish->only_count, "only how many");
   list_command.flag("-v,--verbose", wish->verbose, "what is published and what is read, by how many");
   list_command.flag("--include-hidden-topics", wish->all, "those whose name has a part that begins with '_' too");
-  add_common_options(list_command, wish->container, wish->as_json);
+  add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
   Command& info_command = group.add("info", "the type of a topic, and how many publish and read it");
   info_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
   info_command.flag("-v,--verbose", wish->verbose, "each end: its node, and its quality of service in force");
-  add_common_options(info_command, wish->container, wish->as_json);
+  add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 
   Command& type_command = group.add("type", "the type of a topic");
   type_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
-  add_common_options(type_command, wish->container, wish->as_json);
+  add_common_options(type_command, wish->whom, wish->as_json);
   type_command.runs([wish] { return show_type(*wish); });
 
   Command& find_command = group.add("find", "the topics of a type");
   find_command.option("type", wish->type, "e.g. sensor_msgs/msg/LaserScan").required().names_a(Names::Type);
   find_command.flag("-c,--count-topics", wish->only_count, "only how many");
   find_command.flag("--include-hidden-topics", wish->all, "those whose name has a part that begins with '_' too");
-  add_common_options(find_command, wish->container, wish->as_json);
+  add_common_options(find_command, wish->whom, wish->as_json);
   find_command.runs([wish] { return find(*wish); });
 }
 
@@ -205,8 +205,13 @@ void add_listeners(Command& group, const WishPointer& wish) {
       .value("N")
       .with_default()
       .not_with("--full");
-  add_common_options(echo_command, wish->container, wish->as_json);
-  echo_command.flag("--csv", wish->as_csv, "every value of a message on one line, with commas").not_with("--json");
+  echo_command
+      .flag("--raw", wish->is_raw, "the bytes of each message in hexadecimal; also of a type that is not installed")
+      .not_with("--field");
+  add_common_options(echo_command, wish->whom, wish->as_json);
+  echo_command.flag("--csv", wish->as_csv, "every value of a message on one line, with commas")
+      .not_with("--json")
+      .not_with("--raw");
   echo_command.runs([wish] { return echo_topic(*wish); });
 
   const auto add = [&](const char* name, const char* what, std::size_t window, int (*measure)(const Wish&)) {
@@ -224,7 +229,7 @@ void add_listeners(Command& group, const WishPointer& wish) {
     }
     command.option("-w,--window", own->window, "how many messages it is taken over").within(2, 100000).with_default();
     command.flag("--once", own->once, "one figure, then end");
-    add_common_options(command, own->container, own->as_json);
+    add_common_options(command, own->whom, own->as_json);
     command.runs([own, measure] { return measure(*own); });
   };
   add("hz", "measure the rate of topics", 1000, measure_rate);
@@ -250,7 +255,7 @@ void add_publisher(Command& group, const WishPointer& wish) {
       .value("SECONDS")
       .within(0, 86400);
   command.option("-p,--print", wish->print_every, "show every N-th message only; 0: none").value("N").with_default();
-  add_common_options(command, wish->container, wish->as_json);
+  add_common_options(command, wish->whom, wish->as_json);
   command.runs([wish] { return publish_topic(*wish); });
 }
 

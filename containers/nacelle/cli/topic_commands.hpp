@@ -6,16 +6,18 @@
 #include <vector>
 
 #include "topic_listener.hpp"
+#include "whom.hpp"
 
 // The family `topic`: what there is (topic_commands.cpp), what comes (topic_listen.cpp, topic_rates.cpp), what goes
 // (topic_publish.cpp).
 namespace nacelle::cli {
 
 struct TopicWish {
-  std::string container, topic, type, field, message = "{}";
+  Whom whom;
+  std::string topic, type, field, message = "{}";
   std::vector<std::string> words;  ///< Topics, each with its type behind it if that is given.
   bool as_json = false, as_csv = false, with_types = false, once = false, full = false, verbose = false,
-       only_count = false, all = false;
+       only_count = false, all = false, is_raw = false;
   double rate_hz = 1.0, longest_wait_s = 0.0;
   std::size_t window = 0, longest = 128, times = 0, readers = 0, print_every = 1;
 };

@@ -21,7 +21,7 @@ using nlohmann::json;
 
 Listening listening_of(const TopicWish& wish, const char* show) {
   Listening listening;
-  listening.container = wish.container;
+  listening.whom = wish.whom;
   listening.topics = {{wish.topic, wish.type}};
   listening.show = show;
   listening.field = wish.field;
@@ -91,10 +91,15 @@ std::string words_of_bytes(double bytes) {
 }  // namespace
 
 int echo_topic(const TopicWish& wish) {
-  const Listening listening = listening_of(wish, wish.as_json || wish.as_csv ? "json" : "yaml");
+  const char* const values = wish.as_json || wish.as_csv ? "json" : "yaml";
+  const Listening listening = listening_of(wish, wish.is_raw ? "raw" : values);
   return listen(listening, [&](std::size_t, std::string_view text) {
     if (wish.as_csv) {
       std::printf("%s\n", session::csv_of_json(text, listening.longest).c_str());
+      return flush_output() && !wish.once;
+    }
+    if (wish.is_raw) {
+      std::printf(wish.as_json ? "{\"bytes\":\"%.*s\"}\n" : "%.*s\n---\n", static_cast<int>(text.size()), text.data());
       return flush_output() && !wish.once;
     }
     std::fwrite(text.data(), 1, text.size(), stdout);

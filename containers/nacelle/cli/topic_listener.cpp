@@ -27,7 +27,7 @@ struct Heard {
 };
 
 Result<Heard, int> open(const Listening& wish, const Listening::Topic& topic) {
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return err(client.error());
   json request{{"verb", "topic.listen"},
                {"topic", absolute(topic.name)},
@@ -53,7 +53,9 @@ Publishers publishers_of(const json& graph, const std::string& topic, const std:
   });
   for (const auto& node : graph["nodes"]) {
     const std::string name = text_of(node, "node"), state = text_of(node, "state");
-    if (!node["managed"].get<bool>() || state == "active" || std::ranges::count(found.all, name) == 0) continue;
+    // Of nodes outside the state is not known.
+    if (!node["managed"].get<bool>() || state == "active" || state.empty() || std::ranges::count(found.all, name) == 0)
+      continue;
     found.inactive.push_back(name);
     found.state = state;
   }
@@ -65,11 +67,11 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
   // A container that is busy is not waited for: messages may come meanwhile.
   constexpr Duration kPatience = 500ms;
   const std::string where = "topic " + topic;
-  if (heard.items != 0)
-    return {where, "nothing has come since the first message", "see `nacelle topic info -v " + topic + "`"};
-  auto asking = connect(wish.container);
+  const std::string look = "see `nacelle topic info -v " + topic + (wish.whom.is_remote() ? " --remote`" : "`");
+  if (heard.items != 0) return {where, "nothing has come since the first message", look};
+  auto asking = connect(wish.whom);
   auto graph = asking ? asking.value().call({{"verb", "graph"}}, kPatience) : err(Problem{});
-  if (!graph) return {where, "nothing has come yet", "see `nacelle streams`"};
+  if (!graph) return {where, "nothing has come yet", wish.whom.is_remote() ? look : "see `nacelle streams`"};
   const Publishers publishers = publishers_of(graph.value(), topic, heard.type);
   if (publishers.all.empty()) {
     return {where, "it does not appear to be published yet: no node has a publisher of " + heard.type,
@@ -81,7 +83,7 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
                 (publishers.state == "inactive" ? " activate`" : " ...`") + " changes that"};
   }
   return {where, "nothing has come yet: " + join(publishers.all) + " has published nothing meanwhile",
-          "see `nacelle faults` and `nacelle streams`"};
+          wish.whom.is_remote() ? look : "see `nacelle faults` and `nacelle streams`"};
 }
 
 /// Takes what is here already. Returns the exit code when it is over.

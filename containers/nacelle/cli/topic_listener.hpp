@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "whom.hpp"
+
 namespace nacelle::cli {
 
 /// What a command wants to hear.
@@ -15,7 +17,7 @@ struct Listening {
     std::string name;
     std::string type;  ///< Of a topic with several; empty: the topic's.
   };
-  std::string container;
+  Whom whom;
   std::vector<Topic> topics;
   std::string show = "yaml";  ///< What comes of each message: the words of the request "topic.listen".
   std::string field;          ///< One part of each message only: "pose.pose.position"; empty: all of it.

@@ -46,7 +46,7 @@ Result<json, Problem> readers_of(control::Client& asking, const TopicWish& wish,
 void warn_if_too_slow(const TopicWish& wish) {
   // A container that is busy is not waited for: what is published may be what stops the robot.
   constexpr Duration kPatience = 200ms;
-  auto asking = connect(wish.container);
+  auto asking = connect(wish.whom);
   if (!asking) return;
   const auto readers = readers_of(asking.value(), wish, kPatience);
   if (!readers) return;
@@ -83,7 +83,7 @@ std::optional<Problem> clash_of(control::Client& client, const TopicWish& wish) 
 
 /// Waits for --wait-matching-subscriptions. Returns the exit code, or nothing when publishing may begin.
 std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSignal& stop, const Clock& clock) {
-  auto asking = connect(wish.container);
+  auto asking = connect(wish.whom);
   if (!asking) return asking.error();
   constexpr Duration kLook = 100ms;
   const MonotonicTime began = clock.now();
@@ -141,7 +141,7 @@ int publish_topic(const TopicWish& asked) {
   auto stamped = fill(message, wish.message, clock);
   if (!stamped) return complain_of_usage(stamped.error());
 
-  auto connected = connect(wish.container);
+  auto connected = connect(wish.whom);
   if (!connected) return connected.error();
   control::Client& client = connected.value();
   if (const auto clash = clash_of(client, wish)) return complain(*clash);

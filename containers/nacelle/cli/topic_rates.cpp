@@ -83,7 +83,7 @@ int measure_rates(const TopicWish& wish, const std::vector<Listening::Topic>& to
   rates.reserve(topics.size());
   for (const auto& topic : topics) rates.push_back({absolute(topic.name), Window{wish.window}, 0});
   Listening listening;
-  listening.container = wish.container;
+  listening.whom = wish.whom;
   listening.topics = topics;
   listening.show = "times";
   listening.least = 2;

@@ -22,6 +22,8 @@ namespace nacelle::control {
 class Client {
  public:
   [[nodiscard]] static Result<Client, Problem> connect(const std::string& path);
+  /// Over a connected socket, which it takes over.
+  [[nodiscard]] static Client over(int descriptor) { return Client{descriptor}; }
   Client(Client&& other) noexcept;
   Client& operator=(Client&& other) noexcept;
   ~Client();

@@ -21,17 +21,6 @@ using nlohmann::json;
 /// Seconds, or null for "for ever".
 json seconds_or_null(Duration time) { return time == Duration::zero() ? json(nullptr) : json(to_seconds(time)); }
 
-json to_json(const QoS& qos) {
-  return {{"reliability", to_text(qos.reliability())},
-          {"history", to_text(qos.history())},
-          {"depth", qos.depth()},
-          {"durability", to_text(qos.durability())},
-          {"lifespan_s", seconds_or_null(qos.lifespan())},
-          {"deadline_s", seconds_or_null(qos.deadline())},
-          {"liveliness", to_text(qos.liveliness())},
-          {"liveliness_lease_s", seconds_or_null(qos.liveliness_lease_duration())}};
-}
-
 json to_json(const runtime::EndpointReport& end) {
   json row{{"topic", end.topic},
            {"type", end.type},
@@ -41,7 +30,7 @@ json to_json(const runtime::EndpointReport& end) {
            {"publisher", end.is_writer},
            {"standard", is_standard_topic(end.topic)},
            {"elsewhere", end.in_other_process},
-           {"qos", to_json(end.qos)}};
+           {"qos", json_of(end.qos)}};
   if (end.command_timeout.after > Duration::zero()) {
     row["command_timeout_s"] = to_seconds(end.command_timeout.after);
     row["command_parameter"] = end.command_timeout.parameter;
@@ -100,6 +89,17 @@ json faults_of(Session& session, const std::string& node) {
 }
 
 }  // namespace
+
+json json_of(const QoS& qos) {
+  return {{"reliability", to_text(qos.reliability())},
+          {"history", to_text(qos.history())},
+          {"depth", qos.depth()},
+          {"durability", to_text(qos.durability())},
+          {"lifespan_s", seconds_or_null(qos.lifespan())},
+          {"deadline_s", seconds_or_null(qos.deadline())},
+          {"liveliness", to_text(qos.liveliness())},
+          {"liveliness_lease_s", seconds_or_null(qos.liveliness_lease_duration())}};
+}
 
 json graph_of(Session& session) {
   const runtime::Container& container = session.container();

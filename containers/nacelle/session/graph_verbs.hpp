@@ -3,6 +3,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "nacelle/qos/qos.hpp"
+
 namespace nacelle::session {
 
 class Session;
@@ -17,5 +19,8 @@ class Session;
 
 /// What there is to know of the component "name": where it comes from, what it was given, how it runs, what went wrong.
 [[nodiscard]] nlohmann::json component_info(Session& session, const nlohmann::json& request);
+
+/// An endpoint's "qos"; times in seconds, null for "for ever".
+[[nodiscard]] nlohmann::json json_of(const QoS& qos);
 
 }  // namespace nacelle::session

@@ -89,6 +89,7 @@ Result<void, Problem> Network::join() {
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
   options.stays_on_this_machine = settings_.mode == NetworkMode::Local;
   options.clock_skews = clock_skews_;
+  if (told_) options.on_problem = told_;
   auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
   const auto try_again_after = [&](const char* said) {
     return !mirror && settings_.discovery == transport_dds::Reach::ThisMachine &&
@@ -134,6 +135,21 @@ Result<void, Problem> Network::show(launch::NetworkMode mode, const std::string&
   plan_ = before;
   if (auto back = join(); !back) say_("nacelle: " + network_off_line(back.error()));
   return err(problem);
+}
+
+void Network::look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const {
+#ifdef NACELLE_HAS_DDS
+  if (joined_) joined_->mirror->look(at);
+#else
+  static_cast<void>(at);
+#endif
+}
+
+std::uint64_t Network::writer_count() const {
+#ifdef NACELLE_HAS_DDS
+  if (joined_) return joined_->mirror->stats().writers;
+#endif
+  return 0;
 }
 
 launch::NetworkMode Network::unexported() const {

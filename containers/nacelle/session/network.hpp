@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nacelle/base/clock_skews.hpp"
@@ -20,7 +22,10 @@
 
 namespace nacelle {
 class DdsMirror;
+namespace transport_dds {
+class RemoteGraph;
 }
+}  // namespace nacelle
 
 namespace nacelle::session {
 
@@ -39,6 +44,8 @@ class Network {
   Network& operator=(const Network&) = delete;
   ~Network();
 
+  /// To be told, on the network's thread, instead of `say`, what keeps ends apart. Before start().
+  void tell_problems_to(std::function<void(const Problem&)> told) { told_ = std::move(told); }
   /// Joins as launch file and environment ask, and tells what is remarkable.
   /// Errors: the launch file asks for a network, and this program was built without.
   [[nodiscard]] Result<void, Problem> start();
@@ -46,6 +53,11 @@ class Network {
   [[nodiscard]] Result<void, Problem> show(launch::NetworkMode mode, const std::string& because_of);
   /// What `nacelle export off` means: the launch file's mode, but never Export.
   [[nodiscard]] launch::NetworkMode unexported() const;
+
+  /// Nodes, topics and services of other participants (DdsMirror::look()); not called where the network is not joined.
+  void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;
+  /// Endpoints of this side on the network, now.
+  [[nodiscard]] std::uint64_t writer_count() const;
 
   /// For the bring-up's last line; empty: nothing to say (built without, and nobody asked).
   [[nodiscard]] std::string line() const;
@@ -72,6 +84,7 @@ class Network {
   const Clock& clock_;
   const Say say_;
   const std::shared_ptr<ClockSkews> clock_skews_;
+  std::function<void(const Problem&)> told_;
   transport_dds::NetworkSettings settings_;
   std::optional<Problem> why_not_;  // it is not on the network, though it should be
   bool is_asked_for_ = false;       // by somebody, not only by default

@@ -63,7 +63,9 @@ struct ToJson {
   }
 };
 
-json to_json(const runtime::ParameterReport& parameter) {
+}  // namespace
+
+json json_of(const runtime::ParameterReport& parameter) {
   const ParameterDescriptor& about = parameter.descriptor;
   json row{{"name", parameter.name},
            {"type", nacelle::to_text(parameter.type)},
@@ -86,6 +88,16 @@ json to_json(const runtime::ParameterReport& parameter) {
   return row;
 }
 
+Result<Parameter, Problem> parameter_of_assignment(const std::string& assignment) {
+  auto parameter = launch::parse_parameter_assignment(assignment);
+  if (!parameter) return err(Problem{assignment, parameter.error().what, parameter.error().way_out});
+  if (type_of(parameter.value().second) == ParameterType::NotSet)
+    return err(Problem{assignment, "gives no value", "give one; [] has no type to be told by"});
+  return Parameter{parameter.value().first, parameter.value().second};
+}
+
+namespace {
+
 Answer list(Session& session, const runtime::ComponentInfo& info) {
   using Rows = std::vector<runtime::ParameterReport>;
   return asked<Rows>(
@@ -93,7 +105,7 @@ Answer list(Session& session, const runtime::ComponentInfo& info) {
       [&](auto asker, auto then) { session.container().read_parameters(info.id, asker, std::move(then)); },
       [node = info.node](const Rows& rows) {
         json all = json::array();
-        for (const auto& row : rows) all.push_back(to_json(row));
+        for (const auto& row : rows) all.push_back(json_of(row));
         return json{{"ok", true}, {"node", node}, {"parameters", all}};
       });
 }
@@ -118,18 +130,10 @@ Answer set_one(Session& session, const runtime::ComponentInfo& info, Parameter p
   });
 }
 
-Result<Parameter, Problem> parameter_of(const std::string& assignment) {
-  auto parameter = launch::parse_parameter_assignment(assignment);
-  if (!parameter) return err(Problem{assignment, parameter.error().what, parameter.error().way_out});
-  if (type_of(parameter.value().second) == ParameterType::NotSet)
-    return err(Problem{assignment, "gives no value", "give one; [] has no type to be told by"});
-  return Parameter{parameter.value().first, parameter.value().second};
-}
-
 Answer set_many(Session& session, const runtime::ComponentInfo& info, const json& assignments) {
   std::vector<Parameter> parameters;
   for (const auto& text : assignments) {
-    auto parameter = parameter_of(text.get<std::string>());
+    auto parameter = parameter_of_assignment(text.get<std::string>());
     if (!parameter) return reply_of(parameter.error());
     parameters.push_back(std::move(parameter).value());
   }
@@ -152,7 +156,7 @@ Answer reply_to_parameter_verb(Session& session, const std::string& verb, const 
   if (verb == "param.delete") return set_one(session, info, {request.value("parameter", ""), ParameterValue{}});
   if (verb != "param.set") return reply_of({"request '" + verb + "'", "is unknown to this container", ""});
   if (request.contains("assignments")) return set_many(session, info, request["assignments"]);
-  auto parameter = parameter_of(request.value("assignment", ""));
+  auto parameter = parameter_of_assignment(request.value("assignment", ""));
   if (!parameter) return reply_of(parameter.error());
   return set_one(session, info, std::move(parameter).value());
 }

@@ -4,7 +4,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
 #include "nacelle/node/parameter.hpp"
+#include "nacelle/runtime/introspection.hpp"
 #include "nacelle/session/late_reply.hpp"
 
 namespace nacelle::session {
@@ -23,5 +26,9 @@ class Session;
 
 /// A value for people and scripts: JSON, with "NaN" and "Infinity" as texts.
 [[nodiscard]] nlohmann::json json_of(const ParameterValue& value);
+/// A row of param.list.
+[[nodiscard]] nlohmann::json json_of(const runtime::ParameterReport& parameter);
+/// Of "rate:=5". Errors: no assignment; one that gives no value.
+[[nodiscard]] Result<Parameter, Problem> parameter_of_assignment(const std::string& assignment);
 
 }  // namespace nacelle::session

@@ -8,14 +8,13 @@
 #include "nacelle/control/client.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
 
 using control::reply_of;
 using nlohmann::json;
 
-Answer call_service(Session& session, msgs::TypeLibrary& types, const json& request) {
+Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types, const json& request) {
   constexpr double kShortest_s = 0.001, kLongest_s = 86400.0;
   const std::string name = request.value("service", "");
   auto found = types.find(request.value("type", ""));
@@ -29,10 +28,10 @@ Answer call_service(Session& session, msgs::TypeLibrary& types, const json& requ
 
   const double limit_s = std::clamp(request.value("timeout_s", 10.0), kShortest_s, kLongest_s);
   auto late = std::make_unique<LateReply>();
-  late->due = session.container().clock().now() + from_seconds(limit_s);
+  late->due = clock.now() + from_seconds(limit_s);
   late->too_late = {"service " + name, fmt::format("has not answered within {:g} s", limit_s),
                     "its node is busy or hangs: see `nacelle faults`, or give --timeout more"};
-  auto call = session.container().call_service(name, *type, message.get(), [bell = late->bell] { bell->ring(); });
+  auto call = start(name, *type, message.get(), [bell = late->bell] { bell->ring(); });
   if (!call) return reply_of(call.error());
   late->finish = [call = std::shared_ptr<runtime::ServiceCall>(std::move(call).value()), type, name]() -> json {
     if (call->response() == nullptr)

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "nacelle/runtime/introspection.hpp"
 #include "nacelle/session/late_reply.hpp"
 
 namespace nacelle::session {
 
-class Session;
+/// As runtime::Container::call_service().
+using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Problem>(
+    const std::string& name, const msgs::ServiceType& type, void* request, std::function<void()> on_answer)>;
 
-/// Calls a service of this process: {"service", "type", "request": message as JSON, "timeout_s"} is answered with "response".
+/// Calls a service: {"service", "type", "request": message as JSON, "timeout_s"} is answered with "response".
 ///
-/// The call is a message to the server's executor; a server that takes its time, or hangs, keeps nobody waiting but the caller.
-[[nodiscard]] Answer call_service(Session& session, msgs::TypeLibrary& types, const nlohmann::json& request);
+/// The call is a message to its server; one that takes its time, or hangs, keeps nobody waiting but the caller.
+[[nodiscard]] Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types,
+                                  const nlohmann::json& request);
 
 }  // namespace nacelle::session

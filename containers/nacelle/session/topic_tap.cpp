@@ -19,6 +19,11 @@ TopicTap::TopicTap(Transport& transport, const std::string& topic, const msgs::M
   if (all != 0 && with_history->writer_count() == all) reader_ = std::move(with_history);
 }
 
+TopicTap::TopicTap(Transport& transport, const EndpointSpec& spec)
+    : type_(*spec.type), event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  reader_ = transport.create_reader(spec, Taking::Share, this);
+}
+
 TopicTap::~TopicTap() {
   reader_.reset();  // before the descriptor that its writers wake
   ::close(event_);

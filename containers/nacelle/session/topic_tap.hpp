@@ -15,6 +15,8 @@ namespace nacelle::session {
 class TopicTap final : private ReadyListener {
  public:
   TopicTap(Transport& transport, const std::string& topic, const msgs::MessageType& type, std::size_t depth);
+  /// As `spec` says: where it is known what the writers offer.
+  TopicTap(Transport& transport, const EndpointSpec& spec);
   TopicTap(const TopicTap&) = delete;
   TopicTap& operator=(const TopicTap&) = delete;
   ~TopicTap() override;

@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "nacelle/control/client.hpp"
+#include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/msgs/type_library.hpp"
 #include "nacelle/session/message_yaml.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/tf_verbs.hpp"
@@ -20,6 +22,8 @@ namespace nacelle::session {
 using nlohmann::json;
 
 namespace {
+
+constexpr std::size_t kMeasuredDepth = 1000, kReadDepth = 10;
 
 /// The types of which a topic has ends.
 std::vector<std::string> types_of(const runtime::Container& container, const std::string& topic) {
@@ -59,18 +63,77 @@ std::int64_t stamp_ns(const msgs::MessageType& type, const void* message) {
   return seconds * std::int64_t{1'000'000'000} + nanoseconds;
 }
 
+void append_hex(std::string& out, const msgs::MessageType& type, const void* message) {
+  Bytes bytes(type.encoded_size(message));
+  type.encode(message, bytes.data());
+  out += to_hex(bytes);
+}
+
+/// The container of this process.
+class OwnContainer final : public Respondent {
+ public:
+  explicit OwnContainer(Session& session) : session_(session), types_(session.options().places.message_folders) {}
+  [[nodiscard]] const Clock& clock() const override { return session_.container().clock(); }
+  [[nodiscard]] Answer answer(const std::string& verb, const json& request) override {
+    return reply_to_verb(session_, types_, verb, request);
+  }
+  [[nodiscard]] Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) override {
+    auto type = type_of(wish);
+    if (!type) return err(type.error());
+    // A person reads text slower than a sensor writes it; only what is measured must not be lost.
+    return std::make_unique<TopicTap>(session_.container().transport(), wish.topic, *type.value(),
+                                      wish.is_measured ? kMeasuredDepth : kReadDepth);
+  }
+
+ private:
+  [[nodiscard]] Result<const msgs::MessageType*, Problem> type_of(const TapWish& wish) {
+    const runtime::Container& container = session_.container();
+    // A name may carry two types (cmd_vel does); then the one that is meant can be given.
+    if (!wish.type.empty()) {
+      auto found = types_.message(wish.type);
+      if (!found) return found;
+      // Of another type nothing would ever come. A topic that nobody has yet may still get this one.
+      const std::vector<std::string> types = types_of(container, wish.topic);
+      if (types.empty() || std::find(types.begin(), types.end(), found.value()->name) != types.end()) return found;
+      return err(
+          Problem{"topic " + wish.topic, "has the type " + join(types, " and ") + ", not " + found.value()->name, ""});
+    }
+    if (const auto* const type = container.topic_type(wish.topic); type != nullptr) return type;
+    std::vector<std::string> names;
+    std::vector<runtime::StreamReport> streams;
+    container.report_streams(streams);
+    for (const auto& stream : streams) names.push_back(stream.name);
+    return err(Problem{"topic " + wish.topic, "nobody publishes or reads it", suggestion(wish.topic, names)});
+  }
+
+  Session& session_;
+  msgs::TypeLibrary types_;
+};
+
 }  // namespace
+
+void Respondent::take_frame(control::Connection& from, const control::Frame&) {
+  control::append_frame(from.out, control::FrameKind::Fault,
+                        "this connection takes requests; open another one to publish");
+}
 
 VerbDesk::Show VerbDesk::show_of(const std::string& word) {
   if (word == "json") return Show::Json;
   if (word == "times") return Show::Times;
   if (word == "sizes") return Show::Sizes;
   if (word == "transforms") return Show::Transforms;
+  if (word == "raw") return Show::Raw;
   return word == "ages" ? Show::Ages : Show::Yaml;
 }
 
-VerbDesk::VerbDesk(Session& session) : session_(session), types_(session.options().places.message_folders) {}
+VerbDesk::VerbDesk(Session& session) : own_(std::make_unique<OwnContainer>(session)), respondent_(*own_) {}
+VerbDesk::VerbDesk(Respondent& respondent) : respondent_(respondent) {}
 VerbDesk::~VerbDesk() = default;
+
+void VerbDesk::take(std::unique_ptr<control::Connection> connection) {
+  guests_.push_back({});
+  guests_.back().connection = std::move(connection);
+}
 
 void VerbDesk::take(control::ControlServer::HandedOver handed) {
   guests_.push_back({});
@@ -106,7 +169,10 @@ void VerbDesk::serve(const pollfd* waits, std::size_t count) {
     if (!guest.gone && waits[kEach * i + 1].revents != 0) stream(guest);
     if (!guest.gone) guest.gone = !guest.connection->write_some();
   }
-  std::erase_if(guests_, [](const Guest& guest) { return guest.gone; });
+  std::erase_if(guests_, [&](const Guest& guest) {
+    if (guest.gone) respondent_.has_left(*guest.connection);
+    return guest.gone;
+  });
 }
 
 std::optional<MonotonicTime> VerbDesk::next_due() const {
@@ -118,7 +184,7 @@ std::optional<MonotonicTime> VerbDesk::next_due() const {
 }
 
 void VerbDesk::finish(Guest& guest, bool answered) {
-  if (!answered && session_.container().clock().now() < guest.late->due) return;
+  if (!answered && respondent_.clock().now() < guest.late->due) return;
   const std::unique_ptr<LateReply> late = std::move(guest.late);
   send(guest, answered ? late->finish() : control::reply_of(late->too_late));
   if (!guest.gone) read(guest);  // requests that came right behind
@@ -135,8 +201,7 @@ void VerbDesk::read(Guest& guest) {
     if (frame.value()->kind == control::FrameKind::Request) {
       answer(guest, std::string{as_text(frame.value()->payload)});
     } else {
-      control::append_frame(guest.connection->out, control::FrameKind::Fault,
-                            "this connection takes requests; open another one to publish");
+      respondent_.take_frame(*guest.connection, *frame.value());
     }
   }
   if (!guest.gone) guest.gone = !guest.connection->write_some();
@@ -174,32 +239,20 @@ void VerbDesk::send(Guest& guest, const json& reply) {
 Answer VerbDesk::reply_to(Guest& guest, const json& request) {
   const std::string verb = request.value("verb", "");
   if (verb == "topic.listen") return listen(guest, request);
-  return reply_to_verb(session_, types_, verb, request);
+  return respondent_.answer(verb, request);
 }
 
 json VerbDesk::listen(Guest& guest, const json& request) {
-  const std::string topic = request.value("topic", "");
-  const msgs::MessageType* type = nullptr;
-  // A name may carry two types (cmd_vel does); then the one that is meant can be given.
-  if (const std::string wanted = request.value("type", ""); !wanted.empty()) {
-    auto found = types_.message(wanted);
-    if (!found) return control::reply_of(found.error());
-    type = found.value();
-    // Of another type nothing would ever come. A topic that nobody has yet may still get this one.
-    const std::vector<std::string> types = types_of(session_.container(), topic);
-    if (!types.empty() && std::find(types.begin(), types.end(), type->name) == types.end())
-      return control::reply_of({"topic " + topic, "has the type " + join(types, " and ") + ", not " + type->name, ""});
-  } else {
-    type = session_.container().topic_type(topic);
-  }
-  if (type == nullptr) {
-    std::vector<std::string> names;
-    std::vector<runtime::StreamReport> streams;
-    session_.container().report_streams(streams);
-    for (const auto& stream : streams) names.push_back(stream.name);
-    return control::reply_of({"topic " + topic, "nobody publishes or reads it", suggestion(topic, names)});
-  }
-  guest.show = show_of(request.value("show", "yaml"));
+  const Show show = show_of(request.value("show", "yaml"));
+  TapWish wish{.topic = request.value("topic", ""), .type = request.value("type", "")};
+  wish.is_measured = show != Show::Yaml && show != Show::Json && show != Show::Raw;
+  wish.is_raw = show == Show::Raw;
+  wish.needs_values = !wish.is_raw && show != Show::Times && show != Show::Sizes;
+  auto tap = respondent_.tap(wish);
+  if (!tap) return control::reply_of(tap.error());
+  const msgs::MessageType* const type = &tap.value()->type();
+  const std::string& topic = wish.topic;
+  guest.show = show;
   guest.field.reset();
   if (const std::string path = request.value("field", ""); !path.empty()) {
     auto field = MessageField::find(*type, path);
@@ -214,9 +267,7 @@ json VerbDesk::listen(Guest& guest, const json& request) {
   if (guest.show == Show::Transforms && type->name != std::string_view{kTransformsType})
     return control::reply_of({"topic " + topic, std::string{"has the type "} + type->name, ""});
   guest.longest = request.value("longest", std::size_t{128});
-  // A person reads text slower than a sensor writes it; only what is measured must not be lost.
-  const bool measured = guest.show != Show::Yaml && guest.show != Show::Json;
-  guest.tap = std::make_unique<TopicTap>(session_.container().transport(), topic, *type, measured ? 1000 : 10);
+  guest.tap = std::move(tap).value();
   return {{"ok", true}, {"type", type->name}, {"writers", guest.tap->writer_count()}};
 }
 
@@ -246,12 +297,13 @@ void VerbDesk::append_item(const Guest& guest, const Block& block) {
     case Show::Json:
       text_ = guest.field ? guest.field->to_json(block.message) : msgs::to_json(type, block.message);
       break;
+    case Show::Raw: append_hex(text_, type, block.message); break;
     case Show::Times: fmt::format_to(out, "{}", at_ns); break;
     case Show::Sizes: fmt::format_to(out, "{} {}", at_ns, type.encoded_size(block.message)); break;
-    case Show::Transforms: append_transform_times(text_, block, session_.container().clock()); break;
+    case Show::Transforms: append_transform_times(text_, block, respondent_.clock()); break;
     case Show::Ages: {
       // When it was published, on the time line of stamps: it may have waited here for its turn.
-      const Clock& clock = session_.container().clock();
+      const Clock& clock = respondent_.clock();
       const std::int64_t wall_ns = (clock.wall_now() - (clock.now() - block.info.source_time)).nanoseconds();
       fmt::format_to(out, "{} {}", at_ns, wall_ns - stamp_ns(type, block.message));
       break;

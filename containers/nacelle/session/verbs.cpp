@@ -97,22 +97,23 @@ json load_by_name(Session& session, const json& request) {
                    suggestion(name, names) + "; a plugin is loaded with its class and --name"});
 }
 
-json load_plugin(Session& session, const json& request) {
+}  // namespace
+
+Result<runtime::LoadRequest, Problem> plugin_request_of(const json& request, const std::string& below) {
   runtime::LoadRequest wanted;
   wanted.plugin = request.value("plugin", "");
   wanted.name = request.value("name", "");
-  const launch::NamespacePlan& names = session.plan().name_space;
-  wanted.name_space = join_namespaces(names.path, request.value("namespace", ""));
+  wanted.name_space = join_namespaces(below, request.value("namespace", ""));
   if (wanted.name_space.empty()) wanted.name_space = "/";
   // The file first, single values over it: as ros2 component load does.
   if (request.contains("params_file")) {
     const std::string path = request["params_file"];
     std::ifstream file{path};
-    if (!file) return reply_of({path, "cannot be read", "give a file that this user may read"});
+    if (!file) return err(Problem{path, "cannot be read", "give a file that this user may read"});
     std::ostringstream text;
     text << file.rdbuf();
     auto parsed = launch::parse_parameter_file(text.str(), path);
-    if (!parsed) return reply_of(parsed.error().front());
+    if (!parsed) return err(parsed.error().front());
     for (const auto& parameter :
          parsed.value().parameters_for(fully_qualified_node_name(wanted.name_space, wanted.name))) {
       wanted.parameters[parameter.name] = parameter.value;
@@ -121,14 +122,24 @@ json load_plugin(Session& session, const json& request) {
   for (const auto& text : request.value("parameters", json::array())) {
     auto parameter = launch::parse_parameter_assignment(text.get<std::string>());
     if (!parameter)
-      return reply_of({"-p " + text.get<std::string>(), parameter.error().what, parameter.error().way_out});
+      return err(Problem{"-p " + text.get<std::string>(), parameter.error().what, parameter.error().way_out});
     wanted.parameters[parameter.value().first] = parameter.value().second;
   }
   for (const auto& text : request.value("remaps", json::array())) {
     auto rule = parse_remap_rule(text.get<std::string>());
-    if (!rule) return reply_of({"-r " + text.get<std::string>(), rule.error().what, rule.error().way_out});
+    if (!rule) return err(Problem{"-r " + text.get<std::string>(), rule.error().what, rule.error().way_out});
     wanted.remaps.push_back(rule.value());
   }
+  return wanted;
+}
+
+namespace {
+
+json load_plugin(Session& session, const json& request) {
+  const launch::NamespacePlan& names = session.plan().name_space;
+  auto made = plugin_request_of(request, names.path);
+  if (!made) return reply_of(made.error());
+  runtime::LoadRequest wanted = std::move(made).value();
   if (const std::string prefix = names.frame_prefix(); !prefix.empty())
     wanted.parameters.emplace("frame_prefix", prefix);
   const std::size_t own_remaps = wanted.remaps.size();
@@ -233,7 +244,10 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb == "graph") return graph_of(session);
   if (verb == "component.info") return component_info(session, request);
   if (verb.starts_with("param.")) return reply_to_parameter_verb(session, verb, request);
-  if (verb == "service.call") return call_service(session, types, request);
+  if (verb == "service.call") {
+    const auto start = [&](const auto&... given) { return session.container().call_service(given...); };
+    return call_service(session.container().clock(), start, types, request);
+  }
   if (verb == "figures") return figures_of(session);
   if (verb == "names") return names_of(session);
   if (verb == "tf.tree" || verb == "tf.lookup") return reply_to_tf_verb(session, verb, request);

@@ -4,12 +4,20 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "nacelle/runtime/container.hpp"
 #include "nacelle/session/late_reply.hpp"
 
 namespace nacelle::session {
 
 class Session;
+
+/// What component.load_plugin asks for, its namespace below another; reads its parameter file. Errors: a parameter, rule or file
+/// that cannot be read.
+[[nodiscard]] Result<runtime::LoadRequest, Problem> plugin_request_of(const nlohmann::json& request,
+                                                                      const std::string& below);
 
 /// Carries out one request of the control socket and says how it went. Loading, unloading and transitions take as long as a component
 /// takes; what else waits for one is answered later.

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "whom.hpp"
+
+#include <charconv>
+
+#include "nacelle/base/network_names.hpp"
+#include "nacelle/remote/remote_desk.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+std::optional<int> domain_of(const std::string& text) {
+  int number = -1;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (read.ec != std::errc{} || read.ptr != text.data() + text.size() || number < 0 || number > kMostDomain)
+    return std::nullopt;
+  return number;
+}
+
+std::string wrong_domain(const std::string& text) {
+  if (domain_of(text)) return {};
+  return "'" + text + "' is no domain: give a number from 0 to " + std::to_string(kMostDomain);
+}
+
+}  // namespace
+
+struct Whom::Remote {
+  bool is_wanted = false;
+  std::string domain, network;
+  double spin_time_s = 1.0;
+  std::unique_ptr<remote::RemoteDesk> desk;  // once it was asked
+};
+
+Whom::Whom() : remote_(std::make_shared<Remote>()) {}
+
+void Whom::add_options(Command& command) {
+  command.flag("--remote", remote_->is_wanted,
+               "ask the nodes of ROS 2's network, whether a container runs here or not");
+  command.option("--domain", remote_->domain, "of the network (default: ROS_DOMAIN_ID)")
+      .value("N")
+      .checked(wrong_domain);
+  command
+      .option("--network", remote_->network,
+              "local: this machine's loopback, where robots are that nobody exports (default: export)")
+      .one_of({"local", "export"});
+  command.option("--spin-time", remote_->spin_time_s, "how long to look for those on the network")
+      .value("SECONDS")
+      .within(0.0, 60.0)
+      .with_default();
+}
+
+bool Whom::is_remote() const { return remote_->is_wanted; }
+
+std::optional<Problem> Whom::misuse() const {
+  if (remote_->is_wanted || (remote_->domain.empty() && remote_->network.empty())) return std::nullopt;
+  return Problem{remote_->domain.empty() ? "--network" : "--domain", "means something with --remote only",
+                 "give --remote too"};
+}
+
+Result<control::Client, Problem> Whom::connect_remotely(std::vector<std::filesystem::path> message_folders) const {
+  if (!remote_->desk) {
+    remote::RemoteOptions options;
+    options.domain = domain_of(remote_->domain);
+    if (remote_->network == "local") options.mode = launch::NetworkMode::Local;
+    if (remote_->network == "export") options.mode = launch::NetworkMode::Export;
+    options.spin_time = from_seconds(remote_->spin_time_s);
+    options.message_folders = std::move(message_folders);
+    auto desk = remote::RemoteDesk::open(options);
+    if (!desk) return err(desk.error());
+    remote_->desk = std::move(desk).value();
+  }
+  return remote_->desk->connect();
+}
+
+}  // namespace nacelle::cli

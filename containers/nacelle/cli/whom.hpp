@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/control/client.hpp"
+
+namespace nacelle::cli {
+
+/// Whom a command asks: a container of this machine, or with --remote the nodes of ROS 2's network.
+///
+/// Copies share the one node that this process is on the network.
+/// Threads: one.
+class Whom {
+ public:
+  Whom();
+
+  /// --container
+  std::string container;
+
+  /// --remote, --domain, --network and --spin-time.
+  void add_options(Command& command);
+  [[nodiscard]] bool is_remote() const;
+  /// What is wrong with the options together.
+  [[nodiscard]] std::optional<Problem> misuse() const;
+  /// Joins the network with the first connection. Errors: as remote::RemoteNetwork::join().
+  [[nodiscard]] Result<control::Client, Problem> connect_remotely(
+      std::vector<std::filesystem::path> message_folders) const;
+
+ private:
+  struct Remote;
+  std::shared_ptr<Remote> remote_;
+};
+
+}  // namespace nacelle::cli

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "nacelle/msgs/message_type.hpp"
+
+namespace nacelle::remote {
+
+/// A message type that nobody here knows: its messages are the bytes that came, encapsulation and padding included.
+///
+/// It has no fields. Ownership: outlives everything that knows its type().
+class ByteMessageType {
+ public:
+  /// As the other side has them; `hash` may be empty.
+  ByteMessageType(std::string name, std::string dds_name, std::string hash);
+  ByteMessageType(const ByteMessageType&) = delete;
+  ByteMessageType& operator=(const ByteMessageType&) = delete;
+  ~ByteMessageType() = default;
+
+  [[nodiscard]] const msgs::MessageType& type() const { return type_; }
+
+ private:
+  const std::string name_, dds_name_, hash_;
+  const msgs::MessageType type_;
+};
+
+}  // namespace nacelle::remote

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/remote/remote_desk.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <utility>
+
+#include "nacelle/remote/remote_nodes.hpp"
+#include "nacelle/session/verb_desk.hpp"
+
+namespace nacelle::remote {
+namespace {
+
+// A handler has no argument of ours.
+std::atomic<int> signal_event{-1};
+std::atomic<int> signal_number{0};
+constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+
+void on_signal(int number) {
+  signal_number = number;
+  const int saved = errno;
+  const std::uint64_t one = 1;
+  static_cast<void>(!::write(signal_event.load(), &one, sizeof one));
+  errno = saved;
+}
+
+/// Only where nobody has a handler of his own: a command that listens has (session/stop_signal.hpp).
+void watch_signals() {
+  signal_event = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (const int number : kSignals) {
+    struct sigaction before {};
+    ::sigaction(number, nullptr, &before);
+    if (before.sa_handler == SIG_DFL) ::sigaction(number, &action, nullptr);
+  }
+}
+
+void forget_signals() {
+  for (const int number : kSignals) {
+    struct sigaction now {};
+    ::sigaction(number, nullptr, &now);
+    if (now.sa_handler == on_signal) ::signal(number, SIG_DFL);
+  }
+  ::close(signal_event.exchange(-1));
+}
+
+/// As if nobody had caught it.
+[[noreturn]] void die_of_signal() {
+  const int number = signal_number.load();
+  ::signal(number, SIG_DFL);
+  ::kill(::getpid(), number);
+  ::_exit(128 + number);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RemoteDesk>, Problem> RemoteDesk::open(const RemoteOptions& options) {
+  auto network = RemoteNetwork::join(options);
+  if (!network) return err(network.error());
+  return std::unique_ptr<RemoteDesk>(new RemoteDesk{std::move(network).value()});
+}
+
+RemoteDesk::RemoteDesk(std::unique_ptr<RemoteNetwork> network) : network_(std::move(network)) {
+  watch_signals();
+  network_->interrupted_by({stop_.descriptor(), signal_event.load()});
+  thread_ = std::thread([this] { run(); });
+}
+
+RemoteDesk::~RemoteDesk() {
+  stop_.ring();
+  thread_.join();
+  forget_signals();
+}
+
+Result<control::Client, Problem> RemoteDesk::connect() {
+  std::array<int, 2> ends{-1, -1};
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+    return err(Problem{"--remote", std::strerror(errno), ""});
+  ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
+  coming_.lock()->push_back(std::make_unique<control::Connection>(ends[1]));
+  came_.ring();
+  return control::Client::over(ends[0]);
+}
+
+void RemoteDesk::run() {
+  pthread_setname_np(pthread_self(), "remote");
+  {
+    RemoteNodes nodes{*network_};
+    session::VerbDesk desk{nodes};
+    const Clock& clock = network_->clock();
+    for (;;) {
+      std::vector<pollfd> waits{
+          {stop_.descriptor(), POLLIN, 0}, {signal_event.load(), POLLIN, 0}, {came_.descriptor(), POLLIN, 0}};
+      constexpr std::size_t kOwn = 3;
+      desk.append_waits(waits);
+      int limit_ms = -1;
+      if (const auto due = desk.next_due())
+        limit_ms = static_cast<int>(std::max<Duration::rep>(0, (*due - clock.now()) / 1ms + 1));
+      ::poll(waits.data(), waits.size(), limit_ms);
+      if (waits[0].revents != 0 || waits[1].revents != 0) break;
+      desk.serve(waits.data() + kOwn, waits.size() - kOwn);
+      if (waits[2].revents == 0) continue;
+      std::uint64_t count = 0;
+      static_cast<void>(!::read(came_.descriptor(), &count, sizeof count));
+      std::vector<std::unique_ptr<control::Connection>> coming;
+      coming.swap(*coming_.lock());
+      for (auto& connection : coming) desk.take(std::move(connection));
+    }
+  }
+  network_.reset();
+  if (signal_number.load() != 0) die_of_signal();
+}
+
+}  // namespace nacelle::remote

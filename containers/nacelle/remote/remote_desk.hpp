@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/control/client.hpp"
+#include "nacelle/control/server.hpp"
+#include "nacelle/remote/remote_network.hpp"
+#include "nacelle/session/late_reply.hpp"
+
+namespace nacelle::remote {
+
+/// The nodes of the network, asked as a container is: in this process, over sockets that nobody else sees.
+///
+/// A signal that nobody else has asked for ends the process as ever, but the network is left first, so that the others do not have
+/// to wait for this node's lease.
+/// Threads: its own "remote"; all members from one thread.
+class RemoteDesk {
+ public:
+  /// One per process at a time. Errors: as RemoteNetwork::join().
+  [[nodiscard]] static Result<std::unique_ptr<RemoteDesk>, Problem> open(const RemoteOptions& options);
+  RemoteDesk(const RemoteDesk&) = delete;
+  RemoteDesk& operator=(const RemoteDesk&) = delete;
+  /// Leaves the network.
+  ~RemoteDesk();
+
+  [[nodiscard]] Result<control::Client, Problem> connect();
+
+ private:
+  explicit RemoteDesk(std::unique_ptr<RemoteNetwork> network);
+  void run();
+
+  std::unique_ptr<RemoteNetwork> network_;
+  session::Bell stop_, came_;
+  Guarded<std::vector<std::unique_ptr<control::Connection>>> coming_;
+  std::thread thread_;
+};
+
+}  // namespace nacelle::remote

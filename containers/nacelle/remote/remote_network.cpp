@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/remote/remote_network.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "nacelle/msgs/any_message.hpp"
+#include "nacelle/msgs/json.hpp"
+#include "nacelle/session/network_wish.hpp"
+#include "transport_dds/wire/names.hpp"
+
+namespace nacelle::remote {
+namespace {
+
+using nlohmann::json;
+
+// Nobody tells what is discovered; who waits for it looks that often.
+constexpr Duration kLook = 10ms;
+// Fast DDS takes a second to answer an end that is new.
+constexpr Duration kMeeting = 1500ms;
+constexpr const char* kOption = "--remote";
+
+/// What is to be in force, as a launch file would ask for it.
+Result<launch::NetworkPlan, Problem> plan_of(const RemoteOptions& options, transport_dds::Environment& environment) {
+  launch::NetworkPlan plan;
+  plan.mode = options.mode;
+  plan.domain_id = options.domain;
+  if (options.domain) environment.erase("ROS_DOMAIN_ID");  // an option that differs is no conflict
+  if (plan.mode) return plan;
+  auto asked = session::network_in_force(plan, environment);
+  if (!asked) return err(asked.error());
+  // A robot keeps to its machine by default; who asks for the network means the others.
+  if (asked.value().because_of.empty()) plan.mode = launch::NetworkMode::Export;
+  return plan;
+}
+
+}  // namespace
+
+RemoteNetwork::RemoteNetwork(const RemoteOptions& options)
+    : spin_time_(options.spin_time),
+      node_("/_nacelle_cli_" + std::to_string(::getpid())),
+      types_(options.message_folders),
+      clients_(node_, [this] { bell_.ring(); }) {}
+
+RemoteNetwork::~RemoteNetwork() {
+  // An end that goes is wound up by the network's thread: what it had to send is sent.
+  constexpr Duration kLastWords = 500ms;
+  if (network_) {
+    interrupts_.clear();
+    static_cast<void>(wait(clock_.now() + kLastWords, [&] { return network_->writer_count() == 0; }));
+  }
+}
+
+Result<std::unique_ptr<RemoteNetwork>, Problem> RemoteNetwork::join(const RemoteOptions& options) {
+  std::unique_ptr<RemoteNetwork> network{new RemoteNetwork{options}};
+  if (auto started = network->start(options); !started) return err(started.error());
+  return network;
+}
+
+Result<void, Problem> RemoteNetwork::start(const RemoteOptions& options) {
+  if (!session::network_is_built_in()) return err(session::network_is_not_built_in(kOption));
+  transport_dds::Environment environment = session::ros_environment();
+  auto plan = plan_of(options, environment);
+  if (!plan) return err(plan.error());
+  const auto say = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
+  network_ = std::make_unique<session::Network>(std::move(plan).value(), std::move(environment), broker_, clients_,
+                                                clock_, say);
+  network_->tell_problems_to([this](const Problem& problem) { note(problem); });
+  found_by_ = clock_.now() + spin_time_;
+  if (auto started = network_->start(); !started) return started;
+  const json state = network_->state();
+  if (const json& problem = state["problem"]; !problem.is_null())
+    return err(Problem{problem["where"], problem["what"], problem["way_out"]});
+  if (!state["running"].get<bool>()) {
+    return err(Problem{kOption, "the network is off: " + state["because_of"].get<std::string>() + " says so",
+                       "set ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET, or give --network export"});
+  }
+  where_ = fmt::format("domain {}", state["domain"].get<int>());
+  return {};
+}
+
+void RemoteNetwork::note(const Problem& problem) {
+  if (!problem.where.starts_with("service ")) {
+    std::fprintf(stderr, "nacelle: warning: %s\n", problem.text().c_str());
+    return;
+  }
+  problems_.lock()->push_back(problem);
+  bell_.ring();
+}
+
+bool RemoteNetwork::wait(MonotonicTime until, const std::function<bool()>& holds) {
+  std::vector<pollfd> waits{{bell_.descriptor(), POLLIN, 0}};
+  for (const int interrupt : interrupts_) waits.push_back({interrupt, POLLIN, 0});
+  for (;;) {
+    if (holds()) return true;
+    const Duration left = until - clock_.now();
+    if (left <= 0ns) return false;
+    ::poll(waits.data(), waits.size(), static_cast<int>(std::min(left, kLook) / 1ms) + 1);
+    if (std::any_of(waits.begin() + 1, waits.end(), [](const pollfd& wait) { return wait.revents != 0; })) return false;
+    std::uint64_t count = 0;
+    static_cast<void>(!::read(bell_.descriptor(), &count, sizeof count));
+  }
+}
+
+EndpointSpec RemoteNetwork::spec_of(std::string topic, const msgs::MessageType& type, const QoS& qos) const {
+  return {.topic = std::move(topic), .type = &type, .qos = qos, .node = node_};
+}
+
+const msgs::MessageType& RemoteNetwork::bytes_of(const std::string& type, const std::string& hash) {
+  auto& known = byte_types_[{type, hash}];
+  if (!known)
+    known =
+        std::make_unique<ByteMessageType>(type, transport_dds::dds_type_name(type).value_or(std::string{type}), hash);
+  return known->type();
+}
+
+// --- calls -----------------------------------------------------------------------------------------------------------
+
+std::optional<Problem> RemoteNetwork::problem_of(const std::string& service) const {
+  auto problems = problems_.lock();
+  const auto found = std::ranges::find(*problems, "service " + service, &Problem::where);
+  return found == problems->end() ? std::nullopt : std::optional<Problem>(*found);
+}
+
+Problem RemoteNetwork::why_not(const std::string& service, const msgs::ServiceType& type) const {
+  if (auto problem = problem_of(service)) return *problem;
+  const std::string what = "service " + service;
+  const auto all = look([](const auto& graph) { return graph.services(); });
+  const auto found = all.find(service);
+  if (found == all.end()) {
+    std::vector<std::string> names;
+    for (const auto& [name, types] : all) names.push_back(name);
+    return {what, "nobody offers it in " + where_,
+            names.empty() ? "no service at all was found there" : suggestion(service, names)};
+  }
+  if (!found->second.contains(type.name))
+    return {what, "has the type " + nacelle::join({found->second.begin(), found->second.end()}) + ", not " + type.name,
+            ""};
+  return {what, "was found in " + where_ + ", and its server has not met this client in time", "give --spin-time more"};
+}
+
+Result<std::unique_ptr<runtime::ServiceCall>, Problem> RemoteNetwork::start_call(const std::string& service,
+                                                                                 const msgs::ServiceType& type,
+                                                                                 void* request,
+                                                                                 std::function<void()> on_answer) {
+  const std::uint64_t client = clients_.client_of(service, type);
+  const auto is_settled = [&] { return clients_.is_ready(client) || problem_of(service); };
+  // Who has been found, and may need a moment more to meet us.
+  const auto is_offered = [&] {
+    return look([&](const auto& graph) {
+      return std::ranges::any_of(graph.ends_of_service(service), [&](const auto& end) {
+        return !end.is_writer && transport_dds::service_of_half(end.type) == type.name;
+      });
+    });
+  };
+  if (!wait(patience(), is_settled) && is_offered()) static_cast<void>(wait(clock_.now() + kMeeting, is_settled));
+  if (!clients_.is_ready(client)) return err(why_not(service, type));
+  auto call = std::make_unique<RemoteCall>(std::move(on_answer));
+  msgs::AnyMessage given{type.request()};
+  type.request().move_assign(given.get(), request);
+  if (!clients_.call(client, {call->asker(), std::move(given)}))
+    return err(Problem{"service " + service, "its server has gone", "try again"});
+  return std::unique_ptr<runtime::ServiceCall>(std::move(call));
+}
+
+Result<void, Problem> RemoteNetwork::prepare(const std::string& service, const char* type) {
+  auto found = types_.find(type);
+  if (!found) return err(found.error());
+  static_cast<void>(clients_.client_of(service, *found.value().service));
+  return {};
+}
+
+Result<json, Problem> RemoteNetwork::call(const std::string& service, const char* type, const json& request,
+                                          Duration limit) {
+  auto found = types_.find(type);
+  if (!found) return err(found.error());
+  const msgs::ServiceType& of = *found.value().service;
+  msgs::AnyMessage message{of.request()};
+  const std::string text = request.dump(-1, ' ', false, json::error_handler_t::replace);
+  if (auto read = msgs::from_json(text, of.request(), message.get()); !read) return err(read.error());
+  auto call = start_call(service, of, message.get(), [this] { bell_.ring(); });
+  if (!call) return err(call.error());
+  using State = runtime::ServiceCall::State;
+  static_cast<void>(wait(clock_.now() + limit, [&] { return call.value()->state() != State::Waiting; }));
+  if (call.value()->state() == State::Waiting)
+    return err(Problem{"service " + service, fmt::format("has not answered within {:g} s", to_seconds(limit)), ""});
+  const void* const response = call.value()->response();
+  if (response == nullptr) return err(Problem{"service " + service, "its node went away before it answered", ""});
+  return json::parse(msgs::to_json(of.response(), response), nullptr, false);
+}
+
+}  // namespace nacelle::remote

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/remote/remote_nodes.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "nacelle/base/names.hpp"
+#include "nacelle/control/client.hpp"
+#include "nacelle/remote/graph_rows.hpp"
+#include "nacelle/session/service_verbs.hpp"
+
+namespace nacelle::remote {
+namespace {
+
+using control::reply_of;
+using nlohmann::json;
+using session::TapWish;
+using transport_dds::RemoteEndpoint;
+using Ends = std::vector<RemoteEndpoint>;
+
+constexpr std::size_t kMeasuredDepth = 1000, kReadDepth = 10;
+/// For the ends on both sides to meet, once one of them has been found.
+constexpr Duration kEndsMeet = 500ms;
+
+Ends ends_of(const RemoteNetwork& network, const std::string& topic) {
+  return network.look([&](const auto& graph) { return graph.ends_of_topic(topic); });
+}
+
+std::set<std::string> types_of(const Ends& ends) {
+  std::set<std::string> types;
+  for (const auto& end : ends) types.insert(end.type);
+  return types;
+}
+
+/// As ros2's tools choose it: what all publishers offer. Source: ros2topic, qos_profile of echo (jazzy).
+QoS qos_for(const Ends& writers, std::size_t depth) {
+  QoS qos{KeepLast{depth}};
+  const auto all = [&](auto fits) { return !writers.empty() && std::ranges::all_of(writers, fits); };
+  if (all([](const auto& end) { return end.qos.reliability() == Reliability::Reliable; })) {
+    qos.reliable();
+  } else {
+    qos.best_effort();
+  }
+  if (all([](const auto& end) { return end.qos.durability() == Durability::TransientLocal; })) qos.transient_local();
+  return qos;
+}
+
+}  // namespace
+
+Result<std::string, Problem> node_named(RemoteNetwork& network, const std::string& name) {
+  std::set<std::string> all, hits;
+  const auto look = [&] {
+    all = network.look([](const auto& graph) {
+      std::set<std::string> names;
+      for (const auto& node : graph.nodes()) names.insert(full_name(node.node_namespace, node.name));
+      return names;
+    });
+    hits.clear();
+    for (const auto& node : all) {
+      if (node == name || (!name.starts_with('/') && node.ends_with("/" + name))) hits.insert(node);
+    }
+    return !hits.empty();
+  };
+  static_cast<void>(network.wait(network.patience(), look));
+  if (hits.size() == 1) return *hits.begin();
+  if (hits.empty()) {
+    return err(Problem{"node '" + name + "'", "is not there in " + network.where(),
+                       all.empty() ? "no node at all was found" : suggestion(name, {all.begin(), all.end()})});
+  }
+  return err(
+      Problem{"node '" + name + "'", "could be any of " + join({hits.begin(), hits.end()}), "give the full name"});
+}
+
+bool offers(const RemoteNetwork& network, const std::string& node, const std::string& service) {
+  const Ends ends = network.look([&](const auto& graph) { return graph.ends_of_service(node + "/" + service); });
+  return std::ranges::any_of(
+      ends, [](const auto& end) { return !end.is_writer && end.kind == transport_dds::WireKind::Request; });
+}
+
+session::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
+  if (verb == "graph" || verb == "topic.list") {
+    // Complete is what is asked for, so all have their time.
+    static_cast<void>(network_.wait(network_.found_by(), [] { return false; }));
+    if (verb == "graph") return network_.look(graph_rows);
+    return json{{"ok", true}, {"topics", network_.look(topic_rows)}};
+  }
+  if (verb == "service.call") {
+    const auto start = [&](const std::string& name, const msgs::ServiceType& type, void* given,
+                           std::function<void()> on_answer) {
+      return network_.start_call(name, type, given, std::move(on_answer));
+    };
+    return session::call_service(clock(), start, network_.types(), request);
+  }
+  if (verb.starts_with("param.")) return reply_to_parameter_verb(network_, verb, request);
+  if (verb.starts_with("lifecycle.")) return reply_to_lifecycle_verb(network_, verb, request);
+  if (verb.starts_with("component.")) return reply_to_component_verb(network_, verb, request);
+  return reply_of(
+      {"request '" + verb + "'", "cannot be asked of nodes outside", "ask the container itself, without --remote"});
+}
+
+// --- what comes ------------------------------------------------------------------------------------------------------
+
+Result<const msgs::MessageType*, Problem> RemoteNodes::type_of(const TapWish& wish, const Ends& ends) {
+  const auto first =
+      std::ranges::find_if(ends, [&](const auto& end) { return wish.type.empty() || end.type == wish.type; });
+  if (first == ends.end()) {
+    const auto types = types_of(ends);
+    return err(Problem{"topic " + wish.topic,
+                       "has the type " + join({types.begin(), types.end()}, " and ") + ", not " + wish.type, ""});
+  }
+  if (wish.is_raw) return &network_.bytes_of(first->type, first->user_data.type_hash);
+  auto known = network_.types().message(first->type);
+  if (known) return known;
+  if (!wish.needs_values) return &network_.bytes_of(first->type, first->user_data.type_hash);
+  Problem problem = known.error();
+  problem.way_out += (problem.way_out.empty() ? "" : "; ") + std::string{"--raw shows its bytes"};
+  return err(problem);
+}
+
+Result<std::unique_ptr<session::TopicTap>, Problem> RemoteNodes::tap(const TapWish& wish) {
+  Ends ends;
+  const auto is_published = [&] {
+    ends = ends_of(network_, wish.topic);
+    return std::ranges::any_of(
+        ends, [&](const auto& end) { return end.is_writer && (wish.type.empty() || end.type == wish.type); });
+  };
+  static_cast<void>(network_.wait(network_.patience(), is_published));
+  std::ranges::stable_sort(ends, std::ranges::greater{}, &RemoteEndpoint::is_writer);
+  if (ends.empty()) {
+    std::vector<std::string> names;
+    for (const auto& [name, types] : network_.look([](const auto& graph) { return graph.topics(); }))
+      names.push_back(name);
+    return err(Problem{"topic " + wish.topic, "nobody publishes or reads it in " + network_.where(),
+                       names.empty() ? "no topic at all was found there" : suggestion(wish.topic, names)});
+  }
+  auto type = type_of(wish, ends);
+  if (!type) return err(type.error());
+  std::erase_if(ends, [&](const auto& end) { return !end.is_writer || end.type != type.value()->name; });
+  const QoS qos = qos_for(ends, wish.is_measured ? kMeasuredDepth : kReadDepth);
+  auto tap =
+      std::make_unique<session::TopicTap>(network_.transport(), network_.spec_of(wish.topic, *type.value(), qos));
+  static_cast<void>(network_.wait(clock().now() + kEndsMeet, [&] { return tap->writer_count() >= ends.size(); }));
+  return tap;
+}
+
+// --- what goes -------------------------------------------------------------------------------------------------------
+
+void RemoteNodes::take_frame(control::Connection& from, const control::Frame& frame) {
+  using control::FrameKind;
+  const auto refuse = [&](std::string_view why) { control::append_frame(from.out, FrameKind::Fault, why); };
+  switch (frame.kind) {
+    case FrameKind::OpenWriter: {
+      const auto names = control::read_name_pair(frame.payload);
+      auto opened = names ? open_writer(*names, from) : err(std::string{"it names no topic and type"});
+      if (!opened) return refuse(opened.error());
+      std::string handle;
+      control::append_handle(handle, opened.value());
+      return control::append_frame(from.out, FrameKind::Opened, handle);
+    }
+    case FrameKind::Publish: {
+      const auto publication = control::read_publication(frame.payload);
+      const char* const why = publication ? publish(*publication) : "it is no message";
+      return why == nullptr ? void() : refuse(why);
+    }
+    case FrameKind::Stats: {
+      static_cast<void>(network_.wait(network_.found_by(), [] { return false; }));
+      return control::append_frame(from.out, FrameKind::Stats, json{{"streams", network_.look(topic_rows)}}.dump());
+    }
+    default: return refuse("nodes outside cannot be asked that");
+  }
+}
+
+Result<std::uint16_t, std::string> RemoteNodes::open_writer(control::NamePair names, const control::Connection& owner) {
+  if (auto valid = validate_full_topic_name(names.first); !valid) return err(valid.error().text());
+  auto type = network_.types().message(names.second);
+  if (!type) return err(type.error().text());
+  OpenWriter made{&owner, type.value(), nullptr};
+  made.writer = network_.transport().create_writer(network_.spec_of(std::string{names.first}, *type.value(), QoS{10}));
+  // What is published before its readers have met it never reaches them.
+  const auto is_read = [&] {
+    const Ends ends = ends_of(network_, std::string{names.first});
+    const auto readers =
+        std::ranges::count_if(ends, [&](const auto& end) { return !end.is_writer && end.type == type.value()->name; });
+    return readers != 0 && made.writer->reader_count() >= static_cast<std::size_t>(readers);
+  };
+  if (network_.wait(std::max(network_.found_by(), clock().now() + kEndsMeet), is_read)) {
+    constexpr Duration kSettling = 100ms;  // DDS does not tell when the other side has met us (docs/adr/0013)
+    static_cast<void>(network_.wait(clock().now() + kSettling, [] { return false; }));
+  }
+  writers_.push_back(std::move(made));
+  return static_cast<std::uint16_t>(writers_.size() - 1);
+}
+
+const char* RemoteNodes::publish(const control::Publication& publication) {
+  if (publication.handle >= writers_.size() || !writers_[publication.handle].writer)
+    return "no such handle; open the writer first";
+  const OpenWriter& open = writers_[publication.handle];
+  Block* const block = open.writer->borrow();
+  if (block == nullptr) return "no message is free: the readers hold them all";
+  if (auto decoded = open.type->decode(publication.cdr, block->message); !decoded) {
+    drop_reference(*block);
+    return msgs::explain(decoded.error());
+  }
+  static_cast<void>(open.writer->publish(*block));
+  return nullptr;
+}
+
+void RemoteNodes::has_left(const control::Connection& connection) {
+  for (OpenWriter& open : writers_) {
+    if (open.owner == &connection) open = {};
+  }
+}
+
+}  // namespace nacelle::remote

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "nacelle/node/parameter.hpp"
+#include "nacelle/remote/remote_network.hpp"
+#include "nacelle/session/verb_desk.hpp"
+
+namespace nacelle::remote {
+
+/// Answers the requests of the command line for ROS 2 nodes of the network, in the words in which a container answers them for its
+/// components. What is asked is asked of the nodes' own services; it waits for them, but for service.call.
+/// Threads: the desk's.
+class RemoteNodes final : public session::Respondent {
+ public:
+  explicit RemoteNodes(RemoteNetwork& network) : network_(network) {}
+
+  [[nodiscard]] const Clock& clock() const override { return network_.clock(); }
+  [[nodiscard]] session::Answer answer(const std::string& verb, const nlohmann::json& request) override;
+  [[nodiscard]] Result<std::unique_ptr<session::TopicTap>, Problem> tap(const session::TapWish& wish) override;
+  /// OpenWriter, Publish and Stats, as a container's control thread takes them.
+  void take_frame(control::Connection& from, const control::Frame& frame) override;
+  void has_left(const control::Connection& connection) override;
+
+ private:
+  struct OpenWriter {
+    const control::Connection* owner = nullptr;
+    const msgs::MessageType* type = nullptr;
+    std::unique_ptr<Writer> writer;
+  };
+  [[nodiscard]] Result<const msgs::MessageType*, Problem> type_of(
+      const session::TapWish& wish, const std::vector<transport_dds::RemoteEndpoint>& ends);
+  [[nodiscard]] Result<std::uint16_t, std::string> open_writer(control::NamePair names,
+                                                               const control::Connection& owner);
+  /// Null, or why it was refused.
+  [[nodiscard]] const char* publish(const control::Publication& publication);
+
+  RemoteNetwork& network_;
+  std::vector<OpenWriter> writers_;
+};
+
+/// The full name of a node outside. Waits for it at most for the time of discovery. Errors: there is none, or it could be several.
+[[nodiscard]] Result<std::string, Problem> node_named(RemoteNetwork& network, const std::string& name);
+/// Whether the node is known to offer a service of that name: "get_state".
+[[nodiscard]] bool offers(const RemoteNetwork& network, const std::string& node, const std::string& service);
+
+/// rcl_interfaces/msg/ParameterValue as JSON.
+[[nodiscard]] nlohmann::json parameter_message(const ParameterValue& value);
+
+// Requests as parameter_verbs.hpp and verbs.hpp of session/ have them. Errors: a reply with "ok": false.
+[[nodiscard]] nlohmann::json reply_to_parameter_verb(RemoteNetwork& network, const std::string& verb,
+                                                     const nlohmann::json& request);
+/// lifecycle.get, lifecycle.set
+[[nodiscard]] nlohmann::json reply_to_lifecycle_verb(RemoteNetwork& network, const std::string& verb,
+                                                     const nlohmann::json& request);
+/// component.list, component.load_plugin, component.unload. "container": the node of the container that is meant.
+[[nodiscard]] nlohmann::json reply_to_component_verb(RemoteNetwork& network, const std::string& verb,
+                                                     const nlohmann::json& request);
+
+}  // namespace nacelle::remote

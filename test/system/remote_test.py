@@ -1,0 +1,346 @@
+# SPDX-License-Identifier: Apache-2.0
+"""--remote: the commands of a laptop on which no container runs, asked of ROS 2 nodes on another machine of its network."""
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from machines import Lines, Machine, cable, need_namespaces
+from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
+
+PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_CYCLONE_PEER"), ("fastdds", "NACELLE_FASTDDS_PEER"))
+         if os.environ.get(variable)}
+FOREIGN = ("ROS_", "RMW_", "CYCLONEDDS_")
+ACTIONS = pathlib.Path(__file__).parent / "actions" / "actions.launch.yaml"
+SERIES, FIBONACCI = "/series/series", "example_interfaces/action/Fibonacci"
+CHAOS = "nacelle::test::Chaos"
+
+
+class RemoteTest(RobotTest):
+    """Two machines and a cable between them."""
+
+    has_own_network = True
+
+    @classmethod
+    def setUpClass(cls):
+        need_namespaces()
+        super().setUpClass()
+        cls.environment = {name: value for name, value in cls.environment.items() if not name.startswith(FOREIGN)}
+        cls.far, cls.laptop = Machine(), Machine()
+        cls.addClassCleanup(cls.far.close)
+        cls.addClassCleanup(cls.laptop.close)
+        cable(cls.far, cls.laptop)
+
+    @classmethod
+    def start_far(cls, is_up, *words):
+        """A program on the other machine; returns when it says that it is up."""
+        program = Lines(cls.far.within(*words), cls.environment)
+
+        def end():
+            if program.process.poll() is None:
+                program.process.send_signal(signal.SIGINT)
+                try:
+                    program.process.wait(30 * SLOW)
+                except subprocess.TimeoutExpired:
+                    program.process.kill()
+            program.close()
+
+        cls.addClassCleanup(end)
+        program.wait_for("the other side is up", is_up, 60)
+        return program
+
+    @classmethod
+    def command(cls, *words):
+        return cls.laptop.within(PROGRAM, *words, "--remote")
+
+    # Its runtime folder is another one: no container's socket is seen here.
+    @classmethod
+    def laptop_environment(cls, **variables):
+        return {**cls.environment, "XDG_RUNTIME_DIR": str(cls.folder / "laptop"), **variables}
+
+    def ask(self, *words, code=0, limit_s=60, **variables):
+        outcome = subprocess.run(self.command(*words), capture_output=True, text=True, timeout=limit_s * SLOW,
+                                 env=self.laptop_environment(**variables))  # fmt: skip
+        return self.expect_exit(outcome, code)
+
+    def rows(self, *words):
+        return json.loads(self.ask(*words, "--json").stdout)
+
+    def listen(self, *words):
+        program = Lines(self.command(*words), self.laptop_environment())
+        self.addCleanup(program.close)
+        return program
+
+
+class Robot(RemoteTest):
+    """A simulated robot that is shown to the LAN."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.start_far(lambda line: line.startswith("network: shown"), PROGRAM, "launch", LAUNCH_FILE, "sim:=true",
+                      f"sim_dir:={cls.folder}/sim", "--name", "robot", "network:=export")  # fmt: skip
+
+    def local(self, *words):
+        """What the container itself says."""
+        return json.loads(self.expect_exit(self.run_program(*words, "--json"), 0).stdout)
+
+    def test_nodes_and_topics_are_listed_as_on_the_robot(self):
+        self.assertEqual(self.ask("node", "list").stdout, self.run_program("node", "list").stdout)
+        typed = self.ask("topic", "list", "-t").stdout.splitlines()
+        self.assertIn("/scan [sensor_msgs/msg/LaserScan]", typed)
+        self.assertIn("/cmd_vel [geometry_msgs/msg/Twist, geometry_msgs/msg/TwistStamped]", typed)
+        # The odometry's topic is as the robot has it, but for what tools there read.
+        self.assertEqual(self.ask("topic", "type", "/odom").stdout, "nav_msgs/msg/Odometry\n")
+        self.assertIn("/odom\n", self.ask("topic", "find", "nav_msgs/msg/Odometry").stdout)
+        self.assertIn("Published topics:\n", self.ask("topic", "list", "-v").stdout)
+
+    def test_an_answer_comes_within_three_seconds(self):
+        began = time.monotonic()
+        self.ask("topic", "list")
+        self.assertLess(time.monotonic() - began, 3 * SLOW)
+
+    def test_an_end_is_told_with_node_qos_hash_and_gid(self):
+        answer = self.rows("topic", "info", "/scan")
+        here = self.local("topic", "info", "/scan")
+        self.assertEqual([end["node"] for end in answer["publishers"]], ["/lidar"])
+        for key in ("type", "hash"):
+            self.assertEqual(answer["publishers"][0][key], here["publishers"][0][key])
+        self.assertEqual(answer["publishers"][0]["qos"]["reliability"], here["publishers"][0]["qos"]["reliability"])
+        self.assertEqual({end["node"] for end in answer["subscriptions"]}, {end["node"] for end in here["subscriptions"]})
+        text = self.ask("topic", "info", "-v", "/scan").stdout
+        self.assertIn("Node name: lidar\nNode namespace: /\nTopic type: sensor_msgs/msg/LaserScan\n", text)
+        self.assertRegex(text, r"GID: ([0-9a-f]{2}\.){15}[0-9a-f]{2}\n")
+
+    def test_a_node_is_told_with_what_it_publishes_reads_and_offers(self):
+        self.assertEqual(self.ask("node", "info", "/lidar").stdout, self.run_program("node", "info", "/lidar").stdout)
+
+    def test_messages_are_shown_in_the_same_form(self):
+        self.assertIn("frame_id: odom\n", self.ask("topic", "echo", "/odom", "--once").stdout)
+        self.assertEqual(json.loads(self.ask("topic", "echo", "scan", "--once", "--json").stdout)["header"]["frame_id"], "lidar_link")
+        # Latched: sent long ago.
+        self.assertIn("<robot", self.ask("topic", "echo", "/robot_description", "--once", "--full").stdout)
+        self.assertIn("- '...'", self.ask("topic", "echo", "/camera/image_raw", "--once").stdout)
+        self.assertRegex(self.ask("topic", "echo", "/odom", "--once", "--raw").stdout, r"^0001000[0-3]([0-9a-f]{2})+\n---\n$")
+
+    def test_a_type_that_is_not_installed_is_listed_measured_and_shown_as_bytes(self):
+        program = self.folder / "bare" / "bin" / "nacelle"  # beside which there are no message packages
+        program.parent.mkdir(parents=True)
+        shutil.copy(PROGRAM, program)
+
+        def bare(*words):
+            return subprocess.run(self.laptop.within(program, *words, "--remote"), capture_output=True, text=True, timeout=60 * SLOW,
+                                  env=self.laptop_environment())  # fmt: skip
+
+        self.assertIn("/odom [nav_msgs/msg/Odometry]", self.expect_exit(bare("topic", "list", "-t"), 0).stdout.splitlines())
+        self.assertIn("--raw shows its bytes", self.expect_exit(bare("topic", "echo", "/odom", "--once"), 1).stderr)
+        self.assertRegex(self.expect_exit(bare("topic", "echo", "/odom", "--once", "--raw"), 0).stdout, r"^0001000[0-3]([0-9a-f]{2})+\n---\n$")
+        self.assertAlmostEqual(json.loads(self.expect_exit(bare("topic", "hz", "/odom", "--once", "--json"), 0).stdout)["rate_hz"], 50, delta=15)
+
+    def test_rates_bytes_and_delays_are_measured(self):
+        self.assertAlmostEqual(self.rows("topic", "hz", "/odom", "--once")["rate_hz"], 50, delta=15)
+        both = self.rows("topic", "hz", "/odom", "/scan", "--once")
+        self.assertEqual([row["topic"] for row in both], ["/odom", "/scan"])
+        self.assertGreater(self.rows("topic", "bw", "/scan", "--once")["mean_bytes"], 1000)
+        self.assertLess(self.rows("topic", "delay", "/scan", "--once")["delay_s"], 5 * SLOW)
+
+    def test_what_is_published_here_drives_there(self):
+        reader = self.listen("topic", "echo", "/odom", "--field", "twist.twist.linear.x")
+        reader.wait_for("odometry", lambda line: line and line != "---")
+        driver = self.listen("topic", "pub", "/cmd_vel", "geometry_msgs/msg/Twist", "{linear: {x: 0.15}}", "--rate", "20", "-p", "0")
+        reader.wait_for("the robot drives", lambda line: line not in ("", "---") and float(line) > 0.1)
+        driver.process.send_signal(signal.SIGINT)
+        self.assertEqual(driver.process.wait(10 * SLOW), 0)
+        reader.wait_for("it stands", lambda line: line not in ("", "---") and float(line) < 0.01)
+
+    def test_services_are_listed_found_and_called(self):
+        self.assertEqual(self.ask("service", "list", "-t").stdout, self.run_program("service", "list", "-t").stdout)
+        self.assertEqual(self.ask("service", "type", "/lidar/get_parameters").stdout, "rcl_interfaces/srv/GetParameters\n")
+        self.assertIn("/lidar/get_state\n", self.ask("service", "find", "lifecycle_msgs/srv/GetState").stdout)
+        answer = self.rows("service", "call", "/lidar/get_state", "lifecycle_msgs/srv/GetState", "{}")
+        self.assertEqual(answer["response"]["current_state"], {"id": 3, "label": "active"})
+
+    def test_parameters_are_read_and_set(self):
+        self.assertEqual(self.ask("param", "list", "lidar").stdout, self.run_program("param", "list", "lidar").stdout)
+        self.assertEqual(self.ask("param", "dump", "/lidar").stdout, self.run_program("param", "dump", "/lidar").stdout)
+        everything = self.rows("param", "list")
+        self.assertEqual(sorted(everything), [row["node"] for row in sorted(self.local("component", "list")["components"], key=lambda row: row["node"])])
+        self.expect_exit(self.run_program("component", "load", CHAOS, "--name", "chaos"), 0)
+        self.addCleanup(self.run_program, "component", "unload", "chaos")
+        self.assertEqual(self.ask("param", "describe", "chaos", "share").stdout, self.run_program("param", "describe", "chaos", "share").stdout)
+        self.assertEqual(self.ask("param", "set", "chaos", "share", "0.75").stdout, "Set parameter successful\n")
+        self.assertEqual(self.ask("param", "get", "/chaos", "share").stdout, "Double value is: 0.75\n")
+        self.assertIn("/chaos, parameter share: ", self.ask("param", "set", "chaos", "share", "text", code=1).stderr)
+        dumped = self.folder / "dumped.yaml"
+        dumped.write_text(self.ask("param", "dump", "chaos").stdout)
+        self.assertIn("Set parameter share successful\n", self.ask("param", "load", "chaos", dumped).stdout)
+        self.ask("param", "delete", "chaos", "loose")
+        self.assertNotIn("loose", self.run_program("param", "list", "chaos").stdout)
+
+    def test_a_lifecycle_is_seen_and_driven(self):
+        self.assertIn("/imu\n", self.ask("lifecycle", "nodes").stdout)
+        self.assertEqual(self.ask("lifecycle", "get", "imu").stdout, "active [3]\n")
+        self.assertEqual(self.ask("lifecycle", "set", "imu", "deactivate").stdout, "Transitioning successful\n")
+        self.addCleanup(self.run_program, "lifecycle", "set", "imu", "activate")
+        self.assertEqual(self.run_program("lifecycle", "get", "imu").stdout, "inactive [2]\n")
+        self.assertIn("- activate [3]\n", self.ask("lifecycle", "list", "/imu").stdout)
+        self.assertIn("it is inactive now", self.ask("lifecycle", "set", "imu", "deactivate", code=1).stderr)
+        self.assertEqual(self.ask("lifecycle", "set", "/imu", "activate").stdout, "Transitioning successful\n")
+
+    def test_components_are_listed_and_loading_is_refused_with_the_way_out(self):
+        here = {row["node"]: (row["id"], row["state"]) for row in self.local("component", "list")["components"]}
+        there = self.rows("component", "list")
+        self.assertEqual(there["container"], "robot")
+        self.assertEqual({row["node"]: row["id"] for row in there["components"]}, {node: row[0] for node, row in here.items()})
+        self.assertIn("active", {row["state"] for row in there["components"]})
+        for words in (("load", CHAOS, "--name", "chaos"), ("unload", "camera")):
+            self.assertIn("allow_load", self.ask("component", *words, code=1).stderr)
+        self.assertIn("/robot", self.ask("component", "list", "--container", "robbot", code=1).stderr)
+
+    def test_what_is_not_there_is_1_with_the_nearest_name(self):
+        for words, name in (
+            (("topic", "echo", "/scam", "--once"), "/scan"),
+            (("topic", "info", "/scam"), "/scan"),
+            (("node", "info", "/lidor"), "/lidar"),
+            (("param", "list", "/lidor"), "/lidar"),
+            (("service", "call", "/lidar/get_stat", "lifecycle_msgs/srv/GetState"), "/lidar/get_state"),
+        ):
+            with self.subTest(words=words):
+                self.assertIn(f"did you mean '{name}'", self.ask(*words, code=1).stderr)
+        wrong = self.ask("topic", "echo", "/scan", "sensor_msgs/msg/Image", code=1)
+        self.assertIn("/scan: has the type sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image", wrong.stderr)
+        wrong = self.ask("service", "call", "/lidar/get_state", "std_srvs/srv/Trigger", code=1)
+        self.assertIn("has the type lifecycle_msgs/srv/GetState, not std_srvs/srv/Trigger", wrong.stderr)
+
+    def test_another_domain_has_nobody(self):
+        self.assertEqual(self.ask("node", "list", "--domain", "9").stdout, "")
+        self.assertEqual(self.ask("node", "list", ROS_DOMAIN_ID="9").stdout, "")
+        self.assertIn("domain 9", self.ask("topic", "echo", "/odom", "--domain", "9", code=1).stderr)
+        self.assertEqual(self.ask("node", "list", "--network", "local").stdout, "")
+        self.assertIn("the network is off", self.ask("node", "list", code=1, ROS_AUTOMATIC_DISCOVERY_RANGE="OFF").stderr)
+        self.ask("node", "list", "--domain", "233", code=2)
+        alone = self.run_program("node", "list", "--domain", "9")
+        self.assertEqual(self.expect_exit(alone, 2).stderr, "nacelle: --domain: means something with --remote only; give --remote too\n")
+
+    def test_ctrl_c_ends_it_and_leaves_the_network(self):
+        reader = self.listen("topic", "echo", "/odom")
+        reader.wait_for("odometry", lambda line: line == "---")
+        ends = [end for end in self.rows("topic", "info", "/odom")["subscriptions"] if end["node"].startswith("/_nacelle_cli_")]
+        self.assertEqual(len(ends), 1)
+        reader.process.send_signal(signal.SIGINT)
+        self.assertEqual(reader.process.wait(10 * SLOW), 0)
+        gone = [end for end in self.rows("topic", "info", "/odom")["subscriptions"] if end["node"].startswith("/_nacelle_cli_")]
+        self.assertEqual(gone, [])
+        for words in (("node", "list"), ("service", "call", "/nobody", "std_srvs/srv/Empty")):
+            waiting = self.listen(*words, "--spin-time", "50")
+            wait_for("it has its socket", self.laptop.udp_sockets)
+            waiting.process.send_signal(signal.SIGINT)
+            self.assertEqual(waiting.process.wait(10 * SLOW), -signal.SIGINT)
+
+
+class Loading(RemoteTest):
+    """A container that lets others load."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        launch = cls.folder / "open.launch.yaml"
+        launch.write_text(f"launch:\n- network: {{mode: export, allow_load: true}}\n- include: {{file: {ACTIONS}}}\n")
+        cls.start_far(lambda line: line.startswith("network: shown"), PROGRAM, "launch", launch, "--name", "bench")
+
+    def test_a_component_is_loaded_with_a_parameter_and_unloaded(self):
+        loaded = self.rows("component", "load", CHAOS, "--name", "chaos", "--namespace", "/lab", "-p", "share:=0.25")
+        self.assertEqual(loaded["node"], "/lab/chaos")
+        held = {row["node"]: row["id"] for row in self.rows("component", "list", "--container", "bench")["components"]}
+        self.assertEqual(held["/lab/chaos"], loaded["id"])
+        self.assertEqual(self.ask("param", "get", "/lab/chaos", "share").stdout, "Double value is: 0.25\n")
+        self.assertIn("did you mean '/lab/chaos'", self.ask("component", "unload", "/lab/chaoz", code=1).stderr)
+        self.assertEqual(self.ask("component", "unload", "/lab/chaos").stdout, f"Unloaded component {loaded['id']} ('/lab/chaos')\n")
+        self.assertNotIn("/lab/chaos", [row["node"] for row in self.rows("component", "list")["components"]])
+        self.assertIn("pkg::Class", self.ask("component", "load", "camera", code=1).stderr)
+
+
+class Actions(RemoteTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.start_far(lambda line: line.startswith("network: shown"), PROGRAM, "launch", ACTIONS, "network:=export")
+
+    def test_actions_are_listed_and_called(self):
+        self.assertEqual(self.ask("action", "list", "-t").stdout, f"{SERIES} [{FIBONACCI}]\n")
+        self.assertEqual(self.ask("action", "info", SERIES).stdout,
+                         f"Action: {SERIES}\nAction clients: 1\n    /series_client\nAction servers: 1\n    /series\n")  # fmt: skip
+        done = self.ask("action", "send_goal", SERIES, FIBONACCI, "{order: 5}", "--feedback").stdout
+        self.assertIn("Goal finished with status: SUCCEEDED", done)
+        self.assertIn("Feedback:\n", done)
+
+    def test_ctrl_c_cancels_a_goal(self):
+        goal = self.listen("action", "send_goal", SERIES, FIBONACCI, "{order: 2000}", "--feedback")
+        goal.wait_for("feedback", lambda line: line.startswith("Feedback"))
+        goal.process.send_signal(signal.SIGINT)
+        goal.wait_for("the end", lambda line: line == "Goal canceled.")
+        self.assertEqual(goal.process.wait(10 * SLOW), 1)
+
+
+class Kept(RemoteTest):
+    """Nodes that nobody has exported, asked on their own machine without the container's socket."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.start_far(lambda line: line.startswith("network: local only"), PROGRAM, "launch", ACTIONS)
+
+    @classmethod
+    def command(cls, *words):
+        return cls.far.within(PROGRAM, *words, "--remote", "--network", "local")
+
+    def test_they_are_found_on_the_loopback(self):
+        self.assertEqual(self.ask("node", "list").stdout, "/actions\n/series\n/series_client\n")
+        self.assertEqual(self.ask("lifecycle", "get", "series").stdout, "active [3]\n")
+
+
+class Peer(RemoteTest):
+    """Programs that have nothing of Nacelle, and no node: topics and services with DDS alone."""
+
+    def peer(self, vendor, *words):
+        peer = Lines(self.far.within(PEERS[vendor], *words, "--as-delivered"), self.environment)
+        self.addCleanup(peer.close)
+        peer.wait_for(f"the {vendor} peer is ready", lambda line: line == "ready")
+        return peer
+
+    def test_topics_of_each_dds_are_listed_and_heard(self):
+        for vendor in PEERS:
+            with self.subTest(vendor=vendor):
+                peer = self.peer(vendor, "pub", "--topic", f"rt/{vendor}", "--type", "string", "--every", 50, "--count", 100000)
+                peer.go()
+                self.assertIn(f"/{vendor} [std_msgs/msg/String]", self.ask("topic", "list", "-t").stdout.splitlines())
+                self.assertIn("Node name: _NODE_NAME_UNKNOWN_\n", self.ask("topic", "info", "-v", f"/{vendor}").stdout)
+                self.assertRegex(self.ask("topic", "echo", f"/{vendor}", "--once").stdout, r"data: hello \d+\n---\n")
+
+    def test_a_message_is_heard_there(self):
+        for vendor in PEERS:
+            with self.subTest(vendor=vendor):
+                peer = self.peer(vendor, "echo", "--topic", f"rt/{vendor}", "--type", "string")
+                self.ask("topic", "pub", f"/{vendor}", "std_msgs/msg/String", "{data: good morning}", "--once")
+                peer.wait_for("the message", lambda line: line == "text good morning")
+
+    def test_silence_is_told_with_its_reason(self):
+        self.peer("cyclone", "pub", "--topic", "rt/quiet", "--type", "string")
+        reader = self.listen("topic", "echo", "/quiet")
+        told = reader.wait_for("the reason", lambda line: "warning" in line)
+        self.assertIn("has published nothing meanwhile; see `nacelle topic info -v /quiet --remote`", told)
+
+    def test_a_service_is_called(self):
+        for vendor in PEERS:
+            with self.subTest(vendor=vendor):
+                self.peer(vendor, "serve", "--topic", f"{vendor}/add")
+                answer = self.rows("service", "call", f"/{vendor}/add", "example_interfaces/srv/AddTwoInts", "{a: 40, b: 2}")
+                self.assertEqual(answer["response"], {"sum": 42})
+
+
+if __name__ == "__main__":
+    unittest.main()
