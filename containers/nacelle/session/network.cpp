@@ -55,7 +55,7 @@ Result<void, Problem> Network::start() {
 Result<void, Problem> Network::join() {
   why_not_.reset();
   is_asked_for_ = true;
-  auto settings = network_in_force(plan_, environment_);
+  auto settings = network_in_force(plan_, environment_, clock_);
   if (!settings) {
     settings_ = {};
     settings_.mode = NetworkMode::Off;
@@ -73,6 +73,7 @@ Result<void, Problem> Network::join() {
   options.domain_id = static_cast<std::uint32_t>(settings_.domain);
   options.config = transport_dds::cyclone_config(settings_);
   if (!settings_.security.enclave.empty()) options.enclave = settings_.security.enclave;
+  if (settings_.secured) options.security = settings_.secured->files;
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
@@ -116,7 +117,7 @@ Result<void, Problem> Network::show(launch::NetworkMode mode, const std::string&
 }
 
 launch::NetworkMode Network::unexported() const {
-  const auto settings = network_in_force(written_, environment_);
+  const auto settings = network_in_force(written_, environment_, clock_);
   return settings && settings.value().mode == NetworkMode::Off ? launch::NetworkMode::Off : launch::NetworkMode::Local;
 }
 

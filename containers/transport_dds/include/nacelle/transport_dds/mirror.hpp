@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "nacelle/node/graph.hpp"
 #include "nacelle/node/service_graph.hpp"
 #include "transport_dds/wire/export_rules.hpp"
+#include "transport_dds/wire/security_files.hpp"
 
 namespace nacelle {
 
@@ -24,6 +26,7 @@ struct MirrorOptions {
   std::uint32_t domain_id = 0;
   std::string config;         ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
   std::string enclave = "/";  ///< ROS 2's; without an own one it is "/".
+  std::optional<transport_dds::SecurityFiles> security;     ///< As ParticipantOptions::security.
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Ends of other topics and services are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;
