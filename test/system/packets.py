@@ -16,7 +16,7 @@ EVERY_PROTOCOL = 0x0003  # ETH_P_ALL of linux/if_ether.h
 
 
 class Packets:
-    """Frames of a machine's link, from now until stop(). `bytes()` has all of them, one behind the other."""
+    """Frames of a machine's link, from now until stop()."""
 
     def __init__(self, machine, link="lan0"):
         self.file = tempfile.TemporaryFile()
@@ -27,13 +27,20 @@ class Packets:
             raise AssertionError(f"no packets of {link} can be had")
 
     def stop(self):
-        """All that came; whoever calls it twice gets the same."""
+        """All that came, one behind the other."""
+        self.end()
+        self.file.seek(0)
+        return self.file.read()
+
+    def end(self):
         if self.process.poll() is None:
             self.process.stdin.close()
             self.process.wait()
             self.process.stderr.close()
-        self.file.seek(0)
-        return self.file.read()
+
+    def close(self):
+        self.end()
+        self.file.close()
 
 
 def write_frames(link):

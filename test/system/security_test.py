@@ -124,7 +124,7 @@ class Secured(NetworkTest):
 
     def test_who_has_keys_reads_and_drives_and_packets_reveal_nothing(self):
         packets = Packets(self.robot_machine)
-        self.addCleanup(packets.stop)
+        self.addCleanup(packets.close)
         self.start_secured_robot()
         reader = self.known_reader()
         reader.wait_for("odometry on the laptop", is_odometry)
@@ -138,7 +138,7 @@ class Secured(NetworkTest):
 
     def test_packets_of_a_robot_without_security_reveal_everything(self):
         packets = Packets(self.robot_machine)
-        self.addCleanup(packets.stop)
+        self.addCleanup(packets.close)
         self.start_robot("network:=export")
         self.reads_odometry("cyclone", self.laptop).wait_for("odometry on the laptop", is_odometry)
         sent = packets.stop()
