@@ -3,14 +3,21 @@
 import json
 import os
 import pathlib
+import re
+import signal
 import stat
 import subprocess
 import unittest
 
 from machines import Lines
-from network_test import SILENCE_S, NetworkTest, is_odometry, speed_of
+from network_test import PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
 from packets import Packets
-from robot import LAUNCH_FILE, PROGRAM, RobotTest, wait_for
+from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
+
+try:
+    import sros2_keystore
+except ImportError:  # no python3-cryptography
+    sros2_keystore = None
 
 # Words that anybody who reads packets would look for: of discovery, and of a message.
 REVEALING = (b"rt/odom", b"nav_msgs::msg", b"base_footprint", b"/diff_drive")
@@ -182,6 +189,25 @@ class Secured(NetworkTest):
         self.assertIn("the permissions of the own enclave forbid it", told)
         self.known_reader().wait_for("another topic", is_odometry)
 
+    def test_a_policy_of_what_a_robot_does_is_enough_for_it(self):
+        policy = self.folder / "exact.xml"
+        robot = self.start_robot("network:=off")
+        said = self.nacelle("security", "generate-policy", policy, "--enclave", "/exact").stdout
+        self.assertRegex(said, r"^made     .*: what 1\d nodes do\n$")
+        self.assertIn("it is there already", self.nacelle("security", "generate-policy", policy, code=1).stderr)
+        robot.process.send_signal(signal.SIGINT)
+        robot.process.wait(30 * SLOW)
+        self.nacelle("security", "create-enclave", self.keys, "/exact")
+        self.nacelle("security", "create-permission", self.keys, "/exact", policy)
+        permissions = (self.keys / "enclaves/exact/permissions.xml").read_text()
+        self.assertIn("<topic>rt/odom</topic>", permissions)
+        self.assertNotIn("*", permissions)
+        self.start_robot("network:=export", **self.variables(ROS_SECURITY_ENCLAVE_OVERRIDE="/exact"))
+        self.known_reader().wait_for("odometry on the laptop", is_odometry)
+        figures = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"][0]["figures"]
+        self.assertEqual(figures["problems"], 0)
+        self.assertGreater(figures["writers"], 20)
+
     def test_what_is_in_force_is_shown(self):
         self.start_secured_robot()
         for name, value in self.variables().items():
@@ -203,6 +229,42 @@ class Secured(NetworkTest):
         self.addCleanup(robot.process.terminate)
         robot.wait_for("it is secured", lambda line: line.startswith("network: shown to the LAN, secured as /robot"), 60)
         self.known_reader().wait_for("odometry", is_odometry)
+
+
+    def test_two_containers_hear_each_other_and_meet_again(self):
+        self.start_secured_robot()
+        command = self.laptop.within(PROGRAM, "container", "--name", "laptop", "network:=export")
+        other = Lines(command, {**self.environment, **self.variables(ROS_SECURITY_ENCLAVE_OVERRIDE="/laptop")})
+        self.addCleanup(other.close)
+        self.addCleanup(other.process.terminate)
+        other.wait_for("the other container is there", lambda line: "secured as /laptop" in line, 30)
+        rate = ("topic", "hz", "/odom", "--once", "--container", "laptop")
+        wait_for("they have met", lambda: "average rate" in self.run_program(*rate).stdout, 30)
+        self.nacelle("export", "off", "--container", "robot")
+        self.nacelle("export", "on", "--container", "robot")
+        wait_for("they have met again", lambda: "average rate" in self.run_program(*rate).stdout, 30)
+
+    @unittest.skipUnless(sros2_keystore, "needs python3-cryptography")
+    def test_a_keystore_of_ros2s_own_tool_is_taken_and_grows(self):
+        keys = self.folder / "sros2"
+        governance = (self.keys / "enclaves/governance.xml").read_text()
+        permissions = (self.keys / "enclaves/robot/permissions.xml").read_text()
+        for end, word in (("not_before", "begins"), ("not_after", "ends")):
+            permissions = re.sub(f"<{end}>.*</{end}>", f"<{end}>{{{word}}}</{end}>", permissions)
+        sros2_keystore.make(keys, "/robot", governance, permissions)
+        self.nacelle("security", "create-enclave", keys, "/laptop")
+        robot = self.start_robot("network:=export", **self.variables(ROS_SECURITY_KEYSTORE=str(keys)))
+        self.assertIn("secured as /robot", robot.line)
+        examined = self.run_program("doctor", "net", env={**self.environment, **self.variables(ROS_SECURITY_KEYSTORE=str(keys))})
+        self.assertIn(f"chmod 600 {keys}/enclaves/robot/key.pem", examined.stdout, "it leaves keys to the umask")
+        reader = self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=secured_by(keys, "/laptop"))
+        reader.wait_for("odometry on the laptop", is_odometry)
+
+    @unittest.skipUnless("fastdds" in PEERS, "built without the Fast DDS peer")
+    def test_a_program_on_fast_dds_with_keys_reads_odometry(self):
+        self.start_secured_robot()
+        reader = self.reads_odometry("fastdds", self.laptop, NACELLE_PEER_ENCLAVE=str(self.keys / "enclaves/laptop"))
+        reader.wait_for("odometry on the laptop", is_odometry)
 
 
 class Refused(NetworkTest):

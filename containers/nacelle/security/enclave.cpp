@@ -12,6 +12,8 @@
 namespace nacelle::security {
 namespace {
 
+constexpr Duration kNearEnd = std::chrono::hours(24) * 30;
+
 namespace fs = std::filesystem;
 using Done = Result<void, Problem>;
 
@@ -120,6 +122,10 @@ class Examination {
       return valid;
     made.subject = facts.value().subject;
     made.ends = utc_text(validity.ends).substr(0, 10);
+    if (validity.ends - now_ < kNearEnd) {
+      enclave_.remarks.push_back(
+          {made.files.certificate, "the certificate ends on " + made.ends, "renew it: " + making(" --renew")});
+    }
     return {};
   }
 

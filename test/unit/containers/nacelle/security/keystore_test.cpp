@@ -105,6 +105,19 @@ TEST_F(Keystore, opens_what_it_has_made) {
   EXPECT_TRUE(opened.value().remarks.empty());
 }
 
+TEST_F(Keystore, tells_of_a_certificate_that_ends_soon) {
+  make("/robot");
+  const auto remarks_after = [&](int days) {
+    const auto opened =
+        open_enclave({true, true, keystore.string(), "/robot"}, 0, kNow + std::chrono::hours(24 * days));
+    EXPECT_TRUE(opened) << opened.error().text();
+    return opened ? opened.value().remarks : std::vector<Problem>{};
+  };
+  EXPECT_TRUE(remarks_after(3600).empty());
+  ASSERT_EQ(remarks_after(3640).size(), 1U);
+  EXPECT_THAT(remarks_after(3640)[0].text(), HasSubstr("cert.pem: the certificate ends on 2036-11-19; renew it: "));
+}
+
 TEST_F(Keystore, is_never_made_over_another_one) {
   const std::string key = text_at(keystore / "private/ca.key.pem");
   EXPECT_THAT(create_keystore(keystore, 0, kNow).error().text(), HasSubstr("there is a keystore already"));
