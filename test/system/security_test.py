@@ -10,7 +10,7 @@ import subprocess
 import unittest
 
 from machines import Lines
-from network_test import PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
+from network_test import SILENCE_S, NetworkTest, is_odometry, speed_of
 from packets import Packets
 from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
@@ -238,6 +238,7 @@ class Secured(NetworkTest):
         self.addCleanup(other.close)
         self.addCleanup(other.process.terminate)
         other.wait_for("the other container is there", lambda line: "secured as /laptop" in line, 30)
+        self.nacelle("component", "load", "nacelle::monitor::MonitorComponent", "-p", "streams:=[/odom]", "--container", "laptop")
         rate = ("topic", "hz", "/odom", "--once", "--container", "laptop")
         wait_for("they have met", lambda: "average rate" in self.run_program(*rate).stdout, 30)
         self.nacelle("export", "off", "--container", "robot")
@@ -258,12 +259,6 @@ class Secured(NetworkTest):
         examined = self.run_program("doctor", "net", env={**self.environment, **self.variables(ROS_SECURITY_KEYSTORE=str(keys))})
         self.assertIn(f"chmod 600 {keys}/enclaves/robot/key.pem", examined.stdout, "it leaves keys to the umask")
         reader = self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=secured_by(keys, "/laptop"))
-        reader.wait_for("odometry on the laptop", is_odometry)
-
-    @unittest.skipUnless("fastdds" in PEERS, "built without the Fast DDS peer")
-    def test_a_program_on_fast_dds_with_keys_reads_odometry(self):
-        self.start_secured_robot()
-        reader = self.reads_odometry("fastdds", self.laptop, NACELLE_PEER_ENCLAVE=str(self.keys / "enclaves/laptop"))
         reader.wait_for("odometry on the laptop", is_odometry)
 
 

@@ -117,22 +117,6 @@ void set(Policies& out, const Qos& qos) {
 
 constexpr const char* kPace = "pace";
 
-// DDS Security with the files of an enclave's folder, as rmw_fastrtps has it.
-void secure(dds::DomainParticipantQos& qos, const std::string& enclave) {
-  auto& properties = qos.properties().properties();
-  const auto set = [&](const std::string& name, const std::string& value) { properties.emplace_back(name, value); };
-  const auto file = [&](const std::string& name) { return "file://" + enclave + "/" + name; };
-  set("dds.sec.auth.plugin", "builtin.PKI-DH");
-  set("dds.sec.auth.builtin.PKI-DH.identity_ca", file("identity_ca.cert.pem"));
-  set("dds.sec.auth.builtin.PKI-DH.identity_certificate", file("cert.pem"));
-  set("dds.sec.auth.builtin.PKI-DH.private_key", file("key.pem"));
-  set("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
-  set("dds.sec.access.plugin", "builtin.Access-Permissions");
-  set("dds.sec.access.builtin.Access-Permissions.permissions_ca", file("permissions_ca.cert.pem"));
-  set("dds.sec.access.builtin.Access-Permissions.governance", file("governance.p7s"));
-  set("dds.sec.access.builtin.Access-Permissions.permissions", file("permissions.p7s"));
-}
-
 class FastDds {
  public:
   FastDds(const Options& options, Bell& bell) : bell_(bell) {
@@ -153,7 +137,6 @@ class FastDds {
       qos.transport().user_transports = {udp};
       qos.transport().listen_socket_buffer_size = 4 << 20;
     }
-    if (const char* const enclave = std::getenv("NACELLE_PEER_ENCLAVE")) secure(qos, enclave);
     // A socket's buffer holds two packets of a long message; a writer that outruns its reader sends most of them again,
     // seconds later.
     auto pace = std::make_shared<eprosima::fastdds::rtps::FlowControllerDescriptor>();
