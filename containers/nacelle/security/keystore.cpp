@@ -9,6 +9,7 @@
 #include "nacelle/security/certificate.hpp"
 #include "nacelle/security/files.hpp"
 #include "nacelle/security/policy.hpp"
+#include "nacelle/security/policy_includes.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -223,7 +224,7 @@ Result<Changes, Problem> create_permission(const EnclaveWish& wish, const fs::pa
   }
   Maker maker;
   const CertificateFacts facts = maker.take(read_certificate(maker.text_of(certificate)), certificate);
-  const std::string xml = maker.text_of(policy_file);
+  const std::string xml = maker.take(read_with_includes(policy_file), policy_file);
   if (maker.failed()) return std::move(maker).result();
   const auto policy = read_policy(xml, policy_file.string(), wish.enclave);
   if (!policy) return err(policy.error());

@@ -139,7 +139,7 @@ class PolicyReader {
     if (std::find(names.begin(), names.end(), found.Name()) != names.end()) return {};
     const bool includes = std::string_view(found.Name()).find("include") != std::string_view::npos;
     return err(Problem{at(found.GetLineNum()), "unexpected element " + shown(found.Name()),
-                       includes ? "write what it includes into this file" : suggestion(found.Name(), names)});
+                       includes ? "includes are written <xi:include href=.../>" : suggestion(found.Name(), names)});
   }
 
   const std::string& file_;

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "nacelle/security/certificate.hpp"
+#include "../control/temporary_folder.hpp"
+#include "nacelle/security/files.hpp"
+#include "nacelle/security/policy_includes.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -102,8 +104,47 @@ TEST(Policy, tells_mistakes_with_their_line) {
             "p.xml:2: 'topics' has no 'reply'; one of publish, subscribe");
   EXPECT_THAT(with("<profile ns=\"/\" node=\"n\"><topics publish=\"ALLOW\"><topic>/a b</topic></topics></profile>"),
               HasSubstr("p.xml:2: '/a b' is no name of a topic"));
-  EXPECT_THAT(with("<xi:include xmlns:xi=\"x\" href=\"common.xml\"/>"),
-              HasSubstr("write what it includes into this file"));
+}
+
+class Includes : public ::testing::Test {
+ protected:
+  std::string path_of(const std::string& name, const std::string& text) {
+    const std::filesystem::path path = folder.path() + "/" + name;
+    std::filesystem::create_directories(path.parent_path());
+    EXPECT_TRUE(write_file(path, text, Secrecy::Public));
+    return path.string();
+  }
+  std::string refusal(const std::string& name, const std::string& text) {
+    const auto read = read_with_includes(path_of(name, text));
+    return read ? "none" : read.error().text();
+  }
+  TemporaryFolder folder;
+};
+
+TEST_F(Includes, stand_for_what_they_lead_to) {
+  path_of("common/time.xml", R"(<profile><topics subscribe="ALLOW"><topic>/clock</topic></topics></profile>)");
+  path_of("common/node.xml", R"xml(<profile xmlns:xi="x"><xi:include href="time.xml" xpointer="xpointer(/profile/*)"/>
+    <topics publish="ALLOW"><topic>/rosout</topic></topics></profile>)xml");
+  const std::string policy = path_of("policy.xml", enclave_with(R"xml(<profile ns="/" node="n" xmlns:xi="x">
+    <xi:include href="common/node.xml" xpointer="xpointer(/profile/*)"/>
+    <topics publish="ALLOW"><topic>scan</topic></topics></profile>)xml"));
+  const auto xml = read_with_includes(policy);
+  ASSERT_TRUE(xml) << xml.error().text();
+  const auto read = read_policy(xml.value(), policy, "/robot");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read.value(), (Policy{{Deed::Subscribe, true, {"/clock"}},
+                                  {Deed::Publish, true, {"/rosout"}},
+                                  {Deed::Publish, true, {"/scan"}}}));
+}
+
+TEST_F(Includes, that_lead_nowhere_are_told) {
+  EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"none.xml\"/></a>"), HasSubstr("none.xml: cannot be read"));
+  EXPECT_THAT(refusal("a.xml", "<a>\n<xi:include/></a>"), HasSubstr("a.xml:2: an include needs 'href'"));
+  EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"a.xml\"/></a>"), HasSubstr("too many files include each other"));
+  path_of("b.xml", "<b/>");
+  EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"b.xml\" xpointer=\"element(1)\"/></a>"),
+              HasSubstr("a.xml:1: the xpointer 'element(1)' is none that is read here"));
+  EXPECT_EQ(refusal("a.xml", "<a>\n</a>"), "none");
 }
 
 TEST(Policy, that_is_written_is_read_again) {
