@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   add_doctor_command(root);
   add_estop_command(root);
   add_export_command(root);
+  add_security_commands(root);
   add_teleop_command(root);
   add_sim_commands(root);
   add_interface_command(root);

@@ -9,6 +9,7 @@ namespace nacelle::launch {
 namespace {
 
 const std::vector<std::string> kModes{"off", "local", "export"};
+const std::vector<std::string> kStrategies{"Enforce", "Permissive"};
 // Above any robot's needs.
 constexpr double kMostHz = 1e6;
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 40U;
@@ -49,7 +50,26 @@ void Builder::network(const Element& element, Scope& scope) {
   for (const auto& topic : words_of(element, "export", scope)) {
     add_export({topic, 0, 0, false, at(element.find("export")->line)}, scope);
   }
-  for (const auto& child : element.children) read_export(child, scope);
+  for (const auto& child : element.children) {
+    if (child.name == "security") {
+      read_security(child, scope);
+    } else {
+      read_export(child, scope);
+    }
+  }
+}
+
+void Builder::read_security(const Element& element, Scope& scope) {
+  SecurityPlan made;
+  made.where = at(element.line);
+  if (const auto folder = text(element, "keystore", scope)) made.keystore = beside_file(*folder);
+  if (const auto enclave = text(element, "enclave", scope)) {
+    if (const auto valid = validate_namespace(*enclave); !valid)
+      return report(at(element.find("enclave")->line), "as an enclave: " + valid.error().what);
+    made.enclave = *enclave;
+  }
+  if (const auto strategy = word(element, "strategy", kStrategies, scope)) made.enforced = *strategy == 0;
+  plan_.network.security = std::move(made);
 }
 
 void Builder::read_export(const Element& element, Scope& scope) {

@@ -65,6 +65,10 @@ void describe(Text& out, const NetworkPlan& n) {
   out.line(0, std::string("network ") + (n.mode ? to_text(*n.mode) : "default") +
                   (n.domain_id ? " domain " + std::to_string(*n.domain_id) : "") + " interfaces [" +
                   join(n.interfaces) + "] peers [" + join(n.peers) + "]" + (n.allow_load ? ", allow_load" : ""));
+  if (n.security) {
+    out.line(1, "security keystore '" + n.security->keystore + "' enclave '" + n.security->enclave + "' " +
+                    (n.security->enforced ? "Enforce" : "Permissive"));
+  }
   for (const auto& e : n.exports) {
     out.line(1, "export " + e.topic + " max_hz " + to_text(ParameterValue{e.max_hz}) + " max_bytes " +
                     std::to_string(e.max_bytes_per_s) + (e.compressed_only ? " compressed_only" : ""));

@@ -85,7 +85,8 @@ const std::map<std::string, Rule>& rules() {
     r["budget"] = make_rule("topic " + limits, "");
     r["on_fault"] = make_rule("policy max backoff", "restart");
     r["restart"] = make_rule("max backoff", "");
-    r["network"] = make_rule("mode domain_id interfaces* peers* export* allow_load if unless", "export");
+    r["network"] = make_rule("mode domain_id interfaces* peers* export* allow_load if unless", "export security");
+    r["security"] = make_rule("keystore enclave strategy", "");
     r["export"] = make_rule("topic! max_hz max_bytes compressed_only", "");
     r["namespace"] = make_rule("name! tf if unless", "");
     r["push_ros_namespace"] = make_rule("namespace! if unless", "");
@@ -134,7 +135,7 @@ class Checker {
     for (const auto& child : element.children) {
       check_child(element, child, rule);
       const bool single = child.name == "thread" || child.name == "on_fault" || child.name == "publisher" ||
-                          child.name == "subscription";
+                          child.name == "subscription" || child.name == "security";
       if (!single) continue;
       if (holds(once, child.name) || element.find(child.name) != nullptr)
         report(child.line, "'" + child.name + "' stands here a second time");

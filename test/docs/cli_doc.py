@@ -107,6 +107,11 @@ EXAMPLES = (
     Example("doctor net", lines=40),
     Example("export on", after=("export off",)),
     Example("export off"),
+    Example("security create-keystore keys"),
+    Example("security create-enclave keys /robot"),
+    Example("security list-enclaves keys"),
+    Example("security generate-policy policy.xml --enclave /robot"),
+    Example("security create-permission keys /robot policy.xml"),
     Example("estop set", after=("estop release",)),
     Example("estop release", before=("estop set",)),
     Example("teleop", keys="iik", lines=20),
@@ -125,7 +130,7 @@ EXAMPLES = (
 
 HEADINGS = {
     "launch": "Start", "component": "Components", "node": "Graph", "param": "Parameters", "tf": "Frames", "streams": "What it costs",
-    "faults": "What is wrong", "estop": "Stop and drive", "sim": "The simulated robot", "interface": "Messages and files",
+    "faults": "What is wrong", "security": "Security", "estop": "Stop and drive", "sim": "The simulated robot", "interface": "Messages and files",
 }  # fmt: skip
 
 INTRODUCTION = """# Every command

@@ -31,6 +31,7 @@ void add_topic_commands(Command& root);
 void add_action_commands(Command& root);
 void add_qos_commands(Command& root);
 void add_estop_command(Command& root);
+void add_security_commands(Command& root);
 void add_teleop_command(Command& root);
 void add_sim_commands(Command& root);
 /// `streams` and `top`.

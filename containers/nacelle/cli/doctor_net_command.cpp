@@ -44,9 +44,9 @@ json containers_json(const json& here) {
       continue;
     }
     for (const char* const key : {"mode", "domain", "line", "running", "problem", "interfaces", "peers", "exports",
-                                  "figures", "namesakes", "clock_skews"})
+                                  "security", "figures", "namesakes", "clock_skews"})
       row[key] = reply.value().value(key, json(nullptr));
-    for (const char* const key : {"mode", "domain", "interfaces", "peers", "exports"}) {
+    for (const char* const key : {"mode", "domain", "interfaces", "peers", "exports", "security"}) {
       if (here.contains(key) && row[key] != here[key]) row["differs"].push_back(key);
     }
     rows.push_back(std::move(row));
@@ -69,6 +69,15 @@ std::string words_of_rule(const json& rule) {
 
 void row(const char* key, const std::string& text) { std::printf("%-11s %s\n", key, text.c_str()); }
 
+std::string words_of_security(const json& security) {
+  if (security.is_null()) return "none: nobody asks for it";
+  const std::string text = security["enclave"].get<std::string>() + " of " + security["keystore"].get<std::string>() +
+                           ", " + security["strategy"].get<std::string>();
+  if (!security["in_force"].get<bool>()) return text + ": not in force";
+  return text + "; certificate " + security["subject"].get<std::string>() + " until " +
+         security["ends"].get<std::string>();
+}
+
 void print_settings(const json& net) {
   const std::string because_of = net["because_of"].get<std::string>();
   row("mode",
@@ -83,6 +92,7 @@ void print_settings(const json& net) {
     if (net["exports"].empty()) row("exports", "every topic");
     for (const auto& rule : net["exports"]) row("exports", words_of_rule(rule));
   }
+  row("security", words_of_security(net["security"]));
   if (net["allow_load"].get<bool>()) row("allow_load", "others may load and unload components");
   if (const auto uri = net["cyclonedds_uri"].get<std::string>(); !uri.empty()) row("CYCLONEDDS", uri);
 }

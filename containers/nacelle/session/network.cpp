@@ -66,7 +66,7 @@ Result<void, Problem> Network::start() {
 Result<void, Problem> Network::join() {
   why_not_.reset();
   is_asked_for_ = true;
-  auto settings = network_in_force(plan_, environment_);
+  auto settings = network_in_force(plan_, environment_, clock_);
   if (!settings) {
     settings_ = {};
     settings_.mode = NetworkMode::Off;
@@ -84,6 +84,7 @@ Result<void, Problem> Network::join() {
   options.domain_id = static_cast<std::uint32_t>(settings_.domain);
   options.config = transport_dds::cyclone_config(settings_);
   if (!settings_.security.enclave.empty()) options.enclave = settings_.security.enclave;
+  if (settings_.secured) options.security = settings_.secured->files;
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
@@ -153,7 +154,7 @@ std::uint64_t Network::writer_count() const {
 }
 
 launch::NetworkMode Network::unexported() const {
-  const auto settings = network_in_force(written_, environment_);
+  const auto settings = network_in_force(written_, environment_, clock_);
   return settings && settings.value().mode == NetworkMode::Off ? launch::NetworkMode::Off : launch::NetworkMode::Local;
 }
 
@@ -243,6 +244,12 @@ void Network::serve(bool told) {
     settings_.because_of = because_of;
     say_("nacelle: network: this machine's addresses have changed: joined anew");
   }
+}
+
+// A small computer without a battery starts years ago, and hears the time later.
+void Network::note_clock_jump() {
+  if (joined_ || !why_not_ || !network_is_built_in()) return;
+  if (auto joined = join(); joined && joined_) say_("nacelle: " + line());
 }
 
 }  // namespace nacelle::session

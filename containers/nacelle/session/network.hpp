@@ -67,6 +67,8 @@ class Network {
   /// To be polled for reading; -1: nothing is watched.
   [[nodiscard]] int descriptor() const { return watch_ ? watch_->descriptor() : -1; }
   [[nodiscard]] std::optional<MonotonicTime> next_due() const { return due_; }
+  /// The wall clock has jumped: what was not valid, a certificate, may be now.
+  void note_clock_jump();
   /// `told`: the descriptor is readable. Joins anew when addresses have changed and been at rest for a moment.
   void serve(bool told);
 

@@ -9,8 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "nacelle/base/time.hpp"
 #include "nacelle/session/network_links.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
+#ifdef NACELLE_HAS_SECURITY
+#include "nacelle/security/enclave.hpp"
+#endif
 
 namespace nacelle::session {
 namespace {
@@ -28,6 +32,7 @@ transport_dds::NetworkWish wish_of(const launch::NetworkPlan& plan) {
   wish.interfaces = plan.interfaces;
   wish.peers = plan.peers;
   wish.allow_load = plan.allow_load;
+  if (plan.security) wish.security = {true, plan.security->enforced, plan.security->keystore, plan.security->enclave};
   for (const auto& one : plan.exports)
     wish.exports.push_back({one.topic, one.max_hz, static_cast<std::size_t>(one.max_bytes_per_s), one.compressed_only});
   return wish;
@@ -51,19 +56,43 @@ const char* to_text(transport_dds::Reach discovery) {
   return kWords[static_cast<std::size_t>(discovery)];
 }
 
-void obey_security(transport_dds::NetworkSettings& settings) {
-  if (!settings.security.enabled) return;
-  if (settings.security.enforced) {
-    settings.remarks.push_back({"ROS_SECURITY_STRATEGY",
-                                "it enforces security, which is not available yet: the network stays off",
-                                "unset ROS_SECURITY_ENABLE to have it without"});
-    settings.mode = NetworkMode::Off;
-    settings.discovery = transport_dds::Reach::None;
-    settings.because_of = "ROS_SECURITY_STRATEGY";
-  } else {
-    settings.remarks.push_back({"ROS_SECURITY_ENABLE", "security is not available yet: everything goes in the clear",
-                                "with ROS_SECURITY_STRATEGY=Enforce the network stays off"});
+Result<void, Problem> secure(transport_dds::NetworkSettings& settings, WallTime now) {
+#ifdef NACELLE_HAS_SECURITY
+  auto enclave = security::open_enclave(settings.security, settings.domain, now);
+  if (!enclave) return err(enclave.error());
+  settings.secured = std::move(enclave.value().secured);
+  for (auto& remark : enclave.value().remarks) settings.remarks.push_back(std::move(remark));
+  return {};
+#else
+  static_cast<void>(settings);
+  static_cast<void>(now);
+  return err(security_is_not_built_in("security"));
+#endif
+}
+
+Result<void, Problem> obey_security(transport_dds::NetworkSettings& settings, WallTime now) {
+  if (!settings.security.enabled) return {};
+  const auto secured = secure(settings, now);
+  if (secured || settings.security.enforced) return secured;
+  Problem problem = secured.error();
+  problem.what += ": everything goes in the clear, as the strategy Permissive allows";
+  settings.remarks.push_back(std::move(problem));
+  return {};
+}
+
+json to_json(const transport_dds::SecurityWish& asked, const std::optional<transport_dds::SecuredBy>& had) {
+  if (!asked.enabled) return nullptr;
+  json words{{"strategy", transport_dds::strategy_of(asked)},
+             {"keystore", asked.keystore},
+             {"enclave", asked.enclave.empty() ? "/" : asked.enclave},
+             {"in_force", had.has_value()},
+             {"subject", nullptr},
+             {"ends", nullptr}};
+  if (had) {
+    words["subject"] = had->subject;
+    words["ends"] = had->ends;
   }
+  return words;
 }
 
 }  // namespace
@@ -81,6 +110,11 @@ Problem network_is_not_built_in(const std::string& where) {
           "install cyclonedds-dev and build again, or network:=off"};
 }
 
+Problem security_is_not_built_in(const std::string& where) {
+  return {where, "this program was built without OpenSSL's library: there is no security",
+          "install libssl-dev and build again"};
+}
+
 transport_dds::Environment ros_environment() {
   transport_dds::Environment found;
   for (char** at = ::environ; at != nullptr && *at != nullptr; ++at) {
@@ -95,12 +129,13 @@ transport_dds::Environment ros_environment() {
 }
 
 Result<transport_dds::NetworkSettings, Problem> network_in_force(const launch::NetworkPlan& plan,
-                                                                 const transport_dds::Environment& environment) {
+                                                                 const transport_dds::Environment& environment,
+                                                                 const Clock& clock) {
   auto settings = transport_dds::network_settings(wish_of(plan), environment);
   if (!settings) return settings;
   if (plan.mode && plan.mode_by_argument) settings->because_of = std::string("network:=") + to_text(*plan.mode);
-  obey_security(*settings);
   if (settings->mode == NetworkMode::Off) return settings;
+  if (auto obeyed = obey_security(*settings, clock.wall_now()); !obeyed) return err(obeyed.error());
   if (settings->discovery == transport_dds::Reach::ThisMachine) {
     auto lan = addresses_on_the_lan();
     lan.resize(std::min(lan.size(), kMostOnTheLan));
@@ -138,6 +173,7 @@ json to_json(const transport_dds::NetworkSettings& settings) {
           {"peers", settings.peers},
           {"exports", std::move(exports)},
           {"allow_load", settings.allow_load},
+          {"security", to_json(settings.security, settings.secured)},
           {"cyclonedds_uri", settings.cyclonedds_uri},
           {"remarks", std::move(remarks)},
           {"line", transport_dds::network_line(settings)}};

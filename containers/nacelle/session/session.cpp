@@ -300,7 +300,10 @@ std::optional<Problem> Session::serve() {
       service_->set_nodes(container_->list());
     }
     if (waits[3].revents != 0) {
-      if (const auto step = clock_watch.look()) say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
+      if (const auto step = clock_watch.look()) {
+        say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
+        network_->note_clock_jump();
+      }
     }
     network_->serve(waits[4].revents != 0);
     const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),

@@ -6,6 +6,7 @@
 
 #include "nacelle/base/result.hpp"
 #include "transport_dds/port/blob_type.hpp"
+#include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/endpoint.hpp"
 
 namespace nacelle::transport_dds {
@@ -27,6 +28,10 @@ struct BlobTopic {
 
 [[nodiscard]] Result<BlobTopic, Problem> make_topic(std::shared_ptr<ParticipantCore> core,
                                                     const EndpointOptions& options);
+
+/// Why Cyclone did not make a topic or an endpoint; `log` has what it said meanwhile.
+[[nodiscard]] Problem problem_of(const std::string& what, const EndpointOptions& options, const CapturedLog& log,
+                                 dds_return_t error);
 
 /// The endpoints that a writer or reader of Cyclone's is matched with.
 [[nodiscard]] std::vector<MatchedPeer> matched_peers(dds_entity_t endpoint, bool are_writers);

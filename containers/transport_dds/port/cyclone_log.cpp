@@ -3,6 +3,8 @@
 
 #include <dds/ddsrt/log.h>
 
+#include <array>
+#include <functional>
 #include <mutex>
 #include <string_view>
 
@@ -17,9 +19,13 @@ thread_local std::string* captured = nullptr;
 /// How much has been said of late. Cyclone logs from any thread.
 class Flow {
  public:
-  /// False: too much already. `silent`: lines that were left out before this one.
-  [[nodiscard]] bool admits(MonotonicTime now, unsigned& silent) {
+  /// False: too much already, or said a moment ago. `silent`: lines that were left out before this one.
+  [[nodiscard]] bool admits(std::string_view line, MonotonicTime now, unsigned& silent) {
     const std::lock_guard lock(mutex_);
+    if (is_repeated(std::hash<std::string_view>{}(line), now)) {
+      ++left_out_;
+      return false;
+    }
     if (now - begin_ >= 10s) {
       begin_ = now;
       said_ = 0;
@@ -35,10 +41,26 @@ class Flow {
   }
 
  private:
+  struct Said {
+    std::size_t line = 0;
+    MonotonicTime when{};
+  };
+
+  // A stranger who asks to be let in is refused once a second, for as long as he asks.
+  [[nodiscard]] bool is_repeated(std::size_t line, MonotonicTime now) {
+    for (const Said& one : recent_) {
+      if (one.line == line && one.when != MonotonicTime{} && now - one.when < 60s) return true;
+    }
+    recent_[next_++ % recent_.size()] = {line, now};
+    return false;
+  }
+
   static constexpr unsigned kMost = 20;
   std::mutex mutex_;
   MonotonicTime begin_{};
   unsigned said_ = 0, left_out_ = 0;
+  std::array<Said, 8> recent_;
+  std::size_t next_ = 0;
 };
 
 std::string_view line_of(const dds_log_data_t& data) {
@@ -57,7 +79,7 @@ void write(void* flow, const dds_log_data_t* data) {
   }
   static const Logger log{"dds"};
   unsigned silent = 0;
-  if (!static_cast<Flow*>(flow)->admits(SystemClock{}.now(), silent)) return;
+  if (!static_cast<Flow*>(flow)->admits(line, SystemClock{}.now(), silent)) return;
   if (silent != 0) log.warn("{} lines of Cyclone DDS were left out", silent);
   if ((data->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) != 0) {
     log.error("{}", line);

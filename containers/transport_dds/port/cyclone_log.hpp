@@ -5,8 +5,8 @@
 
 namespace nacelle::transport_dds {
 
-/// Brings what Cyclone has to say into Nacelle's log, at most twenty lines in ten seconds: a peer can make it say
-/// something with each packet. Once in a process is enough; it stays so.
+/// Brings what Cyclone has to say into Nacelle's log, at most twenty lines in ten seconds, and one line once a
+/// minute: a peer can make it say something with each packet. Once in a process is enough; it stays so.
 void redirect_cyclone_log();
 
 /// While it lives, errors and warnings of this thread are collected here instead: what Cyclone says of a call that

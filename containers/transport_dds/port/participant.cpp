@@ -29,6 +29,26 @@ constexpr const char* kAtHome = "<Internal><MonitorPort>-1</MonitorPort></Intern
 // Each time is a thousandth of a second in which somebody must announce himself.
 constexpr int kMostBeginnings = 5;
 
+// As rmw_cyclonedds does. The plugins' names are without folder and ending: Debian's Cyclone knows where they lie.
+void set_security(dds_qos_t* qos, const SecurityFiles& files) {
+  const auto set = [qos](const char* name, const std::string& value) { dds_qset_prop(qos, name, value.c_str()); };
+  set("dds.sec.auth.identity_ca", "file:" + files.identity_ca);
+  set("dds.sec.auth.identity_certificate", "file:" + files.certificate);
+  set("dds.sec.auth.private_key", "file:" + files.private_key);
+  set("dds.sec.access.permissions_ca", "file:" + files.permissions_ca);
+  set("dds.sec.access.governance", "file:" + files.governance);
+  set("dds.sec.access.permissions", "file:" + files.permissions);
+  set("dds.sec.auth.library.path", "dds_security_auth");
+  set("dds.sec.auth.library.init", "init_authentication");
+  set("dds.sec.auth.library.finalize", "finalize_authentication");
+  set("dds.sec.crypto.library.path", "dds_security_crypto");
+  set("dds.sec.crypto.library.init", "init_crypto");
+  set("dds.sec.crypto.library.finalize", "finalize_crypto");
+  set("dds.sec.access.library.path", "dds_security_ac");
+  set("dds.sec.access.library.init", "init_access_control");
+  set("dds.sec.access.library.finalize", "finalize_access_control");
+}
+
 std::string way_out_of(const std::string& said, dds_return_t error, std::uint32_t domain) {
   if (error == DDS_RETCODE_PRECONDITION_NOT_MET)
     return "this process has joined domain " + std::to_string(domain) +
@@ -76,6 +96,7 @@ Result<std::unique_ptr<Participant>, Problem> Participant::create(const Particip
   core->domain = std::move(domain).value();
   const CycloneQos qos{dds_create_qos()};
   dds_qset_userdata(qos.get(), options.user_data.data(), options.user_data.size());
+  if (options.security) set_security(qos.get(), *options.security);
   core->participant = Entity{dds_create_participant(options.domain_id, qos.get(), nullptr)};
   if (!core->participant) return err(problem_of(options, log, core->participant.get()));
   core->gid = gid_of(core->participant.get());
@@ -87,6 +108,16 @@ Participant::~Participant() = default;
 Gid Participant::gid() const { return core_->gid; }
 void Participant::set_mute(bool mute) { dds_domain_set_deafmute(core_->participant.get(), false, mute, DDS_INFINITY); }
 
+Problem problem_of(const std::string& what, const EndpointOptions& options, const CapturedLog& log,
+                   dds_return_t error) {
+  if (error == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY) {
+    return {what + " " + options.topic, "the permissions of the own enclave forbid it",
+            "allow it with `nacelle security create-permission`, see docs/security.md"};
+  }
+  const std::string type = what == "DDS topic" ? " (" + options.type + ")" : "";
+  return {what + " " + options.topic + type, log.text().empty() ? error_name(error) : log.text(), ""};
+}
+
 Result<BlobTopic, Problem> make_topic(std::shared_ptr<ParticipantCore> core, const EndpointOptions& options) {
   ddsi_sertype* type = make_blob_type(options.type, options.structure, core->limits);
   const CapturedLog log;
@@ -95,8 +126,7 @@ Result<BlobTopic, Problem> make_topic(std::shared_ptr<ParticipantCore> core, con
       dds_create_topic_sertype(core->participant.get(), options.topic.c_str(), &type, nullptr, nullptr, nullptr)};
   if (!out.topic) {
     ddsi_sertype_unref(type);
-    const std::string what = log.text().empty() ? error_name(out.topic.get()) : log.text();
-    return err(Problem{"DDS topic " + options.topic + " (" + options.type + ")", what, ""});
+    return err(problem_of("DDS topic", options, log, out.topic.get()));
   }
   out.core = std::move(core);
   out.type = static_cast<const BlobType*>(type);

@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "transport_dds/port/endpoint.hpp"
 #include "transport_dds/wire/gid.hpp"
+#include "transport_dds/wire/security_files.hpp"
 
 namespace nacelle::transport_dds {
 
@@ -30,6 +32,8 @@ struct ParticipantOptions {
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// What the messages of one type that wait or are being sent may take; those beyond are refused and counted.
   std::size_t most_bytes_of_type = std::size_t{256} << 20U;
+  /// Without: in the clear. With: who has no certificate of the same authority sees and sends nothing.
+  std::optional<SecurityFiles> security;
 };
 
 /// A container on the network: Cyclone DDS with all its threads and sockets. One per domain and process.
@@ -42,7 +46,8 @@ struct ParticipantOptions {
 class Participant {
  public:
   /// Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a domain that this
-  /// process has joined already; a machine, or a transport, that cannot be kept to itself.
+  /// process has joined already; a machine, or a transport, that cannot be kept to itself; files of DDS Security that its plugins
+  /// refuse.
   [[nodiscard]] static Result<std::unique_ptr<Participant>, Problem> create(const ParticipantOptions& options);
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;

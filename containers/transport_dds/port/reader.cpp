@@ -143,10 +143,7 @@ Result<std::unique_ptr<Reader>, Problem> Reader::create(std::shared_ptr<Particip
   const CapturedLog log;
   impl->reader =
       Entity{dds_create_reader(impl->topic.core->participant.get(), impl->topic.topic.get(), qos.get(), told.get())};
-  if (!impl->reader) {
-    const std::string what = log.text().empty() ? error_name(impl->reader.get()) : log.text();
-    return err(Problem{"DDS reader of " + options.topic, what, ""});
-  }
+  if (!impl->reader) return err(problem_of("DDS reader of", options, log, impl->reader.get()));
   impl->gid = gid_of(impl->reader.get());
   return std::unique_ptr<Reader>(new Reader(std::move(impl)));
 }

@@ -76,10 +76,7 @@ Result<std::unique_ptr<Writer>, Problem> Writer::create(std::shared_ptr<Particip
   const CapturedLog log;
   self.writer =
       Entity{dds_create_writer(self.topic.core->participant.get(), self.topic.topic.get(), qos.get(), told.get())};
-  if (!self.writer) {
-    const std::string what = log.text().empty() ? error_name(self.writer.get()) : log.text();
-    return err(Problem{"DDS writer of " + options.topic, what, ""});
-  }
+  if (!self.writer) return err(problem_of("DDS writer of", options, log, self.writer.get()));
   self.gid = gid_of(self.writer.get());
   dds_instance_handle_t handle = 0;
   if (dds_get_instance_handle(self.writer.get(), &handle) == DDS_RETCODE_OK) self.handle = handle;

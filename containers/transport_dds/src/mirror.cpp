@@ -218,6 +218,7 @@ Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const
   with.stays_on_this_machine = options.stays_on_this_machine;
   with.user_data = bytes_of(dds::write_participant_user_data(options.enclave));
   with.most_message_bytes = options.most_message_bytes;
+  with.security = options.security;
   auto participant = dds::Participant::create(with);
   if (!participant) return err(participant.error());
   auto impl = std::make_unique<Impl>(graph, clock, std::move(options), std::move(*participant));

@@ -102,6 +102,33 @@ void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& env
   }
 }
 
+// Two words for one thing, of which the launch file's is in force.
+void remark_on_difference(const char* variable, const std::string& says, const std::string& in_force,
+                          NetworkSettings& settings) {
+  if (says.empty() || in_force.empty() || says == in_force) return;
+  settings.remarks.push_back(
+      {variable, "it says " + says + ", the launch file says " + in_force + ", which is in force", ""});
+}
+
+// A robot whose launch file asks for security has it whatever the shell says.
+SecurityWish security_of(const NetworkWish& launch, const EnvironmentWish& asked, const Environment& environment,
+                         NetworkSettings& settings) {
+  if (!launch.security) return asked.security;
+  const SecurityWish& there = asked.security;
+  SecurityWish wish = *launch.security;
+  wish.enabled = true;
+  if (const auto enable = environment.find("ROS_SECURITY_ENABLE"); enable != environment.end() && !there.enabled)
+    remark_on_difference("ROS_SECURITY_ENABLE", enable->second, "security", settings);
+  if (there.enabled) {
+    remark_on_difference("ROS_SECURITY_STRATEGY", strategy_of(there), strategy_of(wish), settings);
+    remark_on_difference("ROS_SECURITY_KEYSTORE", there.keystore, wish.keystore, settings);
+    remark_on_difference("ROS_SECURITY_ENCLAVE_OVERRIDE", there.enclave, wish.enclave, settings);
+  }
+  if (wish.keystore.empty()) wish.keystore = there.keystore;
+  if (wish.enclave.empty()) wish.enclave = there.enclave;
+  return wish;
+}
+
 // Peers in order, each once; only where they are asked.
 void take_peers(const NetworkWish& launch, const EnvironmentWish& environment, NetworkSettings& settings) {
   const bool asks = settings.mode == NetworkMode::Export && settings.discovery != Reach::AsConfigured;
@@ -144,9 +171,9 @@ Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch, con
   settings.interfaces = settings.discovery == Reach::ThisMachine ? std::vector<std::string>{"lo"} : launch.interfaces;
   settings.exports = launch.exports;
   settings.allow_load = launch.allow_load;
-  settings.security = asked->security;
   settings.cyclonedds_uri = asked->cyclonedds_uri;
   settings.remarks = asked->remarks;
+  settings.security = security_of(launch, *asked, environment, settings);
   remark_on_differences(launch, *asked, settings);
   take_peers(launch, *asked, settings);
   return settings;
@@ -162,6 +189,11 @@ std::string network_line(const NetworkSettings& settings) {
       break;
   }
   if (settings.domain != 0) line += ", domain " + std::to_string(settings.domain);
+  if (settings.secured) {
+    line += ", secured as " + settings.secured->enclave;
+  } else if (settings.security.enabled) {
+    line += ", without the security that was asked for";
+  }
   if (!settings.cyclonedds_uri.empty()) line += ", as CYCLONEDDS_URI allows";
   return line + (settings.mode == NetworkMode::Local ? "; to show it to the LAN: network:=export"
                                                      : "; to keep it on this machine: network:=local");

@@ -12,6 +12,7 @@
 #include "nacelle/base/result.hpp"
 #include "transport_dds/wire/export_rules.hpp"
 #include "transport_dds/wire/ros_environment.hpp"
+#include "transport_dds/wire/security_files.hpp"
 
 namespace nacelle::transport_dds {
 
@@ -33,6 +34,8 @@ struct NetworkWish {
   std::vector<std::string> peers;
   std::vector<ExportRule> exports;
   bool allow_load = false;  ///< Others may load and unload components.
+  /// `security:`; without keystore or enclave the environment's are taken.
+  std::optional<SecurityWish> security;
 };
 
 /// How others are found.
@@ -53,9 +56,10 @@ struct NetworkSettings {
   std::vector<std::string> peers;       ///< With Unicast and Multicast.
   std::vector<ExportRule> exports;      ///< Empty: every topic.
   bool allow_load = false;
-  SecurityWish security;
-  std::string cyclonedds_uri;  ///< Read by Cyclone after our own configuration: it has the last word.
-  std::string because_of;      ///< What set the mode: "network: mode", "ROS_LOCALHOST_ONLY"; empty: the default.
+  SecurityWish security;             ///< What was asked for.
+  std::optional<SecuredBy> secured;  ///< What is had; set by who can read the files. Without: in the clear.
+  std::string cyclonedds_uri;        ///< Read by Cyclone after our own configuration: it has the last word.
+  std::string because_of;            ///< What set the mode: "network: mode", "ROS_LOCALHOST_ONLY"; empty: the default.
   /// One line each about what was asked for and is not so, for the bring-up and `nacelle doctor net`.
   std::vector<Problem> remarks;
 };

@@ -175,6 +175,8 @@ const char* to_text(DiscoveryRange range) {
   return "";
 }
 
+const char* strategy_of(const SecurityWish& wish) { return wish.enforced ? "Enforce" : "Permissive"; }
+
 Result<EnvironmentWish, Problem> read_environment(const Environment& environment) {
   EnvironmentWish wish;
   auto domain = read_domain(value_of(environment, "ROS_DOMAIN_ID"));

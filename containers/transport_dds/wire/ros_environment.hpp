@@ -23,7 +23,7 @@ using nacelle::kMostDomain;
 enum class DiscoveryRange : std::uint8_t { Off, Localhost, Subnet, SystemDefault };
 [[nodiscard]] const char* to_text(DiscoveryRange range);
 
-/// SROS 2's variables.
+/// SROS 2's variables, or a launch file's `security:`.
 struct SecurityWish {
   bool enabled = false;   ///< ROS_SECURITY_ENABLE is "true"; ROS 2 reads the others only then.
   bool enforced = false;  ///< ROS_SECURITY_STRATEGY is "Enforce": without its files the process must not speak at all.
@@ -31,6 +31,8 @@ struct SecurityWish {
   std::string enclave;    ///< ROS_SECURITY_ENCLAVE_OVERRIDE; empty: "/".
   friend bool operator==(const SecurityWish&, const SecurityWish&) = default;
 };
+/// "Enforce" or "Permissive".
+[[nodiscard]] const char* strategy_of(const SecurityWish& wish);
 
 /// What ROS 2's variables ask for. What is not set is not given.
 struct EnvironmentWish {

@@ -98,6 +98,18 @@ TEST(Network, may_stand_behind_conditions) {
   EXPECT_EQ(network_of(file, {{"lan", "true"}}).mode, NetworkMode::Export);
 }
 
+TEST(Network, has_security_in_sros2s_words) {
+  const auto security =
+      network_of("- network: {security: {keystore: keys, enclave: /robot, strategy: Permissive}}").security;
+  ASSERT_TRUE(security);
+  EXPECT_EQ(security->keystore, "keys") << "beside the launch file";
+  EXPECT_EQ(security->enclave, "/robot");
+  EXPECT_FALSE(security->enforced);
+  EXPECT_TRUE(network_of("- network: {security: {keystore: /etc/keys}}").security->enforced)
+      << "who asks for it means it";
+  EXPECT_FALSE(network_of("- network: {mode: local}").security);
+}
+
 TEST(Network, is_part_of_the_plans_text) {
   const auto plan =
       load_network("- network: {mode: export, domain_id: 3, peers: [a], export: [{topic: /scan, max_hz: 5}]}");
@@ -131,6 +143,12 @@ TEST(Network, tells_each_mistake_with_its_line) {
        "out\n"},
       {"- network: {export: [{topic: /a}, {topic: /a}]}",
        "a.launch.yaml:2: the topic '/a' is exported a second time; the first is at a.launch.yaml:2\n"},
+      {"- network: {security: {enclave: robot}}",
+       "a.launch.yaml:2: as an enclave: the namespace 'robot' is not absolute: it must start with '/'\n"},
+      {"- network: {security: {strategy: enforce}}",
+       "a.launch.yaml:2: 'strategy' cannot be 'enforce'; did you mean 'Enforce'?\n"},
+      {"- network: {security: {keys: a}}",
+       "a.launch.yaml:2: unknown key 'keys' in 'security'; one of keystore, enclave, strategy\n"},
       {"- network: {mode: local}\n- network: {mode: off}",
        "a.launch.yaml:3: a second 'network'; the first is at a.launch.yaml:2; a container has one network: put both "
        "into one, or give them `if`\n"},

@@ -24,6 +24,14 @@ struct ExportPlan {
   Location where;
 };
 
+/// `security:` below `network:`, in SROS 2's words. What is empty is not given: then ROS 2's variables say it.
+struct SecurityPlan {
+  std::string keystore;  ///< A folder; a relative one is beside the launch file.
+  std::string enclave;   ///< "/robot"
+  bool enforced = true;  ///< False: `strategy: Permissive`.
+  Location where;
+};
+
 /// The launch file's `network:`. What is not written is not given: then ROS 2's variables decide.
 struct NetworkPlan {
   bool declared = false;  ///< False: the files have no `network`.
@@ -34,6 +42,7 @@ struct NetworkPlan {
   std::vector<std::string> peers;       ///< Hosts that are asked, with multicast and without.
   std::vector<ExportPlan> exports;      ///< Empty: every topic.
   bool allow_load = false;              ///< Others may load and unload components.
+  std::optional<SecurityPlan> security;
   Location where;
 };
 

@@ -157,6 +157,32 @@ TEST(NetworkSettings, leave_cyclonedds_uri_the_last_word_and_say_so) {
               ::testing::EndsWith(",x"));
 }
 
+TEST(NetworkSettings, take_security_from_the_environment_or_the_launch_file) {
+  const Environment shell{{"ROS_SECURITY_ENABLE", "true"},
+                          {"ROS_SECURITY_KEYSTORE", "/shell"},
+                          {"ROS_SECURITY_ENCLAVE_OVERRIDE", "/laptop"}};
+  EXPECT_EQ(settings_of({}, shell).security, (SecurityWish{true, false, "/shell", "/laptop"}));
+
+  NetworkWish launch;
+  launch.security = SecurityWish{true, true, "", "/robot"};
+  const auto settings = settings_of(launch, shell);
+  EXPECT_EQ(settings.security, (SecurityWish{true, true, "/shell", "/robot"}))
+      << "what it does not say, the shell says";
+  EXPECT_EQ(remarks_of(settings),
+            "ROS_SECURITY_STRATEGY: it says Permissive, the launch file says Enforce, which is in force\n"
+            "ROS_SECURITY_ENCLAVE_OVERRIDE: it says /laptop, the launch file says /robot, which is in force\n");
+  EXPECT_EQ(remarks_of(settings_of(launch, {{"ROS_SECURITY_ENABLE", "false"}})),
+            "ROS_SECURITY_ENABLE: it says false, the launch file says security, which is in force\n");
+  EXPECT_THAT(settings_of(launch, {{"ROS_SECURITY_KEYSTORE", "/shell"}}).remarks, IsEmpty());
+}
+
+TEST(NetworkSettings, say_whether_they_are_secured) {
+  NetworkSettings settings = settings_of({}, {{"ROS_SECURITY_ENABLE", "true"}});
+  EXPECT_THAT(network_line(settings), HasSubstr("local only, without the security that was asked for;"));
+  settings.secured = SecuredBy{"/robot", {}, "CN=/robot", "2036-11-19"};
+  EXPECT_EQ(network_line(settings), "network: local only, secured as /robot; to show it to the LAN: network:=export");
+}
+
 TEST(NetworkSettings, of_a_network_that_is_off_say_how_to_switch_it_on) {
   EXPECT_EQ(network_line(settings_of(launch_with(NetworkMode::Off))),
             "network: off; to let tools of this machine see it: network:=local");

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "nacelle/node/graph.hpp"
 #include "nacelle/node/service_graph.hpp"
 #include "transport_dds/wire/export_rules.hpp"
+#include "transport_dds/wire/security_files.hpp"
 
 namespace nacelle {
 
@@ -27,6 +29,7 @@ struct MirrorOptions {
   /// As ParticipantOptions: nothing leaves this machine, and nothing from elsewhere is heard.
   bool stays_on_this_machine = false;
   std::string enclave = "/";                                ///< ROS 2's; without an own one it is "/".
+  std::optional<transport_dds::SecurityFiles> security;     ///< As ParticipantOptions::security.
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Ends of other topics and services are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;

@@ -51,16 +51,34 @@ TEST(NetworkInForce, names_the_word_of_the_command_line_that_has_set_it) {
   EXPECT_EQ(in_force({}).because_of, "");
 }
 
-TEST(NetworkInForce, stays_off_where_security_that_it_does_not_have_is_enforced) {
-  const auto settings = in_force(asking_for(launch::NetworkMode::Export),
-                                 {{"ROS_SECURITY_ENABLE", "true"}, {"ROS_SECURITY_STRATEGY", "Enforce"}});
-  EXPECT_EQ(settings.mode, NetworkMode::Off);
-  EXPECT_EQ(settings.because_of, "ROS_SECURITY_STRATEGY");
+TEST(NetworkInForce, is_none_where_security_is_enforced_and_cannot_be_had) {
+  const transport_dds::Environment enforced{
+      {"ROS_SECURITY_ENABLE", "true"}, {"ROS_SECURITY_STRATEGY", "Enforce"}, {"ROS_SECURITY_KEYSTORE", "/no/such"}};
+  const auto refused = network_in_force(asking_for(launch::NetworkMode::Export), enforced);
+  ASSERT_FALSE(refused);
+#ifdef NACELLE_HAS_SECURITY
+  EXPECT_EQ(refused.error().text(),
+            "/no/such: this is no keystore: it has no folder enclaves; make one: `nacelle security create-keystore "
+            "/no/such`");
+#endif
+  EXPECT_EQ(in_force(asking_for(launch::NetworkMode::Off), enforced).mode, NetworkMode::Off) << "nobody asks for files";
+}
+
+TEST(NetworkInForce, goes_on_in_the_clear_and_says_so_where_security_is_permissive) {
+  launch::NetworkPlan plan = asking_for(launch::NetworkMode::Export);
+  plan.security = launch::SecurityPlan{"/no/such", "/robot", false, {}};
+  const auto settings = in_force(plan);
+  EXPECT_EQ(settings.mode, NetworkMode::Export);
+  EXPECT_FALSE(settings.secured);
   ASSERT_EQ(settings.remarks.size(), 1U);
-  EXPECT_THAT(settings.remarks[0].text(), ::testing::HasSubstr("not available yet"));
-  const auto permissive = in_force(asking_for(launch::NetworkMode::Export), {{"ROS_SECURITY_ENABLE", "true"}});
-  EXPECT_EQ(permissive.mode, NetworkMode::Export);
-  EXPECT_EQ(permissive.remarks.size(), 1U);
+  EXPECT_THAT(settings.remarks[0].text(), ::testing::HasSubstr("everything goes in the clear"));
+  EXPECT_EQ(transport_dds::network_line(settings),
+            "network: shown to the LAN, without the security that was asked for; to keep it on this machine: "
+            "network:=local");
+  const auto json = to_json(settings);
+  EXPECT_EQ(json["security"]["in_force"], false);
+  EXPECT_EQ(json["security"]["strategy"], "Permissive");
+  EXPECT_EQ(to_json(in_force({}))["security"], nullptr);
 }
 
 TEST(NetworkInForce, refuses_a_domain_that_is_none) {

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/security/enclave.hpp"
+
+#include <filesystem>
+
+#include "nacelle/base/names.hpp"
+#include "nacelle/security/certificate.hpp"
+#include "nacelle/security/files.hpp"
+#include "nacelle/security/keystore.hpp"
+#include "nacelle/security/policy.hpp"
+
+namespace nacelle::security {
+namespace {
+
+constexpr Duration kNearEnd = std::chrono::hours(24) * 30;
+
+namespace fs = std::filesystem;
+using Done = Result<void, Problem>;
+
+class Examination {
+ public:
+  Examination(const transport_dds::SecurityWish& wish, int domain, WallTime now)
+      : domain_(domain),
+        now_(now),
+        // Cyclone reads the files later, and a program may change its folder.
+        keystore_(wish.keystore.empty() ? fs::path{} : fs::absolute(wish.keystore).lexically_normal()),
+        name_(wish.enclave.empty() ? "/" : wish.enclave),
+        folder_(keystore_.empty() || !name_.starts_with('/') ? fs::path{} : folder_of(keystore_, name_)) {}
+
+  Result<Enclave, Problem> run() {
+    if (domain_ > kMostSecuredDomain) {
+      return err(Problem{"security", "there is none in domain " + std::to_string(domain_),
+                         "take one from 0 to " + std::to_string(kMostSecuredDomain)});
+    }
+    if (auto found = find_folder(); !found) return err(found.error());
+    if (auto right = check_certificate(); !right) return err(right.error());
+    if (auto right = check_permissions(); !right) return err(right.error());
+    if (auto right = check_governance(); !right) return err(right.error());
+    remark_on_mode();
+    enclave_.secured.enclave = name_;
+    return std::move(enclave_);
+  }
+
+ private:
+  [[nodiscard]] std::string making(const char* more = "") const {
+    return "`nacelle security create-enclave " + keystore_.string() + " " + name_ + more + "`";
+  }
+
+  Done find_folder() const {
+    std::error_code unreadable;
+    if (keystore_.empty()) {
+      return err(Problem{"security", "no keystore is named",
+                         "set ROS_SECURITY_KEYSTORE, or network: {security: {keystore: FOLDER}} in the launch file"});
+    }
+    if (!fs::is_directory(keystore_ / "enclaves", unreadable)) {
+      return err(Problem{keystore_.string(), "this is no keystore: it has no folder enclaves",
+                         "make one: `nacelle security create-keystore " + keystore_.string() + "`"});
+    }
+    if (auto valid = validate_namespace(name_); !valid)
+      return err(Problem{"security", "as an enclave: " + valid.error().what, "write it as '/robot'"});
+    if (fs::is_directory(folder_, unreadable) && (name_ != "/" || fs::exists(folder_ / "cert.pem", unreadable)))
+      return {};
+    const auto others = list_enclaves(keystore_);
+    std::string known = others ? suggestion(name_, others.value()) : "";
+    return err(Problem{keystore_.string(), "it has no enclave " + name_,
+                       "make it: " + making() + (known.empty() ? "" : "; " + known)});
+  }
+
+  /// The text of one of the enclave's files, whose path is noted.
+  Result<std::string, Problem> read(const char* file, std::string& path, const char* more = "") const {
+    const fs::path at = folder_ / file;
+    path = at.string();
+    auto text = read_file(at);
+    if (text) return text;
+    std::error_code unreadable;
+    Problem problem = text.error();
+    problem.way_out = fs::exists(at, unreadable) ? "let the robot's user read it" : "make it: " + making(more);
+    return err(std::move(problem));
+  }
+
+  static Problem at(const std::string& path, const Problem& problem, const std::string& way_out) {
+    return {path, problem.what, way_out};
+  }
+
+  Done check_times(const std::string& path, const std::string& what, const Validity& validity,
+                   const std::string& way_out) const {
+    if (now_ > validity.ends)
+      return err(Problem{path, what + " has expired on " + utc_text(validity.ends) + " UTC", way_out});
+    if (now_ < validity.begins) {
+      return err(Problem{path,
+                         what + " is valid from " + utc_text(validity.begins) +
+                             " UTC on, and this machine's clock says " + utc_text(now_),
+                         "set the clock, see `nacelle doctor`"});
+    }
+    return {};
+  }
+
+  Done check_certificate() {
+    transport_dds::SecuredBy& made = enclave_.secured;
+    const auto certificate = read("cert.pem", made.files.certificate);
+    if (!certificate) return err(certificate.error());
+    const auto facts = read_certificate(certificate.value());
+    if (!facts) return err(at(made.files.certificate, facts.error(), "make it anew: " + making(" --renew")));
+    const Validity validity{facts.value().begins, facts.value().ends};
+    if (auto valid =
+            check_times(made.files.certificate, "the certificate", validity, "renew it: " + making(" --renew"));
+        !valid)
+      return valid;
+    const auto key = read("key.pem", made.files.private_key);
+    if (!key) return err(key.error());
+    if (auto fits = check_key(key.value(), certificate.value()); !fits)
+      return err(at(made.files.private_key, fits.error(), "make both anew: " + making(" --renew")));
+    const auto authority = read("identity_ca.cert.pem", made.files.identity_ca);
+    if (!authority) return err(authority.error());
+    if (auto issued = check_issuer(certificate.value(), authority.value()); !issued)
+      return err(at(made.files.certificate, issued.error(), "make it anew: " + making(" --renew")));
+    const auto authority_facts = read_certificate(authority.value());
+    if (!authority_facts) return err(at(made.files.identity_ca, authority_facts.error(), ""));
+    if (auto valid = check_times(made.files.identity_ca, "the authority's certificate",
+                                 {authority_facts.value().begins, authority_facts.value().ends}, "make a new keystore");
+        !valid)
+      return valid;
+    made.subject = facts.value().subject;
+    made.ends = utc_text(validity.ends).substr(0, 10);
+    if (validity.ends - now_ < kNearEnd) {
+      enclave_.remarks.push_back(
+          {made.files.certificate, "the certificate ends on " + made.ends, "renew it: " + making(" --renew")});
+    }
+    return {};
+  }
+
+  /// A document that the authority of permissions has signed.
+  Result<std::string, Problem> read_document(const char* file, std::string& path, const std::string& way_out) {
+    const auto authority = read("permissions_ca.cert.pem", enclave_.secured.files.permissions_ca);
+    if (!authority) return authority;
+    const auto document = read(file, path);
+    if (!document) return document;
+    auto text = read_signed_document(document.value(), authority.value());
+    if (!text) return err(at(path, text.error(), way_out));
+    return text;
+  }
+
+  Done check_permissions() {
+    std::string& path = enclave_.secured.files.permissions;
+    const std::string way_out = "remove it, then " + making();
+    const auto text = read_document("permissions.p7s", path, way_out);
+    if (!text) return err(text.error());
+    const auto found = find_grant(text.value(), enclave_.secured.subject, domain_);
+    if (!found) return err(at(path, found.error(), way_out));
+    // The plugin compares names more cleverly than texts are compared here, so without a find it has the word.
+    if (!found.value()) return {};
+    if (auto valid = check_times(path, "the grant", found.value()->validity, "renew it: " + making(" --renew")); !valid)
+      return valid;
+    if (found.value()->covers_domain) return {};
+    return err(Problem{path, "it allows nothing in domain " + std::to_string(domain_),
+                       "with ROS_DOMAIN_ID=" + std::to_string(domain_) +
+                           ": remove permissions.xml and permissions.p7s, then " + making()});
+  }
+
+  Done check_governance() {
+    std::string& path = enclave_.secured.files.governance;
+    const auto text = read_document("governance.p7s", path, "sign it with the permissions' authority");
+    if (!text) return err(text.error());
+    const auto found = governs(text.value(), domain_);
+    if (!found) return err(at(path, found.error(), ""));
+    if (found.value()) return {};
+    return err(Problem{path, "it does not govern domain " + std::to_string(domain_),
+                       "with ROS_DOMAIN_ID=" + std::to_string(domain_) + ": remove " +
+                           (keystore_ / "enclaves/governance.xml").string() + " and governance.p7s, then " +
+                           "`nacelle security create-keystore " + keystore_.string() + "`"});
+  }
+
+  void remark_on_mode() {
+    std::error_code unreadable;
+    const std::string& key = enclave_.secured.files.private_key;
+    const auto mode = fs::status(key, unreadable).permissions();
+    constexpr auto kOthers = fs::perms::group_all | fs::perms::others_all;
+    if (!unreadable && (mode & kOthers) != fs::perms::none)
+      enclave_.remarks.push_back(
+          {key, "others on this machine may read or write the private key", "`chmod 600 " + key + "`"});
+  }
+
+  const int domain_;
+  const WallTime now_;
+  const fs::path keystore_;
+  const std::string name_;
+  const fs::path folder_;
+  Enclave enclave_;
+};
+
+}  // namespace
+
+Result<Enclave, Problem> open_enclave(const transport_dds::SecurityWish& wish, int domain, WallTime now) {
+  return Examination{wish, domain, now}.run();
+}
+
+}  // namespace nacelle::security

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/security/keystore.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "../control/temporary_folder.hpp"
+#include "nacelle/security/certificate.hpp"
+#include "nacelle/security/enclave.hpp"
+#include "nacelle/security/files.hpp"
+
+namespace nacelle::security {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const WallTime kNow{std::chrono::seconds(1'795'348'800)};  // 2026-11-22T12:00:00
+
+std::string text_at(const fs::path& path) { return read_file(path).value_or("unreadable"); }
+unsigned mode_of(const fs::path& path) {
+  struct stat found {};
+  return ::stat(path.c_str(), &found) == 0 ? found.st_mode & 0777U : 0;
+}
+std::size_t count(const Changes& changes, Change::Kind kind) {
+  return static_cast<std::size_t>(
+      std::count_if(changes.begin(), changes.end(), [kind](const Change& one) { return one.kind == kind; }));
+}
+
+class Keystore : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto made = create_keystore(keystore, 0, kNow);
+    ASSERT_TRUE(made) << made.error().text();
+  }
+  Changes make(const std::string& name, bool renew = false, WallTime now = kNow) {
+    auto made = create_enclave({keystore, name, 0, renew}, now);
+    EXPECT_TRUE(made) << made.error().text();
+    return made.value_or({});
+  }
+  std::string refusal(const std::string& name, WallTime now = kNow, int domain = 0) {
+    const auto opened = open_enclave({true, true, keystore.string(), name}, domain, now);
+    if (opened) return "none";
+    std::string text = opened.error().text();
+    for (auto at = text.find(folder.string()); at != text.npos; at = text.find(folder.string()))
+      text.erase(at, folder.string().size() + 1);
+    return text;
+  }
+
+  TemporaryFolder temporary;
+  const fs::path folder = temporary.path();
+  const fs::path keystore = folder / "keys";
+};
+
+TEST_F(Keystore, has_the_layout_of_sros2) {
+  make("/arm/left");
+  for (const char* const file :
+       {"public/ca.cert.pem", "public/identity_ca.cert.pem", "public/permissions_ca.cert.pem", "private/ca.key.pem",
+        "private/identity_ca.key.pem", "private/permissions_ca.key.pem", "enclaves/governance.xml",
+        "enclaves/governance.p7s", "enclaves/arm/left/cert.pem", "enclaves/arm/left/key.pem",
+        "enclaves/arm/left/permissions.xml", "enclaves/arm/left/permissions.p7s", "enclaves/arm/left/governance.p7s",
+        "enclaves/arm/left/identity_ca.cert.pem", "enclaves/arm/left/permissions_ca.cert.pem"}) {
+    EXPECT_TRUE(fs::is_regular_file(keystore / file)) << file;
+  }
+  EXPECT_EQ(fs::read_symlink(keystore / "public/identity_ca.cert.pem"), "ca.cert.pem");
+  EXPECT_EQ(fs::read_symlink(keystore / "private/permissions_ca.key.pem"), "ca.key.pem");
+  EXPECT_EQ(fs::read_symlink(keystore / "enclaves/arm/left/identity_ca.cert.pem"),
+            "../../../public/identity_ca.cert.pem");
+  EXPECT_EQ(fs::read_symlink(keystore / "enclaves/arm/left/governance.p7s"), "../../governance.p7s");
+  EXPECT_EQ(read_certificate(text_at(keystore / "public/ca.cert.pem")).value_or({}).subject, "CN=sros2CA");
+}
+
+TEST_F(Keystore, keeps_keys_from_others) {
+  make("/robot");
+  EXPECT_EQ(mode_of(keystore / "private"), 0700U);
+  EXPECT_EQ(mode_of(keystore / "private/ca.key.pem"), 0600U);
+  EXPECT_EQ(mode_of(keystore / "enclaves/robot/key.pem"), 0600U);
+  ::chmod((keystore / "enclaves/robot/key.pem").c_str(), 0644);
+  const auto opened = open_enclave({true, true, keystore.string(), "/robot"}, 0, kNow);
+  ASSERT_TRUE(opened) << opened.error().text();
+  ASSERT_EQ(opened.value().remarks.size(), 1U);
+  EXPECT_THAT(opened.value().remarks[0].text(), HasSubstr("chmod 600"));
+}
+
+TEST_F(Keystore, lists_its_enclaves_the_root_one_included) {
+  make("/robot");
+  make("/");
+  make("/arm/left");
+  EXPECT_THAT(list_enclaves(keystore).value_or({}), ElementsAre("/", "/arm/left", "/robot"));
+  EXPECT_EQ(refusal("/"), "none");
+  EXPECT_THAT(list_enclaves(folder).error().text(), HasSubstr("create-keystore"));
+}
+
+TEST_F(Keystore, opens_what_it_has_made) {
+  make("/robot");
+  const auto opened = open_enclave({true, true, keystore.string(), "/robot"}, 0, kNow);
+  ASSERT_TRUE(opened) << opened.error().text();
+  const transport_dds::SecuredBy& secured = opened.value().secured;
+  EXPECT_EQ(secured.enclave, "/robot");
+  EXPECT_EQ(secured.subject, "CN=/robot");
+  EXPECT_EQ(secured.ends, "2036-11-19");
+  EXPECT_EQ(secured.files.certificate, (keystore / "enclaves/robot/cert.pem").string());
+  EXPECT_TRUE(opened.value().remarks.empty());
+}
+
+TEST_F(Keystore, tells_of_a_certificate_that_ends_soon) {
+  make("/robot");
+  const auto remarks_after = [&](int days) {
+    const auto opened =
+        open_enclave({true, true, keystore.string(), "/robot"}, 0, kNow + std::chrono::hours(24 * days));
+    EXPECT_TRUE(opened) << opened.error().text();
+    return opened ? opened.value().remarks : std::vector<Problem>{};
+  };
+  EXPECT_TRUE(remarks_after(3600).empty());
+  ASSERT_EQ(remarks_after(3640).size(), 1U);
+  EXPECT_THAT(remarks_after(3640)[0].text(), HasSubstr("cert.pem: the certificate ends on 2036-11-19; renew it: "));
+}
+
+TEST_F(Keystore, is_never_made_over_another_one) {
+  const std::string key = text_at(keystore / "private/ca.key.pem");
+  EXPECT_THAT(create_keystore(keystore, 0, kNow).error().text(), HasSubstr("there is a keystore already"));
+  fs::remove(keystore / "enclaves/governance.p7s");
+  const auto completed = create_keystore(keystore, 0, kNow);
+  ASSERT_TRUE(completed) << completed.error().text();
+  EXPECT_EQ(count(completed.value(), Change::Kind::Made), 1U) << "what was missing";
+  EXPECT_EQ(count(completed.value(), Change::Kind::Replaced), 0U);
+  EXPECT_EQ(text_at(keystore / "private/ca.key.pem"), key);
+  fs::remove(keystore / "private/ca.key.pem");
+  EXPECT_THAT(create_keystore(keystore, 0, kNow).error().text(), HasSubstr("ca.key.pem: it is missing"));
+}
+
+TEST_F(Keystore, keeps_an_enclaves_key_and_permissions_until_it_is_to_renew_them) {
+  make("/robot");
+  const std::string key = text_at(keystore / "enclaves/robot/key.pem");
+  const Changes again = make("/robot");
+  EXPECT_EQ(count(again, Change::Kind::Kept), again.size());
+  EXPECT_EQ(text_at(keystore / "enclaves/robot/key.pem"), key);
+
+  const WallTime later = kNow + std::chrono::hours(24 * 3651);
+  EXPECT_THAT(refusal("/robot", later),
+              HasSubstr("cert.pem: the certificate has expired on 2036-11-19T12:00:00 UTC; renew "
+                        "it: `nacelle security create-enclave keys /robot --renew`"));
+  const Changes renewed = make("/robot", true, later);
+  EXPECT_EQ(count(renewed, Change::Kind::Replaced), 4U) << "key, certificate, permissions twice";
+  EXPECT_THAT(refusal("/robot", later), HasSubstr("the authority's certificate has expired"));
+  EXPECT_EQ(read_certificate(text_at(keystore / "enclaves/robot/cert.pem")).value_or({}).begins, later);
+  EXPECT_THAT(text_at(keystore / "enclaves/robot/permissions.xml"), HasSubstr("<not_before>2036-11-20T12:00:00<"));
+}
+
+TEST_F(Keystore, takes_permissions_from_a_policy_file) {
+  make("/robot");
+  const fs::path policy = folder / "policy.xml";
+  const auto written = write_file(
+      policy,
+      "<policy version=\"0.2.0\"><enclaves><enclave path=\"/robot\"><profiles><profile ns=\"/\" node=\"lidar\">"
+      "<topics publish=\"ALLOW\"><topic>scan</topic></topics></profile></profiles></enclave></enclaves></policy>",
+      Secrecy::Public);
+  ASSERT_TRUE(written);
+  const auto changed = create_permission({keystore, "/robot"}, policy);
+  ASSERT_TRUE(changed) << changed.error().text();
+  EXPECT_EQ(count(changed.value(), Change::Kind::Replaced), 2U);
+  const std::string xml = text_at(keystore / "enclaves/robot/permissions.xml");
+  EXPECT_THAT(xml, HasSubstr("<topic>rt/scan</topic>"));
+  EXPECT_THAT(xml, ::testing::Not(HasSubstr("rt/*")));
+  EXPECT_EQ(refusal("/robot"), "none");
+  EXPECT_THAT(create_permission({keystore, "/laptop"}, policy).error().text(), HasSubstr("make the enclave first"));
+}
+
+TEST_F(Keystore, tells_what_keeps_an_enclave_from_being_used_with_file_and_way_out) {
+  make("/robot");
+  EXPECT_EQ(refusal("/robto"),
+            "keys: it has no enclave /robto; make it: `nacelle security create-enclave keys /robto`; did you "
+            "mean '/robot'?");
+  EXPECT_THAT(refusal("robot"), HasSubstr("must start with '/'"));
+  EXPECT_THAT(refusal("/robot", kNow - 24h), HasSubstr("set the clock"));
+  EXPECT_THAT(refusal("/robot", kNow, 3), HasSubstr("permissions.p7s: it allows nothing in domain 3"));
+  EXPECT_THAT(refusal("/robot", kNow, 231), HasSubstr("take one from 0 to 230"));
+  EXPECT_THAT(open_enclave({true, true, "", "/robot"}, 0, kNow).error().text(), HasSubstr("ROS_SECURITY_KEYSTORE"));
+  EXPECT_THAT(open_enclave({true, true, (folder / "none").string(), "/robot"}, 0, kNow).error().text(),
+              HasSubstr("create-keystore"));
+
+  const fs::path robot = keystore / "enclaves/robot";
+  for (const char* const file : {"cert.pem", "key.pem", "identity_ca.cert.pem", "permissions_ca.cert.pem",
+                                 "governance.p7s", "permissions.p7s"}) {
+    fs::rename(robot / file, robot / "away");
+    EXPECT_THAT(refusal("/robot"), HasSubstr("enclaves/robot/" + std::string(file) + ": cannot be read: No such file"));
+    EXPECT_THAT(refusal("/robot"), HasSubstr("create-enclave keys /robot"));
+    fs::create_directory(robot / file);
+    EXPECT_THAT(refusal("/robot"),
+                HasSubstr(std::string(file) + ": cannot be read: Is a directory; let the robot's user"));
+    fs::remove(robot / file);
+    fs::rename(robot / "away", robot / file);
+  }
+  EXPECT_EQ(refusal("/robot"), "none");
+}
+
+TEST_F(Keystore, does_not_take_the_files_of_another_enclave_or_keystore) {
+  make("/robot");
+  make("/laptop");
+  const fs::path robot = keystore / "enclaves/robot", laptop = keystore / "enclaves/laptop";
+  fs::copy_file(laptop / "key.pem", robot / "key.pem", fs::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal("/robot"), HasSubstr("key.pem: the key is not the certificate's"));
+  make("/robot", true);
+
+  const fs::path foreign = folder / "foreign";
+  ASSERT_TRUE(create_keystore(foreign, 0, kNow));
+  ASSERT_TRUE(create_enclave({foreign, "/robot"}, kNow));
+  fs::copy_file(foreign / "enclaves/robot/permissions.p7s", robot / "permissions.p7s",
+                fs::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal("/robot"), HasSubstr("permissions.p7s: the authority did not sign it as it is"));
+  make("/robot", true);
+  EXPECT_EQ(refusal("/robot"), "none");
+  for (const char* const file : {"cert.pem", "key.pem"})
+    fs::copy_file(foreign / "enclaves/robot" / file, robot / file, fs::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal("/robot"), HasSubstr("cert.pem: the authority did not sign it"));
+}
+
+}  // namespace
+}  // namespace nacelle::security

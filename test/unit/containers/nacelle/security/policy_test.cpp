@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/security/policy.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "../control/temporary_folder.hpp"
+#include "nacelle/security/files.hpp"
+#include "nacelle/security/policy_includes.hpp"
+
+namespace nacelle::security {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const Validity kYear{{std::chrono::seconds(1'795'348'800)}, {std::chrono::seconds(1'826'884'800)}};
+
+std::string enclave_with(const std::string& profile) {
+  return "<policy version=\"0.2.0\"><enclaves><enclave path=\"/robot\"><profiles>\n" + profile +
+         "\n</profiles></enclave><enclave path=\"/laptop\"><profiles><profile ns=\"/\" "
+         "node=\"n\"/></profiles></enclave>"
+         "</enclaves></policy>";
+}
+std::string mistake_in(const std::string& xml, const std::string& enclave = "/robot") {
+  const auto read = read_policy(xml, "p.xml", enclave);
+  return read ? "no mistake" : read.error().text();
+}
+
+TEST(Permissions, of_a_new_enclave_are_those_of_sros2_word_for_word) {
+  const auto rule = [](const char* name) {
+    return std::string("        <") + name +
+           ">\n          <topics>\n"
+           "            <topic>rq/*/_action/cancel_goalRequest</topic>\n"
+           "            <topic>rq/*/_action/get_resultRequest</topic>\n"
+           "            <topic>rq/*/_action/send_goalRequest</topic>\n"
+           "            <topic>rq/*Request</topic>\n"
+           "            <topic>rr/*/_action/cancel_goalReply</topic>\n"
+           "            <topic>rr/*/_action/get_resultReply</topic>\n"
+           "            <topic>rr/*/_action/send_goalReply</topic>\n"
+           "            <topic>rt/*/_action/feedback</topic>\n"
+           "            <topic>rt/*/_action/status</topic>\n"
+           "            <topic>rr/*Reply</topic>\n"
+           "            <topic>rt/*</topic>\n"
+           "          </topics>\n        </" +
+           name + ">\n";
+  };
+  const auto graph = [](const char* name) {
+    return std::string("        <") + name +
+           ">\n          <topics>\n            <topic>ros_discovery_info</topic>\n          </topics>\n        </" +
+           name + ">\n";
+  };
+  const std::string domains = "        <domains>\n          <id>7</id>\n        </domains>\n";
+  EXPECT_EQ(permissions_xml(everything(), "/arm/left", kYear, 7),
+            "<dds xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:noNamespaceSchemaLocation="
+            "\"http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_permissions.xsd\">\n  <permissions>\n"
+            "    <grant name=\"/arm/left\">\n      <subject_name>CN=/arm/left</subject_name>\n      <validity>\n"
+            "        <not_before>2026-11-22T12:00:00</not_before>\n        <not_after>2027-11-22T12:00:00</not_after>\n"
+            "      </validity>\n      <allow_rule>\n" +
+                domains + rule("publish") + rule("subscribe") + "      </allow_rule>\n      <allow_rule>\n" + domains +
+                graph("publish") + graph("subscribe") +
+                "      </allow_rule>\n      <default>DENY</default>\n    </grant>\n  </permissions>\n</dds>\n");
+}
+
+TEST(Permissions, deny_first_and_name_services_by_their_two_topics) {
+  const Policy policy{
+      {Deed::Publish, false, {"/cmd_vel"}}, {Deed::Publish, true, {"/*"}}, {Deed::Reply, true, {"/reset"}}};
+  const std::string xml = permissions_xml(policy, "/robot", kYear, 0);
+  const auto deny = xml.find("<deny_rule>"), allow = xml.find("<allow_rule>");
+  ASSERT_LT(deny, allow);
+  EXPECT_THAT(xml.substr(deny, allow - deny), HasSubstr("<topic>rt/cmd_vel</topic>"));
+  EXPECT_THAT(xml.substr(deny, allow - deny), Not(HasSubstr("<subscribe>")));
+  const auto subscribe = xml.find("<subscribe>");
+  EXPECT_LT(xml.find("rr/resetReply"), subscribe) << "a server writes replies";
+  EXPECT_GT(xml.find("rq/resetRequest"), subscribe) << "and reads requests";
+}
+
+TEST(Policy, makes_full_names_of_a_nodes_own) {
+  const auto read = read_policy(enclave_with(R"(<profile ns="/arm" node="driver">
+    <topics publish="ALLOW" subscribe="DENY"><topic>state</topic><topic>~/raw</topic><topic>/tf</topic></topics>
+    <services reply="ALLOW"><service>~/get_parameters</service></services>
+    <actions execute="ALLOW"><action>/dock</action></actions></profile>)"),
+                                "p.xml", "/robot");
+  ASSERT_TRUE(read) << read.error().text();
+  const std::vector<std::string> topics{"/arm/state", "/arm/driver/raw", "/tf"};
+  EXPECT_EQ(read.value(), (Policy{{Deed::Publish, true, topics},
+                                  {Deed::Subscribe, false, topics},
+                                  {Deed::Reply, true, {"/arm/driver/get_parameters"}},
+                                  {Deed::Execute, true, {"/dock"}}}));
+}
+
+TEST(Policy, tells_mistakes_with_their_line) {
+  const auto with = [](const std::string& profile) { return mistake_in(enclave_with(profile)); };
+  EXPECT_EQ(mistake_in(enclave_with(""), "/robott"),
+            "p.xml: it has no enclave with the path '/robott'; did you mean '/robot'?");
+  EXPECT_THAT(mistake_in("<policy"), HasSubstr("p.xml:1: "));
+  EXPECT_THAT(mistake_in("<dds/>"), HasSubstr("no policy file"));
+  EXPECT_EQ(with("<profile ns=\"/\"/>"), "p.xml:2: a profile needs 'ns' and 'node'");
+  EXPECT_EQ(with("<profile ns=\"/\" node=\"n\"><topic/></profile>"),
+            "p.xml:2: unexpected element 'topic'; did you mean 'topics'?");
+  EXPECT_EQ(with("<profile ns=\"/\" node=\"n\"><topics publish=\"YES\"/></profile>"),
+            "p.xml:2: 'publish' cannot be 'YES'; ALLOW or DENY");
+  EXPECT_EQ(with("<profile ns=\"/\" node=\"n\"><topics reply=\"ALLOW\"/></profile>"),
+            "p.xml:2: 'topics' has no 'reply'; one of publish, subscribe");
+  EXPECT_THAT(with("<profile ns=\"/\" node=\"n\"><topics publish=\"ALLOW\"><topic>/a b</topic></topics></profile>"),
+              HasSubstr("p.xml:2: '/a b' is no name of a topic"));
+}
+
+class Includes : public ::testing::Test {
+ protected:
+  std::string path_of(const std::string& name, const std::string& text) {
+    const std::filesystem::path path = folder.path() + "/" + name;
+    std::filesystem::create_directories(path.parent_path());
+    EXPECT_TRUE(write_file(path, text, Secrecy::Public));
+    return path.string();
+  }
+  std::string refusal(const std::string& name, const std::string& text) {
+    const auto read = read_with_includes(path_of(name, text));
+    return read ? "none" : read.error().text();
+  }
+  TemporaryFolder folder;
+};
+
+TEST_F(Includes, stand_for_what_they_lead_to) {
+  path_of("common/time.xml", R"(<profile><topics subscribe="ALLOW"><topic>/clock</topic></topics></profile>)");
+  path_of("common/node.xml", R"xml(<profile xmlns:xi="x"><xi:include href="time.xml" xpointer="xpointer(/profile/*)"/>
+    <topics publish="ALLOW"><topic>/rosout</topic></topics></profile>)xml");
+  const std::string policy = path_of("policy.xml", enclave_with(R"xml(<profile ns="/" node="n" xmlns:xi="x">
+    <xi:include href="common/node.xml" xpointer="xpointer(/profile/*)"/>
+    <topics publish="ALLOW"><topic>scan</topic></topics></profile>)xml"));
+  const auto xml = read_with_includes(policy);
+  ASSERT_TRUE(xml) << xml.error().text();
+  const auto read = read_policy(xml.value(), policy, "/robot");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read.value(), (Policy{{Deed::Subscribe, true, {"/clock"}},
+                                  {Deed::Publish, true, {"/rosout"}},
+                                  {Deed::Publish, true, {"/scan"}}}));
+}
+
+TEST_F(Includes, that_lead_nowhere_are_told) {
+  EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"none.xml\"/></a>"), HasSubstr("none.xml: cannot be read"));
+  EXPECT_THAT(refusal("a.xml", "<a>\n<xi:include/></a>"), HasSubstr("a.xml:2: an include needs 'href'"));
+  EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"a.xml\"/></a>"), HasSubstr("too many files include each other"));
+  path_of("b.xml", "<b/>");
+  EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"b.xml\" xpointer=\"element(1)\"/></a>"),
+              HasSubstr("a.xml:1: the xpointer 'element(1)' is none that is read here"));
+  EXPECT_EQ(refusal("a.xml", "<a>\n</a>"), "none");
+}
+
+TEST(Policy, that_is_written_is_read_again) {
+  const NodeProfile lidar{"/front", "lidar", {"/front/scan"}, {"/clock"}, {"/front/lidar/get_state"}, {}};
+  const auto read = read_policy(policy_xml("/robot", {lidar}), "p.xml", "/robot");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read.value(), (Policy{{Deed::Reply, true, {"/front/lidar/get_state"}},
+                                  {Deed::Subscribe, true, {"/clock"}},
+                                  {Deed::Publish, true, {"/front/scan"}}}));
+}
+
+TEST(Grant, is_found_by_its_subject_with_times_and_domain) {
+  const std::string xml = permissions_xml(everything(), "/robot", kYear, 7);
+  const auto found = find_grant(xml, "CN=/robot", 7);
+  ASSERT_TRUE(found && found.value()) << xml;
+  EXPECT_EQ(found.value()->validity.ends, kYear.ends);
+  EXPECT_TRUE(found.value()->covers_domain);
+  EXPECT_FALSE(find_grant(xml, "CN=/robot", 8).value_or({})->covers_domain);
+  EXPECT_FALSE(find_grant(xml, "CN=/laptop", 7).value_or(Grant{}).has_value());
+  EXPECT_FALSE(find_grant("<dds/>", "CN=/robot", 7));
+}
+
+TEST(Governance, covers_a_domain_or_a_range_of_them) {
+  EXPECT_TRUE(governs(governance_xml(7), 7).value_or(false));
+  EXPECT_FALSE(governs(governance_xml(7), 8).value_or(true));
+  std::string range = governance_xml(7);
+  range.replace(range.find("<id>7</id>"), 10, "<id_range><min>3</min></id_range>");
+  EXPECT_TRUE(governs(range, 200).value_or(false));
+  EXPECT_FALSE(governs(range, 2).value_or(true));
+  EXPECT_FALSE(governs("rubbish", 0));
+}
+
+}  // namespace
+}  // namespace nacelle::security
