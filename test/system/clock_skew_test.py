@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A laptop whose clock is not the robot's: told with its name, and only if it is so."""
 import json
+import os
 import unittest
 
-from machines import Lines
+from machines import Lines, named
 from network_test import PEERS, NetworkTest
+from robot import wait_for
 
 
 def is_skew(line):
@@ -19,8 +21,7 @@ def milliseconds_of(line):
 class ClockSkew(NetworkTest):
     def sends_commands(self, ahead_ms, host="laptop", count=1000000):
         """A program on plain Cyclone DDS that stamps so far ahead what it sends twenty times a second."""
-        named = ("unshare", "--uts", "sh", "-c", f'hostname {host}; exec "$@"', "sh")
-        peer = Lines(self.laptop.within(*named, PEERS["cyclone"], "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0,
+        peer = Lines(self.laptop.within(*named(host), PEERS["cyclone"], "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0,
                                         "--every", 50, "--count", count, "--ahead", ahead_ms, "--as-delivered"), self.environment)
         self.addCleanup(peer.close)
         peer.wait_for("the peer is ready", lambda line: line == "ready")
@@ -76,6 +77,53 @@ class ClockSkew(NetworkTest):
         self.assertEqual(self.clocks(), [])
         self.sends_commands(150 - 50, host="tablet")
         self.assertIn("host tablet is ", robot.wait_for("the clock is told", is_skew))
+
+
+class TwoRobots(NetworkTest):
+    """On one domain, each on a machine and in a namespace of its own, with /tf in common or not."""
+
+    def start_both(self, *arguments):
+        fifo = self.folder / f"clock-{self.id()}"
+        os.mkfifo(fifo)
+        one = self.start_robot("network:=export", "namespace:=robot1", *arguments, name="robot1", host="first")
+        two = self.start_robot("network:=export", "namespace:=robot2", *arguments, "--test-clock", fifo, name="robot2",
+                               machine=self.laptop, host="second")
+        return one, two, fifo
+
+    def tree(self, *more):
+        return self.nacelle("tf", "tree", "--container", "robot1", *more).stdout
+
+    def frames(self):
+        return {row["child"]: row for row in json.loads(self.tree("--json"))["frames"]}
+
+    def test_share_their_transforms_and_tell_that_one_clock_is_ahead(self):
+        one, two, fifo = self.start_both("tf:=frames")
+        wait_for("the other's frames", lambda: "robot2/base_footprint" in self.frames() and "robot2/lidar_link" in self.frames())
+        self.assertEqual({name.split("/")[0] for name in self.frames()}, {"robot1", "robot2"})
+        with open(fifo, "w", encoding="ascii") as clock:
+            clock.write("0.3\n")
+        line = one.wait_for("the clock that is ahead", is_skew)
+        self.assertIn("clock skew: host second is ", line)
+        self.assertIn(" ms ahead", line)
+        self.assertIn("clock skew: host first is ", two.wait_for("to the other one is behind", is_skew))
+        frames = self.frames()
+        self.assertIn("host second is ", frames["robot2/base_footprint"]["clock_skew"])
+        self.assertNotIn("clock_skew", frames["robot1/base_footprint"])
+        self.assertRegex(self.tree(), r"clock skew: host second is \d+ ms ahead \(.*robot2/base_footprint")
+
+    def test_do_not_meet_with_topics_of_their_own(self):
+        self.start_both()
+
+        def others():
+            """Ends of the other robot on topics of this one: /diagnostics and /rosout are everybody's."""
+            containers = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"]
+            return next(row["figures"]["others"] for row in containers if row["name"] == "robot1")
+
+        wait_for("they are on the same network", lambda: others() > 0)
+        self.assertEqual([name for name in self.frames() if "/" in name], [])
+        topics = {row["name"]: row for row in json.loads(self.nacelle("topic", "list", "--container", "robot1", "--json").stdout)}
+        self.assertEqual([name for name in topics if name.startswith("/robot2/") or name.startswith("/tf")], [])
+        self.assertEqual(topics["/robot1/odom"]["writers"], 1)
 
 
 if __name__ == "__main__":

@@ -100,6 +100,11 @@ class Capture:
         self.lines.close()
 
 
+def named(host):
+    """What a command line begins with that runs where the host's name is this."""
+    return ["unshare", "--uts", "sh", "-c", f'hostname {host}; exec "$@"', "sh"]
+
+
 def cable(one, other, name="lan0", network="10.77.0"):
     """Joins two machines: .1 and .2 on a link of the same name. IPv6 is off, so that the kernel itself says nothing."""
     ip("link", "add", name, "netns", one.holder.pid, "type", "veth", "peer", "name", name, "netns", other.holder.pid)

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import unittest
 
-from machines import Capture, Lines, Machine, cable, need_namespaces
+from machines import Capture, Lines, Machine, cable, named, need_namespaces
 from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
 PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_CYCLONE_PEER"), ("fastdds", "NACELLE_FASTDDS_PEER"))
@@ -45,10 +45,10 @@ class NetworkTest(RobotTest):
         self.addCleanup(machine.close)
         return machine
 
-    def start_robot(self, *arguments, machine=None, name="robot", **variables):
+    def start_robot(self, *arguments, machine=None, name="robot", host=None, **variables):
         """Returns when it is up, with what it has said so far."""
         command = (machine or self.robot_machine).within(
-            PROGRAM, "launch", LAUNCH_FILE, "sim:=true", f"sim_dir:={self.folder}/sim-{name}", "--name", name, *arguments)
+            *(named(host) if host else ()), PROGRAM, "launch", LAUNCH_FILE, "sim:=true", f"sim_dir:={self.folder}/sim-{name}", "--name", name, *arguments)
         robot = Lines(command, {**self.environment, **variables})
         robot.before = []  # what it said until it was up, and perhaps a little more
 

@@ -316,7 +316,8 @@ std::vector<FrameInfo> TransformBuffer::frames() const {
     if (newest.parent == 0) continue;
     const auto span = impl_->histories[id].span();
     all.push_back({std::string{impl_->names.name(id)}, std::string{impl_->names.name(newest.parent)}, newest.is_static,
-                   WallTime{Duration{span.oldest_ns}}, WallTime{Duration{span.newest_ns}}, span.samples});
+                   WallTime{Duration{span.oldest_ns}}, WallTime{Duration{span.newest_ns}}, span.samples,
+                   impl_->writers[id].load(std::memory_order_relaxed)});
   }
   std::sort(all.begin(), all.end(), [](const FrameInfo& a, const FrameInfo& b) { return a.child < b.child; });
   return all;

@@ -60,8 +60,9 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
     options.description = std::move(read.value().urdf);
     if (!read.value().places.empty()) where = "what " + file + " expands to";  // `nacelle xacro` prints it
   }
+  options.frame_prefix = node.get<std::string>(kFramePrefixParameter);
   for (const std::string& entry : node.get<std::vector<std::string>>("static_transforms")) {
-    auto transform = read_static_transform(entry);
+    auto transform = read_static_transform(entry, options.frame_prefix);
     if (!transform) return err(Problem{"parameter static_transforms", transform.error(), ""});
     options.static_transforms.push_back(std::move(transform).value());
   }
@@ -74,15 +75,10 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
     if (!tree) return err(tree.error());
     options.tree = std::move(tree).value();
   }
-  options.frame_prefix = node.get<std::string>(kFramePrefixParameter);
   // The description does not know of the prefix: its links get it whatever they are called, as robot_state_publisher's.
   for (Joint& joint : options.tree.joints) {
     joint.parent.insert(0, options.frame_prefix);
     joint.child.insert(0, options.frame_prefix);
-  }
-  for (StaticTransform& transform : options.static_transforms) {
-    transform.parent = with_frame_prefix(options.frame_prefix, transform.parent);
-    transform.child = with_frame_prefix(options.frame_prefix, transform.child);
   }
   if (const auto checked = check_parents(options); !checked) return err(checked.error());
   options.joints = {node.get<double>("publish_frequency"), node.get<bool>("ignore_timestamp")};

@@ -10,7 +10,7 @@
 
 namespace nacelle::transforms {
 
-Result<StaticTransform, std::string> read_static_transform(const std::string& text) {
+Result<StaticTransform, std::string> read_static_transform(const std::string& text, const std::string& frame_prefix) {
   std::istringstream in{text};
   std::vector<std::string> words;
   for (std::string word; in >> word;) words.push_back(word);
@@ -32,7 +32,9 @@ Result<StaticTransform, std::string> read_static_transform(const std::string& te
   }
   StaticTransform made{words[count], words[count + 1], {}};
   for (std::string* frame : {&made.parent, &made.child}) {
-    if (frame->starts_with('/')) frame->erase(0, 1);
+    const bool is_nobodys = frame->starts_with('/');
+    if (is_nobodys) frame->erase(0, 1);
+    if (!is_nobodys && !frame->starts_with(frame_prefix)) frame->insert(0, frame_prefix);
     if (frame->empty()) return err(fmt::format("'{}': a frame has no name", text));
   }
   if (made.parent == made.child) return err(fmt::format("'{}': parent and child are the same frame", text));

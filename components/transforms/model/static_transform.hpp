@@ -18,8 +18,10 @@ struct StaticTransform {
 };
 
 /// Reads "x y z yaw pitch roll parent child" or "x y z qx qy qz qw parent child": the arguments of static_transform_publisher.
+/// Frames get the prefix, unless they have it; those that begin with '/' lose the slash instead.
 /// Units:  m, rad.
 /// Errors: a sentence that names the wrong word.
-[[nodiscard]] Result<StaticTransform, std::string> read_static_transform(const std::string& text);
+[[nodiscard]] Result<StaticTransform, std::string> read_static_transform(const std::string& text,
+                                                                         const std::string& frame_prefix = {});
 
 }  // namespace nacelle::transforms

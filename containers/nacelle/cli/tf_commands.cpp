@@ -47,6 +47,18 @@ int write_drawing(const std::string& path, const Result<std::string, Problem>& d
   return file ? kDone : complain({path, "the drawing cannot be written", "is the folder there, and yours?"});
 }
 
+/// A line for each machine whose stamps do not fit ours, with what it sends.
+std::string skews_text(const json& frames) {
+  std::map<std::string, std::vector<std::string>> sent;
+  for (const auto& frame : frames) {
+    if (frame.contains("clock_skew"))
+      sent[frame["clock_skew"].get<std::string>()].push_back(frame["child"].get<std::string>());
+  }
+  std::string text;
+  for (const auto& [skew, children] : sent) text += "clock skew: " + skew + " (" + join(children) + ")\n";
+  return text;
+}
+
 int tree(const TfWish& wish) {
   auto client = connect(wish.container);
   if (!client) return client.error();
@@ -61,6 +73,7 @@ int tree(const TfWish& wish) {
     std::printf("%s\n", json{{"frames", reply.value()["frames"]}}.dump().c_str());
   } else if (wish.svg.empty() && wish.pdf.empty() && wish.dot.empty()) {
     std::fputs(edges.empty() ? "no transform has been sent yet\n" : drawing::tree_text(edges).c_str(), stdout);
+    std::fputs(skews_text(reply.value()["frames"]).c_str(), stdout);
   }
   return worst;
 }

@@ -11,7 +11,7 @@ std::string ClockJumpReport::tell(Duration step, WallTime now) {
   using diagnostic_msgs::msg::DiagnosticArray;
   using diagnostic_msgs::msg::DiagnosticStatus;
   if (!writer_) {
-    writer_ = transport_.create_writer({"/diagnostics", &DiagnosticArray::message_type(), QoS{10}, "/" + container_});
+    writer_ = transport_.create_writer({"/diagnostics", &DiagnosticArray::message_type(), QoS{10}, node_});
   }
   const std::string text = fmt::format("the wall clock was set by {:+.3f} s", to_seconds(step));
   if (Block* const block = writer_->borrow(); block != nullptr) {

@@ -13,15 +13,16 @@ namespace nacelle::session {
 /// Threads: one; not beyond the life of the transport.
 class ClockJumpReport {
  public:
-  ClockJumpReport(Transport& transport, std::string container)
-      : transport_(transport), container_(std::move(container)) {}
+  /// `node`: the container's own, with its namespace.
+  ClockJumpReport(Transport& transport, std::string container, std::string node)
+      : transport_(transport), container_(std::move(container)), node_(std::move(node)) {}
 
   /// Returns the line for the log.
   std::string tell(Duration step, WallTime now);
 
  private:
   Transport& transport_;
-  const std::string container_;
+  const std::string container_, node_;
   std::unique_ptr<Writer> writer_;  // made at the first step: most robots never see one
 };
 

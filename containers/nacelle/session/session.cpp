@@ -252,7 +252,8 @@ void Session::answer_guests() {
 std::optional<Problem> Session::serve() {
   const auto kernel_alarm = options_.clock_alarm == nullptr ? make_kernel_clock_alarm() : nullptr;
   ClockWatch clock_watch{clock_, kernel_alarm ? *kernel_alarm : *options_.clock_alarm};
-  ClockJumpReport clock_jumps{container_->transport(), options_.container_name};
+  ClockJumpReport clock_jumps{container_->transport(), options_.container_name,
+                              fully_qualified_node_name(plan_.container.namespace_, options_.container_name)};
   std::vector<pollfd> waits;
   waits.reserve(64);
   while (true) {

@@ -34,6 +34,7 @@ json tree(Session& session) {
   for (const auto& claim : session.container().frames()) {
     if (claim.owns) owners[claim.child] = claim.node;
   }
+  const auto skews = std::static_pointer_cast<ClockSkews>(session.container().shared_object(kClockSkewsName));
   const WallTime now = session.container().clock().wall_now();
   json rows = json::array();
   if (const auto buffer = buffer_of(session)) {
@@ -47,6 +48,8 @@ json tree(Session& session) {
                       {"age_s", frame.is_static ? 0.0 : to_seconds(now - frame.newest)},
                       {"history_s", frame.is_static ? 0.0 : to_seconds(frame.newest - frame.oldest)},
                       {"samples", frame.samples}});
+      if (const ClockSkew skew = skews->of_writer(frame.writer); skew && !frame.is_static)
+        rows.back()["clock_skew"] = skew.text();
     }
   }
   return {{"ok", true}, {"frames", std::move(rows)}};

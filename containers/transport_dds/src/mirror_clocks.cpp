@@ -16,8 +16,10 @@ DdsMirror::Impl::Peer& DdsMirror::Impl::peer_of(const dds::RemoteEndpoint& write
   const auto [found, added] = peers.try_emplace(participant);
   Peer& peer = found->second;
   if (!added) return peer;
-  peer.host = remote.lock()->host_of(participant);
-  if (peer.host.empty()) peer.host = "(no name; participant " + participant.text() + ")";
+  const std::string host = remote.lock()->host_of(participant);
+  // "host of participant 0110..., is 150 ms ahead"; as long as ClockSkew keeps it.
+  const std::string prefix = participant.text().substr(0, 2 * dds::Gid::kPrefixBytes);
+  peer.host = ClockSkew{host.empty() ? "of participant " + prefix : host, 1ns}.host();
   return peer;
 }
 
@@ -29,7 +31,7 @@ void DdsMirror::Impl::note_stamp(StandIn& from, WallTime source, WallTime receiv
   tell_skew(from.peer->host);
 }
 
-// Programs of one host have one clock, and the largest offset that one of them shows is the nearest to it.
+// Programs of one host have one clock: where some show more than others, the most that is sure is told.
 void DdsMirror::Impl::publish_skews() {
   std::map<std::string, Duration> hosts;
   for (const auto& [gid, peer] : peers) {
@@ -46,17 +48,17 @@ void DdsMirror::Impl::publish_skews() {
   ClockSkews::Table table;
   for (const auto& [gid, stand_in] : stand_ins) {
     if (stand_in.peer == nullptr || stand_in.peer->clock.ahead() == Duration::zero()) continue;
-    table.emplace(stand_in.id, ClockSkew{stand_in.peer->host, hosts.at(stand_in.peer->host)});
+    table.emplace(stand_in.id, ClockSkew{stand_in.peer->host, stand_in.peer->clock.ahead()});
   }
   options.clock_skews->replace(std::move(table));
 }
 
 // Several programs of one host find out one after the other: it is told once.
 void DdsMirror::Impl::tell_skew(const std::string& host) {
-  auto skews = host_skews.lock();
-  const auto now = std::ranges::find(*skews, host, &ClockSkew::host);
+  const std::vector<ClockSkew> skews = *host_skews.lock();
+  const auto now = std::ranges::find(skews, host, &ClockSkew::host);
   const auto told_before = told_skews.find(host);
-  if (now == skews->end()) {
+  if (now == skews.end()) {
     if (told_before == told_skews.end()) return;
     told_skews.erase(told_before);
     return log.info("clock skew: the clock of host {} agrees with this machine's again", host);

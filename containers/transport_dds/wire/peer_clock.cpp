@@ -58,8 +58,9 @@ Duration PeerClock::estimate() const {
     if (slice.least <= (was_ahead ? -kLeastAhead / 2 : -kLeastAhead)) ++ahead;
   }
   if (ahead >= 2) return -least;
+  if (seen < 3) return told_;  // too little to say anything else
   const Duration enough = kLongestWay + (was_behind ? kLeastAhead / 2 : kLeastAhead);
-  const bool is_known = seen >= 3 && messages >= kLeastMessages && most - least <= (was_behind ? 3 * kAgree : kAgree);
+  const bool is_known = messages >= kLeastMessages && most - least <= (was_behind ? 3 * kAgree : kAgree);
   return is_known && least >= enough ? -least : Duration::zero();
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "nacelle/qos/presets.hpp"
 #include "support/recording_host.hpp"
 
 namespace nacelle::ekf {
