@@ -22,7 +22,8 @@ namespace {
 using nlohmann::json;
 
 struct SecurityWords {
-  std::string keystore, enclave, policy, container;
+  std::string keystore, enclave, policy;
+  Whom whom;
   std::string domain;  ///< Empty: ROS_DOMAIN_ID's.
   bool renew = false, as_json = false;
 };
@@ -106,7 +107,7 @@ std::vector<security::NodeProfile> profiles_of(const json& graph) {
 int write_policy(const SecurityWords& words) {
   if (std::filesystem::exists(words.policy))
     return complain({words.policy, "it is there already", "name another file, and take over what is new"});
-  auto graph = graph_of(words.container);
+  auto graph = graph_of(words.whom);
   if (!graph) return graph.error();
   const auto profiles = profiles_of(graph.value());
   const auto done =
@@ -188,7 +189,7 @@ void add_security_commands(Command& root) {
         command.option("policy", words.policy, "the file; it must not be there yet").required().names_a(Names::File);
         words.enclave = "/";
         command.option("--enclave", words.enclave, "whose policy it becomes").with_default();
-        add_container_option(command, words.container);
+        add_container_option(command, words.whom.container);
       });
 }
 
