@@ -117,7 +117,7 @@ json load(RemoteNetwork& network, const std::string& container, const json& requ
   for (const auto& [name, value] : load.parameters)
     parameters.push_back({{"name", name}, {"value", parameter_message(value)}});
   for (const auto& rule : load.remaps) remaps.push_back(to_text(rule));
-  // Where nothing else is said, a class is in the package of its first namespace; a Nacelle container does not ask for it.
+  // A class is taken to be in the package of its first namespace; a Nacelle container does not ask for it.
   const std::string package = load.plugin.substr(0, load.plugin.find("::"));
   const auto answer = network.call(container + "/_container/load_node", "composition_interfaces/srv/LoadNode",
                                    {{"package_name", package},

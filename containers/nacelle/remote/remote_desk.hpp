@@ -17,8 +17,8 @@ namespace nacelle::remote {
 
 /// The nodes of the network, asked as a container is: in this process, over sockets that nobody else sees.
 ///
-/// A signal that nobody else has asked for ends the process as ever, but the network is left first, so that the others do not have
-/// to wait for this node's lease.
+/// A signal that nobody else has asked for ends the process as ever, but the network is left first, so that the others
+/// do not have to wait for this node's lease.
 /// Threads: its own "remote"; all members from one thread.
 class RemoteDesk {
  public:

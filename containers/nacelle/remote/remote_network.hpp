@@ -34,9 +34,9 @@ struct RemoteOptions {
   std::vector<std::filesystem::path> message_folders;
 };
 
-/// This process as a hidden ROS 2 node "/_nacelle_cli_<pid>": it finds others, reads and writes topics and calls services.
+/// This process as a hidden ROS 2 node "/_nacelle_cli_<pid>": it finds others, reads and writes topics, calls services.
 ///
-/// Threads: one, but for interrupt().
+/// Threads: one.
 class RemoteNetwork {
  public:
   /// Errors: variables that cannot be obeyed; a network that is off, or cannot be had.
@@ -51,7 +51,7 @@ class RemoteNetwork {
   /// "domain 5", for people.
   [[nodiscard]] const std::string& where() const { return where_; }
 
-  /// From now on whoever waits here returns at once. `descriptor` becomes readable for that; set it before the first wait.
+  /// Whoever waits here returns at once when one of these is readable. To be set before the first wait.
   void interrupted_by(std::vector<int> descriptors) { interrupts_ = std::move(descriptors); }
   /// Whether `holds` does at last. It is looked at whenever something has happened.
   [[nodiscard]] bool wait(MonotonicTime until, const std::function<bool()>& holds);
@@ -74,7 +74,8 @@ class RemoteNetwork {
   /// A type whose messages are bytes. Valid as long as this object.
   [[nodiscard]] const msgs::MessageType& bytes_of(const std::string& type, const std::string& hash);
 
-  /// As runtime::Container::call_service(), for servers outside. Waits for the server at most for the time of discovery.
+  /// As runtime::Container::call_service(), for servers outside. Waits for the server at most for the time of discovery,
+  /// and for one that was found a moment more.
   /// Errors: nobody offers it, or not with that type, or with another middleware's protocol.
   [[nodiscard]] Result<std::unique_ptr<runtime::ServiceCall>, Problem> start_call(const std::string& service,
                                                                                   const msgs::ServiceType& type,

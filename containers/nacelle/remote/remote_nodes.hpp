@@ -13,8 +13,8 @@
 
 namespace nacelle::remote {
 
-/// Answers the requests of the command line for ROS 2 nodes of the network, in the words in which a container answers them for its
-/// components. What is asked is asked of the nodes' own services; it waits for them, but for service.call.
+/// Answers the requests of the command line for ROS 2 nodes of the network, in the words in which a container answers
+/// them for its components. What is asked is asked of the nodes' own services; it waits for them, but for service.call.
 /// Threads: the desk's.
 class RemoteNodes final : public session::Respondent {
  public:
@@ -44,7 +44,8 @@ class RemoteNodes final : public session::Respondent {
   std::vector<OpenWriter> writers_;
 };
 
-/// The full name of a node outside. Waits for it at most for the time of discovery. Errors: there is none, or it could be several.
+/// The full name of a node outside. Waits for it at most for the time of discovery. Errors: there is none, or it could
+/// be several.
 [[nodiscard]] Result<std::string, Problem> node_named(RemoteNetwork& network, const std::string& name);
 /// Whether the node is known to offer a service of that name: "get_state".
 [[nodiscard]] bool offers(const RemoteNetwork& network, const std::string& node, const std::string& service);

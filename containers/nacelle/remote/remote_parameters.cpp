@@ -86,8 +86,8 @@ Result<json, Problem> ask(RemoteNetwork& network, const std::string& node, const
   return network.call(node + "/" + service, type, request, kAnswer);
 }
 
-/// The parameters' values, in the order of their names. rclcpp answers a question that names one without a value with nothing at
-/// all, so these are left out of it.
+/// The parameters' values, in the order of their names. rclcpp answers a question that names one without a value with
+/// nothing at all, so these are left out of it.
 Result<std::vector<ParameterValue>, Problem> values_of(RemoteNetwork& network, const std::string& node,
                                                        const json& names) {
   const Problem changed{node, "its parameters changed while they were read", "try again"};

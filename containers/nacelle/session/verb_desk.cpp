@@ -9,32 +9,16 @@
 #include <nlohmann/json.hpp>
 
 #include "nacelle/control/client.hpp"
-#include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/msgs/type_library.hpp"
 #include "nacelle/session/message_yaml.hpp"
-#include "nacelle/session/session.hpp"
+#include "nacelle/session/own_container.hpp"
 #include "nacelle/session/tf_verbs.hpp"
-#include "nacelle/session/verbs.hpp"
 
 namespace nacelle::session {
 
 using nlohmann::json;
 
 namespace {
-
-constexpr std::size_t kMeasuredDepth = 1000, kReadDepth = 10;
-
-/// The types of which a topic has ends.
-std::vector<std::string> types_of(const runtime::Container& container, const std::string& topic) {
-  std::vector<runtime::StreamReport> streams;
-  container.report_streams(streams);
-  std::vector<std::string> types;
-  for (const auto& stream : streams) {
-    if (stream.name == topic && stream.writers + stream.readers != 0) types.push_back(stream.type);
-  }
-  return types;
-}
 
 const msgs::Field* field_of(const msgs::MessageType& type, std::string_view name, std::string_view type_name) {
   for (const msgs::Field& field : type.fields) {
@@ -68,47 +52,6 @@ void append_hex(std::string& out, const msgs::MessageType& type, const void* mes
   type.encode(message, bytes.data());
   out += to_hex(bytes);
 }
-
-/// The container of this process.
-class OwnContainer final : public Respondent {
- public:
-  explicit OwnContainer(Session& session) : session_(session), types_(session.options().places.message_folders) {}
-  [[nodiscard]] const Clock& clock() const override { return session_.container().clock(); }
-  [[nodiscard]] Answer answer(const std::string& verb, const json& request) override {
-    return reply_to_verb(session_, types_, verb, request);
-  }
-  [[nodiscard]] Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) override {
-    auto type = type_of(wish);
-    if (!type) return err(type.error());
-    // A person reads text slower than a sensor writes it; only what is measured must not be lost.
-    return std::make_unique<TopicTap>(session_.container().transport(), wish.topic, *type.value(),
-                                      wish.is_measured ? kMeasuredDepth : kReadDepth);
-  }
-
- private:
-  [[nodiscard]] Result<const msgs::MessageType*, Problem> type_of(const TapWish& wish) {
-    const runtime::Container& container = session_.container();
-    // A name may carry two types (cmd_vel does); then the one that is meant can be given.
-    if (!wish.type.empty()) {
-      auto found = types_.message(wish.type);
-      if (!found) return found;
-      // Of another type nothing would ever come. A topic that nobody has yet may still get this one.
-      const std::vector<std::string> types = types_of(container, wish.topic);
-      if (types.empty() || std::find(types.begin(), types.end(), found.value()->name) != types.end()) return found;
-      return err(
-          Problem{"topic " + wish.topic, "has the type " + join(types, " and ") + ", not " + found.value()->name, ""});
-    }
-    if (const auto* const type = container.topic_type(wish.topic); type != nullptr) return type;
-    std::vector<std::string> names;
-    std::vector<runtime::StreamReport> streams;
-    container.report_streams(streams);
-    for (const auto& stream : streams) names.push_back(stream.name);
-    return err(Problem{"topic " + wish.topic, "nobody publishes or reads it", suggestion(wish.topic, names)});
-  }
-
-  Session& session_;
-  msgs::TypeLibrary types_;
-};
 
 }  // namespace
 
