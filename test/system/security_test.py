@@ -120,8 +120,15 @@ class Secured(NetworkTest):
         self.assertEqual(robot.line, "network: shown to the LAN, secured as /robot; to keep it on this machine: network:=local")
         return robot
 
-    def known_reader(self):
-        return self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=secured_by(self.keys, "/laptop"))
+    def known_reader(self, keys=None):
+        """A program with keys that hears the robot. When two meet on a busy machine, Cyclone 0.10's handshake may stick (its issue
+        1895, seen here once in fifty): then the program starts anew, as docs/security.md says."""
+        for _ in range(3):
+            reader = self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=secured_by(keys or self.keys, "/laptop"))
+            if reader.within(10 * SLOW, is_odometry):
+                return reader
+            reader.close()
+        raise AssertionError(f"three programs with keys hear no odometry; the last said: {reader.seen[-20:]}")
 
     def drives(self, machine, **variables):
         driver = self.peer("cyclone", machine, "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0.15,
@@ -258,7 +265,7 @@ class Secured(NetworkTest):
         self.assertIn("secured as /robot", robot.line)
         examined = self.run_program("doctor", "net", env={**self.environment, **self.variables(ROS_SECURITY_KEYSTORE=str(keys))})
         self.assertIn(f"chmod 600 {keys}/enclaves/robot/key.pem", examined.stdout, "it leaves keys to the umask")
-        reader = self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=secured_by(keys, "/laptop"))
+        reader = self.known_reader(keys)
         reader.wait_for("odometry on the laptop", is_odometry)
 
 
