@@ -128,13 +128,15 @@ class Frames(NamespaceTest):
     def test_the_check_passes(self):
         self.nacelle("check", self.launch_file, f"sim_dir:={self.folder}/sim", *self.arguments)
 
+
+class Drive(RobotTest):
     # Whose filter fuses nothing would know nothing of the way.
-    def test_a_drive_follows(self):
+    def test_follows_where_frames_have_a_prefix(self):
         file = self.folder / "report.json"
-        self.expect_exit(self.run_program("drive", "--report", file, *self.arguments, limit_s=120), 0)
+        self.expect_exit(self.run_program("drive", "--report", file, "namespace:=robot1", "tf:=frames", limit_s=120), 0)
         drive = json.loads(file.read_text())["drive"]
-        self.assertLess(drive["ekf_error_m"], 0.05)
-        self.assertLess(drive["odometry_error_m"], 0.2)
+        self.assertLess(drive["ekf_error_m"], 0.05 * SLOW)
+        self.assertLess(drive["odometry_error_m"], 0.2 * SLOW)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,9 @@ int run_teleop_command(TeleopWish& wish) {
     complain({"teleop", "needs a terminal to read keys from", "publish with `nacelle topic pub` from a script"});
     return kUsage;
   }
-  const auto names = client.value().call({{"verb", "names"}}, 5s);
+  auto asking = connect(wish.container);  // a connection that asks does not publish
+  if (!asking) return asking.error();
+  const auto names = asking.value().call({{"verb", "names"}}, 5s);
   if (!names) return complain(names.error());
   wish.settings.topic = join_namespaces(names.value()["namespace"].get<std::string>(), wish.topic);
   wish.settings.frame.insert(0, names.value()["frame_prefix"].get<std::string>());
