@@ -115,9 +115,9 @@ int Session::run_robot() {
   container_options.component_path = options_.places.component_folders;
   container_options.node_interfaces = runtime::NodeInterfaces::All;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
-  network_ = std::make_unique<Network>(plan_.network, ros_environment(), container_->graph(),
-                                       container_->service_graph(), clock_,
-                                       [this](const std::string& line) { say(line); });
+  network_ =
+      std::make_unique<Network>(plan_.network, ros_environment(), container_->graph(), container_->service_graph(),
+                                clock_, [this](const std::string& line) { say(line); });
   if (auto joined = network_->start(); !joined) {
     say("nacelle: " + joined.error().text());
     return 1;

@@ -12,6 +12,7 @@
 
 #include "nacelle/msgs/message_type.hpp"
 #include "support/dds.hpp"
+#include "support/neighbour.hpp"
 #include "support/peer_process.hpp"
 
 namespace nacelle::transport_dds {
@@ -29,10 +30,19 @@ const std::map<std::string, std::string> kPeers{
 #endif
 };
 
-std::vector<std::string> every_vendor() {
-  std::vector<std::string> out;
-  out.reserve(kPeers.size());
-  for (const auto& [vendor, program] : kPeers) out.push_back(vendor);
+/// A peer of some make, on this machine (over the loopback interface) or on another one (a network namespace and a cable).
+struct Place {
+  std::string vendor;
+  bool elsewhere = false;
+};
+std::string name_of(const Place& place) { return place.vendor + (place.elsewhere ? "_elsewhere" : "_here"); }
+void PrintTo(const Place& place, std::ostream* out) { *out << name_of(place); }
+
+std::vector<Place> every_place() {
+  std::vector<Place> out;
+  for (const auto& [vendor, program] : kPeers) {
+    for (const bool elsewhere : {false, true}) out.push_back({vendor, elsewhere});
+  }
   return out;
 }
 
@@ -83,12 +93,29 @@ Words words_of(const Sample& sample) {
 
 class PeerTest : public ::testing::Test {
  public:
+  explicit PeerTest(Place place = {}) : place_(std::move(place)) {
+    if (place_.elsewhere) neighbour_ = std::make_unique<test::Neighbour>();
+    if (neighbour_ && !neighbour_->is_there()) return;
+    ParticipantOptions options;
+    options.config = config();
+    here = test::make_participant(options);
+  }
+  void SetUp() override {
+    if (!here) GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: this kernel makes no links between network namespaces";
+  }
   [[nodiscard]] std::unique_ptr<PeerProcess> start(const std::string& vendor, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), kPeers.at(vendor));
     arguments.insert(arguments.end(), {"--domain", std::to_string(test::test_domain())});
-    const std::string config = test::loopback_config(test::test_domain()) +
+    if (neighbour_) {
+      arguments = neighbour_->within(std::move(arguments));
+      arguments.emplace_back("--as-delivered");
+    }
+    const std::string program = arguments.front();
+    arguments.erase(arguments.begin());
+    const std::string config = this->config() +
                                "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
                                "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
-    auto peer = std::make_unique<PeerProcess>(kPeers.at(vendor), arguments,
+    auto peer = std::make_unique<PeerProcess>(program, arguments,
                                               std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}});
     EXPECT_EQ(peer->line(), "ready");
     return peer;
@@ -121,18 +148,27 @@ class PeerTest : public ::testing::Test {
   }
 
   test::Told told;
-  std::unique_ptr<Participant> here = test::make_participant();
+  std::unique_ptr<Participant> here;
+
+ private:
+  [[nodiscard]] std::string config() const {
+    return neighbour_ ? test::lan_config(test::test_domain(), test::Neighbour::kCable)
+                      : test::loopback_config(test::test_domain());
+  }
+  const Place place_;
+  std::unique_ptr<test::Neighbour> neighbour_;
 };
 
-class EveryVendor : public PeerTest, public ::testing::WithParamInterface<std::string> {
+class EveryVendor : public PeerTest, public ::testing::WithParamInterface<Place> {
  public:
+  EveryVendor() : PeerTest(GetParam()) {}
   using PeerTest::start;
   [[nodiscard]] std::unique_ptr<PeerProcess> start(std::vector<std::string> arguments) {
-    return start(GetParam(), std::move(arguments));
+    return start(GetParam().vendor, std::move(arguments));
   }
 };
-INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor, ::testing::ValuesIn(every_vendor()),
-                         [](const auto& vendor) { return vendor.param; });
+INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor, ::testing::ValuesIn(every_place()),
+                         [](const auto& place) { return name_of(place.param); });
 
 TEST_P(EveryVendor, is_heard_when_it_publishes) {
   const auto reader = make_reader(test::string_topic("chatter"));
@@ -181,20 +217,27 @@ TEST_P(EveryVendor, gives_its_history_to_a_transient_local_reader) {
   EXPECT_EQ(next(*reader), "hello 2");
 }
 
+// Cyclone takes what a writer's first heartbeat covers for history, which a volatile reader has no claim to: a message that is
+// still coming in pieces then is lost, and acknowledged. Fast DDS sends that heartbeat beside its first message.
 TEST_P(EveryVendor, sends_eight_megabytes) {
-  if (GetParam() == "fastdds") GTEST_SKIP() << "often takes more than a minute on a loaded machine; why is not known";
   const auto reader = make_reader(image_topic("image", QoS(5)));
-  const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge)});
+  const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge),
+                           "--count", "3", "--every", "100"});
   let_go(*peer, *reader);
-  const auto sample = next_sample(*reader);
-  ASSERT_TRUE(sample);
-  sensor_msgs::msg::Image image;
-  ASSERT_TRUE(sensor_msgs::msg::Image::message_type().decode(sample->payload.bytes(), &image));
-  EXPECT_EQ(image.encoding, "mono8");
-  EXPECT_EQ(image.header.frame_id, "camera");
-  EXPECT_EQ(image.header.stamp.nanosec, 5U);
-  ASSERT_EQ(image.data.size(), kLarge);
-  EXPECT_EQ(checksum(image.data), checksum(picture(kLarge, 0)));
+  std::vector<std::uint32_t> heard;
+  while (heard.empty() || heard.back() != checksum(picture(kLarge, 2))) {
+    const auto sample = next_sample(*reader);
+    ASSERT_TRUE(sample) << heard.size() << " came";
+    sensor_msgs::msg::Image image;
+    ASSERT_TRUE(sensor_msgs::msg::Image::message_type().decode(sample->payload.bytes(), &image));
+    EXPECT_EQ(image.encoding, "mono8");
+    EXPECT_EQ(image.header.frame_id, "camera");
+    EXPECT_EQ(image.header.stamp.nanosec, 5U);
+    ASSERT_EQ(image.data.size(), kLarge);
+    heard.push_back(checksum(image.data));
+  }
+  EXPECT_GE(heard.size(), 2U);
+  EXPECT_EQ(heard[heard.size() - 2], checksum(picture(kLarge, 1)));
 }
 
 TEST_P(EveryVendor, gets_eight_megabytes) {

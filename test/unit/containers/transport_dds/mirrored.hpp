@@ -57,8 +57,8 @@ class Bell final : public StatusListener, public ReadyListener {
 
 /// One of several mirrors of this process that meet on the loopback interface. Null, and a failed test, if there is none to be had.
 [[nodiscard]] inline std::unique_ptr<DdsMirror> start_mirror(Graph& graph, const Clock& clock, MirrorOptions options) {
-  static std::uint32_t next = 1000;  // in this process; on the network they share test_domain()
-  options.domain_id = next++;
+  static std::uint32_t next = 0;  // in this process; on the network they share test_domain()
+  options.domain_id = 1000000 + next++;
   options.config = loopback_config(test_domain());
   auto made = DdsMirror::start(graph, clock, std::move(options));
   if (made) return std::move(*made);
