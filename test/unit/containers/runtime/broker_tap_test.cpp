@@ -172,5 +172,23 @@ TEST_F(BrokerTap, a_witness_that_does_not_fit_is_told_with_the_policy) {
   EXPECT_NE(writer->status().last_clash.find("/remote"), std::string::npos);
 }
 
+TEST_F(BrokerTap, an_end_of_another_type_is_told_to_the_end_that_is_meant) {
+  auto writer = broker.create_writer(spec());
+  auto reader = broker.create_reader(spec(), Taking::Share, nullptr);
+  auto other = broker.create_reader(spec(), Taking::Share, nullptr);
+  const EndpointInfo writer_info = made[0], reader_info = made[1];
+  broker.note_other_type(writer_info, "/remote", "std_msgs/msg/Header");
+  broker.note_other_type(reader_info, "/sender", "std_msgs/msg/Header");
+  EXPECT_EQ(writer->status().incompatible_type, 1U);
+  EXPECT_EQ(reader->status().incompatible_type, 1U);
+  EXPECT_EQ(other->status().incompatible_type, 0U);
+  EXPECT_EQ(writer->status().last_policy, "type");
+  EXPECT_EQ(writer->status().last_clash.rfind("/chat: /node publishes with type std_msgs/msg/String, /remote asks", 0),
+            0U);
+  EXPECT_EQ(reader->status().last_clash.rfind("/chat: /sender publishes with type std_msgs/msg/Header, /node asks", 0),
+            0U);
+  EXPECT_EQ(writer->status().matched, 2U) << "the others go on";
+}
+
 }  // namespace
 }  // namespace nacelle::runtime
