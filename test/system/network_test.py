@@ -216,6 +216,17 @@ class Kept(NetworkTest):
     def sees(self, vendor, machine, *more, **variables):
         return self.reads_odometry(vendor, machine, *more, **variables).wait_for(f"{vendor} sees the robot", is_odometry)
 
+    def test_a_program_whose_qos_fits_nobody_keeps_no_component_from_being_loaded(self):
+        self.start_robot()
+        self.peer("cyclone", self.robot_machine, "echo", "--topic", "rt/camera/image_raw", "--type", "image")
+
+        def loads_with_a_warning():
+            self.nacelle("component", "unload", "camera")
+            loaded = json.loads(self.nacelle("component", "load", "camera", "--json").stdout)
+            return [text for text in loaded["warnings"] if "reliability" in text]
+
+        wait_for("the peer is known, and its clash a warning", loads_with_a_warning)
+
     def test_programs_on_the_loopback_see_a_local_robot(self):
         self.start_robot()
         self.sees("cyclone", self.robot_machine, CYCLONEDDS_URI=LO)

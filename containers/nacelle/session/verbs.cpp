@@ -63,7 +63,15 @@ json load(Session& session, const runtime::LoadRequest& request, launch::TargetS
   }
   std::string clashes;
   for (const auto& clash : session.container().clashes()) {
-    if (clash.writer_node == node || clash.reader_node == node) clashes += (clashes.empty() ? "" : "; ") + clash.text();
+    if (clash.writer_node != node && clash.reader_node != node) continue;
+    // Whoever is on the network with whatever QoS keeps nothing from being loaded.
+    const bool is_within = session.container().find(clash.writer_node).has_value() &&
+                           session.container().find(clash.reader_node).has_value();
+    if (is_within) {
+      clashes.append(clashes.empty() ? "" : "; ").append(clash.text());
+    } else {
+      warnings.push_back(clash.text());
+    }
   }
   Result<void, Problem> done{};
   if (!clashes.empty()) {
