@@ -110,11 +110,11 @@ def payload(programs, say):
     yield row("M4", "cloud: page faults", run["faults"] / run["seconds"], "1/s", at_most(1))
 
 
-def run_graph(programs, lines, seconds, **words):
+def run_graph(programs, lines, seconds, program="topology", **words):
     with tempfile.NamedTemporaryFile("w", suffix=".graph") as file:
         file.write("\n".join(lines) + "\n")
         file.flush()
-        return programs.run("topology", graph=file.name, seconds=seconds, **words)
+        return programs.run(program, graph=file.name, seconds=seconds, **words)
 
 
 def in_turn(programs, lines, seconds):
@@ -174,6 +174,20 @@ def robot(programs, say):
     yield row("M19", "plain robot: mallocs", run["mallocs"] / run["seconds"], "1/s", exactly(0))
     yield row("M19", "plain robot: context switches", run["switches"] / run["seconds"], "1/s", None, "rclcpp 289")
     yield row("M19", "plain robot: late, lost", total(runs, "late") + total(runs, "lost") + total(runs, "dropped"), "messages", exactly(0))
+    yield from robot_on_network(programs, say)
+
+
+def robot_on_network(programs, say):
+    say("nine components with the services of ROS 2 nodes, on the network and nobody there: with, without, without, with, 10 s each")
+    on, off = [], []
+    for runs in (on, off, off, on):
+        runs.append(run_graph(programs, graphs.plain_robot(), 10, "topology_on_network", network=int(runs is on)))
+    yield row("M19", "on the network: CPU", 100 * total(on, "cpu_s") / total(on, "seconds"), "% of one", at_most(0.45),
+              f"the same program off it {100 * total(off, 'cpu_s') / total(off, 'seconds'):.2f} %")  # fmt: skip
+    yield row("M19", "on the network: RSS", on[-1]["rss"] / (1 << 20), "MiB", at_most(14), f"off it {off[-1]['rss'] / (1 << 20):.1f}")
+    yield row("M19", "on the network: not backed by a file", on[-1]["rss_anon"] / (1 << 20), "MiB", None, f"off it {off[-1]['rss_anon'] / (1 << 20):.1f}")
+    yield row("M19", "on the network: mallocs, all of them Cyclone's announcements", total(on, "mallocs") / total(on, "seconds"), "1/s", exactly(0))
+    yield row("M19", "on the network: late, lost", total(on, "late") + total(on, "lost") + total(on, "dropped"), "messages", exactly(0))
 
 
 def loading(programs, say, cycles=1000):
@@ -237,6 +251,11 @@ def wire(programs, say):
     run = programs.run("wire", mirror=1, messages=100_000)
     yield row("M14", "nobody listens: mallocs", run["mallocs"] / run["delivered"], "1/message", at_most(0.001))
     yield row("M14", "nobody listens: messages fetched or encoded", run["encoded"] + run["taps"], "", exactly(0))
+    for size, name in ((44, "44 B"), (900_000, "0.9 MB")):
+        say(f"{name} from one participant to another over lo, in turn with dds_write and dds_take of plain Cyclone")
+        run = programs.run("crossing", bytes=size, blocks=40)
+        yield row("M14", f"{name}, published here, taken there", run["ratio"], "x bare", at_most(1.10), f"bare Cyclone {run['b_ns'] / 1000:.1f} us")
+        yield row("M14", f"{name}: serialisations", run["encoded_per_message"], "1/message", exactly(1))
 
 
 BENCHMARKS = {

@@ -20,23 +20,29 @@ class OwnNetwork final : public ::testing::Environment {
 };
 [[maybe_unused]] const auto* const kOwnNetwork = ::testing::AddGlobalTestEnvironment(new OwnNetwork);
 
+std::string config_of(std::uint32_t domain, const std::string& interface, const std::string& sizes) {
+  return "<General><Interfaces><NetworkInterface name=\"" + interface + "\" multicast=\"true\"/></Interfaces>" + sizes +
+         "</General><Discovery><ExternalDomainId>" + std::to_string(domain) + "</ExternalDomainId></Discovery>";
+}
+
 }  // namespace
 
 // Domains above 232 have no ports.
 std::uint32_t test_domain() { return 100 + static_cast<std::uint32_t>(::getpid()) % 100; }
 
 std::string loopback_config(std::uint32_t domain) {
-  return "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"true\"/></Interfaces>"
-         "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General>"
-         "<Discovery><ExternalDomainId>" +
-         std::to_string(domain) + "</ExternalDomainId></Discovery>";
+  return config_of(domain, "lo", "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>");
+}
+
+std::string lan_config(std::uint32_t domain, const std::string& interface) {
+  return config_of(domain, interface, "<MaxMessageSize>1452B</MaxMessageSize>");
 }
 
 std::unique_ptr<transport_dds::Participant> make_participant(const transport_dds::ParticipantOptions& more) {
   static std::atomic<std::uint32_t> next{0};
   transport_dds::ParticipantOptions options = more;
   options.domain_id = next++;
-  options.config = loopback_config(test_domain()) + options.config;
+  if (options.config.empty()) options.config = loopback_config(test_domain());
   auto made = transport_dds::Participant::create(options);
   if (!made) {
     ADD_FAILURE() << made.error().text();

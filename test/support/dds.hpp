@@ -22,7 +22,11 @@ namespace nacelle::test {
 /// since Cyclone knows them by another number in the process.
 [[nodiscard]] std::string loopback_config(std::uint32_t domain);
 
-/// A participant on the loopback interface in test_domain(). Fails the test if there is none to be had.
+/// The same on another interface, with datagrams that fit a frame of Ethernet.
+[[nodiscard]] std::string lan_config(std::uint32_t domain, const std::string& interface);
+
+/// A participant in test_domain(), on the loopback interface if `more` has no configuration. Fails the test if there is none to
+/// be had.
 [[nodiscard]] std::unique_ptr<transport_dds::Participant> make_participant(
     const transport_dds::ParticipantOptions& more = {});
 

@@ -56,8 +56,8 @@ bool add_to_loopback(const char* address) {
 
 bool add_lan(const char* address) {
   if (!has_own_network) return false;
-  const std::string give = "ip link add lan0 type veth peer name far0 && ip addr add " + std::string(address) +
-                           "/24 dev lan0 && ip link set lan0 up && ip link set far0 up";
+  const std::string give = "ip link add home0 type veth peer name far0 && ip addr add " + std::string(address) +
+                           "/24 dev home0 && ip link set home0 up && ip link set far0 up";
   return std::system(give.c_str()) == 0;
 }
 

@@ -187,12 +187,18 @@ std::unique_ptr<ProxyReader> Broker::make_reader(std::shared_ptr<ReaderQueue> qu
 void Broker::retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool) {
   if (pool->outstanding() == 0) return;
   const std::lock_guard lock(mutex_);
+  // Those of writers that come and go with their peers: nobody else asks for them.
+  drop_what_is_home();
   retired_.push_back({spec.node, spec.topic, std::move(pool)});
+}
+
+void Broker::drop_what_is_home() {
+  std::erase_if(retired_, [](const Retired& retired) { return retired.pool->outstanding() == 0; });
 }
 
 std::string Broker::sweep(const std::string& node) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(retired_, [](const Retired& retired) { return retired.pool->outstanding() == 0; });
+  drop_what_is_home();
   for (const auto& retired : retired_) {
     if (retired.node != node) continue;
     const auto n = retired.pool->outstanding();

@@ -8,8 +8,9 @@
 namespace nacelle::bench {
 namespace {
 
-runtime::ContainerOptions options(Duration patience) {
+runtime::ContainerOptions options(Duration patience, runtime::NodeInterfaces interfaces) {
   runtime::ContainerOptions made{.name = "bench", .component_path = {NACELLE_BENCH_PLUGINS}};
+  made.node_interfaces = interfaces;
   if (patience > Duration{}) {
     made.handover_after = patience;
     made.hang_after = 2 * patience;
@@ -24,7 +25,7 @@ runtime::ContainerOptions options(Duration patience) {
 
 }  // namespace
 
-Rig::Rig(Duration patience) : container_(options(patience), clock_) {
+Rig::Rig(Duration patience, runtime::NodeInterfaces interfaces) : container_(options(patience, interfaces), clock_) {
   // A faulted component is gated: whoever waits for its messages would wait for ever.
   container_.on_fault([](const runtime::ComponentInfo& info) {
     std::fprintf(stderr, "benchmark: %s: %s: %s\n", info.node.c_str(), info.fault.code.c_str(),

@@ -16,7 +16,7 @@ namespace nacelle::bench {
 class Rig {
  public:
   /// `patience` above zero: a callback may block that long (and twice that) before it counts as late (and hung).
-  explicit Rig(Duration patience = Duration{});
+  explicit Rig(Duration patience = Duration{}, runtime::NodeInterfaces interfaces = runtime::NodeInterfaces::None);
 
   /// Loads, configures and activates. The recipe must outlive the rig.
   void add(const std::string& name, Recipe& recipe, const runtime::ThreadPolicy& thread = {});

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <thread>
 
@@ -16,13 +18,15 @@ Tally::Look operator-(const Tally::Look& a, const Tally::Look& b) {
 
 }  // namespace
 
-Run run_composed(const Graph& graph, Duration measured, Duration patience) {
+Run run_composed(const Graph& graph, Duration measured, Duration patience, bool on_network) {
   Tally tally;
   const auto periods = graph.periods();
   std::deque<NodeRecipe> recipes;
-  Rig rig(patience);
+  Rig rig(patience, on_network ? runtime::NodeInterfaces::All : runtime::NodeInterfaces::None);
   for (const auto& node : graph.nodes) rig.add(node.name, recipes.emplace_back(node, periods, tally));
-  std::this_thread::sleep_for(1s);
+  const auto network = on_network ? go_on_the_network(rig.container()) : nullptr;
+  if (on_network && !network) std::fputs("benchmark: this program has no network\n", stderr), std::exit(1);
+  std::this_thread::sleep_for(on_network ? 5s : 1s);  // announcements are many in the first seconds
   Run run;
   const Tally::Look before = tally.look();
   run.used = Usage::now();

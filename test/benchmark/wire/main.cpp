@@ -1,29 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // wire mirror=0|1 [bytes=0] [messages=1000]
 // Publishes to a reader in this process, with and without the network's mirror beside them, which nobody listens to.
-#include <chrono>
-#include <cstdio>
 #include <nacelle_bench_msgs/msg/stamped9_float32.hpp>
 #include <sensor_msgs/msg/image.hpp>
-#include <thread>
 
 #include "nacelle/runtime/broker.hpp"
-#include "nacelle/transport_dds/mirror.hpp"
 #include "support/arguments.hpp"
-#include "support/own_network.hpp"
 #include "support/usage.hpp"
+#include "wire/lonely_mirror.hpp"
 
 namespace nacelle::bench {
 namespace {
-
-std::unique_ptr<DdsMirror> start_mirror(runtime::Broker& broker, const Clock& clock) {
-  MirrorOptions options;
-  options.domain_id = 7;
-  options.config = R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)";
-  auto made = DdsMirror::start(broker, clock, options);
-  if (!made) std::fprintf(stderr, "%s\n", made.error().text().c_str()), std::exit(1);
-  return std::move(*made);
-}
 
 template <typename T>
 void fill(T& message, std::uint64_t bytes) {
@@ -39,11 +26,7 @@ int run(const Arguments& arguments) {
   const auto reader =
       broker.create_reader({"/stream", &T::message_type(), QoS(10), "/listener"}, Taking::Share, nullptr);
   std::unique_ptr<DdsMirror> mirror;
-  if (arguments.number("mirror", 0) != 0) {
-    mirror = start_mirror(broker, clock);
-    while (mirror->stats().snapshots == 0 || mirror->stats().writers == 0)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  if (arguments.number("mirror", 0) != 0) mirror = start_lonely_mirror(broker, clock);
   const Usage before = Usage::now();
   std::uint64_t delivered = 0;
   for (std::uint64_t i = 0; i < messages; ++i) {
@@ -67,7 +50,6 @@ int run(const Arguments& arguments) {
 
 int main(int count, char** words) {
   using namespace nacelle;
-  static_cast<void>(test::enter_own_network());
   const bench::Arguments arguments(count, words);
   return arguments.number("bytes", 0) == 0 ? bench::run<nacelle_bench_msgs::msg::Stamped9Float32>(arguments)
                                            : bench::run<sensor_msgs::msg::Image>(arguments);

@@ -241,7 +241,7 @@ class Peer {
     for (int i = 0; i < options_.count && !ended_; ++i) {
       writer.write(make_message(options_, i, T{}));
       if (options_.every_ms == 0) continue;
-      const auto next = std::chrono::steady_clock::now() + std::chrono::milliseconds(options_.every_ms);
+      const auto next = std::chrono::steady_clock::now() + std::chrono::milliseconds{options_.every_ms};
       static_cast<void>(bell_.until([this] { return ended_.load(); }, next));
     }
     tell("wrote " + std::to_string(options_.count));

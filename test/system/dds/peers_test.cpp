@@ -8,11 +8,11 @@
 #include <map>
 #include <sensor_msgs/msg/image.hpp>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "nacelle/msgs/message_type.hpp"
 #include "support/dds.hpp"
+#include "support/neighbour.hpp"
 #include "support/own_network.hpp"
 #include "support/peer_process.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
@@ -32,10 +32,23 @@ const std::map<std::string, std::string> kPeers{
 #endif
 };
 
-std::vector<std::string> every_vendor() {
-  std::vector<std::string> out;
-  out.reserve(kPeers.size());
-  for (const auto& [vendor, program] : kPeers) out.push_back(vendor);
+/// A peer of some make, on this machine (over the loopback interface) or on another one (a network namespace and a cable);
+/// or on this machine with nothing set, while there is a LAN and this side stays at home.
+struct Place {
+  std::string vendor;
+  bool elsewhere = false, beside_a_lan = false;
+};
+std::string name_of(const Place& place) {
+  return place.vendor + (place.elsewhere ? "_elsewhere" : "_here") + (place.beside_a_lan ? "_beside_a_lan" : "");
+}
+void PrintTo(const Place& place, std::ostream* out) { *out << name_of(place); }
+
+std::vector<Place> every_place() {
+  std::vector<Place> out;
+  for (const auto& [vendor, program] : kPeers) {
+    for (const bool elsewhere : {false, true}) out.push_back({vendor, elsewhere});
+    out.push_back({vendor, false, true});
+  }
   return out;
 }
 
@@ -84,16 +97,50 @@ Words words_of(const Sample& sample) {
   return words;
 }
 
+/// As a robot in mode `local` on a machine with a LAN. Nothing: there can be none.
+std::unique_ptr<Participant> at_home_beside_a_lan() {
+  static const bool has_lan = test::add_lan("10.78.0.1");
+  if (!has_lan) return nullptr;
+  NetworkWish wish;
+  wish.domain_id = static_cast<int>(test::test_domain());
+  NetworkSettings settings = network_settings(wish, {}).value();
+  settings.interfaces.emplace_back("10.78.0.1");
+  ParticipantOptions options;
+  options.domain_id = test::test_domain();
+  options.config = cyclone_config(settings);
+  options.stays_on_this_machine = true;
+  auto made = Participant::create(options);
+  EXPECT_TRUE(made) << made.error().text();
+  return made ? std::move(*made) : nullptr;
+}
+
 class PeerTest : public ::testing::Test {
  public:
+  explicit PeerTest(Place place = {}) : place_(std::move(place)) {
+    if (place_.elsewhere) neighbour_ = std::make_unique<test::Neighbour>();
+    if (neighbour_ && !neighbour_->is_there()) return;
+    if (place_.beside_a_lan) {
+      here = at_home_beside_a_lan();
+      return;
+    }
+    ParticipantOptions options;
+    options.config = config();
+    here = test::make_participant(options);
+  }
+  void SetUp() override {
+    if (!here) GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: this kernel makes no links between network namespaces";
+  }
   [[nodiscard]] std::unique_ptr<PeerProcess> start(const std::string& vendor, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), kPeers.at(vendor));
     arguments.insert(arguments.end(), {"--domain", std::to_string(test::test_domain())});
-    if (are_as_delivered) arguments.emplace_back("--as-delivered");
-    std::string config =
-        "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
-        "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
-    if (!are_as_delivered) config = test::loopback_config(test::test_domain()) + config;
-    auto peer = std::make_unique<PeerProcess>(kPeers.at(vendor), arguments,
+    if (neighbour_) arguments = neighbour_->within(std::move(arguments));
+    if (neighbour_ || place_.beside_a_lan) arguments.emplace_back("--as-delivered");
+    const std::string program = arguments.front();
+    arguments.erase(arguments.begin());
+    const std::string config = this->config() +
+                               "<Discovery><LeaseDuration>5s</LeaseDuration></Discovery>"
+                               "<Internal><SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
+    auto peer = std::make_unique<PeerProcess>(program, arguments,
                                               std::map<std::string, std::string>{{"CYCLONEDDS_URI", config}});
     EXPECT_EQ(peer->line(), "ready");
     return peer;
@@ -126,51 +173,28 @@ class PeerTest : public ::testing::Test {
   }
 
   test::Told told;
-  std::unique_ptr<Participant> here = test::make_participant();
-  bool are_as_delivered = false;  // the peers' interfaces and transports
+  std::unique_ptr<Participant> here;
+
+ private:
+  [[nodiscard]] std::string config() const {
+    if (place_.beside_a_lan) return {};
+    return neighbour_ ? test::lan_config(test::test_domain(), test::Neighbour::kCable)
+                      : test::loopback_config(test::test_domain());
+  }
+  const Place place_;
+  std::unique_ptr<test::Neighbour> neighbour_;
 };
 
-/// Where peers and a participant of this side meet.
-enum class Where : std::uint8_t { OnLo, BesideALan };
-
-/// As a robot in mode `local` whose machine has a LAN: what it must be for peers with nothing set to see it.
-std::unique_ptr<Participant> at_home_beside_a_lan() {
-  static const bool has_lan = test::add_lan("10.78.0.1");
-  if (!has_lan) return nullptr;
-  NetworkWish wish;
-  wish.domain_id = static_cast<int>(test::test_domain());
-  NetworkSettings settings = network_settings(wish, {}).value();
-  settings.interfaces.emplace_back("10.78.0.1");
-  ParticipantOptions options;
-  options.domain_id = test::test_domain();
-  options.config = cyclone_config(settings);
-  options.stays_on_this_machine = true;
-  auto made = Participant::create(options);
-  EXPECT_TRUE(made) << made.error().text();
-  return made ? std::move(*made) : nullptr;
-}
-
-class EveryVendor : public PeerTest, public ::testing::WithParamInterface<std::tuple<std::string, Where>> {
+class EveryVendor : public PeerTest, public ::testing::WithParamInterface<Place> {
  public:
+  EveryVendor() : PeerTest(GetParam()) {}
   using PeerTest::start;
-  void SetUp() override {
-    if (std::get<Where>(GetParam()) == Where::OnLo) return;
-    are_as_delivered = true;
-    here.reset();
-    here = at_home_beside_a_lan();
-    if (!here) GTEST_SKIP() << "no network of one's own with a LAN";
-  }
   [[nodiscard]] std::unique_ptr<PeerProcess> start(std::vector<std::string> arguments) {
-    return start(std::get<std::string>(GetParam()), std::move(arguments));
+    return start(GetParam().vendor, std::move(arguments));
   }
 };
-INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor,
-                         ::testing::Combine(::testing::ValuesIn(every_vendor()),
-                                            ::testing::Values(Where::OnLo, Where::BesideALan)),
-                         [](const auto& of) {
-                           return std::get<std::string>(of.param) +
-                                  (std::get<Where>(of.param) == Where::OnLo ? "" : "_with_nothing_set_beside_a_lan");
-                         });
+INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor, ::testing::ValuesIn(every_place()),
+                         [](const auto& place) { return name_of(place.param); });
 
 TEST_P(EveryVendor, is_heard_when_it_publishes) {
   const auto reader = make_reader(test::string_topic("chatter"));
@@ -219,21 +243,27 @@ TEST_P(EveryVendor, gives_its_history_to_a_transient_local_reader) {
   EXPECT_EQ(next(*reader), "hello 2");
 }
 
+// Cyclone takes what a writer's first heartbeat covers for history, which a volatile reader has no claim to: a message that is
+// still coming in pieces then is lost, and acknowledged. Fast DDS sends that heartbeat beside its first message.
 TEST_P(EveryVendor, sends_eight_megabytes) {
-  if (std::get<std::string>(GetParam()) == "fastdds")
-    GTEST_SKIP() << "often takes more than a minute on a loaded machine; why is not known";
   const auto reader = make_reader(image_topic("image", QoS(5)));
-  const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge)});
+  const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge),
+                           "--count", "3", "--every", "100"});
   let_go(*peer, *reader);
-  const auto sample = next_sample(*reader);
-  ASSERT_TRUE(sample);
-  sensor_msgs::msg::Image image;
-  ASSERT_TRUE(sensor_msgs::msg::Image::message_type().decode(sample->payload.bytes(), &image));
-  EXPECT_EQ(image.encoding, "mono8");
-  EXPECT_EQ(image.header.frame_id, "camera");
-  EXPECT_EQ(image.header.stamp.nanosec, 5U);
-  ASSERT_EQ(image.data.size(), kLarge);
-  EXPECT_EQ(checksum(image.data), checksum(picture(kLarge, 0)));
+  std::vector<std::uint32_t> heard;
+  while (heard.empty() || heard.back() != checksum(picture(kLarge, 2))) {
+    const auto sample = next_sample(*reader);
+    ASSERT_TRUE(sample) << heard.size() << " came";
+    sensor_msgs::msg::Image image;
+    ASSERT_TRUE(sensor_msgs::msg::Image::message_type().decode(sample->payload.bytes(), &image));
+    EXPECT_EQ(image.encoding, "mono8");
+    EXPECT_EQ(image.header.frame_id, "camera");
+    EXPECT_EQ(image.header.stamp.nanosec, 5U);
+    ASSERT_EQ(image.data.size(), kLarge);
+    heard.push_back(checksum(image.data));
+  }
+  EXPECT_GE(heard.size(), 2U);
+  EXPECT_EQ(heard[heard.size() - 2], checksum(picture(kLarge, 1)));
 }
 
 TEST_P(EveryVendor, gets_eight_megabytes) {

@@ -32,7 +32,7 @@ std::vector<std::string> vendors_of_services() {
 }
 
 class ServicePeer : public ::testing::TestWithParam<std::string> {
- protected:
+ public:
   [[nodiscard]] std::unique_ptr<PeerProcess> start(std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"--topic", "add_two_ints", "--domain", std::to_string(test::test_domain())});
     const std::string config =

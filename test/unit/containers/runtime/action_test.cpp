@@ -114,7 +114,7 @@ Fibonacci::Goal goal_of(std::int32_t order) {
 }
 
 class Actions : public ::testing::TestWithParam<bool> {
- protected:
+ public:
   static ContainerOptions with_plugins() {
     ContainerOptions options;
     options.component_path = {NACELLE_TEST_PLUGINS};

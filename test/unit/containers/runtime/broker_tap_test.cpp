@@ -16,7 +16,7 @@ using std_msgs::msg::String;
 using Texts = std::vector<std::string>;
 
 class BrokerTap : public ::testing::Test, public GraphListener {
- protected:
+ public:
   void on_made(const EndpointInfo& endpoint) noexcept override { made.push_back(endpoint); }
   void on_gone(std::uint64_t) noexcept override {}
   void on_gate(std::uint64_t, bool) noexcept override {}

@@ -375,6 +375,27 @@ TEST_F(BrokerTest, says_whether_messages_stay_on_their_thread) {
   EXPECT_EQ(stream("/image").handed_over, HandedOver::AcrossThreads) << "of endpoints that are gone too";
 }
 
+TEST_F(BrokerTest, keeps_nothing_of_writers_that_came_and_went_while_a_reader_held_their_last_message) {
+  static int alive = 0;
+  static msgs::MessageType counted = Image::message_type();  // outlives the broker
+  counted.construct = [](void* at) {
+    ++alive;
+    Image::message_type().construct(at);
+  };
+  counted.destroy = [](void* at) noexcept {
+    --alive;
+    Image::message_type().destroy(at);
+  };
+  const auto reader = broker.create_reader({"/image", &counted, QoS(1), "/slow"}, Taking::Share, nullptr);
+  int after_two = 0;
+  for (int i = 0; i < 50; ++i) {
+    const auto writer = broker.create_writer({"/image", &counted, QoS(1), "/visitor"});
+    writer->publish(*writer->borrow());
+    if (i == 1) after_two = alive;
+  }
+  EXPECT_LE(alive, after_two);
+}
+
 TEST_F(BrokerTest, says_who_still_holds_messages_of_a_node_that_is_gone) {
   auto reader = broker.create_reader(image_spec(10, "/a"), Taking::Share, nullptr);
   {

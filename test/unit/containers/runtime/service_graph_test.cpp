@@ -116,7 +116,7 @@ class Both final : public bench::Recipe {
 };
 
 class ServiceGraphTest : public ::testing::Test {
- protected:
+ public:
   static ContainerOptions with_plugins() {
     ContainerOptions options;
     options.name = "test";

@@ -47,7 +47,7 @@ class CallingAction final : public bench::Recipe {
 };
 
 class MirrorActions : public ::testing::Test {
- protected:
+ public:
   void SetUp() override {
     server_id = there.load(offering, "offering");
     here.load(calling, "calling");

@@ -14,7 +14,7 @@ using test::Texts;
 using transport_dds::ExportRule;
 
 class MirrorExport : public ::testing::Test {
- protected:
+ public:
   void start(std::vector<ExportRule> rules) {
     here.emplace("talker", std::move(rules));
     there.emplace("listener");

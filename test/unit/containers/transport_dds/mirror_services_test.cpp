@@ -67,7 +67,7 @@ std::pair<transport_dds::CallHeader, std::int64_t> read_reply(const Bytes& bytes
 }
 
 class MirrorServices : public ::testing::Test {
- protected:
+ public:
   template <typename F>
   [[nodiscard]] bool until(F holds) {
     return here.bell.until(holds);

@@ -23,7 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class Mirror : public ::testing::Test {
- protected:
+ public:
   /// Either side's bell may ring for what the test waits for; figures of both are looked at.
   template <typename F>
   [[nodiscard]] bool until(F holds) {

@@ -59,9 +59,9 @@ class Bell final : public StatusListener, public ReadyListener {
 class MirroredBroker {
  public:
   explicit MirroredBroker(const std::string& name, std::vector<transport_dds::ExportRule> exports = {}) : name_(name) {
-    static std::uint32_t next = 1000;  // in this process; on the network they share test_domain()
+    static std::uint32_t next = 0;  // in this process; on the network they share test_domain()
     MirrorOptions options;
-    options.domain_id = next++;
+    options.domain_id = 1000000 + next++;
     options.config = loopback_config(test_domain());
     options.exports = std::move(exports);
     options.on_problem = [this](const Problem& problem) {

@@ -22,9 +22,9 @@ class MirroredContainer {
   /// `network_clock`: the mirror's, if it is not the container's.
   explicit MirroredContainer(const std::string& name, bool allow_load = false, const Clock* network_clock = nullptr)
       : container_(with_plugins(name), clock) {
-    static std::uint32_t next = 2000;  // in this process; on the network they share test_domain()
+    static std::uint32_t next = 0;  // in this process; on the network they share test_domain()
     MirrorOptions options;
-    options.domain_id = next++;
+    options.domain_id = 2000000 + next++;
     options.config = loopback_config(test_domain());
     options.allow_load = allow_load;
     options.on_problem = [this](const Problem& problem) {

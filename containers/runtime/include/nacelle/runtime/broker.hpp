@@ -80,6 +80,7 @@ class Broker final : public Graph {
   std::unique_ptr<ProxyWriter> make_writer(const EndpointSpec& spec, std::uint64_t id);
   std::unique_ptr<ProxyReader> make_reader(std::shared_ptr<ReaderQueue> queue);
   void retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool);
+  void drop_what_is_home();
   void look_earlier();
   void tell_type_clashes();
   template <typename F>
