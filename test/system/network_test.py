@@ -176,16 +176,18 @@ class Kept(NetworkTest):
         """Neither with a peer there, nor with the LAN's interface alone."""
         peer = '<Discovery><Peers><Peer address="10.77.0.2"/></Peers></Discovery>'
         lan = '<General><Interfaces><NetworkInterface name="lan0"/></Interfaces></General>'
-        for domain, uri in enumerate((peer, LO, lan)):
+        outside = self.capture(self.laptop)
+        for domain, (uri, tools) in enumerate(((LO, LO), (peer, LO), (lan + peer, AT_HOME))):
             with self.subTest(uri=uri):
+                inside = self.capture(self.robot_machine, "lo")
                 robot = self.start_robot(name=f"robot{domain}", ROS_DOMAIN_ID=str(domain), CYCLONEDDS_URI=uri)
                 self.assertRegex(robot.line, "^network: local only.*as CYCLONEDDS_URI allows")
-                # Whoever looks on lo does not see what was taken from it.
-                reader = self.reads_odometry("cyclone", self.robot_machine, "--domain", domain, CYCLONEDDS_URI=AT_HOME if uri == lan else LO)
+                wait_for("it announces itself to all that it knows of", inside.speakers)
+                self.assertEqual(outside.frames(), [])
+                self.assertEqual(self.robot_machine.sent("lan0"), 0)
+                reader = self.reads_odometry("cyclone", self.robot_machine, "--domain", domain, CYCLONEDDS_URI=tools)
                 reader.wait_for("odometry on the robot itself", is_odometry)
-                if uri != lan:  # there the program speaks on it
-                    self.assertEqual(self.robot_machine.sent("lan0"), 0)
-        stranger = self.reads_odometry("cyclone", self.laptop, "--domain", 2)
+        stranger = self.reads_odometry("cyclone", self.laptop, "--domain", domain)
         self.assertFalse(stranger.within(SILENCE_S, is_odometry))
 
     def figures(self):
@@ -389,6 +391,7 @@ class Changed(NetworkTest):
         self.assertEqual(net["containers"][0]["differs"], ["mode", "interfaces"])
         before = self.stream("/odom")
         self.assertEqual(self.nacelle("export", "off").stdout, "network: local only; to show it to the LAN: network:=export\n")
+        reader.read()
         reader.seen.clear()
         wait_for("the robot's own streams go on", lambda: self.stream("/odom")["published"] > before["published"] + 50)
         self.assertEqual(self.stream("/odom")["readers"], before["readers"] - 1, "the laptop counts no more")
