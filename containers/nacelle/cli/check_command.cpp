@@ -138,7 +138,8 @@ int explain_parameters(const CheckWish& wish) {
   }
   // Those that go nowhere are not in the list, and just what somebody who asks is looking for.
   for (const auto& name : found->declared->unknown_parameters) {
-    if (name == "frame_prefix" && !robot.plan.name_space.frame_prefix().empty()) continue;  // all nodes of the launch are given it
+    if (name == "frame_prefix" && !robot.plan.name_space.frame_prefix().empty())
+      continue;  // all nodes of the launch are given it
     complain({proof::place_of_parameter(*found->plan, name),
               found->plan->full_name() + " has no parameter '" + name + "'", "see `nacelle check`"});
   }

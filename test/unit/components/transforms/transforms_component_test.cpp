@@ -108,7 +108,8 @@ TEST_F(TransformsNode, claims_every_frame_it_broadcasts) {
 TEST_F(TransformsNode, adds_static_transforms_and_a_prefix) {
   use_default_robot();
   options_.append_parameter_override("frame_prefix", std::string{"r1/"});
-  options_.append_parameter_override("static_transforms", std::vector<std::string>{"1 0 0 0 0 0 /map odom", "2 0 0 0 0 0 base_link r1/mast"});
+  options_.append_parameter_override(
+      "static_transforms", std::vector<std::string>{"1 0 0 0 0 0 /map odom", "2 0 0 0 0 0 base_link r1/mast"});
   start();
   EXPECT_TRUE(node_->buffer()->lookup("r1/base_link", "r1/imu_link", WallTime{}));
   EXPECT_NEAR(node_->buffer()->lookup("map", "r1/odom", WallTime{})->X_TS.translation_m.x(), 1.0, 1e-12);
