@@ -67,7 +67,7 @@ class DiscoveryTest(RobotTest):
         self.capture = Capture(self.machine)
         self.addCleanup(self.capture.close)
         self.endpoints, self.participants = {}, {}
-        container = Lines(self.machine.within(PROGRAM, "container"), self.environment)
+        container = self.container = Lines(self.machine.within(PROGRAM, "container"), self.environment)
         self.addCleanup(container.close)
         self.addCleanup(container.process.send_signal, signal.SIGINT)
         container.wait_for("the container is up", lambda line: line.startswith("network: "))
@@ -102,6 +102,7 @@ class DiscoveryTest(RobotTest):
                 self.assertEqual(ours["ENDPOINT_GUID"][-2:], pids["ENDPOINT_GUID"][-2:])
         for ids in service_ids(self.endpoints).values():
             self.assertEqual(len(ids), 1)
+        self.assertEqual(len(self.participants), 1, f"{self.participants} {self.container.read()}")
         ((prefix, ours),) = self.participants.items()
         for name in ("USER_DATA", "VENDORID", "PROTOCOL_VERSION", "BUILTIN_ENDPOINT_SET", "PARTICIPANT_LEASE_DURATION"):
             self.assertEqual(ours[name], participant[name], name)

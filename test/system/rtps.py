@@ -6,7 +6,8 @@ import socket
 import struct
 
 ETH_P_ALL = 3
-DATA, LITTLE_ENDIAN, WITH_INLINE_QOS, WITH_PAYLOAD = 0x15, 0x01, 0x02, 0x04
+INFO_SRC, DATA = 0x0C, 0x15
+LITTLE_ENDIAN, WITH_INLINE_QOS, WITH_PAYLOAD = 0x01, 0x02, 0x04
 KINDS = {0x000100C2: "SPDP", 0x000003C2: "SEDP-pub", 0x000004C2: "SEDP-sub"}
 # Names of test/data/ros2_wire; the others stay numbers there too.
 NAMES = {0x02: "PARTICIPANT_LEASE_DURATION", 0x05: "TOPIC_NAME", 0x07: "TYPE_NAME", 0x0F: "DOMAIN_ID", 0x15: "PROTOCOL_VERSION",
@@ -69,6 +70,8 @@ def announcements_of(message):
         kind, flags = message[at], message[at + 1]
         length = struct.unpack_from("<H" if flags & LITTLE_ENDIAN else ">H", message, at + 2)[0]
         body = message[at + 4 : at + 4 + length] if length else message[at + 4 :]
+        if kind == INFO_SRC:  # what follows is said by another participant than the one that the header names
+            prefix = body[8:20].hex()
         if kind == DATA and flags & WITH_PAYLOAD and flags & LITTLE_ENDIAN:
             writer = struct.unpack_from(">I", body, 8)[0]
             start = 4 + struct.unpack_from("<H", body, 2)[0]

@@ -66,6 +66,8 @@ Result<void, Problem> Network::start() {
 Result<void, Problem> Network::join() {
   why_not_.reset();
   is_asked_for_ = true;
+  // Before the settings, which name addresses: what changes from here on is a change.
+  std::vector<NetworkLink> links = network_links();
   auto settings = network_in_force(plan_, environment_, clock_);
   if (!settings) {
     settings_ = {};
@@ -79,7 +81,7 @@ Result<void, Problem> Network::join() {
     return {};
   }
 #ifdef NACELLE_HAS_DDS
-  joined_with_ = links_of_interest();
+  joined_with_ = of_interest(std::move(links));
   MirrorOptions options;
   options.domain_id = static_cast<std::uint32_t>(settings_.domain);
   options.config = transport_dds::cyclone_config(settings_);
@@ -210,12 +212,11 @@ void Network::watch_links() {
   } else if (!watch_) {
     watch_ = std::make_unique<LinkWatch>();
     // What has changed between the question and the watch.
-    if (links_of_interest() != joined_with_) due_ = clock_.now() + kRest;
+    if (of_interest(network_links()) != joined_with_) due_ = clock_.now() + kRest;
   }
 }
 
-std::vector<NetworkLink> Network::links_of_interest() const {
-  std::vector<NetworkLink> links = network_links();
+std::vector<NetworkLink> Network::of_interest(std::vector<NetworkLink> links) const {
   if (settings_.mode == NetworkMode::Local) return with_an_ipv4_address(std::move(links));
   const auto& names = settings_.interfaces;
   std::erase_if(links, [&](const NetworkLink& link) {
@@ -231,11 +232,11 @@ std::vector<NetworkLink> Network::links_of_interest() const {
 void Network::serve(bool told) {
   if (told && watch_) {
     watch_->drain();
-    due_ = links_of_interest() == joined_with_ ? std::nullopt : std::optional(clock_.now() + kRest);
+    due_ = of_interest(network_links()) == joined_with_ ? std::nullopt : std::optional(clock_.now() + kRest);
   }
   if (!due_ || clock_.now() < *due_) return;
   due_.reset();
-  if (links_of_interest() == joined_with_) return;
+  if (of_interest(network_links()) == joined_with_) return;
   leave();
   const auto because_of = settings_.because_of;
   if (auto joined = join(); !joined) {

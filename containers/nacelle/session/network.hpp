@@ -76,7 +76,7 @@ class Network {
   [[nodiscard]] Result<void, Problem> join();
   void leave();
   void watch_links();
-  [[nodiscard]] std::vector<NetworkLink> links_of_interest() const;
+  [[nodiscard]] std::vector<NetworkLink> of_interest(std::vector<NetworkLink> links) const;
 
   launch::NetworkPlan plan_;
   const launch::NetworkPlan written_;  // as the launch file has it
