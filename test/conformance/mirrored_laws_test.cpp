@@ -99,7 +99,7 @@ TEST_F(MirroredTransport, a_late_reader_that_is_best_effort_gets_what_comes_and_
 // --- by the clock of DDS ---------------------------------------------------------------------------------------------
 
 class MirroredInTime : public ::testing::Test {
- protected:
+ public:
   template <typename F>
   [[nodiscard]] bool until(F holds) {
     return there.bell.until(holds);
@@ -212,7 +212,7 @@ std::vector<Misfit> every_misfit() {
 }
 
 class MirrorBesidePeer : public ::testing::Test {
- protected:
+ public:
   template <typename F>
   [[nodiscard]] bool until(F holds) {
     return here.bell.until(holds);

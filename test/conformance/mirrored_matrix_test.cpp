@@ -81,7 +81,7 @@ struct Pair {
 };
 
 class MirroredMatrix : public ::testing::Test {
- protected:
+ public:
   MirroredMatrix() {
     for (const Offer& offered : every_offer()) {
       for (const Offer& requested : every_offer()) {

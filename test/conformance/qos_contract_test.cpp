@@ -15,7 +15,7 @@ struct Told final : StatusListener {
 
 template <typename T>
 class QosContract : public TransportLaws<T> {
- protected:
+ public:
   using Texts = typename TransportLaws<T>::Texts;
   EndpointSpec at(const std::string& node, QoS qos, Told* told = nullptr) {
     EndpointSpec spec = this->spec(qos);

@@ -23,7 +23,7 @@ struct TopicWish {
 };
 
 int echo_topic(const TopicWish& wish);
-int measure_rate(const TopicWish& wish);
+int measure_rate(const TopicWish& asked);
 int measure_rates(const TopicWish& wish, const std::vector<Listening::Topic>& topics);
 int measure_bandwidth(const TopicWish& wish);
 int measure_delay(const TopicWish& wish);

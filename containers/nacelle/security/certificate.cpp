@@ -196,7 +196,7 @@ Result<WallTime, Problem> read_utc(const std::string& text) {
   if (*rest == '+' || *rest == '-') {
     int hours = 0, minutes = 0;
     if (std::sscanf(rest + 1, "%2d:%2d", &hours, &minutes) == 2)
-      seconds -= (*rest == '+' ? 1 : -1) * (hours * 3600 + minutes * 60);
+      seconds -= (*rest == '+' ? 1 : -1) * (hours * 3600L + minutes * 60L);
   }
   return WallTime{std::chrono::seconds(seconds)};
 }

@@ -131,9 +131,9 @@ class Examination {
 
   /// A document that the authority of permissions has signed.
   Result<std::string, Problem> read_document(const char* file, std::string& path, const std::string& way_out) {
-    const auto authority = read("permissions_ca.cert.pem", enclave_.secured.files.permissions_ca);
+    auto authority = read("permissions_ca.cert.pem", enclave_.secured.files.permissions_ca);
     if (!authority) return authority;
-    const auto document = read(file, path);
+    auto document = read(file, path);
     if (!document) return document;
     auto text = read_signed_document(document.value(), authority.value());
     if (!text) return err(at(path, text.error(), way_out));

@@ -72,7 +72,7 @@ Result<void, Problem> secure(transport_dds::NetworkSettings& settings, WallTime 
 
 Result<void, Problem> obey_security(transport_dds::NetworkSettings& settings, WallTime now) {
   if (!settings.security.enabled) return {};
-  const auto secured = secure(settings, now);
+  auto secured = secure(settings, now);
   if (secured || settings.security.enforced) return secured;
   Problem problem = secured.error();
   problem.what += ": everything goes in the clear, as the strategy Permissive allows";

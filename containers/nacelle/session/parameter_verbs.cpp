@@ -113,12 +113,11 @@ Answer list(Session& session, const runtime::ComponentInfo& info) {
 using Outcomes = std::vector<runtime::ParameterOutcome>;
 
 template <typename MakeReply>
-Answer set(Session& session, const runtime::ComponentInfo& info, std::vector<Parameter> parameters, MakeReply&& reply) {
+Answer set(Session& session, const runtime::ComponentInfo& info, const std::vector<Parameter>& parameters,
+           MakeReply&& reply) {
   return asked<Outcomes>(
       session, info.node,
-      [&](auto asker, auto then) {
-        session.container().set_parameters(info.id, std::move(parameters), asker, std::move(then));
-      },
+      [&](auto asker, auto then) { session.container().set_parameters(info.id, parameters, asker, std::move(then)); },
       std::forward<MakeReply>(reply));
 }
 
@@ -137,7 +136,7 @@ Answer set_many(Session& session, const runtime::ComponentInfo& info, const json
     if (!parameter) return reply_of(parameter.error());
     parameters.push_back(std::move(parameter).value());
   }
-  return set(session, info, std::move(parameters), [node = info.node](const Outcomes& outcomes) {
+  return set(session, info, parameters, [node = info.node](const Outcomes& outcomes) {
     json results = json::array();
     for (const auto& outcome : outcomes) results.push_back({{"name", outcome.name}, {"refusal", outcome.refusal}});
     return json{{"ok", true}, {"node", node}, {"results", results}};

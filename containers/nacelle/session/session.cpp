@@ -250,8 +250,9 @@ void Session::answer_guests() {
 }
 
 std::optional<Problem> Session::serve() {
-  const auto kernel_alarm = options_.clock_alarm == nullptr ? make_kernel_clock_alarm() : nullptr;
-  ClockWatch clock_watch{clock_, kernel_alarm ? *kernel_alarm : *options_.clock_alarm};
+  decltype(make_kernel_clock_alarm()) kernel_alarm;
+  ClockWatch clock_watch{
+      clock_, options_.clock_alarm != nullptr ? *options_.clock_alarm : *(kernel_alarm = make_kernel_clock_alarm())};
   ClockJumpReport clock_jumps{container_->transport(), options_.container_name,
                               fully_qualified_node_name(plan_.container.namespace_, options_.container_name)};
   std::vector<pollfd> waits;

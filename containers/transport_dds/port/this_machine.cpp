@@ -78,7 +78,7 @@ std::vector<int> sockets_of(const ddsi_domaingv& domain) {
   std::vector<ddsi_tran_conn_t> all{domain.disc_conn_mc, domain.data_conn_mc, domain.disc_conn_uc, domain.data_conn_uc};
   for (int i = 0; i < domain.n_interfaces; ++i) all.push_back(domain.xmit_conns[i]);
   std::vector<int> sockets;
-  for (const ddsi_tran_conn_t one : all) {
+  for (auto* const one : all) {
     if (one != nullptr) sockets.push_back(ddsi_conn_handle(one));
   }
   return sockets;

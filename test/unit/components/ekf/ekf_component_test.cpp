@@ -21,7 +21,7 @@ using tf2_msgs::msg::TFMessage;
 double yaw_of(const Odometry& m) { return 2.0 * std::atan2(m.pose.pose.orientation.z, m.pose.pose.orientation.w); }
 
 class EkfNode : public ::testing::Test {
- protected:
+ public:
   EkfNode() {
     options_.append_parameter_override("frequency", 50.0);
     options_.append_parameter_override("base_link_frame", std::string{"base_footprint"});

@@ -15,7 +15,7 @@ namespace {
 WallTime at(double seconds) { return WallTime{from_seconds(seconds)}; }
 
 class Buffer : public ::testing::Test {
- protected:
+ public:
   Result<void, InsertFault> put(const char* parent, const char* child, double t, double x, double yaw = 0) {
     return buffer_.insert(parent, child, at(t), RigidTransform::planar(x, 0, yaw), Permanence::Dynamic);
   }

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include <cstdio>
 #include <fstream>
 
@@ -17,7 +15,7 @@ using sensor_msgs::msg::JointState;
 using tf2_msgs::msg::TFMessage;
 
 class TransformsNode : public ::testing::Test {
- protected:
+ public:
   void start() {
     node_ = std::make_unique<TransformsComponent>(options_);
     const auto configured = node_->trigger(Transition::Configure);

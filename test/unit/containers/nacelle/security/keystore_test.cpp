@@ -30,7 +30,7 @@ std::size_t count(const Changes& changes, Change::Kind kind) {
 }
 
 class Keystore : public ::testing::Test {
- protected:
+ public:
   void SetUp() override {
     const auto made = create_keystore(keystore, 0, kNow);
     ASSERT_TRUE(made) << made.error().text();

@@ -107,7 +107,7 @@ TEST(Policy, tells_mistakes_with_their_line) {
 }
 
 class Includes : public ::testing::Test {
- protected:
+ public:
   std::string path_of(const std::string& name, const std::string& text) {
     const std::filesystem::path path = folder.path() + "/" + name;
     std::filesystem::create_directories(path.parent_path());

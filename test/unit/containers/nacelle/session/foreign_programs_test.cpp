@@ -26,7 +26,7 @@ ProgramSpec shell(const std::string& script) {
 }
 
 class ForeignPrograms : public ::testing::Test {
- protected:
+ public:
   SystemClock clock_;
   TemporaryFolder folder_;
 };

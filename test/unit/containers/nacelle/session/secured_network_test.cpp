@@ -27,7 +27,7 @@ class OwnNetwork final : public ::testing::Environment {
 
 /// A container in a network of the test's own, where the clock's day is the test's.
 class SecuredNetwork : public ::testing::Test {
- protected:
+ public:
   void SetUp() override {
     for (const auto& made : {security::create_keystore(keystore, domain, today),
                              security::create_enclave({keystore, "/robot", domain}, today)})
