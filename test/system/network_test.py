@@ -145,6 +145,25 @@ class Exported(NetworkTest):
         self.assertGreater(figures["hidden"], 20)
         self.assertEqual(figures["writers"], 1)
 
+    def check_by_static_peers(self, vendor, **variables):
+        """A Wi-Fi that drops multicasts. What the peer is told is what rmw_cyclonedds makes of ROS_STATIC_PEERS."""
+        for machine in (self.robot_machine, self.laptop):
+            machine.run("nft", "add table ip wifi; add chain ip wifi out { type filter hook output priority 0; }; "
+                               "add rule ip wifi out oifname lan0 ip daddr 224.0.0.0/4 counter drop")
+        self.start_robot("network:=export", ROS_STATIC_PEERS="10.77.0.2")
+        self.reads_odometry(vendor, self.laptop, **variables).wait_for("odometry on the laptop", is_odometry)
+        blocked = re.search(r"counter packets (\d+)", self.laptop.run("nft", "list", "ruleset").stdout)
+        self.assertGreater(int(blocked[1]), 0, "the laptop has tried it by multicast")
+
+    def test_where_multicast_is_blocked_a_cyclone_laptop_is_found_by_static_peers(self):
+        self.check_by_static_peers("cyclone", CYCLONEDDS_URI='<Discovery><ParticipantIndex>auto</ParticipantIndex>'
+                                   '<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>'
+                                   '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
+
+    @unittest.skipUnless("fastdds" in PEERS, "built without the Fast DDS peer")
+    def test_where_multicast_is_blocked_a_fast_dds_laptop_is_found_by_static_peers(self):
+        self.check_by_static_peers("fastdds")
+
 
 class Kept(NetworkTest):
     def test_off_has_no_socket(self):
