@@ -327,18 +327,22 @@ TEST_F(Mirror, brings_an_image_of_eight_megabytes_whole) {
   image.type = &Image::message_type();
   auto writer = here.broker.create_writer(image);
   ASSERT_TRUE(joined(*writer, *reader));
+  const auto hear_one = [&](const Image& image) {
+    Block* const block = writer->borrow();
+    *static_cast<Image*>(block->message) = image;
+    writer->publish(*block);
+    ASSERT_TRUE(there.bell.until([&] { return reader->has_waiting(); }));
+    Block* const got = reader->take();
+    EXPECT_TRUE(*static_cast<const Image*>(got->message) == image);
+    drop_reference(*got);
+  };
   Image sent;
+  hear_one(sent);  // see sends_the_large_messages_of_a_writer_that_has_ended
   sent.header.frame_id = "camera";
   sent.data.resize(8U << 20U);
   std::mt19937 random{3};
   for (auto& byte : sent.data) byte = static_cast<std::uint8_t>(random());
-  Block* const block = writer->borrow();
-  *static_cast<Image*>(block->message) = sent;
-  writer->publish(*block);
-  ASSERT_TRUE(there.bell.until([&] { return reader->has_waiting(); }));
-  Block* const got = reader->take();
-  EXPECT_TRUE(*static_cast<const Image*>(got->message) == sent);
-  drop_reference(*got);
+  hear_one(sent);
 }
 
 TEST_F(Mirror, keeps_the_order_of_large_and_small_messages_of_a_writer) {
@@ -359,6 +363,9 @@ TEST_F(Mirror, sends_the_large_messages_of_a_writer_that_has_ended) {
   auto reader = there.reader("/ending", QoS(5));
   auto writer = here.writer("/ending", QoS(5));
   ASSERT_TRUE(joined(*writer, *reader));
+  // What the first heartbeat covers Cyclone takes for history, if it is not whole by then: a volatile reader never gets it.
+  say(*writer, "first");
+  ASSERT_EQ(hear(there.bell, *reader, 1), Texts{"first"});
   Texts sent;
   for (char c : {'a', 'b', 'c', 'd'}) {
     sent.emplace_back(200'000, c);
