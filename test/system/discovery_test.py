@@ -4,12 +4,11 @@ import json
 import os
 import pathlib
 import re
-import signal
 import unittest
 
+from capture import Capture
 from machines import Lines, Machine, need_namespaces
 from robot import PROGRAM, RobotTest, wait_for
-from rtps import Capture
 
 PEER = os.environ["NACELLE_CYCLONE_PEER"]
 RECORDED = pathlib.Path(os.environ["NACELLE_ROS2_WIRE"])
@@ -64,12 +63,11 @@ class DiscoveryTest(RobotTest):
     def setUp(self):
         self.machine = Machine()
         self.addCleanup(self.machine.close)
-        self.capture = Capture(self.machine)
+        self.capture = Capture(self.machine, "lo")
         self.addCleanup(self.capture.close)
         self.endpoints, self.participants = {}, {}
         container = self.container = Lines(self.machine.within(PROGRAM, "container"), self.environment)
-        self.addCleanup(container.close)
-        self.addCleanup(container.process.send_signal, signal.SIGINT)
+        self.addCleanup(container.interrupt)
         container.wait_for("the container is up", lambda line: line.startswith("network: "))
         # Endpoints are told to who is there: as when it was recorded, a plain Cyclone program listens.
         peer = Lines(self.machine.within(PEER, "echo", "--topic", "rt/nothing"), self.environment)

@@ -3,13 +3,12 @@
 import contextlib
 import ctypes
 import os
-import pathlib
+import signal
 import subprocess
-import sys
 import time
 import unittest
 
-from robot import wait_for
+from robot import SLOW, wait_for
 
 
 def ip(*words):
@@ -80,26 +79,6 @@ class Machine:
             return [tuple(line.split()[1].split(":")) for line in list(file)[1:]]
 
 
-class Capture:
-    """What comes in by a link of a machine, from now on: the lines of capture.py."""
-
-    def __init__(self, machine, link="lan0"):
-        program = pathlib.Path(__file__).with_name("capture.py")
-        self.lines = Lines(machine.within(sys.executable, "-B", program, link), os.environ)
-        self.lines.wait_for("the capture listens", lambda line: line == "ready")
-
-    def frames(self):
-        return list(self.lines.read())
-
-    def speakers(self):
-        """The GUID prefixes of the participants that sent something."""
-        return {frame.split()[3] for frame in self.frames() if frame.startswith("udp ")} - {"-"}
-
-    def close(self):
-        self.lines.process.terminate()
-        self.lines.close()
-
-
 def named(host):
     """What a command line begins with that runs where the host's name is this."""
     return ["unshare", "--uts", "sh", "-c", f'hostname {host}; exec "$@"', "sh"]
@@ -160,6 +139,16 @@ class Lines:
 
     def go(self):
         self.process.stdin.write(b"\n")
+
+    def interrupt(self):
+        """Ends it as Ctrl-C does, and close()."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            try:
+                self.process.wait(30 * SLOW)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+        self.close()
 
     def close(self):
         with contextlib.suppress(OSError):

@@ -2,11 +2,9 @@
 """The simulated robot in a namespace, with its transforms apart by topics and by frames."""
 import json
 import os
-import signal
-import subprocess
 import unittest
 
-from robot import LAUNCH_FILE, SLOW, RobotTest, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, wait_for
 
 # As in ROS 2, these are absolute names: all robots' are on one topic each.
 SHARED = {"/diagnostics", "/rosout", "/parameter_events"}
@@ -14,49 +12,23 @@ FRAMES = {"odom", "base_footprint", "base_link", "lidar_link", "imu_link", "left
           "camera_optical_frame"}
 
 
-class NamespaceTest(RobotTest):
-    arguments = ()
-
+class NamespaceTest(RunningRobotTest):
     @classmethod
     def setUpClass(cls):
-        super().setUpClass()
         if not cls.arguments:
             raise unittest.SkipTest("the class above those with tests")
-        # With a component in a process of its own.
+        super().setUpClass()
+
+    @classmethod
+    def make_launch_file(cls):
+        """With a component in a process of its own."""
         with open(LAUNCH_FILE, encoding="utf-8") as file:
             text = file.read()
         folder = os.path.dirname(os.path.realpath(LAUNCH_FILE))
         text = text.replace("$(dirname)", folder).replace("      name: lidar\n", "      name: lidar\n      isolate: process\n")
-        cls.launch_file = cls.folder / "robot.launch.yaml"
-        cls.launch_file.write_text(text)
-        cls.log = open(cls.folder / "log", "w+", encoding="utf-8")
-        cls.robot = cls.start_program("launch", cls.launch_file, "sim:=true", f"sim_dir:={cls.folder}/sim", "--name", "robot",
-                                      *cls.arguments, stdout=cls.log, stderr=subprocess.STDOUT)
-        try:
-            wait_for("every component is active", cls.is_up, 60)
-        except BaseException:
-            cls.tearDownClass()
-            raise
-
-    @classmethod
-    def is_up(cls):
-        if cls.robot.poll() is not None:
-            raise AssertionError("the robot ended: " + (cls.folder / "log").read_text())
-        listed = cls.run_program("component", "list", "--json")
-        rows = json.loads(listed.stdout)["components"] if listed.returncode == 0 else []
-        return len(rows) >= 10 and all(row["state"] in ("active", "") for row in rows)
-
-    @classmethod
-    def tearDownClass(cls):
-        if cls.robot.poll() is None:
-            cls.robot.send_signal(signal.SIGINT)
-            try:
-                cls.robot.wait(30 * SLOW)
-            except subprocess.TimeoutExpired:
-                cls.robot.kill()
-                cls.robot.wait()
-        cls.log.close()
-        super().tearDownClass()
+        launch_file = cls.folder / "robot.launch.yaml"
+        launch_file.write_text(text)
+        return launch_file
 
     def nacelle(self, *words, code=0):
         return self.expect_exit(self.run_program(*words), code).stdout

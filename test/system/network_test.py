@@ -2,14 +2,14 @@
 """The simulated robot on ROS 2's network: who sees it in which mode, with peers that have nothing of Nacelle in them."""
 import json
 import os
-import pathlib
 import re
 import signal
 import subprocess
 import unittest
 
-from machines import Capture, Lines, Machine, cable, named, need_namespaces
-from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
+from capture import Capture
+from machines import Lines, Machine, cable, named, need_namespaces
+from robot import LAUNCH_FILE, PROGRAM, RobotTest, wait_for
 
 PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_CYCLONE_PEER"), ("fastdds", "NACELLE_FASTDDS_PEER"))
          if os.environ.get(variable)}
@@ -52,16 +52,7 @@ class NetworkTest(RobotTest):
         robot = Lines(command, {**self.environment, **variables})
         robot.before = []  # what it said until it was up, and perhaps a little more
 
-        def end():
-            if robot.process.poll() is None:
-                robot.process.send_signal(signal.SIGINT)
-                try:
-                    robot.process.wait(30 * SLOW)
-                except subprocess.TimeoutExpired:
-                    robot.process.kill()
-            robot.close()
-
-        self.addCleanup(end)
+        self.addCleanup(robot.interrupt)
         wait_for("the robot is up or has ended", lambda: any(" active in " in line for line in robot.read()) or robot.process.poll() is not None, 60)
         robot.before += robot.seen
         robot.wait_for("the robot is up", lambda line: " active in " in line, 1)

@@ -40,16 +40,7 @@ class RemoteTest(RobotTest):
         """A program on the other machine; returns when it says that it is up."""
         program = Lines(cls.far.within(*words), cls.environment)
 
-        def end():
-            if program.process.poll() is None:
-                program.process.send_signal(signal.SIGINT)
-                try:
-                    program.process.wait(30 * SLOW)
-                except subprocess.TimeoutExpired:
-                    program.process.kill()
-            program.close()
-
-        cls.addClassCleanup(end)
+        cls.addClassCleanup(program.interrupt)
         program.wait_for("the other side is up", is_up, 60)
         return program
 

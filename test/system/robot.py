@@ -80,14 +80,21 @@ class RobotTest(unittest.TestCase):
 class RunningRobotTest(RobotTest):
     """One simulated robot for all tests of the class."""
 
+    arguments = ()
+
+    @classmethod
+    def make_launch_file(cls):
+        return LAUNCH_FILE
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.log = open(cls.folder / "log", "w+")
+        cls.launch_file = cls.make_launch_file()
+        cls.log = open(cls.folder / "log", "w+", encoding="utf-8")
         cls.report_file = cls.folder / "report.json"
         cls.robot = cls.start_program(
-            "launch", LAUNCH_FILE, "sim:=true", "seed:=5", f"sim_dir:={cls.folder}/sim", "--name", "robot", "--report", cls.report_file,
-            stdout=cls.log, stderr=subprocess.STDOUT,
+            "launch", cls.launch_file, "sim:=true", "seed:=5", f"sim_dir:={cls.folder}/sim", "--name", "robot", "--report", cls.report_file,
+            *cls.arguments, stdout=cls.log, stderr=subprocess.STDOUT,
         )
         try:
             wait_for("every component is active", cls.is_up, 60)

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads announcements off a link: what participants say of themselves and of their writers and readers (RTPS 2.3, 9.6.2.2)."""
-import ctypes
-import os
-import socket
+"""Reads announcements: what participants say of themselves and of their writers and readers (RTPS 2.3, 9.6.2.2)."""
 import struct
 
-ETH_P_ALL = 3
 INFO_SRC, DATA = 0x0C, 0x15
 LITTLE_ENDIAN, WITH_INLINE_QOS, WITH_PAYLOAD = 0x01, 0x02, 0x04
 KINDS = {0x000100C2: "SPDP", 0x000003C2: "SEDP-pub", 0x000004C2: "SEDP-sub"}
@@ -16,50 +12,6 @@ NAMES = {0x02: "PARTICIPANT_LEASE_DURATION", 0x05: "TOPIC_NAME", 0x07: "TYPE_NAM
          0x33: "METATRAFFIC_MULTICAST_LOCATOR", 0x40: "HISTORY", 0x48: "DEFAULT_MULTICAST_LOCATOR", 0x50: "PARTICIPANT_GUID",
          0x58: "BUILTIN_ENDPOINT_SET", 0x59: "PROPERTY_LIST", 0x5A: "ENDPOINT_GUID"}  # fmt: skip
 TEXTS, BYTES = ("TOPIC_NAME", "TYPE_NAME"), ("USER_DATA",)
-
-
-class Capture:
-    """What passes a link of a machine (machines.Machine) from now on, until close()."""
-
-    def __init__(self, machine, link="lo"):
-        self.socket = within_network_of(machine.holder.pid, lambda: socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETH_P_ALL)))
-        self.socket.setsockopt(socket.SOL_SOCKET, 33, 64 << 20)  # SO_RCVBUFFORCE: nobody reads until the test asks
-        self.socket.bind((link, ETH_P_ALL))
-        self.socket.setblocking(False)
-
-    def close(self):
-        self.socket.close()
-
-    def announcements(self):
-        """(kind, prefix of the participant, parameters) of each that has passed since the last call."""
-        while True:
-            try:
-                frame = self.socket.recv(65536)
-            except BlockingIOError:
-                return
-            if payload := udp_payload(frame):
-                yield from announcements_of(payload)
-
-
-def within_network_of(pid, make):
-    clone_newnet, libc = 0x40000000, ctypes.CDLL(None, use_errno=True)
-    with open("/proc/thread-self/ns/net") as ours, open(f"/proc/{pid}/ns/net") as theirs:
-        if libc.setns(theirs.fileno(), clone_newnet) != 0:
-            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
-        try:
-            return make()
-        finally:
-            libc.setns(ours.fileno(), clone_newnet)
-
-
-def udp_payload(frame):
-    """None where it is not UDP over IPv4 in one piece."""
-    if len(frame) < 42 or frame[12:14] != b"\x08\x00" or frame[23] != socket.IPPROTO_UDP:
-        return None
-    if struct.unpack_from(">H", frame, 20)[0] & 0x3FFF:
-        return None
-    start = 14 + (frame[14] & 0x0F) * 4
-    return frame[start + 8 : start + struct.unpack_from(">H", frame, start + 4)[0]]
 
 
 def announcements_of(message):

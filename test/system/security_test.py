@@ -9,9 +9,9 @@ import stat
 import subprocess
 import unittest
 
+from capture import Capture
 from machines import Lines
 from network_test import SILENCE_S, NetworkTest, is_odometry, speed_of
-from packets import Packets
 from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
 try:
@@ -137,25 +137,27 @@ class Secured(NetworkTest):
         return driver
 
     def test_who_has_keys_reads_and_drives_and_packets_reveal_nothing(self):
-        packets = Packets(self.robot_machine)
-        self.addCleanup(packets.close)
+        capture = Capture(self.robot_machine, sent=True)
+        self.addCleanup(capture.close)
         self.start_secured_robot()
         reader = self.known_reader()
         reader.wait_for("odometry on the laptop", is_odometry)
         self.drives(self.laptop, CYCLONEDDS_URI=secured_by(self.keys, "/laptop"))
         reader.wait_for("the robot drives as the laptop says", lambda line: speed_of(line) > 0.1)
-        sent = packets.stop()
+        capture.stop()
+        sent = b"".join(capture.all)
         self.assertGreater(len(sent), 100000, "it was on the link that was looked at")
         for word in REVEALING:
             self.assertNotIn(word, sent)
         self.assertIn(b"enclave=/robot", sent, "what a participant says of itself before anybody is known")
 
     def test_packets_of_a_robot_without_security_reveal_everything(self):
-        packets = Packets(self.robot_machine)
-        self.addCleanup(packets.close)
+        capture = Capture(self.robot_machine, sent=True)
+        self.addCleanup(capture.close)
         self.start_robot("network:=export")
         self.reads_odometry("cyclone", self.laptop).wait_for("odometry on the laptop", is_odometry)
-        sent = packets.stop()
+        capture.stop()
+        sent = b"".join(capture.all)
         for word in REVEALING:
             self.assertIn(word, sent)
 
