@@ -185,6 +185,12 @@ def robot_on_network(programs, say):
     yield row("M19", "on the network: CPU", 100 * total(on, "cpu_s") / total(on, "seconds"), "% of one", at_most(0.45),
               f"the same program off it {100 * total(off, 'cpu_s') / total(off, 'seconds'):.2f} %")  # fmt: skip
     yield row("M19", "on the network: RSS", on[-1]["rss"] / (1 << 20), "MiB", at_most(14), f"off it {off[-1]['rss'] / (1 << 20):.1f}")
+    # 120 services with two each, 26 writers and 5 readers of topics, and the two that tell of nodes.
+    endpoints = 273
+    bare = programs.run("bare_endpoints", endpoints=endpoints)
+    least = (off[-1]["rss"] + bare["participant"] + bare["endpoints"]) / (1 << 20)
+    yield row("M19", f"off the network, and what plain Cyclone keeps for {endpoints} endpoints", least, "MiB", None,
+              f"participant {bare['participant'] / (1 << 20):.1f}, endpoints {bare['endpoints'] / endpoints / 1024:.1f} KiB each")  # fmt: skip
     yield row("M19", "on the network: not backed by a file", on[-1]["rss_anon"] / (1 << 20), "MiB", None, f"off it {off[-1]['rss_anon'] / (1 << 20):.1f}")
     yield row("M19", "on the network: mallocs, all of them Cyclone's announcements", total(on, "mallocs") / total(on, "seconds"), "1/s", exactly(0))
     yield row("M19", "on the network: late, lost", total(on, "late") + total(on, "lost") + total(on, "dropped"), "messages", exactly(0))
