@@ -19,7 +19,7 @@ def dev(*arguments, cwd=ROOT, env=None, script=ROOT / "dev"):
 
 class DevTest(unittest.TestCase):
     def test_alone_and_with_help_it_prints_every_verb(self):
-        for arguments in ((), ("--help",), ("-h",)):
+        for arguments in ((), ("--help",), ("-h",), ("test", "--help"), ("lint", "-h"), ("bench", "--help")):
             answer = dev(*arguments)
             self.assertEqual(answer.returncode, 0)
             for verb in VERBS:
