@@ -5,6 +5,7 @@ import os
 import pathlib
 import shutil
 import signal
+import socket
 import subprocess
 import time
 import unittest
@@ -186,11 +187,28 @@ class Robot(RemoteTest):
         here = {row["node"]: (row["id"], row["state"]) for row in self.local("component", "list")["components"]}
         there = self.rows("component", "list")
         self.assertEqual(there["container"], "robot")
-        self.assertEqual({row["node"]: row["id"] for row in there["components"]}, {node: row[0] for node, row in here.items()})
-        self.assertIn("active", {row["state"] for row in there["components"]})
+        self.assertEqual({row["node"]: (row["id"], row["state"]) for row in there["components"]}, here)
         for words in (("load", CHAOS, "--name", "chaos"), ("unload", "camera")):
             self.assertIn("allow_load", self.ask("component", *words, code=1).stderr)
         self.assertIn("/robot", self.ask("component", "list", "--container", "robbot", code=1).stderr)
+
+    def test_a_component_is_told_as_far_as_its_nodes_tell(self):
+        here = self.local("component", "info", "lidar")
+        there = self.rows("component", "info", "lidar")
+        for key in ("id", "node", "managed", "state", "state_id", "namespace"):
+            self.assertEqual(there[key], here[key], key)
+        self.assertEqual((there["container"], there["host"], there["enclave"]), ("robot", socket.gethostname(), "/"))
+        for key in ("plugin", "library", "parameters", "faults", "thread"):
+            self.assertNotIn(key, there)
+        ends = self.rows("node", "info", "/lidar")
+        self.assertEqual({key: there[key] for key in ends}, ends)
+        self.assertEqual(there["parameter_values"], {row["name"]: row["value"] for row in self.local("param", "list", "lidar")})
+        self.assertEqual(self.rows("component", "info", str(here["id"]), "--container", "/robot")["node"], "/lidar")
+        text = self.ask("component", "info", "/lidar").stdout
+        for line in ("/lidar", "  container: /robot", "  state: active [3]", '    frame_id: "lidar_link"', "    /scan: sensor_msgs/msg/LaserScan"):
+            self.assertIn(line, text.splitlines())
+        self.assertIn("  not told over the network: plugin, library, ", text)
+        self.assertIn("did you mean '/lidar'", self.ask("component", "info", "lidor", code=1).stderr)
 
     def test_what_is_not_there_is_1_with_the_nearest_name(self):
         for words, name in (
@@ -289,9 +307,12 @@ class Kept(RemoteTest):
     def command(cls, *words):
         return cls.far.within(PROGRAM, *words, "--remote", "--network", "local")
 
-    def test_they_are_found_on_the_loopback(self):
+    def test_they_are_found_on_their_machine(self):
         self.assertEqual(self.ask("node", "list").stdout, "/actions\n/series\n/series_client\n")
         self.assertEqual(self.ask("lifecycle", "get", "series").stdout, "active [3]\n")
+
+    def test_a_list_may_take_longer_than_a_container_to_answer(self):
+        self.assertEqual(self.ask("node", "list", "--spin-time", "11").stdout, "/actions\n/series\n/series_client\n")
 
 
 class Peer(RemoteTest):
@@ -331,6 +352,13 @@ class Peer(RemoteTest):
                 self.peer(vendor, "serve", "--topic", f"{vendor}/add")
                 answer = self.rows("service", "call", f"/{vendor}/add", "example_interfaces/srv/AddTwoInts", "{a: 40, b: 2}")
                 self.assertEqual(answer["response"], {"sum": 42})
+
+    def test_without_a_container_a_component_is_refused_with_the_reason(self):
+        for vendor in PEERS:
+            with self.subTest(vendor=vendor):
+                self.peer(vendor, "serve", "--topic", f"{vendor}/add")
+                self.assertEqual(self.ask("component", "info", "adder", code=1).stderr,
+                                 "nacelle: containers: none was found in domain 0; see `nacelle node list --remote`\n")
 
 
 if __name__ == "__main__":

@@ -53,8 +53,8 @@ bool is_hidden(const std::string& name) { return name.find("/_") != std::string:
 
 bool is_standard(const json& row) { return row.value("standard", false); }
 
-void tell_left_out(std::size_t rows) {
-  if (rows != 0) std::fprintf(stderr, "(and %zu that nodes have by standard: --all shows them)\n", rows);
+void tell_left_out(std::size_t rows, const char* shown_by) {
+  if (rows != 0) std::fprintf(stderr, "(and %zu that nodes have by standard: %s shows them)\n", rows, shown_by);
 }
 
 std::string text_of(const json& row, const char* key) { return row.value(key, ""); }

@@ -35,8 +35,8 @@ int ask(const std::string& container, const nlohmann::json& request, bool as_jso
 [[nodiscard]] bool is_hidden(const std::string& name);
 /// A row of the graph that every node has alike (nacelle/node/standard_interfaces.hpp).
 [[nodiscard]] bool is_standard(const nlohmann::json& row);
-/// Says on stderr how many such rows are not shown, if any.
-void tell_left_out(std::size_t rows);
+/// Says on stderr how many such rows are not shown, if any, and what shows them.
+void tell_left_out(std::size_t rows, const char* shown_by = "--all");
 /// The text under a key, or nothing.
 [[nodiscard]] std::string text_of(const nlohmann::json& row, const char* key);
 /// The different texts under a key of rows that fit, sorted.

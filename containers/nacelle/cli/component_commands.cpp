@@ -2,11 +2,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "component_info.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "program.hpp"
 #include "typed_value.hpp"
@@ -96,66 +96,6 @@ int unload(const ComponentWish& wish) {
   });
 }
 
-std::string words_of_thread(const json& thread) {
-  if (!thread["own"].get<bool>()) return "the shared one";
-  std::string words = "its own";
-  if (const auto threads = thread["threads"].get<unsigned>(); threads != 1)
-    words = std::to_string(threads) + " of " + words;
-  if (const int priority = thread["priority"].get<int>(); priority != 0)
-    words += ", priority " + std::to_string(priority);
-  if (!thread["cpus"].empty()) words += ", cpus " + thread["cpus"].dump();
-  return words;
-}
-
-void print_given(const json& reply) {
-  for (const auto& rule : reply["remaps"]) std::printf("  remap: %s\n", rule.get<std::string>().c_str());
-  for (const auto& qos : reply["qos_overrides"]) {
-    std::printf("  qos of: %s of %s\n", qos["publisher"].get<bool>() ? "publisher" : "subscription",
-                text_of(qos, "topic").c_str());
-  }
-  if (!reply["parameters"].empty()) std::printf("  parameters given:\n");
-  for (const auto& [name, value] : reply["parameters"].items())
-    std::printf("    %s: %s\n", name.c_str(), value.dump().c_str());
-  std::printf("  thread: %s\n", words_of_thread(reply["thread"]).c_str());
-  const json& on_fault = reply["on_fault"];
-  const std::string policy = text_of(on_fault, "policy");
-  std::printf("  on fault: %s", policy.c_str());
-  if (policy == "restart")
-    std::printf(", at most %u times, %g s before each", on_fault["max_restarts"].get<unsigned>(),
-                on_fault["backoff_s"].get<double>());
-  std::printf("\n");
-}
-
-void print_callbacks(const json& callbacks) {
-  std::map<std::string, std::size_t> counts;
-  for (const auto& callback : callbacks) ++counts[text_of(callback, "kind")];
-  std::vector<std::string> words;
-  words.reserve(counts.size());
-  for (const auto& [kind, count] : counts)
-    words.push_back(std::to_string(count) + " " + kind + (count == 1 ? "" : "s"));
-  if (!words.empty()) std::printf("  callbacks: %s\n", join(words).c_str());
-}
-
-int info(const ComponentWish& wish) {
-  return ask(wish, {{"verb", "component.info"}, {"name", wish.name}}, [](const json& reply) {
-    std::printf("%s\n  id: %d\n  plugin: %s\n  library: %s\n", text_of(reply, "node").c_str(), reply["id"].get<int>(),
-                text_of(reply, "plugin").c_str(), text_of(reply, "library").c_str());
-    if (reply["managed"].get<bool>()) {
-      std::printf("  state: %s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
-    } else {
-      std::printf("  state: none, a plain node\n");
-    }
-    std::printf("  process: %s\n", reply["isolated"].get<bool>() ? "its own" : "the container's");
-    std::printf("  namespace: %s\n", text_of(reply, "namespace").c_str());
-    if (reply.contains("thread")) print_given(reply);
-    if (reply["callbacks"].is_array()) print_callbacks(reply["callbacks"]);
-    if (reply.contains("fault"))
-      std::printf("  faulted: %s: %s\n", text_of(reply["fault"], "code").c_str(),
-                  text_of(reply["fault"], "text").c_str());
-    std::printf("  faults so far: %zu\n", reply["faults"].size());
-  });
-}
-
 /// Needs no container: what is installed where launch files' plugins are looked for.
 int types(const ComponentWish& wish) {
   const auto places = program_places();
@@ -190,10 +130,11 @@ void add_component_commands(Command& root) {
   list_command.flag("-v,--verbose", wish->details, "the plugin too");
   list_command.runs([wish] { return list(*wish); });
 
-  Command& info_command = group.add("info", "where a component comes from, what it was given, how it runs");
+  Command& info_command = group.add(
+      "info", "where a component comes from, what it was given, how it runs; with --remote what its node tells");
   info_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
-  add_common_options(info_command, wish->whom.container, wish->as_json);
-  info_command.runs([wish] { return info(*wish); });
+  add_common_options(info_command, wish->whom, wish->as_json);
+  info_command.runs([wish] { return component_info(wish->whom, wish->name, wish->as_json); });
 
   Command& types_command = group.add("types", "the plugins that are installed, by package; needs no container");
   types_command.flag("--json", wish->as_json, "as JSON, with the libraries");

@@ -22,7 +22,7 @@ struct ImportWish {
   bool as_json = false;
 };
 
-std::optional<std::string> text_of(const std::string& path) {
+std::optional<std::string> text_of_file(const std::string& path) {
   std::ifstream file{path, std::ios::binary};
   std::string text(kLargestFile + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -38,7 +38,7 @@ int run(const ImportWish& wish) {
   ros_import::Imported imported;
   bool failed = false;
   for (const auto& path : wish.files) {
-    const auto text = text_of(path);
+    const auto text = text_of_file(path);
     if (!text) {
       complain({path, "cannot be read, or has more than 1 MiB", "give a ROS 2 parameter file"});
       failed = true;

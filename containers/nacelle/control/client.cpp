@@ -28,15 +28,25 @@ nlohmann::json reply_of(const Problem& problem) {
 
 Client::Client(int fd) : fd_(fd), reader_(kLongestReply) {}
 Client::Client(Client&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), reader_(std::move(other.reader_)), out_(std::move(other.out_)) {}
+    : fd_(std::exchange(other.fd_, -1)),
+      patience_(other.patience_),
+      reader_(std::move(other.reader_)),
+      out_(std::move(other.out_)) {}
 Client& Client::operator=(Client&& other) noexcept {
   std::swap(fd_, other.fd_);
+  std::swap(patience_, other.patience_);
   std::swap(reader_, other.reader_);
   std::swap(out_, other.out_);
   return *this;
 }
 Client::~Client() {
   if (fd_ >= 0) ::close(fd_);
+}
+
+Client Client::over(int descriptor, Duration patience) {
+  Client client{descriptor};
+  client.patience_ = patience;
+  return client;
 }
 
 Result<Client, Problem> Client::connect(const std::string& path) {
@@ -90,7 +100,7 @@ Result<std::optional<Frame>, Problem> Client::receive(Duration limit) {
 
 Result<Frame, Problem> Client::expect(FrameKind kind, Duration limit) {
   const SystemClock clock;
-  const MonotonicTime until = clock.now() + limit;
+  const MonotonicTime until = clock.now() + limit + patience_;
   while (true) {
     auto frame = receive(until - clock.now());
     if (!frame) return err(frame.error());

@@ -22,8 +22,8 @@ namespace nacelle::control {
 class Client {
  public:
   [[nodiscard]] static Result<Client, Problem> connect(const std::string& path);
-  /// Over a connected socket, which it takes over.
-  [[nodiscard]] static Client over(int descriptor) { return Client{descriptor}; }
+  /// Over a connected socket, which it takes over. `patience`: every answer may take so much longer than its limit.
+  [[nodiscard]] static Client over(int descriptor, Duration patience);
   Client(Client&& other) noexcept;
   Client& operator=(Client&& other) noexcept;
   ~Client();
@@ -50,6 +50,7 @@ class Client {
   [[nodiscard]] Result<Frame, Problem> expect(FrameKind kind, Duration limit);
 
   int fd_ = -1;
+  Duration patience_{};
   FrameReader reader_;
   std::string out_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lifecycle and composition of nodes outside, by their services.
+// Composition of nodes outside, by the services of their containers.
 #include <algorithm>
 #include <set>
 #include <string_view>
@@ -7,7 +7,7 @@
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/control/client.hpp"
-#include "nacelle/node/lifecycle_graph.hpp"
+#include "nacelle/remote/graph_rows.hpp"
 #include "nacelle/remote/remote_nodes.hpp"
 #include "nacelle/session/verbs.hpp"
 
@@ -17,43 +17,7 @@ namespace {
 using control::reply_of;
 using nlohmann::json;
 
-constexpr Duration kNodeAnswer = 3s;
-// A component may take its time to find its device.
-constexpr Duration kTransition = 80s;
 constexpr std::string_view kListNodes = "/_container/list_nodes";
-
-struct State {
-  int id = 0;
-  std::string label;
-};
-
-Result<State, Problem> state_of(RemoteNetwork& network, const std::string& node) {
-  const auto answer = network.call(node + "/get_state", "lifecycle_msgs/srv/GetState", json::object(), kNodeAnswer);
-  if (!answer) return err(answer.error());
-  const json& state = answer.value()["current_state"];
-  return State{state["id"].get<int>(), state["label"].get<std::string>()};
-}
-
-/// A node that is there, and has no lifecycle; waits for one that may not be found yet.
-std::optional<Problem> no_lifecycle(RemoteNetwork& network, const std::string& node) {
-  if (network.wait(network.patience(), [&] { return offers(network, node, "get_state"); })) return std::nullopt;
-  return Problem{node, "is a plain node without a lifecycle", "see `nacelle lifecycle nodes --remote`"};
-}
-
-json set_state(RemoteNetwork& network, const std::string& node, const std::string& transition) {
-  const auto answer = network.call(node + "/change_state", "lifecycle_msgs/srv/ChangeState",
-                                   {{"transition", {{"label", transition}}}}, kTransition);
-  if (!answer) return reply_of(answer.error());
-  const auto state = state_of(network, node);
-  if (!answer.value()["success"].get<bool>()) {
-    return reply_of(
-        {node, "could not " + transition,
-         state ? "it is " + state.value().label + " now" : "see `nacelle lifecycle get --remote " + node + "`"});
-  }
-  return {{"ok", true}, {"node", node}, {"state", state ? state.value().label : ""}};
-}
-
-// --- composition -----------------------------------------------------------------------------------------------------
 
 /// The nodes that are containers.
 std::set<std::string> containers_of(const RemoteNetwork& network) {
@@ -80,33 +44,95 @@ Result<std::string, Problem> container_named(RemoteNetwork& network, const std::
   return err(Problem{"container '" + name + "'", "is not there in " + network.where(), suggestion(wanted, names)});
 }
 
-Result<json, Problem> listed(RemoteNetwork& network, const std::string& container) {
-  return network.call(container + std::string{kListNodes}, "composition_interfaces/srv/ListNodes", json::object(),
-                      kNodeAnswer);
+struct Component {
+  json id;
+  std::string node;
+};
+
+Result<std::vector<Component>, Problem> components_of(RemoteNetwork& network, const std::string& container) {
+  const auto answer = network.call(container + std::string{kListNodes}, "composition_interfaces/srv/ListNodes",
+                                   json::object(), kNodeAnswer);
+  if (!answer) return err(answer.error());
+  const json& names = answer.value()["full_node_names"];
+  const json& ids = answer.value()["unique_ids"];
+  std::vector<Component> all;
+  for (std::size_t i = 0; i < std::min(names.size(), ids.size()); ++i)
+    all.push_back({ids[i], names[i].get<std::string>()});
+  return all;
+}
+
+/// By its full name, its id, or its name without the namespace if there is one such.
+Result<Component, Problem> component_named(RemoteNetwork& network, const std::string& container,
+                                           const std::string& name) {
+  const auto all = components_of(network, container);
+  if (!all) return err(all.error());
+  std::vector<std::string> names, hits;
+  const Component* hit = nullptr;
+  for (const Component& one : all.value()) {
+    if (one.node == name || one.node == "/" + name || one.id.dump() == name) return one;
+    names.push_back(one.node);
+    if (name.starts_with('/') || !one.node.ends_with("/" + name)) continue;
+    hits.push_back(one.node);
+    hit = &one;
+  }
+  if (hits.size() == 1) return *hit;
+  const std::string what = "component '" + name + "'";
+  if (!hits.empty()) return err(Problem{what, "could be any of " + join(hits), "give the full name or the id"});
+  return err(Problem{what, "is not in " + container, names.empty() ? "it holds none" : suggestion(name, names)});
 }
 
 json list_components(RemoteNetwork& network, const std::string& container) {
-  const auto answer = listed(network, container);
-  if (!answer) return reply_of(answer.error());
-  const json& names = answer.value()["full_node_names"];
-  const json& ids = answer.value()["unique_ids"];
-  for (const auto& name : names) {
-    if (offers(network, name, "get_state"))
-      static_cast<void>(network.prepare(name.get<std::string>() + "/get_state", "lifecycle_msgs/srv/GetState"));
+  const auto all = components_of(network, container);
+  if (!all) return reply_of(all.error());
+  for (const Component& one : all.value()) {
+    if (offers(network, one.node, "get_state"))
+      static_cast<void>(network.prepare(one.node + "/get_state", "lifecycle_msgs/srv/GetState"));
   }
   json rows = json::array();
-  for (std::size_t i = 0; i < std::min(names.size(), ids.size()); ++i) {
-    const std::string node = names[i].get<std::string>();
-    const bool managed = offers(network, node, "get_state");
-    const auto state = managed ? state_of(network, node) : err(Problem{});
-    rows.push_back({{"id", ids[i]},
-                    {"node", node},
+  for (const Component& one : all.value()) {
+    const bool managed = offers(network, one.node, "get_state");
+    const auto state = managed ? state_of(network, one.node) : err(Problem{});
+    rows.push_back({{"id", one.id},
+                    {"node", one.node},
                     {"plugin", ""},
                     {"library", ""},
                     {"managed", managed},
                     {"state", state ? state.value().label : ""}});
   }
   return {{"ok", true}, {"container", container.substr(1)}, {"components", rows}, {"kept_images", json::array()}};
+}
+
+/// What its participant announces of itself; what it does not is left out.
+void add_process(json& reply, const RemoteNetwork& network) {
+  for (const auto& node : network.look([](const auto& graph) { return graph.nodes(); })) {
+    if (full_name(node.node_namespace, node.name) != reply["node"]) continue;
+    reply["namespace"] = node.node_namespace;
+    for (const auto& [key, text] : {std::pair{"host", node.host}, {"pid", node.pid}, {"enclave", node.enclave}}) {
+      if (!text.empty()) reply[key] = text;
+    }
+    return;
+  }
+}
+
+json info(RemoteNetwork& network, const std::string& container, const std::string& name) {
+  const auto found = component_named(network, container, name);
+  if (!found) return reply_of(found.error());
+  const std::string& node = found.value().node;
+  // What is not known by then, it does not have.
+  static_cast<void>(network.wait(network.found_by(), [] { return false; }));
+  const bool managed = offers(network, node, "get_state");
+  json reply{
+      {"ok", true}, {"container", container.substr(1)}, {"id", found.value().id}, {"node", node}, {"managed", managed},
+      {"state", ""}};
+  add_process(reply, network);
+  if (!managed) return reply;
+  if (const auto state = state_of(network, node); state) {
+    reply["state"] = state.value().label;
+    reply["state_id"] = state.value().id;
+  } else {
+    reply["warnings"] = {state.error().text()};
+  }
+  return reply;
 }
 
 json load(RemoteNetwork& network, const std::string& container, const json& request) {
@@ -140,41 +166,18 @@ json load(RemoteNetwork& network, const std::string& container, const json& requ
 }
 
 json unload(RemoteNetwork& network, const std::string& container, const std::string& name) {
-  const auto answer = listed(network, container);
-  if (!answer) return reply_of(answer.error());
-  const json& names = answer.value()["full_node_names"];
-  const json& ids = answer.value()["unique_ids"];
-  std::vector<std::string> all;
-  for (std::size_t i = 0; i < std::min(names.size(), ids.size()); ++i) {
-    const std::string node = names[i].get<std::string>();
-    all.push_back(node);
-    if (node != name && node != "/" + name && ids[i].dump() != name) continue;
-    const auto done = network.call(container + "/_container/unload_node", "composition_interfaces/srv/UnloadNode",
-                                   {{"unique_id", ids[i]}}, kTransition);
-    if (!done) return reply_of(done.error());
-    if (!done.value()["success"].get<bool>())
-      return reply_of({container, done.value()["error_message"].get<std::string>(), ""});
-    return {{"ok", true}, {"id", ids[i]}, {"node", node}, {"library", ""}, {"image_closed", true}, {"held_by", ""}};
-  }
-  return reply_of(
-      {"component '" + name + "'", "is not in " + container, all.empty() ? "it holds none" : suggestion(name, all)});
+  const auto found = component_named(network, container, name);
+  if (!found) return reply_of(found.error());
+  const auto& [id, node] = found.value();
+  const auto done = network.call(container + "/_container/unload_node", "composition_interfaces/srv/UnloadNode",
+                                 {{"unique_id", id}}, kTransition);
+  if (!done) return reply_of(done.error());
+  if (!done.value()["success"].get<bool>())
+    return reply_of({container, done.value()["error_message"].get<std::string>(), ""});
+  return {{"ok", true}, {"id", id}, {"node", node}, {"library", ""}, {"image_closed", true}, {"held_by", ""}};
 }
 
 }  // namespace
-
-json reply_to_lifecycle_verb(RemoteNetwork& network, const std::string& verb, const json& request) {
-  auto found = node_named(network, request.value("name", ""));
-  if (!found) return reply_of(found.error());
-  const std::string& node = found.value();
-  if (const auto problem = no_lifecycle(network, node)) return reply_of(*problem);
-  if (verb == "lifecycle.set") {
-    static_cast<void>(network.prepare(node + "/get_state", "lifecycle_msgs/srv/GetState"));
-    return set_state(network, node, request.value("transition", ""));
-  }
-  const auto state = state_of(network, node);
-  if (!state) return reply_of(state.error());
-  return {{"ok", true}, {"id", 0}, {"node", node}, {"state", state.value().label}, {"state_id", state.value().id}};
-}
 
 json reply_to_component_verb(RemoteNetwork& network, const std::string& verb, const json& request) {
   if (verb == "component.load") {
@@ -185,6 +188,7 @@ json reply_to_component_verb(RemoteNetwork& network, const std::string& verb, co
   auto container = container_named(network, request.value("container", ""));
   if (!container) return reply_of(container.error());
   if (verb == "component.list") return list_components(network, container.value());
+  if (verb == "component.info") return info(network, container.value(), request.value("name", ""));
   if (verb == "component.load_plugin") return load(network, container.value(), request);
   if (verb == "component.unload") return unload(network, container.value(), request.value("name", ""));
   return reply_of({"request '" + verb + "'", "cannot be asked of a container outside", "ask it without --remote"});

@@ -70,10 +70,11 @@ void forget_signals() {
 Result<std::unique_ptr<RemoteDesk>, Problem> RemoteDesk::open(const RemoteOptions& options) {
   auto network = RemoteNetwork::join(options);
   if (!network) return err(network.error());
-  return std::unique_ptr<RemoteDesk>(new RemoteDesk{std::move(network).value()});
+  return std::unique_ptr<RemoteDesk>(new RemoteDesk{std::move(network).value(), options.spin_time});
 }
 
-RemoteDesk::RemoteDesk(std::unique_ptr<RemoteNetwork> network) : network_(std::move(network)) {
+RemoteDesk::RemoteDesk(std::unique_ptr<RemoteNetwork> network, Duration spin_time)
+    : network_(std::move(network)), spin_time_(spin_time) {
   watch_signals();
   network_->interrupted_by({stop_.descriptor(), signal_event.load()});
   thread_ = std::thread([this] { run(); });
@@ -92,7 +93,7 @@ Result<control::Client, Problem> RemoteDesk::connect() {
   ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
   coming_.lock()->push_back(std::make_unique<control::Connection>(ends[1]));
   came_.ring();
-  return control::Client::over(ends[0]);
+  return control::Client::over(ends[0], spin_time_);
 }
 
 void RemoteDesk::run() {

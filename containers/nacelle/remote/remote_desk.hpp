@@ -32,10 +32,11 @@ class RemoteDesk {
   [[nodiscard]] Result<control::Client, Problem> connect();
 
  private:
-  explicit RemoteDesk(std::unique_ptr<RemoteNetwork> network);
+  RemoteDesk(std::unique_ptr<RemoteNetwork> network, Duration spin_time);
   void run();
 
   std::unique_ptr<RemoteNetwork> network_;
+  const Duration spin_time_;
   session::Bell stop_, came_;
   Guarded<std::vector<std::unique_ptr<control::Connection>>> coming_;
   std::thread thread_;

@@ -8,6 +8,7 @@
 #include "nacelle/base/names.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/remote/graph_rows.hpp"
+#include "nacelle/session/publish_encoded.hpp"
 #include "nacelle/session/service_verbs.hpp"
 
 namespace nacelle::remote {
@@ -196,14 +197,7 @@ const char* RemoteNodes::publish(const control::Publication& publication) {
   if (publication.handle >= writers_.size() || !writers_[publication.handle].writer)
     return "no such handle; open the writer first";
   const OpenWriter& open = writers_[publication.handle];
-  Block* const block = open.writer->borrow();
-  if (block == nullptr) return "no message is free: the readers hold them all";
-  if (auto decoded = open.type->decode(publication.cdr, block->message); !decoded) {
-    drop_reference(*block);
-    return msgs::explain(decoded.error());
-  }
-  static_cast<void>(open.writer->publish(*block));
-  return nullptr;
+  return session::publish_encoded(*open.writer, *open.type, publication.cdr);
 }
 
 void RemoteNodes::has_left(const control::Connection& connection) {

@@ -50,6 +50,18 @@ class RemoteNodes final : public session::Respondent {
 /// Whether the node is known to offer a service of that name: "get_state".
 [[nodiscard]] bool offers(const RemoteNetwork& network, const std::string& node, const std::string& service);
 
+/// How long a node may take to say what it knows at once ...
+inline constexpr Duration kNodeAnswer = 3s;
+/// ... and to do something: a component may take its time to find its device.
+inline constexpr Duration kTransition = 80s;
+
+struct RemoteState {
+  int id = 0;         ///< As lifecycle_msgs/msg/State has it.
+  std::string label;  ///< "active"
+};
+/// Errors: it is not told within kNodeAnswer.
+[[nodiscard]] Result<RemoteState, Problem> state_of(RemoteNetwork& network, const std::string& node);
+
 /// rcl_interfaces/msg/ParameterValue as JSON.
 [[nodiscard]] nlohmann::json parameter_message(const ParameterValue& value);
 
@@ -59,7 +71,8 @@ class RemoteNodes final : public session::Respondent {
 /// lifecycle.get, lifecycle.set
 [[nodiscard]] nlohmann::json reply_to_lifecycle_verb(RemoteNetwork& network, const std::string& verb,
                                                      const nlohmann::json& request);
-/// component.list, component.load_plugin, component.unload. "container": the node of the container that is meant.
+/// component.list, component.info, component.load_plugin, component.unload. "container": the node of the container that
+/// is meant. Of component.info: what the node's container, its state and its participant tell.
 [[nodiscard]] nlohmann::json reply_to_component_verb(RemoteNetwork& network, const std::string& verb,
                                                      const nlohmann::json& request);
 

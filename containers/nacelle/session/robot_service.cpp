@@ -12,6 +12,7 @@
 #include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/session/process_figures.hpp"
+#include "nacelle/session/publish_encoded.hpp"
 
 namespace nacelle::session {
 
@@ -71,13 +72,7 @@ const char* RobotService::publish(const control::Publication& publication) {
   // Between two stops nothing is sent: what came too late must not move a robot that is being put to rest.
   // An emergency stop may be set, and released, at any time.
   if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or any more)";
-  Block* const block = open.writer->borrow();
-  if (block == nullptr) return "no message is free: the readers hold them all";
-  if (auto decoded = open.type->decode(publication.cdr, block->message); !decoded) {
-    drop_reference(*block);
-    return msgs::explain(decoded.error());
-  }
-  static_cast<void>(open.writer->publish(*block));
+  if (const char* const why = publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr) return why;
   if (!open.latched_topic.empty()) {
     const std::uint64_t one = 1;
     static_cast<void>(!::write(emergency_event_, &one, sizeof one));

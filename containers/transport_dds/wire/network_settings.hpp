@@ -66,7 +66,7 @@ struct NetworkSettings {
 
 /// Puts launch file and environment together. The launch file wins; where they differ there is a remark.
 ///
-/// Neither says anything: Local on the loopback interface. Peers without a mode or a range mean Export to them alone.
+/// Neither says anything: Local, for the programs of this machine. Peers without a mode or a range mean Export to them alone.
 /// In mode Local and Off peers are not asked, and interfaces are not chosen. In mode Export a launch file keeps the
 /// environment's way to find others, since two programs of one machine meet only if both do it alike.
 /// Errors: a domain, a peer, an interface or a rule that is none; `where` is "network: ..." or the variable.

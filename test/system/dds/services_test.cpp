@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A container's services and calls against programs that have nothing of Nacelle in them. Both vendors' peers write
-// rmw_cyclonedds's header; rmw_fastrtps does not, which mirror_services_test.cpp is about.
+// rmw_cyclonedds's header; rmw_fastrtps does not, which mirror_hostile_services_test.cpp is about.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

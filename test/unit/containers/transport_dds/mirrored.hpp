@@ -128,4 +128,20 @@ inline Texts hear(Bell& bell, Reader& reader, std::size_t count) {
   return all;
 }
 
+/// Two graphs in one process that only the network joins.
+class Mirror : public ::testing::Test {
+ public:
+  /// Either side's bell may ring for what the test waits for; figures of both are looked at.
+  template <typename F>
+  [[nodiscard]] bool until(F holds) {
+    return here.bell.until(holds);
+  }
+  /// The writer's messages reach the reader from now on.
+  [[nodiscard]] bool joined(const Writer& writer, const Reader& reader) {
+    return until([&] { return writer.reader_count() == 1 && reader.writer_count() == 1; });
+  }
+
+  MirroredBroker here{"talker"}, there{"listener"};
+};
+
 }  // namespace nacelle::test

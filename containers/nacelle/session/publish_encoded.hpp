@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "nacelle/base/bytes.hpp"
+#include "nacelle/msgs/message_type.hpp"
+#include "nacelle/node/transport.hpp"
+
+namespace nacelle::session {
+
+/// Publishes a message that a client of the socket has sent as CDR. Null, or why it was not published.
+/// Threads: the writer's. Allocates: what the message's own fields need.
+[[nodiscard]] const char* publish_encoded(Writer& writer, const msgs::MessageType& type, ByteView cdr);
+
+}  // namespace nacelle::session
