@@ -174,7 +174,8 @@ TEST(PeerClock, tells_only_what_is_so) {
 
 // --- with a node that answers ----------------------------------------------------------------------------------------
 
-constexpr Duration kDrift = 200us;  // an answer is looked at when the slice ends: that the clocks may have run apart since
+constexpr Duration kDrift =
+    200us;  // an answer is looked at when the slice ends: that the clocks may have run apart since
 
 TEST(PeerClock, is_sure_of_a_clock_that_is_behind_once_it_has_been_asked) {
   Peer peer;
