@@ -4,7 +4,7 @@ import json
 import os
 import unittest
 
-from machines import Lines, named
+from machines import Lines, named, slow_cable
 from network_test import PEERS, NetworkTest
 from robot import wait_for
 
@@ -82,9 +82,13 @@ class ClockSkew(NetworkTest):
 class TwoRobots(NetworkTest):
     """On one domain, each on a machine and in a namespace of its own, with /tf in common or not."""
 
-    def start_both(self, *arguments):
+    def start_both(self, *arguments, ahead_s=0.0):
+        """The second one's clock is ahead by so much from the start."""
         fifo = self.folder / f"clock-{self.id()}"
         os.mkfifo(fifo)
+        clock = os.open(fifo, os.O_RDWR)  # until the robot reads it
+        self.addCleanup(os.close, clock)
+        os.write(clock, f"{ahead_s}\n".encode())
         one = self.start_robot("network:=export", "namespace:=robot1", *arguments, name="robot1", host="first")
         two = self.start_robot("network:=export", "namespace:=robot2", *arguments, "--test-clock", fifo, name="robot2",
                                machine=self.laptop, host="second")
@@ -110,6 +114,36 @@ class TwoRobots(NetworkTest):
         self.assertIn("host second is ", frames["robot2/base_footprint"]["clock_skew"])
         self.assertNotIn("clock_skew", frames["robot1/base_footprint"])
         self.assertRegex(self.tree(), r"clock skew: host second is \d+ ms ahead \(.*robot2/base_footprint")
+
+    def figures(self, name):
+        containers = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"]
+        return next(row["figures"] for row in containers if row["name"] == name)
+
+    def test_tell_a_clock_that_is_40_ms_behind_since_its_nodes_are_asked(self):
+        one, two, _ = self.start_both("tf:=frames", ahead_s=-0.04)
+        line = one.wait_for("the clock that is behind", is_skew, 60)
+        self.assertIn("clock skew: host second is ", line)
+        self.assertIn(" ms behind; ", line)
+        self.assertNotIn("or its messages", line)
+        # What is sure is the offset less the way of the question.
+        self.assertGreaterEqual(milliseconds_of(line), 20)
+        self.assertLessEqual(milliseconds_of(line), 40)
+        self.assertRegex(self.nacelle("doctor", "net").stdout, r"clock +robot1: host second is \d+ ms behind;")
+        self.assertGreaterEqual(self.figures("robot1")["clock_answers"], 1)
+        # To the other one it is ahead, which messages show by themselves.
+        self.assertIn(" ms ahead; ", two.wait_for("the same of the other side", is_skew, 60))
+        self.assertEqual(self.figures("robot2")["clock_questions"], 0)
+
+    def test_do_not_take_a_way_of_130_ms_for_a_clock(self):
+        self.laptop.ip("link", "del", "lan0")
+        way = slow_cable(self.robot_machine, self.laptop, self.machine(), 0.13)
+        way.__enter__()
+        self.addCleanup(way.__exit__, None, None, None)
+        one, two, _ = self.start_both("tf:=frames")
+        wait_for("the other's nodes have answered", lambda: self.figures("robot1")["clock_answers"] >= 3, 60)
+        # A guess would be told with the first message of the next two seconds.
+        for robot in (one, two):
+            self.assertFalse(robot.within(5, is_skew), robot.seen[-5:])
 
     def test_do_not_meet_with_topics_of_their_own(self):
         self.start_both()

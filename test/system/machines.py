@@ -88,10 +88,31 @@ def cable(one, other, name="lan0", network="10.77.0"):
     """Joins two machines: .1 and .2 on a link of the same name. IPv6 is off, so that the kernel itself says nothing."""
     ip("link", "add", name, "netns", one.holder.pid, "type", "veth", "peer", "name", name, "netns", other.holder.pid)
     for machine, address in ((one, 1), (other, 2)):
-        machine.run("sh", "-c", f"echo 1 > /proc/sys/net/ipv6/conf/{name}/disable_ipv6")
-        machine.ip("addr", "add", f"{network}.{address}/24", "dev", name)
-        machine.ip("link", "set", name, "up")
-        machine.ip("route", "add", "224.0.0.0/4", "dev", name)
+        plug_in(machine, name, f"{network}.{address}/24")
+
+
+def plug_in(machine, name, address):
+    machine.run("sh", "-c", f"echo 1 > /proc/sys/net/ipv6/conf/{name}/disable_ipv6")
+    machine.ip("addr", "add", address, "dev", name)
+    machine.ip("link", "set", name, "up")
+    machine.ip("route", "add", "224.0.0.0/4", "dev", name)
+
+
+@contextlib.contextmanager
+def slow_cable(one, other, between, delay_s, name="lan0", network="10.77.0"):
+    """The same with a third machine in the middle, which passes each frame on so much later; a kernel need not have netem."""
+    for number, machine in enumerate((one, other), 1):
+        ip("link", "add", name, "netns", machine.holder.pid, "type", "veth", "peer", "name", f"end{number}", "netns", between.holder.pid)
+        plug_in(machine, name, f"{network}.{number}/24")
+        between.ip("link", "set", f"end{number}", "up")
+    program = pathlib.Path(__file__).with_name("slow_way.py")
+    way = Lines(between.within(sys.executable, "-B", program, "end1", "end2", delay_s), os.environ)
+    try:
+        way.wait_for("the way is open", lambda line: line == "ready")
+        yield
+    finally:
+        way.process.terminate()
+        way.close()
 
 
 class Lines:

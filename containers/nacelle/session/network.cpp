@@ -182,8 +182,10 @@ json Network::state() const {
                                     {"pid", one.pid},
                                     {"participant", one.participant}});
     for (const auto& skew : joined_->mirror->clock_skews())
-      state["clock_skews"].push_back(
-          {{"host", skew.host()}, {"ahead_s", to_seconds(skew.ahead())}, {"text", skew.text()}});
+      state["clock_skews"].push_back({{"host", skew.host()},
+                                      {"ahead_s", to_seconds(skew.ahead())},
+                                      {"certain", skew.is_certain()},
+                                      {"text", skew.text()}});
     const MirrorStats figures = joined_->mirror->stats();
     state["figures"] = {{"writers", figures.writers},
                         {"readers", figures.readers},
@@ -196,7 +198,9 @@ json Network::state() const {
                         {"refused", figures.refused},
                         {"received", figures.received},
                         {"broken", figures.broken + figures.stray},
-                        {"problems", figures.problems}};
+                        {"problems", figures.problems},
+                        {"clock_questions", figures.clock_questions},
+                        {"clock_answers", figures.clock_answers}};
   }
 #endif
   return state;

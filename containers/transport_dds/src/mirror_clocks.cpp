@@ -2,12 +2,24 @@
 // The clocks of the machines that others run on.
 #include <algorithm>
 
+#include "mirror_clock_questions.hpp"
 #include "mirror_impl.hpp"
 
 namespace nacelle {
 namespace {
 
 constexpr std::size_t kMostSkewsTold = 256;  // a peer can make up as many hosts as it likes
+
+ClockSkew skew_of(const std::string& host, const dds::PeerClock& clock) {
+  return {host, clock.ahead(), clock.is_certain() ? ClockSkew::Sureness::Proven : ClockSkew::Sureness::Guessed};
+}
+
+bool says_more(const ClockSkew& one, const ClockSkew& other) {
+  const bool is_ahead = one.ahead() > Duration::zero();
+  if (is_ahead != (other.ahead() > Duration::zero())) return is_ahead;
+  if (one.is_certain() != other.is_certain()) return one.is_certain();
+  return is_ahead ? one.ahead() > other.ahead() : one.ahead() < other.ahead();
+}
 
 }  // namespace
 
@@ -26,29 +38,39 @@ DdsMirror::Impl::Peer& DdsMirror::Impl::peer_of(const dds::RemoteEndpoint& write
 // Of what was said before we listened the age says nothing; that it comes from the future says something all the same.
 void DdsMirror::Impl::note_stamp(StandIn& from, WallTime source, WallTime received, MonotonicTime at) {
   const bool is_history = from.end.qos.durability() != Durability::Volatile && source <= received;
-  if (from.peer == nullptr || is_history || !from.peer->clock.note(source, received, at)) return;
-  publish_skews();
-  tell_skew(from.peer->host);
+  if (from.peer == nullptr || is_history) return;
+  if (from.peer->clock.note(source, received, at)) {
+    publish_skews();
+    tell_skew(from.peer->host);
+  }
+  if (from.peer->clock.is_worth_asking(at)) ask_for_time(from, at);
+}
+
+void DdsMirror::Impl::ask_for_time(StandIn& from, MonotonicTime at) {
+  if (services && services->questions->add(from.end.gid.participant())) {
+    from.peer->clock.begin_asking();
+  } else {
+    from.peer->clock.end_asking(at);
+  }
 }
 
 // Programs of one host have one clock: where some show more than others, the most that is sure is told.
 void DdsMirror::Impl::publish_skews() {
-  std::map<std::string, Duration> hosts;
+  std::map<std::string, ClockSkew> hosts;
   for (const auto& [gid, peer] : peers) {
-    Duration& ahead = hosts[peer.host];
-    const Duration its = peer.clock.ahead();
-    if (its > ahead || (ahead <= Duration::zero() && its < ahead)) ahead = its;
+    const ClockSkew its = skew_of(peer.host, peer.clock);
+    if (!its) continue;
+    ClockSkew& most = hosts[peer.host];
+    if (!most || says_more(its, most)) most = its;
   }
   std::vector<ClockSkew> all;
-  for (const auto& [host, ahead] : hosts) {
-    if (ahead != Duration::zero()) all.emplace_back(host, ahead);
-  }
+  for (const auto& [host, skew] : hosts) all.push_back(skew);
   *host_skews.lock() = std::move(all);
   if (!options.clock_skews) return;
   ClockSkews::Table table;
   for (const auto& [gid, stand_in] : stand_ins) {
     if (stand_in.peer == nullptr || stand_in.peer->clock.ahead() == Duration::zero()) continue;
-    table.emplace(stand_in.id, ClockSkew{stand_in.peer->host, stand_in.peer->clock.ahead()});
+    table.emplace(stand_in.id, skew_of(stand_in.peer->host, stand_in.peer->clock));
   }
   options.clock_skews->replace(std::move(table));
 }
@@ -63,14 +85,14 @@ void DdsMirror::Impl::tell_skew(const std::string& host) {
     told_skews.erase(told_before);
     return log.info("clock skew: the clock of host {} agrees with this machine's again", host);
   }
-  const Duration ahead = now->ahead();
   if (told_before != told_skews.end()) {
-    const Duration change = ahead - told_before->second, limit = dds::PeerClock::kLeastAhead;
-    if (change < limit && change > -limit) return;
+    const bool is_surer = now->is_certain() && !told_before->second.is_certain();
+    const Duration change = now->ahead() - told_before->second.ahead(), limit = dds::PeerClock::kLeastAhead;
+    if (!is_surer && change < limit && change > -limit) return;
   } else if (told_skews.size() == kMostSkewsTold) {
     return;
   }
-  told_skews[host] = ahead;
+  told_skews[host] = *now;
   log.warn(
       "clock skew: {}; its stamps do not fit those of this machine: synchronise both (chrony, or timedatectl set-ntp "
       "true)",

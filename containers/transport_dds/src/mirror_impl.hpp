@@ -181,6 +181,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   [[nodiscard]] Peer& peer_of(const dds::RemoteEndpoint& writer);
   void note_stamp(StandIn& from, WallTime source, WallTime received, MonotonicTime at);
   void tell_skew(const std::string& host);
+  void ask_for_time(StandIn& from, MonotonicTime at);
   /// What complaints about stamps can ask from now on.
   void publish_skews();
 
@@ -234,7 +235,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<std::string, TopicUse, std::less<>> topics;
   std::map<dds::Gid, Peer> peers;  // outlive the stand-ins that point to them
   std::map<dds::Gid, StandIn> stand_ins;
-  std::map<std::string, Duration> told_skews;  // by host
+  std::map<std::string, ClockSkew, std::less<>> told_skews;  // by host
   Guarded<std::vector<ClockSkew>> host_skews;
   // Since when they are known: ends that are told of once the name of their node is, and those with another type than ours.
   std::map<dds::Gid, MonotonicTime> nameless, other_types;

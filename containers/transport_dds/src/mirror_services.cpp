@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "mirror_clock_questions.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "transport_dds/wire/names.hpp"
 #include "transport_dds/wire/user_data.hpp"
@@ -26,7 +27,8 @@ std::string service_type_of(const ServiceEndInfo& info) {
 
 // --- what others tell ------------------------------------------------------------------------------------------------
 
-DdsMirror::Impl::Services::Services(DdsMirror::Impl& owner, ServiceGraph& of) : mirror(owner), graph(of) {
+DdsMirror::Impl::Services::Services(DdsMirror::Impl& owner, ServiceGraph& of)
+    : mirror(owner), graph(of), questions(std::make_unique<Questions>(*this)) {
   graph.join(*this);
 }
 
@@ -119,6 +121,7 @@ void DdsMirror::Impl::Services::turn() {
   for (const std::uint64_t id : now.ready) look_at(id);
   reply_to_held();
   look_at_settling();
+  questions->turn();
   now.events.clear();
   now.answers.clear();
   now.calls.clear();
@@ -127,7 +130,7 @@ void DdsMirror::Impl::Services::turn() {
 }
 
 MonotonicTime DdsMirror::Impl::Services::due() const {
-  MonotonicTime first = kNeverExpires;
+  MonotonicTime first = questions->due();
   for (const std::uint64_t id : holding) {
     const auto server = servers.find(id);
     if (server != servers.end()) first = std::min(first, server->second->held.front().since + dds::kReplyPatience);
@@ -162,6 +165,8 @@ void DdsMirror::Impl::Services::look_at(std::uint64_t id) {
     client.writers = peers_of(client, true);
     client.readers = peers_of(client, false);
     look_for_servers(client);
+  } else {
+    questions->look_at(id);
   }
 }
 
@@ -295,6 +300,8 @@ void DdsMirror::Impl::Services::fill(MirrorStats& out) const {
   out.answers = answers;
   out.calls_failed = calls_failed;
   out.late = late;
+  out.clock_questions = clock_questions;
+  out.clock_answers = clock_answers;
   out.servers = server_count;
   out.clients = client_count;
 }

@@ -133,6 +133,8 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   /// There will be no answer.
   void fail(const Asker& asker);
 
+  class Questions;  // mirror_clock_questions.hpp
+
   struct Event {
     bool made;
     ServiceEndInfo info;  // of one that has gone, the id
@@ -168,7 +170,8 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   Noted noted;
 
   Figure requests{0}, requests_refused{0}, replies{0}, replies_dropped{0}, calls{0}, answers{0}, calls_failed{0},
-      late{0}, server_count{0}, client_count{0};
+      late{0}, server_count{0}, client_count{0}, clock_questions{0}, clock_answers{0};
+  std::unique_ptr<Questions> questions;  // the last member: what its ends tell goes to what is above
 };
 
 }  // namespace nacelle

@@ -104,6 +104,10 @@ class RemoteGraph {
   /// The one with this gid, whatever its name; nothing if it is not known.
   [[nodiscard]] std::optional<RemoteEndpoint> endpoint(const Gid& gid) const;
 
+  /// The services of this type ("rcl_interfaces/srv/GetParameterTypes") that the participant serves, and that can be called
+  /// from here: both ends are there, with the protocol of rmw_cyclonedds and no other definition of the request.
+  [[nodiscard]] std::vector<std::string> services_of(const Gid& participant, std::string_view type,
+                                                     std::string_view request_hash) const;
   /// The machine that the participant says it runs on; empty if it does not, or is not known.
   [[nodiscard]] std::string host_of(const Gid& participant) const;
 

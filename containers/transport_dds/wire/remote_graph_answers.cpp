@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the graph of other processes answers; remote_graph.cpp is how it comes to know it.
 #include <algorithm>
+#include <iterator>
 
 #include "transport_dds/wire/remote_graph.hpp"
+#include "transport_dds/wire/service_call.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -89,6 +91,24 @@ std::vector<RemoteEndpoint> RemoteGraph::ends_of(std::string_view name, Select s
     if (select(endpoint.name.kind) && endpoint.name.name == name) ends.push_back(described(gid, endpoint));
   }
   return ends;
+}
+
+std::vector<std::string> RemoteGraph::services_of(const Gid& participant, std::string_view type,
+                                                  std::string_view request_hash) const {
+  Gid first = participant;
+  std::fill(first.bytes.begin() + Gid::kPrefixBytes, first.bytes.end(), std::uint8_t{0});
+  std::set<std::string> asked, answered;
+  for (auto at = endpoints_.lower_bound(first); at != endpoints_.end() && at->first.same_participant(first); ++at) {
+    const Endpoint& end = at->second;
+    if (service_of(end.type) != type || has_other_protocol(end.user_data)) continue;
+    const std::string& hash = end.user_data.type_hash;
+    if (end.name.kind == WireKind::Request && !end.is_writer && (hash.empty() || hash == request_hash))
+      asked.insert(end.name.name);
+    if (end.name.kind == WireKind::Reply && end.is_writer) answered.insert(end.name.name);
+  }
+  std::vector<std::string> names;
+  std::ranges::set_intersection(asked, answered, std::back_inserter(names));
+  return names;
 }
 
 std::string RemoteGraph::host_of(const Gid& participant) const {

@@ -9,7 +9,9 @@ std::string ClockSkew::text() const {
   const Duration by = is_ahead ? ahead_ : -ahead_;
   const std::string size = by < 10s ? std::to_string(by / 1ms) + " ms " : std::to_string(by / 1s) + " s ";
   return "host " + std::string(host()) + " is " + size +
-         (is_ahead ? "ahead" : "behind, or its messages come that late");
+         (is_ahead      ? "ahead"
+          : is_certain_ ? "behind"
+                        : "behind, or its messages come that late");
 }
 
 std::string as_cause(const ClockSkew& skew) { return skew ? "; clock skew: " + skew.text() : std::string{}; }

@@ -74,6 +74,8 @@ struct MirrorStats {
   std::uint64_t calls_failed = 0;      ///< Their clients were told that there will be no answer.
   std::uint64_t late = 0;              ///< Answers to calls that nobody waits for any more.
   std::uint64_t servers = 0, clients = 0;  ///< Of this side on the network, now.
+  /// To nodes of participants whose clock may be behind, and their answers: no calls of this side.
+  std::uint64_t clock_questions = 0, clock_answers = 0;
 };
 
 /// Shows a graph on the network as ROS 2 nodes, and brings in what other participants publish (docs/adr/0012).

@@ -18,20 +18,30 @@ namespace nacelle {
 class ClockSkew {
  public:
   ClockSkew() = default;  ///< None.
-  /// `ahead`: negative is behind. A longer name than 47 bytes is cut.
-  ClockSkew(std::string_view host, Duration ahead)
-      : size_(static_cast<std::uint8_t>(host.copy(host_.data(), host_.size()))), ahead_(ahead) {}
+  enum class Sureness : std::uint8_t {
+    Guessed,  ///< If it is behind: what is late looks the same.
+    Proven
+  };
+  /// `ahead`: negative is behind; positive is proven always, since nothing comes before it was sent. A longer name than 47
+  /// bytes is cut.
+  ClockSkew(std::string_view host, Duration ahead, Sureness sureness = Sureness::Guessed)
+      : size_(static_cast<std::uint8_t>(host.copy(host_.data(), host_.size()))),
+        is_certain_(ahead > Duration::zero() || sureness == Sureness::Proven),
+        ahead_(ahead) {}
 
   explicit operator bool() const { return ahead_ != Duration::zero(); }
   [[nodiscard]] std::string_view host() const { return {host_.data(), size_}; }
-  /// At least so much if positive. If negative, this or less: what is late looks the same.
+  /// It is off by so much at least if that is certain; else it is behind by that or less.
   [[nodiscard]] Duration ahead() const { return ahead_; }
-  /// "host laptop is 150 ms ahead", "host laptop is 150 ms behind, or its messages come that late"; "" for none.
+  [[nodiscard]] bool is_certain() const { return is_certain_; }
+  /// "host laptop is 150 ms ahead", "host laptop is 30 ms behind" or, if that is not certain, "host laptop is 150 ms behind,
+  /// or its messages come that late"; "" for none.
   [[nodiscard]] std::string text() const;
 
  private:
   std::array<char, 47> host_{};
   std::uint8_t size_ = 0;
+  bool is_certain_ = false;
   Duration ahead_{};
 };
 

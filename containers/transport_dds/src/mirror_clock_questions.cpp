@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mirror_clock_questions.hpp"
+
+#include <algorithm>
+#include <rcl_interfaces/srv/get_parameter_types.hpp>
+#include <utility>
+
+namespace nacelle {
+namespace {
+
+using rcl_interfaces::srv::GetParameterTypes;
+
+constexpr const char* kService = "rcl_interfaces/srv/GetParameterTypes";
+constexpr std::size_t kMostOpen = 4, kMostQueued = 32;
+// The least of several round trips says most, and on a lossy way some have no end.
+constexpr std::size_t kMostSent = 5, kAnswersEnough = 3;
+constexpr Duration kBetween = 1s, kPatience = 6s;
+// As with other calls (mirror_calls.cpp); what is lost all the same is followed by the next.
+constexpr Duration kUntilMet = 100ms;
+// Then it is the turn of the others.
+constexpr int kMostTakenAtOnce = 64;
+
+}  // namespace
+
+struct DdsMirror::Impl::Services::Questions::Question final : End {
+  using End::End;
+  ~Question() override { close(); }
+
+  struct Sent {
+    std::int64_t sequence;
+    WallTime wall;
+    MonotonicTime at;
+  };
+  dds::Gid peer;
+  std::vector<Sent> sent;  // and not answered
+  std::size_t asked = 0, answered = 0;
+  MonotonicTime next = kNeverExpires, ends;  // the next one is to be sent; it is given up
+};
+
+std::vector<std::string> DdsMirror::Impl::Services::Questions::services_of(const dds::Gid& participant) const {
+  const msgs::MessageType& request = GetParameterTypes::Request::message_type();
+  auto names = services.mirror.remote.lock()->services_of(participant, kService, request.hash);
+  // A list of what others may see holds for our clients too.
+  const auto& exports = services.mirror.options.exports;
+  if (!exports.empty())
+    std::erase_if(names, [&](const std::string& name) { return dds::rule_of(exports, name, kService) == nullptr; });
+  return names;
+}
+
+dds::PeerClock* DdsMirror::Impl::Services::Questions::clock_of(const dds::Gid& participant) const {
+  const auto peer = services.mirror.peers.find(participant);
+  return peer == services.mirror.peers.end() ? nullptr : &peer->second.clock;
+}
+
+bool DdsMirror::Impl::Services::Questions::add(const dds::Gid& participant) {
+  if (is_forbidden || waiting.size() == kMostQueued || services_of(participant).empty()) return false;
+  waiting.push_back(participant);
+  return true;
+}
+
+void DdsMirror::Impl::Services::Questions::open(const dds::Gid& participant) {
+  dds::PeerClock* const clock = clock_of(participant);
+  if (clock == nullptr) return;
+  const MonotonicTime at = services.mirror.clock.now();
+  const auto names = services_of(participant);
+  if (names.empty()) return clock->end_asking(at);
+  ServiceEndInfo info;
+  // Servers and clients of this side have ids without the highest bit.
+  info.id = std::uint64_t{1} << 63U | ++last_id;
+  // Another node each time: one of them may be busy.
+  info.name = names[last_id % names.size()];
+  info.request = &GetParameterTypes::Request::message_type();
+  info.response = &GetParameterTypes::Response::message_type();
+  auto question = std::make_shared<Question>(services, info);
+  question->peer = participant;
+  question->ends = at + kPatience;
+  if (const auto opened = services.open(*question); !opened) {
+    // Most likely the permissions of the own enclave, which do not change.
+    is_forbidden = true;
+    services.mirror.log.info("the clocks of others are not asked for: {}", opened.error().text());
+    return clock->end_asking(at);
+  }
+  Question& added = *open_ones.emplace(info.id, std::move(question)).first->second;
+  // What came before it was to be found.
+  added.queued = false;
+  added.is_status_new = true;
+  services.note_ready(added);
+}
+
+void DdsMirror::Impl::Services::Questions::look_at(std::uint64_t id) {
+  const auto found = open_ones.find(id);
+  if (found == open_ones.end()) return;
+  Question& question = *found->second;
+  // Before the look: what comes during it is told again.
+  question.queued = false;
+  if (question.is_status_new.exchange(false)) look_for_server(question);
+  receive(question);
+}
+
+void DdsMirror::Impl::Services::Questions::look_for_server(Question& question) {
+  const auto has = [&](const std::vector<dds::MatchedPeer>& matched) {
+    return std::ranges::any_of(
+        matched, [&](const dds::MatchedPeer& one) { return one.endpoint.gid.same_participant(question.peer); });
+  };
+  if (question.next == kNeverExpires && question.asked == 0 && has(question.reader->matched()) &&
+      has(question.writer->matched()))
+    question.next = services.mirror.clock.now() + kUntilMet;
+}
+
+void DdsMirror::Impl::Services::Questions::send(Question& question) {
+  const Clock& clock = services.mirror.clock;
+  const GetParameterTypes::Request request;
+  const msgs::MessageType& type = *question.info.request;
+  const dds::CallHeader header{question.writer->handle(), ++services.last_sequence};
+  ++question.asked;
+  question.next = question.asked == kMostSent ? kNeverExpires : clock.now() + kBetween;
+  auto payload = question.writer->borrow(dds::call_size(type, &request));
+  if (!payload) return;
+  dds::write_call(header, type, &request, payload.bytes().data());
+  const WallTime wall = clock.wall_now();
+  question.sent.push_back({header.sequence, wall, clock.now()});
+  if (question.writer->write(std::move(payload), wall) == dds::Writer::Sent::Yes) ++services.clock_questions;
+}
+
+void DdsMirror::Impl::Services::Questions::receive(Question& question) {
+  for (int left = kMostTakenAtOnce; left > 0; --left) {
+    const auto sample = question.reader->take();
+    if (!sample) return;
+    take(question, *sample);
+  }
+  services.note_ready(question);
+}
+
+void DdsMirror::Impl::Services::Questions::take(Question& question, const dds::Sample& sample) {
+  const Clock& clock = services.mirror.clock;
+  const WallTime came = clock.wall_now();
+  const MonotonicTime at = clock.now();
+  // Several nodes of one name answer, and every client of a service gets every reply.
+  if (!sample.writer.same_participant(question.peer)) return;
+  const auto call = dds::read_call(sample.payload.bytes(), services.scratch);
+  if (!call || !dds::is_reply_to(call->header, question.writer->handle())) return;
+  const auto sent = std::ranges::find(question.sent, call->header.sequence, &Question::Sent::sequence);
+  if (sent == question.sent.end()) return;
+  if (dds::PeerClock* const of = clock_of(question.peer))
+    of->note_answer({sent->wall, sent->at, sample.source_time, came, at});
+  question.sent.erase(sent);
+  ++question.answered;
+  ++services.clock_answers;
+}
+
+bool DdsMirror::Impl::Services::Questions::is_over(const Question& question) const {
+  return question.answered == kAnswersEnough || services.mirror.clock.now() >= question.ends ||
+         clock_of(question.peer) == nullptr;
+}
+
+// While a large message is being sent, Cyclone lets nobody end an endpoint.
+void DdsMirror::Impl::Services::Questions::close(std::shared_ptr<Question> question) {
+  if (dds::PeerClock* const clock = clock_of(question->peer)) clock->end_asking(services.mirror.clock.now());
+  if (services.mirror.lane.is_busy()) services.mirror.lane.add([question = std::move(question)] {});
+}
+
+void DdsMirror::Impl::Services::Questions::turn() {
+  while (!waiting.empty() && open_ones.size() < kMostOpen) {
+    open(waiting.front());
+    waiting.pop_front();
+  }
+  for (auto one = open_ones.begin(); one != open_ones.end();) {
+    Question& question = *one->second;
+    if (services.mirror.clock.now() >= question.next) send(question);
+    if (is_over(question)) {
+      close(std::move(one->second));
+      one = open_ones.erase(one);
+    } else {
+      ++one;
+    }
+  }
+}
+
+MonotonicTime DdsMirror::Impl::Services::Questions::due() const {
+  MonotonicTime first = kNeverExpires;
+  if (!waiting.empty() && open_ones.size() < kMostOpen) first = MonotonicTime{};
+  for (const auto& [id, question] : open_ones) first = std::min({first, question->next, question->ends});
+  return first;
+}
+
+}  // namespace nacelle
