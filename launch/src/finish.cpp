@@ -136,10 +136,12 @@ void Builder::find_cycles() {
 }
 
 void Builder::check_arguments() {
+  std::vector<std::string> known{declared_.begin(), declared_.end()};
+  known.insert(known.end(), {kNetworkArgument, kNamespaceArgument, kTfArgument});
   for (const auto& [name, value] : arguments_) {
     if (declared_.count(name) != 0 || is_for_every_file(name)) continue;
     report({plan_.file, 0}, "the files declare no argument '" + name.substr(0, 80) + "'",
-           suggestion(name.substr(0, 80), {declared_.begin(), declared_.end()}));
+           suggestion(name.substr(0, 80), known));
   }
 }
 

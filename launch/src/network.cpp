@@ -47,6 +47,9 @@ void Builder::network(const Element& element, Scope& scope) {
   };
   take("interfaces", validate_interface, made.interfaces);
   take("peers", validate_peer, made.peers);
+  if (const Attribute* const list = element.find("export"); list != nullptr && list->is_list && list->values.empty())
+    report(at(list->line), "an empty list of exports shows nothing",
+           "leave it out to export every topic, or take mode: local");
   for (const auto& topic : words_of(element, "export", scope)) {
     add_export({topic, 0, 0, false, at(element.find("export")->line)}, scope);
   }

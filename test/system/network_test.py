@@ -9,7 +9,7 @@ import unittest
 
 from capture import Capture
 from machines import Lines, Machine, cable, named, need_namespaces
-from robot import LAUNCH_FILE, PROGRAM, RobotTest, wait_for
+from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
 PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_CYCLONE_PEER"), ("fastdds", "NACELLE_FASTDDS_PEER"))
          if os.environ.get(variable)}
@@ -24,6 +24,8 @@ ASKS_THE_ROBOT = ('<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoP
                   '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
 # One topic for all robots, as in ROS 2.
 SHARED = {"/diagnostics", "/parameter_events", "/rosout"}
+ASKS_THE_ROBOT = ('<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>'
+                  '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
 LO = '<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>'
 
 
@@ -136,24 +138,33 @@ class Exported(NetworkTest):
         self.assertGreater(figures["hidden"], 20)
         self.assertEqual(figures["writers"], 1)
 
-    def check_by_static_peers(self, vendor, **variables):
-        """A Wi-Fi that drops multicasts. What the peer is told is what rmw_cyclonedds makes of ROS_STATIC_PEERS."""
+    def drop_multicast(self):
+        """As some a Wi-Fi does."""
         for machine in (self.robot_machine, self.laptop):
             machine.run("nft", "add table ip wifi; add chain ip wifi out { type filter hook output priority 0; }; "
                                "add rule ip wifi out oifname lan0 ip daddr 224.0.0.0/4 counter drop")
-        self.start_robot("network:=export", ROS_STATIC_PEERS="10.77.0.2")
+
+    def check_by_static_peers(self, vendor, of_robot, **variables):
+        """What the peer is told is what rmw_cyclonedds makes of ROS_STATIC_PEERS."""
+        self.drop_multicast()
+        self.start_robot("network:=export", **of_robot)
         self.reads_odometry(vendor, self.laptop, **variables).wait_for("odometry on the laptop", is_odometry)
         blocked = re.search(r"counter packets (\d+)", self.laptop.run("nft", "list", "ruleset").stdout)
         self.assertGreater(int(blocked[1]), 0, "the laptop has tried it by multicast")
 
     def test_where_multicast_is_blocked_a_cyclone_laptop_is_found_by_static_peers(self):
-        self.check_by_static_peers("cyclone", CYCLONEDDS_URI='<Discovery><ParticipantIndex>auto</ParticipantIndex>'
-                                   '<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>'
-                                   '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
+        self.check_by_static_peers("cyclone", {"ROS_STATIC_PEERS": "10.77.0.2"}, CYCLONEDDS_URI=ASKS_THE_ROBOT)
+
+    def test_where_multicast_is_blocked_it_is_enough_that_the_laptop_knows_the_robot(self):
+        self.check_by_static_peers("cyclone", {}, CYCLONEDDS_URI=ASKS_THE_ROBOT)
+        environment = {**self.environment, "ROS_STATIC_PEERS": "10.77.0.1"}
+        listed = subprocess.run(self.laptop.within(PROGRAM, "node", "list", "--remote", "--spin-time", "3"), env=environment,
+                                capture_output=True, text=True, timeout=60 * SLOW, check=True)
+        self.assertIn("/diff_drive\n", listed.stdout)
 
     @unittest.skipUnless("fastdds" in PEERS, "built without the Fast DDS peer")
     def test_where_multicast_is_blocked_a_fast_dds_laptop_is_found_by_static_peers(self):
-        self.check_by_static_peers("fastdds")
+        self.check_by_static_peers("fastdds", {"ROS_STATIC_PEERS": "10.77.0.2"})
 
 
 class Kept(NetworkTest):
@@ -264,6 +275,15 @@ class Kept(NetworkTest):
         alone = self.machine()
         self.start_robot(machine=alone)
         self.sees("cyclone", alone, CYCLONEDDS_URI=AT_HOME)
+
+    def test_a_demonstration_drives_nobody_else(self):
+        for arguments, is_there in (((), False), (("network:=local",), True)):
+            with self.subTest(arguments=arguments):
+                drive = Lines(self.robot_machine.within(PROGRAM, "drive", LAUNCH_FILE, "--stay", "-v", *arguments), self.environment)
+                self.addCleanup(drive.interrupt)
+                drive.wait_for("the robot is up", lambda line: " active in " in line, 60)
+                self.assertEqual(bool(self.robot_machine.udp_sockets()), is_there)
+                drive.interrupt()
 
     def test_programs_on_the_robot_with_nothing_set_see_an_exported_robot(self):
         self.start_robot("network:=export")

@@ -75,6 +75,8 @@ void add_drive_command(Command& root) {
   command.option("--speed", wish->settings.course.speed_mps, "top speed in m/s").within(0.02, 0.3).with_default();
   command.flag("--twist", wish->twist, "send Twist instead of TwistStamped");
   command.flag("-v,--verbose", wish->settings.verbose, "show the container's own lines");
+  command.note(
+      "The robot is off ROS 2's network, where it could drive others, unless network:=local or export is given.");
   command.note("Ctrl-C ends it; what runs in the background (nacelle drive --stay &) ends with: kill %1, or kill PID.");
   command.runs([wish] {
     if (wish->seconds >= 0) wish->settings.duration = from_seconds(wish->seconds);

@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -106,6 +107,9 @@ class Run {
                       "sim:=true",
                       fmt::format("seed:={}", settings_.seed),
                       "sim_dir:=" + folder_.path()};
+    // Whoever listens to /cmd_vel on this machine would drive as well: only if it is asked for.
+    if (std::ranges::none_of(settings_.arguments, [](const auto& one) { return one.starts_with("network:="); }))
+      spec.arguments.emplace_back("network:=off");
     spec.arguments.insert(spec.arguments.end(), settings_.arguments.begin(), settings_.arguments.end());
     // It puts a robot to rest before it ends.
     spec.sigterm_after = 10s;

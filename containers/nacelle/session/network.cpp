@@ -94,17 +94,18 @@ Result<void, Problem> Network::join() {
   options.clock_skews = clock_skews_;
   if (told_) options.on_problem = told_;
   auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
-  const auto try_again_after = [&](const char* said) {
-    return !mirror && settings_.discovery == transport_dds::Reach::ThisMachine &&
-           mirror.error().what.find(said) != std::string::npos;
+  const auto failed_by = [&](const char* said) {
+    return !mirror && mirror.error().what.find(said) != std::string::npos;
   };
-  if (try_again_after("selected twice")) {  // CYCLONEDDS_URI names interfaces: it has the last word
+  using transport_dds::Reach;
+  if (settings_.discovery == Reach::ThisMachine &&
+      failed_by("selected twice")) {  // CYCLONEDDS_URI names interfaces: it has the last word
     settings_.interfaces.clear();
     options.config = transport_dds::cyclone_config(settings_);
     mirror = DdsMirror::start(graph_, clock_, options, &services_);
   }
-  // Multicast needs no port of a number; only ROS 2's tools with the range LOCALHOST do not find us then.
-  if (try_again_after("participant index")) {
+  // Multicast needs no port of a number; only who asks by unicast does not find us then (ROS 2's range LOCALHOST, static peers).
+  if (settings_.discovery != Reach::Unicast && failed_by("participant index")) {
     options.config += ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>";
     mirror = DdsMirror::start(graph_, clock_, options, &services_);
   }

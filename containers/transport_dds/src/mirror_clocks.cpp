@@ -24,22 +24,22 @@ bool says_more(const ClockSkew& one, const ClockSkew& other) {
 }  // namespace
 
 DdsMirror::Impl::Peer& DdsMirror::Impl::peer_of(const dds::RemoteEndpoint& writer) {
-  const dds::Gid participant = writer.gid.participant();
-  const auto [found, added] = peers.try_emplace(participant);
+  const dds::Gid owner = writer.gid.participant();
+  const auto [found, added] = peers.try_emplace(owner);
   Peer& peer = found->second;
   if (!added) return peer;
-  const std::string host = remote.lock()->host_of(participant);
+  const std::string host = remote.lock()->host_of(owner);
   // "host of participant 0110..., is 150 ms ahead"; as long as ClockSkew keeps it.
-  const std::string prefix = participant.text().substr(0, 2 * dds::Gid::kPrefixBytes);
+  const std::string prefix = owner.text().substr(0, 2 * dds::Gid::kPrefixBytes);
   peer.host = ClockSkew{host.empty() ? "of participant " + prefix : host, 1ns}.host();
   return peer;
 }
 
 // Of what was said before we listened the age says nothing; that it comes from the future says something all the same.
-void DdsMirror::Impl::note_stamp(StandIn& from, WallTime source, WallTime received, MonotonicTime at) {
-  const bool is_history = from.end.qos.durability() != Durability::Volatile && source <= received;
+void DdsMirror::Impl::note_stamp(StandIn& from, WallTime source, WallTime came, MonotonicTime at) {
+  const bool is_history = from.end.qos.durability() != Durability::Volatile && source <= came;
   if (from.peer == nullptr || is_history) return;
-  if (from.peer->clock.note(source, received, at)) {
+  if (from.peer->clock.note(source, came, at)) {
     publish_skews();
     tell_skew(from.peer->host);
   }
@@ -78,25 +78,25 @@ void DdsMirror::Impl::publish_skews() {
 // Several programs of one host find out one after the other: it is told once.
 void DdsMirror::Impl::tell_skew(const std::string& host) {
   const std::vector<ClockSkew> skews = *host_skews.lock();
-  const auto now = std::ranges::find(skews, host, &ClockSkew::host);
+  const auto here = std::ranges::find(skews, host, &ClockSkew::host);
   const auto told_before = told_skews.find(host);
-  if (now == skews.end()) {
+  if (here == skews.end()) {
     if (told_before == told_skews.end()) return;
     told_skews.erase(told_before);
     return log.info("clock skew: the clock of host {} agrees with this machine's again", host);
   }
   if (told_before != told_skews.end()) {
-    const bool is_surer = now->is_certain() && !told_before->second.is_certain();
-    const Duration change = now->ahead() - told_before->second.ahead(), limit = dds::PeerClock::kLeastAhead;
+    const bool is_surer = here->is_certain() && !told_before->second.is_certain();
+    const Duration change = here->ahead() - told_before->second.ahead(), limit = dds::PeerClock::kLeastAhead;
     if (!is_surer && change < limit && change > -limit) return;
   } else if (told_skews.size() == kMostSkewsTold) {
     return;
   }
-  told_skews[host] = *now;
+  told_skews[host] = *here;
   log.warn(
       "clock skew: {}; its stamps do not fit those of this machine: synchronise both (chrony, or timedatectl set-ntp "
       "true)",
-      now->text());
+      here->text());
 }
 
 }  // namespace nacelle

@@ -179,7 +179,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
 
   // mirror_clocks.cpp: the clocks of the others' machines
   [[nodiscard]] Peer& peer_of(const dds::RemoteEndpoint& writer);
-  void note_stamp(StandIn& from, WallTime source, WallTime received, MonotonicTime at);
+  void note_stamp(StandIn& from, WallTime source, WallTime came, MonotonicTime at);
   void tell_skew(const std::string& host);
   void ask_for_time(StandIn& from, MonotonicTime at);
   /// What complaints about stamps can ask from now on.

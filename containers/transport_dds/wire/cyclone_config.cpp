@@ -58,16 +58,17 @@ std::string general_of(const NetworkSettings& settings) {
 }
 
 std::string discovery_of(const NetworkSettings& settings) {
+  // A number, so that the ports are those that a firewall and others' static peers expect.
+  std::string discovery =
+      fmt::format("<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>",
+                  kMostParticipantIndex);
   // On this machine in both ways: with multicast, and as rmw_cyclonedds does for the range LOCALHOST, so that its tools
   // see us though we have not been told how they look.
   const bool asks_this_machine = settings.discovery == Reach::Unicast || settings.discovery == Reach::ThisMachine;
-  if (!asks_this_machine && settings.peers.empty()) return {};
   std::string peers = asks_this_machine ? R"(<Peer address="localhost"/>)" : "";
   for (const auto& peer : settings.peers) peers += fmt::format(R"(<Peer address="{}"/>)", escaped(peer));
-  return fmt::format(
-      "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>"
-      "<Peers>{}</Peers></Discovery>",
-      kMostParticipantIndex, peers);
+  if (!peers.empty()) discovery += "<Peers>" + peers + "</Peers>";
+  return "<Discovery>" + discovery + "</Discovery>";
 }
 
 }  // namespace

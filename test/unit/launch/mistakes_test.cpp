@@ -184,6 +184,8 @@ TEST(Mistakes, of_arguments_are_told_once) {
             "a.launch.yaml:2: the argument 'port' has no value and no default; give it: port:=...\n");
   EXPECT_EQ(told("launch:\n- arg: {name: port, default: a}", {{"prt", "x"}}),
             "a.launch.yaml: the files declare no argument 'prt'; did you mean 'port'?\n");
+  EXPECT_EQ(told("launch:\n- arg: {name: port, default: a}", {{"netwrk", "off"}}),
+            "a.launch.yaml: the files declare no argument 'netwrk'; did you mean 'network'?\n");
   EXPECT_EQ(
       told("launch:\n- arg: {name: mode, default: fast, choice: [{value: slow}, {value: fast}]}", {{"mode", "quick"}}),
       "a.launch.yaml:2: the argument 'mode' cannot be 'quick'; one of slow, fast\n");

@@ -138,6 +138,9 @@ TEST(Network, tells_each_mistake_with_its_line) {
       {"- network: {export: [{max_hz: 3}]}", "a.launch.yaml:2: 'export' needs the key 'topic'\n"},
       {"- network: {export: [{topic: /a, max_hz: 0}]}",
        "a.launch.yaml:2: 'max_hz' must be a number above 0, not '0'; leave it out for every message\n"},
+      {"- network: {export: []}",
+       "a.launch.yaml:2: an empty list of exports shows nothing; leave it out to export every topic, or take mode: "
+       "local\n"},
       {"- network: {export: [{topic: /a, max_bytes: 0}]}",
        "a.launch.yaml:2: 'max_bytes' of 0 lets nothing through; leave the topic out of the list, or leave the limit "
        "out\n"},

@@ -58,8 +58,10 @@ TEST(NetworkSettings, obey_the_range_of_ros) {
   EXPECT_EQ(of("OFF").mode, NetworkMode::Off);
   EXPECT_EQ(of("SUBNET").mode, NetworkMode::Export);
   const std::string frames =
-      "<CycloneDDS><Domain><General><MaxMessageSize>1452B</MaxMessageSize></General></Domain></CycloneDDS>";
-  EXPECT_EQ(cyclone_config(of("SUBNET")), frames) << "Cyclone's defaults but for this, as rmw_cyclonedds has them";
+      "<CycloneDDS><Domain><General><MaxMessageSize>1452B</MaxMessageSize></General>"
+      "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+      "</Discovery></Domain></CycloneDDS>";
+  EXPECT_EQ(cyclone_config(of("SUBNET")), frames) << "Cyclone's defaults but for these, as rmw_cyclonedds has them";
   EXPECT_EQ(cyclone_config(of("SYSTEM_DEFAULT")), frames);
   EXPECT_EQ(of("LOCALHOST").mode, NetworkMode::Local);
   EXPECT_EQ(of("LOCALHOST").because_of, kRange);
