@@ -3,8 +3,10 @@
 import contextlib
 import ctypes
 import os
+import pathlib
 import signal
 import subprocess
+import sys
 import time
 import unittest
 
