@@ -149,6 +149,19 @@ class Robot(RemoteTest):
         self.assertEqual(driver.process.wait(10 * SLOW), 0)
         reader.wait_for("it stands", lambda line: line not in ("", "---") and float(line) < 0.01)
 
+    def test_a_stamp_is_of_the_moment_of_sending(self):
+        began = time.time()
+        sent = self.ask("topic", "pub", "/stamped", "geometry_msgs/msg/TwistStamped", "{header: auto}", "--once", "--json",
+                        "--spin-time", "3").stdout  # fmt: skip
+        self.assertGreater(json.loads(sent)["header"]["stamp"]["sec"] + 1 - began, 3)
+
+    def test_what_was_sent_at_the_robots_socket_is_no_node_that_is_listed(self):
+        self.addCleanup(self.run_program, "estop", "release")
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        self.assertIn("/_control_socket", [end["node"] for end in self.rows("topic", "info", "/emergency_stop")["publishers"]])
+        self.assertEqual(self.ask("node", "list").stdout, self.run_program("node", "list").stdout)
+        self.assertIn("/_control_socket", self.rows("node", "list", "--all"))
+
     def test_services_are_listed_found_and_called(self):
         self.assertEqual(self.ask("service", "list", "-t").stdout, self.run_program("service", "list", "-t").stdout)
         self.assertEqual(self.ask("service", "type", "/lidar/get_parameters").stdout, "rcl_interfaces/srv/GetParameters\n")

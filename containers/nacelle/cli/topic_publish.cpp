@@ -154,7 +154,8 @@ int publish_topic(const TopicWish& asked) {
   MonotonicTime next = clock.now();
   const Duration period = from_seconds(1.0 / wish.rate_hz);
   for (std::size_t sent = 0; !stop.is_raised() && (wish.times == 0 || sent < wish.times); ++sent) {
-    if (stamped.value() && sent != 0) static_cast<void>(fill(message, wish.message, clock));
+    // Also the first one: finding the other side took its time.
+    if (stamped.value()) static_cast<void>(fill(message, wish.message, clock));
     if (auto done = client.publish(handle.value(), message.encoded()); !done) return complain(done.error());
     if (!show(wish, message, sent + 1)) break;
     // Refusals come as faults; asking for something shows that the message was taken.
