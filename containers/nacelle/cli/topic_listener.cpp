@@ -102,6 +102,9 @@ std::optional<int> take_all(Heard& heard, std::size_t index, const session::Stop
 }  // namespace
 
 int listen(const Listening& wish, const std::function<bool(std::size_t, std::string_view)>& take) {
+  for (const auto& topic : wish.topics) {
+    if (complain_of_topic_name(topic.name)) return kUsage;
+  }
   const session::StopSignal stop;
   const SystemClock clock;
   std::vector<Heard> all;

@@ -130,6 +130,7 @@ bool show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t nu
 }  // namespace
 
 int publish_topic(const TopicWish& asked) {
+  if (complain_of_topic_name(asked.topic)) return kUsage;
   TopicWish wish = asked;
   wish.type = full_type_name(asked.type, "msg");
   const session::StopSignal stop;
