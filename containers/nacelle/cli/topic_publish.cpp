@@ -96,7 +96,7 @@ std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSi
       return complain(
           {"Timed out waiting for subscribers",
            fmt::format("Expected {} subscribers but only got {} subscribers", wish.readers, readers.value().size()),
-           "see `nacelle topic info " + absolute(wish.topic) + "`"});
+           "see " + wish.whom.command("topic info " + absolute(wish.topic))});
     }
     if (told == MonotonicTime{} || clock.now() - told >= 1s) {
       std::fprintf(stderr, "Waiting for at least %zu matching subscription(s)...\n", wish.readers);

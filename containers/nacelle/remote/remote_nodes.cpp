@@ -91,7 +91,7 @@ session::Answer RemoteNodes::answer(const std::string& verb, const json& request
                            std::function<void()> on_answer) {
       return network_.start_call(name, type, given, std::move(on_answer));
     };
-    return session::call_service(clock(), start, network_.types(), request);
+    return session::call_service(clock(), start, network_.types(), request, "");
   }
   if (verb.starts_with("param.")) return reply_to_parameter_verb(network_, verb, request);
   if (verb.starts_with("lifecycle.")) return reply_to_lifecycle_verb(network_, verb, request);
