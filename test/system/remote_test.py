@@ -149,6 +149,19 @@ class Robot(RemoteTest):
         self.assertEqual(driver.process.wait(10 * SLOW), 0)
         reader.wait_for("it stands", lambda line: line not in ("", "---") and float(line) < 0.01)
 
+    def test_a_stamp_is_of_the_moment_of_sending(self):
+        began = time.time()
+        sent = self.ask("topic", "pub", "/stamped", "geometry_msgs/msg/TwistStamped", "{header: auto}", "--once", "--json",
+                        "--spin-time", "3").stdout  # fmt: skip
+        self.assertGreater(json.loads(sent)["header"]["stamp"]["sec"] + 1 - began, 3)
+
+    def test_what_was_sent_at_the_robots_socket_is_no_node_that_is_listed(self):
+        self.addCleanup(self.run_program, "estop", "release")
+        self.expect_exit(self.run_program("estop", "set"), 0)
+        self.assertIn("/_control_socket", [end["node"] for end in self.rows("topic", "info", "/emergency_stop")["publishers"]])
+        self.assertEqual(self.ask("node", "list").stdout, self.run_program("node", "list").stdout)
+        self.assertIn("/_control_socket", self.rows("node", "list", "--all"))
+
     def test_services_are_listed_found_and_called(self):
         self.assertEqual(self.ask("service", "list", "-t").stdout, self.run_program("service", "list", "-t").stdout)
         self.assertEqual(self.ask("service", "type", "/lidar/get_parameters").stdout, "rcl_interfaces/srv/GetParameters\n")
@@ -224,6 +237,24 @@ class Robot(RemoteTest):
         self.assertIn("/scan: has the type sensor_msgs/msg/LaserScan, not sensor_msgs/msg/Image", wrong.stderr)
         wrong = self.ask("service", "call", "/lidar/get_state", "std_srvs/srv/Trigger", code=1)
         self.assertIn("has the type lifecycle_msgs/srv/GetState, not std_srvs/srv/Trigger", wrong.stderr)
+
+    def test_a_name_that_no_topic_can_have_is_refused_before_anything_is_looked_for(self):
+        for words in (("echo", "bad name"), ("hz", "/9"), ("pub", "bad name", "std_msgs/msg/String", "--once")):
+            with self.subTest(words=words):
+                refused = self.ask("topic", *words, "--spin-time", "60", code=2, limit_s=30).stderr
+                self.assertRegex(refused, r"^nacelle: the topic or service name '/(bad name|9)' ")
+                self.assertEqual(self.expect_exit(self.run_program("topic", *words), 2).stderr, refused)
+
+    def test_ways_out_are_commands_that_ask_the_same_nodes(self):
+        for words, way_out in (
+            (("topic", "pub", "/quiet", "std_msgs/msg/String", "-w", "1", "--max-wait-time-secs", "1"), "topic info /quiet"),
+            (("service", "call", "/quiet", "std_msgs/msg/String"), "service list -t"),
+            (("action", "send_goal", "/quiet", "std_msgs/msg/String", "{}"), "action list -t"),
+            (("action", "send_goal", "/quiet", FIBONACCI, "{}", "--timeout", "3"), "component list"),
+            (("action", "send_goal", "/quiet", FIBONACCI, "{}", "--timeout", "3"), "action list"),
+        ):
+            with self.subTest(words=words):
+                self.assertIn(f"see `nacelle {way_out} --remote`", self.ask(*words, code=1).stderr)
 
     def test_another_domain_has_nobody(self):
         self.assertEqual(self.ask("node", "list", "--domain", "9").stdout, "")
@@ -301,7 +332,11 @@ class Kept(RemoteTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.start_far(lambda line: line.startswith("network: local only"), PROGRAM, "launch", ACTIONS)
+        launch = cls.folder / "kept.launch.yaml"
+        launch.write_text(f"launch:\n- network: {{mode: local, peers: [10.77.0.9]}}\n- include: {{file: {ACTIONS}}}\n")
+        cls.said = []
+        cls.start_far(lambda line: cls.said.append(line) or line.startswith("network: local only"), PROGRAM, "launch", launch,
+                      "--name", "actions")  # fmt: skip
 
     @classmethod
     def command(cls, *words):
@@ -310,6 +345,10 @@ class Kept(RemoteTest):
     def test_they_are_found_on_their_machine(self):
         self.assertEqual(self.ask("node", "list").stdout, "/actions\n/series\n/series_client\n")
         self.assertEqual(self.ask("lifecycle", "get", "series").stdout, "active [3]\n")
+
+    def test_a_remark_names_what_it_is_of_once(self):
+        remark = "nacelle: network: peers: peers are not asked in this mode; network:=export shows the robot to them"
+        self.assertIn(remark, self.said)
 
     def test_a_list_may_take_longer_than_a_container_to_answer(self):
         self.assertEqual(self.ask("node", "list", "--spin-time", "11").stdout, "/actions\n/series\n/series_client\n")

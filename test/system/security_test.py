@@ -198,6 +198,37 @@ class Secured(NetworkTest):
         self.assertIn("the permissions of the own enclave forbid it", told)
         self.known_reader().wait_for("another topic", is_odometry)
 
+    def test_a_tool_is_told_what_the_permissions_of_its_own_enclave_forbid(self):
+        policy = self.folder / "tool.xml"
+        policy.write_text(
+            '<policy version="0.2.0"><enclaves><enclave path="/tool"><profiles><profile ns="/" node="n">'
+            '<topics publish="DENY" subscribe="DENY"><topic>/odom</topic><topic>/cmd_vel</topic></topics>'
+            '<topics publish="ALLOW" subscribe="ALLOW"><topic>/*</topic></topics>'
+            "</profile></profiles></enclave></enclaves></policy>"
+        )
+        self.nacelle("security", "create-enclave", self.keys, "/tool")
+        self.nacelle("security", "create-permission", self.keys, "/tool", policy)
+        self.start_secured_robot()
+
+        def ask(*words):
+            """On the laptop, where no container runs."""
+            environment = {**self.environment, **self.variables(ROS_SECURITY_ENCLAVE_OVERRIDE="/tool"),
+                           "XDG_RUNTIME_DIR": str(self.folder / "laptop")}  # fmt: skip
+            for _ in range(3):  # as known_reader()
+                asked = subprocess.run(self.laptop.within(PROGRAM, *words, "--remote"), capture_output=True, text=True,
+                                       timeout=60 * SLOW, env=environment)  # fmt: skip
+                if "nobody publishes" not in asked.stderr:
+                    break
+            return asked
+
+        for words in (("pub", "/cmd_vel", "geometry_msgs/msg/Twist", "--once"), ("echo", "/odom"), ("hz", "/odom"), ("bw", "/odom"),
+                      ("delay", "/odom")):  # fmt: skip
+            with self.subTest(words=words):
+                asked = self.expect_exit(ask("topic", *words), 1)
+                self.assertEqual(asked.stdout, "")
+                self.assertIn("the permissions of the own enclave forbid it", asked.stderr)
+                self.assertRegex(asked.stderr, r"^nacelle: /(cmd_vel|odom): is not on the network: .*\n$")
+
     def test_a_policy_of_what_a_robot_does_is_enough_for_it(self):
         policy = self.folder / "exact.xml"
         robot = self.start_robot("network:=off")

@@ -104,7 +104,9 @@ Result<json, int> Errand::read_goal() {
   auto found = library_.find(full_type_name(wish_.type, "action"));
   if (!found) return err(complain(found.error()));
   type_ = found.value().action;
-  if (type_ == nullptr) return err(complain({found.value().name(), "is no action", "see `nacelle action list -t`"}));
+  if (type_ == nullptr) {
+    return err(complain({found.value().name(), "is no action", "see " + wish_.whom.command("action list -t")}));
+  }
   const std::string values =
       wish_.from_stdin ? std::string{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()}
                        : wish_.goal;
@@ -119,8 +121,8 @@ Result<json, int> Errand::read_goal() {
 void Errand::warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const {
   const std::vector<std::string> names = names_of(actions);
   const Problem why{"action " + name_, is_known ? "its server is not active" : "nobody offers it yet",
-                    is_known        ? "see `nacelle lifecycle nodes`"
-                    : names.empty() ? "no action is there; see `nacelle component list`"
+                    is_known        ? "see " + wish_.whom.command("lifecycle nodes")
+                    : names.empty() ? "no action is there; see " + wish_.whom.command("component list")
                                     : suggestion(name_, names)};
   std::fprintf(stderr, "nacelle: warning: %s\n", why.text().c_str());
 }
@@ -151,7 +153,7 @@ Result<void, int> Errand::wait_for_server() {
     wait({}, 50ms);
   }
   if (stop_.is_raised()) return err(kFailed);
-  return err(complain({"action " + name_, "has no active server", "see `nacelle action list`"}));
+  return err(complain({"action " + name_, "has no active server", "see " + wish_.whom.command("action list")}));
 }
 
 Result<void, int> Errand::listen() {

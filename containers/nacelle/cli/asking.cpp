@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <set>
 
+#include "nacelle/base/names.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -42,6 +43,12 @@ Result<json, int> graph_of(const Whom& whom) {
 }
 
 std::string absolute(const std::string& name) { return name.rfind('/', 0) == 0 ? name : "/" + name; }
+
+bool complain_of_topic_name(const std::string& name) {
+  const auto valid = validate_full_topic_name(absolute(name));
+  if (!valid) complain(valid.error());
+  return !valid;
+}
 
 std::string full_type_name(const std::string& type, const char* kind) {
   if (std::ranges::count(type, '/') != 1) return type;

@@ -29,6 +29,8 @@ int ask(const std::string& container, const nlohmann::json& request, bool as_jso
 
 /// "/scan" from "scan".
 [[nodiscard]] std::string absolute(const std::string& name);
+/// Says that no topic can have this name, if so: it is refused before anybody is asked for it.
+[[nodiscard]] bool complain_of_topic_name(const std::string& name);
 /// "std_srvs/srv/Empty" from ros2's short "std_srvs/Empty"; `kind` is "msg" or "srv".
 [[nodiscard]] std::string full_type_name(const std::string& type, const char* kind);
 /// As ros2: a name is hidden if one of its parts begins with '_'.

@@ -70,17 +70,17 @@ int show_type(const ServiceWish& wish) {
   return kDone;
 }
 
-Result<const msgs::ServiceType*, Problem> service_type(msgs::TypeLibrary& library, const std::string& name) {
-  auto found = library.find(full_type_name(name, "srv"));
+Result<const msgs::ServiceType*, Problem> service_type(msgs::TypeLibrary& library, const ServiceWish& wish) {
+  auto found = library.find(full_type_name(wish.type, "srv"));
   if (!found) return err(found.error());
   if (found.value().service == nullptr)
-    return err(Problem{found.value().name(), "is no service", "see `nacelle service list -t`"});
+    return err(Problem{found.value().name(), "is no service", "see " + wish.whom.command("service list -t")});
   return found.value().service;
 }
 
 int find(const ServiceWish& wish) {
   msgs::TypeLibrary library{program_places().message_folders};
-  auto type = service_type(library, wish.type);
+  auto type = service_type(library, wish);
   if (!type) return complain(type.error());
   auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
@@ -130,7 +130,7 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
 
 int call(const ServiceWish& wish) {
   msgs::TypeLibrary library{program_places().message_folders};
-  auto type = service_type(library, wish.type);
+  auto type = service_type(library, wish);
   if (!type) return complain(type.error());
   auto client = connect(wish.whom);
   if (!client) return client.error();

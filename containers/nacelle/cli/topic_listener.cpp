@@ -67,7 +67,7 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
   // A container that is busy is not waited for: messages may come meanwhile.
   constexpr Duration kPatience = 500ms;
   const std::string where = "topic " + topic;
-  const std::string look = "see `nacelle topic info -v " + topic + (wish.whom.is_remote() ? " --remote`" : "`");
+  const std::string look = "see " + wish.whom.command("topic info -v " + topic);
   if (heard.items != 0) return {where, "nothing has come since the first message", look};
   auto asking = connect(wish.whom);
   auto graph = asking ? asking.value().call({{"verb", "graph"}}, kPatience) : err(Problem{});
@@ -75,7 +75,7 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
   const Publishers publishers = publishers_of(graph.value(), topic, heard.type);
   if (publishers.all.empty()) {
     return {where, "it does not appear to be published yet: no node has a publisher of " + heard.type,
-            "see `nacelle topic list -v`"};
+            "see " + wish.whom.command("topic list -v")};
   }
   if (publishers.inactive.size() == publishers.all.size()) {
     return {where, "nothing has come yet: " + join(publishers.all) + " is " + publishers.state,
@@ -102,6 +102,9 @@ std::optional<int> take_all(Heard& heard, std::size_t index, const session::Stop
 }  // namespace
 
 int listen(const Listening& wish, const std::function<bool(std::size_t, std::string_view)>& take) {
+  for (const auto& topic : wish.topics) {
+    if (complain_of_topic_name(topic.name)) return kUsage;
+  }
   const session::StopSignal stop;
   const SystemClock clock;
   std::vector<Heard> all;

@@ -96,7 +96,7 @@ std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSi
       return complain(
           {"Timed out waiting for subscribers",
            fmt::format("Expected {} subscribers but only got {} subscribers", wish.readers, readers.value().size()),
-           "see `nacelle topic info " + absolute(wish.topic) + "`"});
+           "see " + wish.whom.command("topic info " + absolute(wish.topic))});
     }
     if (told == MonotonicTime{} || clock.now() - told >= 1s) {
       std::fprintf(stderr, "Waiting for at least %zu matching subscription(s)...\n", wish.readers);
@@ -130,6 +130,7 @@ bool show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t nu
 }  // namespace
 
 int publish_topic(const TopicWish& asked) {
+  if (complain_of_topic_name(asked.topic)) return kUsage;
   TopicWish wish = asked;
   wish.type = full_type_name(asked.type, "msg");
   const session::StopSignal stop;
@@ -154,7 +155,8 @@ int publish_topic(const TopicWish& asked) {
   MonotonicTime next = clock.now();
   const Duration period = from_seconds(1.0 / wish.rate_hz);
   for (std::size_t sent = 0; !stop.is_raised() && (wish.times == 0 || sent < wish.times); ++sent) {
-    if (stamped.value() && sent != 0) static_cast<void>(fill(message, wish.message, clock));
+    // Also the first one: finding the other side took its time.
+    if (stamped.value()) static_cast<void>(fill(message, wish.message, clock));
     if (auto done = client.publish(handle.value(), message.encoded()); !done) return complain(done.error());
     if (!show(wish, message, sent + 1)) break;
     // Refusals come as faults; asking for something shows that the message was taken.

@@ -51,6 +51,10 @@ void Whom::add_options(Command& command) {
 
 bool Whom::is_remote() const { return remote_->is_wanted; }
 
+std::string Whom::command(const std::string& words) const {
+  return "`nacelle " + words + (is_remote() ? " --remote`" : "`");
+}
+
 std::optional<Problem> Whom::misuse() const {
   if (remote_->is_wanted || (remote_->domain.empty() && remote_->network.empty())) return std::nullopt;
   return Problem{remote_->domain.empty() ? "--network" : "--domain", "means something with --remote only",

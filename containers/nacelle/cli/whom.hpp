@@ -28,6 +28,8 @@ class Whom {
   /// --remote, --domain, --network and --spin-time.
   void add_options(Command& command);
   [[nodiscard]] bool is_remote() const;
+  /// A command that asks the same ones, for people: "`nacelle topic list --remote`" of "topic list".
+  [[nodiscard]] std::string command(const std::string& words) const;
   /// What is wrong with the options together.
   [[nodiscard]] std::optional<Problem> misuse() const;
   /// Joins the network with the first connection. Errors: as remote::RemoteNetwork::join().

@@ -18,8 +18,6 @@ namespace {
 // An image as JSON is a few megabytes; nothing that a container says is longer than this.
 constexpr std::size_t kLongestReply = 64U << 20U;
 
-Problem gone(const char* what) { return {"container", what, "look at the container's own output"}; }
-
 }  // namespace
 
 nlohmann::json reply_of(const Problem& problem) {
@@ -30,11 +28,13 @@ Client::Client(int fd) : fd_(fd), reader_(kLongestReply) {}
 Client::Client(Client&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)),
       patience_(other.patience_),
+      is_container_(other.is_container_),
       reader_(std::move(other.reader_)),
       out_(std::move(other.out_)) {}
 Client& Client::operator=(Client&& other) noexcept {
   std::swap(fd_, other.fd_);
   std::swap(patience_, other.patience_);
+  std::swap(is_container_, other.is_container_);
   std::swap(reader_, other.reader_);
   std::swap(out_, other.out_);
   return *this;
@@ -43,8 +43,14 @@ Client::~Client() {
   if (fd_ >= 0) ::close(fd_);
 }
 
+Problem Client::gone(const char* what) const {
+  if (!is_container_) return {"--remote", what, "try again"};
+  return {"container", what, "look at the container's own output"};
+}
+
 Client Client::over(int descriptor, Duration patience) {
   Client client{descriptor};
+  client.is_container_ = false;
   client.patience_ = patience;
   return client;
 }
@@ -110,7 +116,7 @@ Result<Frame, Problem> Client::expect(FrameKind kind, Duration limit) {
     }
     if (frame.value()->kind == kind) return *frame.value();
     if (frame.value()->kind == FrameKind::Fault) {
-      return err(Problem{"container", std::string{as_text(frame.value()->payload)}, ""});
+      return err(Problem{is_container_ ? "container" : "", std::string{as_text(frame.value()->payload)}, ""});
     }
     // Something that was announced while we waited (Shutdown); the caller asks for it when it matters.
   }

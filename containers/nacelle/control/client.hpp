@@ -22,7 +22,8 @@ namespace nacelle::control {
 class Client {
  public:
   [[nodiscard]] static Result<Client, Problem> connect(const std::string& path);
-  /// Over a connected socket, which it takes over. `patience`: every answer may take so much longer than its limit.
+  /// Over a connected socket, which it takes over, to this process instead of a container: what is refused there is told as it is
+  /// said. `patience`: every answer may take so much longer than its limit.
   [[nodiscard]] static Client over(int descriptor, Duration patience);
   Client(Client&& other) noexcept;
   Client& operator=(Client&& other) noexcept;
@@ -50,7 +51,10 @@ class Client {
   [[nodiscard]] Result<Frame, Problem> expect(FrameKind kind, Duration limit);
 
   int fd_ = -1;
+  [[nodiscard]] Problem gone(const char* what) const;
+
   Duration patience_{};
+  bool is_container_ = true;
   FrameReader reader_;
   std::string out_;
 };

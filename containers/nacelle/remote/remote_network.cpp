@@ -13,6 +13,7 @@
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/network_wish.hpp"
+#include "nacelle/transport_dds/mirror.hpp"
 #include "transport_dds/wire/names.hpp"
 
 namespace nacelle::remote {
@@ -86,7 +87,7 @@ Result<void, Problem> RemoteNetwork::start(const RemoteOptions& options) {
 }
 
 void RemoteNetwork::note(const Problem& problem) {
-  if (!problem.where.starts_with("service ")) {
+  if (!problem.where.starts_with("service ") && !problem.what.starts_with(kNotOnTheNetwork)) {
     std::fprintf(stderr, "nacelle: warning: %s\n", problem.text().c_str());
     return;
   }
@@ -120,17 +121,17 @@ const msgs::MessageType& RemoteNetwork::bytes_of(const std::string& type, const 
   return known->type();
 }
 
-// --- calls -----------------------------------------------------------------------------------------------------------
-
-std::optional<Problem> RemoteNetwork::problem_of(const std::string& service) const {
+std::optional<Problem> RemoteNetwork::problem_of(const std::string& where) const {
   auto problems = problems_.lock();
-  const auto found = std::ranges::find(*problems, "service " + service, &Problem::where);
+  const auto found = std::ranges::find(*problems, where, &Problem::where);
   return found == problems->end() ? std::nullopt : std::optional<Problem>(*found);
 }
 
+// --- calls -----------------------------------------------------------------------------------------------------------
+
 Problem RemoteNetwork::why_not(const std::string& service, const msgs::ServiceType& type) const {
-  if (auto problem = problem_of(service)) return *problem;
   const std::string what = "service " + service;
+  if (auto problem = problem_of(what)) return *problem;
   const auto all = look([](const auto& graph) { return graph.services(); });
   const auto found = all.find(service);
   if (found == all.end()) {
@@ -150,7 +151,7 @@ Result<std::unique_ptr<runtime::ServiceCall>, Problem> RemoteNetwork::start_call
                                                                                  void* request,
                                                                                  std::function<void()> on_answer) {
   const std::uint64_t client = clients_.client_of(service, type);
-  const auto is_settled = [&] { return clients_.is_ready(client) || problem_of(service); };
+  const auto is_settled = [&] { return clients_.is_ready(client) || problem_of("service " + service); };
   // Who has been found, and may need a moment more to meet us.
   const auto is_offered = [&] {
     return look([&](const auto& graph) {

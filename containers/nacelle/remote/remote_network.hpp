@@ -71,6 +71,8 @@ class RemoteNetwork {
   /// The ends of a topic's streams here are this node's.
   [[nodiscard]] EndpointSpec spec_of(std::string topic, const msgs::MessageType& type, const QoS& qos) const;
   [[nodiscard]] Transport& transport() { return broker_; }
+  /// Why an end that was made here is not on the network, if it is known by now. `where`: a topic, or "service " and a name.
+  [[nodiscard]] std::optional<Problem> problem_of(const std::string& where) const;
   /// A type whose messages are bytes. Valid as long as this object.
   [[nodiscard]] const msgs::MessageType& bytes_of(const std::string& type, const std::string& hash);
 
@@ -91,7 +93,6 @@ class RemoteNetwork {
   explicit RemoteNetwork(const RemoteOptions& options);
   [[nodiscard]] Result<void, Problem> start(const RemoteOptions& options);
   void note(const Problem& problem);
-  [[nodiscard]] std::optional<Problem> problem_of(const std::string& service) const;
   [[nodiscard]] Problem why_not(const std::string& service, const msgs::ServiceType& type) const;
 
   const SystemClock clock_;
@@ -103,7 +104,7 @@ class RemoteNetwork {
   session::Bell bell_;
   msgs::TypeLibrary types_;
   std::map<std::pair<std::string, std::string>, std::unique_ptr<ByteMessageType>> byte_types_;
-  Guarded<std::vector<Problem>> problems_;  // of services: they say why one cannot be called
+  Guarded<std::vector<Problem>> problems_;  // why an end is not there, or a service cannot be called
   runtime::Broker broker_{clock_};
   ServiceClients clients_;
   std::unique_ptr<session::Network> network_;  // the last: its threads use what is above

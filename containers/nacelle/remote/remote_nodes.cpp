@@ -91,7 +91,7 @@ session::Answer RemoteNodes::answer(const std::string& verb, const json& request
                            std::function<void()> on_answer) {
       return network_.start_call(name, type, given, std::move(on_answer));
     };
-    return session::call_service(clock(), start, network_.types(), request);
+    return session::call_service(clock(), start, network_.types(), request, "");
   }
   if (verb.starts_with("param.")) return reply_to_parameter_verb(network_, verb, request);
   if (verb.starts_with("lifecycle.")) return reply_to_lifecycle_verb(network_, verb, request);
@@ -141,7 +141,10 @@ Result<std::unique_ptr<session::TopicTap>, Problem> RemoteNodes::tap(const TapWi
   const QoS qos = qos_for(ends, wish.is_measured ? kMeasuredDepth : kReadDepth);
   auto tap =
       std::make_unique<session::TopicTap>(network_.transport(), network_.spec_of(wish.topic, *type.value(), qos));
-  static_cast<void>(network_.wait(clock().now() + kEndsMeet, [&] { return tap->writer_count() >= ends.size(); }));
+  static_cast<void>(network_.wait(clock().now() + kEndsMeet, [&] {
+    return network_.problem_of(wish.topic) || tap->writer_count() >= ends.size();
+  }));
+  if (const auto problem = network_.problem_of(wish.topic)) return err(*problem);
   return tap;
 }
 
@@ -176,16 +179,20 @@ Result<std::uint16_t, std::string> RemoteNodes::open_writer(control::NamePair na
   if (auto valid = validate_full_topic_name(names.first); !valid) return err(valid.error().text());
   auto type = network_.types().message(names.second);
   if (!type) return err(type.error().text());
+  const std::string topic{names.first};
   OpenWriter made{&owner, type.value(), nullptr};
-  made.writer = network_.transport().create_writer(network_.spec_of(std::string{names.first}, *type.value(), QoS{10}));
+  made.writer = network_.transport().create_writer(network_.spec_of(topic, *type.value(), QoS{10}));
   // What is published before its readers have met it never reaches them.
   const auto is_read = [&] {
-    const Ends ends = ends_of(network_, std::string{names.first});
+    const Ends ends = ends_of(network_, topic);
     const auto readers =
         std::ranges::count_if(ends, [&](const auto& end) { return !end.is_writer && end.type == type.value()->name; });
     return readers != 0 && made.writer->reader_count() >= static_cast<std::size_t>(readers);
   };
-  if (network_.wait(std::max(network_.found_by(), clock().now() + kEndsMeet), is_read)) {
+  const auto is_settled = [&] { return network_.problem_of(topic) || is_read(); };
+  const bool settled = network_.wait(std::max(network_.found_by(), clock().now() + kEndsMeet), is_settled);
+  if (const auto problem = network_.problem_of(topic)) return err(problem->text());
+  if (settled) {
     constexpr Duration kSettling = 100ms;  // DDS does not tell when the other side has met us (docs/adr/0013)
     static_cast<void>(network_.wait(clock().now() + kSettling, [] { return false; }));
   }

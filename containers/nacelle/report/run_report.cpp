@@ -92,7 +92,8 @@ ordered_json to_json(const RunReport& report) {
           {"drive", report.drive ? to_json(*report.drive) : ordered_json(nullptr)},
           {"command_to_wheel_ms", command},
           {"process",
-           {{"cpu_percent", rounded(report.process.cpu_percent, 1e2)},
+           {{"cpu_percent", report.process.cpu_percent ? ordered_json(rounded(*report.process.cpu_percent, 1e2))
+                                                       : ordered_json(nullptr)},
             {"rss_mb", rounded(report.process.rss_mb, 10)},
             {"threads", report.process.threads},
             {"allocations_per_second", allocations}}},

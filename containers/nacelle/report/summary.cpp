@@ -64,7 +64,10 @@ std::string summary_of(const ordered_json& report) {
                      number_or_dash(command["p99"], "{:.2f}")));
   }
   const auto& process = report["process"];
-  line(fmt::format("process    {:.1f} % of one core, {:.1f} MB, {} threads", process["cpu_percent"].get<double>(),
+  const auto& cpu = process["cpu_percent"];
+  line(fmt::format("process    {}, {:.1f} MB, {} threads",
+                   cpu.is_number() ? fmt::format("{:.1f} % of one core", cpu.get<double>())
+                                   : std::string{"CPU not measured: the run was too short"},
                    process["rss_mb"].get<double>(), process["threads"].get<std::uint64_t>()));
   std::string allocations;
   for (const auto& [thread, rate] : process["allocations_per_second"].items()) {

@@ -153,14 +153,14 @@ void SteadyState::begin(MonotonicTime now) {
 ProcessFigures SteadyState::end(MonotonicTime now) {
   take_snapshot(after_);  // before anything below allocates
   ProcessFigures figures;
-  const Duration cpu = cpu_time();
-  const double seconds = to_seconds(begun_ ? now - began_at_ : time_since_process_start());
-  const Duration used = begun_ ? cpu - cpu_before_ : cpu;
-  if (seconds > 0) figures.cpu_percent = 100.0 * to_seconds(used) / seconds;
+  const Duration used = cpu_time() - cpu_before_;
+  const bool is_enough = begun_ && now - began_at_ >= kShortestMeasure;
+  const double seconds = to_seconds(now - began_at_);
+  if (is_enough) figures.cpu_percent = 100.0 * to_seconds(used) / seconds;
   figures.rss_mb = static_cast<double>(resident_bytes()) / 1e6;
   const std::vector<NamedThread> threads = living_threads();
   figures.threads = threads.size();
-  if (begun_ && allocations_are_counted())
+  if (is_enough && allocations_are_counted())
     figures.allocations_per_second = allocation_rates(before_, after_, threads, seconds);
   return figures;
 }

@@ -52,11 +52,14 @@ struct Usage {
 
 /// What the report says of the container's process.
 struct ProcessFigures {
-  double cpu_percent = 0;  ///< Of one core.
+  std::optional<double> cpu_percent;  ///< Of one core. None: it was measured for too short a time.
   double rss_mb = 0;
   std::size_t threads = 0;
   std::map<std::string, double> allocations_per_second;
 };
+
+/// CPU over less says nothing.
+inline constexpr Duration kShortestMeasure = 500ms;
 
 /// Measures the steady state: begin() two seconds after the last activation, end() when the shutdown begins.
 /// Threads: one.
@@ -66,7 +69,8 @@ class SteadyState {
   [[nodiscard]] bool has_begun() const { return begun_; }
   /// Components came or went: what was measured is void.
   void reset() { begun_ = false; }
-  /// Without begin() (a run of less than two seconds) CPU is taken over the process's whole life, and no allocation is counted.
+  /// Less than kShortestMeasure after begin(), or without it (a short run), neither CPU nor allocations are told: what there is to
+  /// measure would be the bring-up, or the kernel's ticks.
   [[nodiscard]] ProcessFigures end(MonotonicTime now);
 
  private:

@@ -52,8 +52,9 @@ Result<std::uint16_t, std::string> RobotService::open_writer(control::NamePair t
   for (std::size_t i = 0; i < writers_.size(); ++i) {
     if (writers_[i].writer) continue;
     // Named, so that it counts as one of the stream's writers: the command of a person at the socket is data of the robot.
+    // With a '_', as the nodes of ROS 2's tools: lists leave it out.
     EndpointSpec spec{std::string{topic_and_type.first}, type.value(), QoS{10},
-                      fully_qualified_node_name(container_.options().name_space, "control_socket")};
+                      fully_qualified_node_name(container_.options().name_space, "_control_socket")};
     if (latched) spec.qos = QoS(KeepAll{}).reliable().transient_local();
     writers_[i] = {container_.transport().create_writer(spec), type.value(), latched ? spec.topic : std::string{}};
     return static_cast<std::uint16_t>(i);

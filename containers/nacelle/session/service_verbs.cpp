@@ -14,7 +14,8 @@ namespace nacelle::session {
 using control::reply_of;
 using nlohmann::json;
 
-Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types, const json& request) {
+Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types, const json& request,
+                    const std::string& see) {
   constexpr double kShortest_s = 0.001, kLongest_s = 86400.0;
   const std::string name = request.value("service", "");
   auto found = types.find(request.value("type", ""));
@@ -30,12 +31,12 @@ Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrar
   auto late = std::make_unique<LateReply>();
   late->due = clock.now() + from_seconds(limit_s);
   late->too_late = {"service " + name, fmt::format("has not answered within {:g} s", limit_s),
-                    "its node is busy or hangs: see `nacelle faults`, or give --timeout more"};
+                    "its node is busy or hangs: " + (see.empty() ? "" : see + ", or ") + "give --timeout more"};
   auto call = start(name, *type, message.get(), [bell = late->bell] { bell->ring(); });
   if (!call) return reply_of(call.error());
-  late->finish = [call = std::shared_ptr<runtime::ServiceCall>(std::move(call).value()), type, name]() -> json {
+  late->finish = [call = std::shared_ptr<runtime::ServiceCall>(std::move(call).value()), type, name, see]() -> json {
     if (call->response() == nullptr)
-      return reply_of({"service " + name, "its node went away, or failed, before it answered", "see `nacelle faults`"});
+      return reply_of({"service " + name, "its node went away, or failed, before it answered", see});
     return {{"ok", true},
             {"type", type->name},
             {"response", json::parse(msgs::to_json(type->response(), call->response()), nullptr, false)}};

@@ -22,7 +22,8 @@ using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Pr
 /// Calls a service: {"service", "type", "request": message as JSON, "timeout_s"} is answered with "response".
 ///
 /// The call is a message to its server; one that takes its time, or hangs, keeps nobody waiting but the caller.
+/// `see` is where a person finds out why there is no answer: "see `nacelle faults`", or nothing.
 [[nodiscard]] Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types,
-                                  const nlohmann::json& request);
+                                  const nlohmann::json& request, const std::string& see);
 
 }  // namespace nacelle::session

@@ -205,7 +205,7 @@ json VerbDesk::listen(Guest& guest, const json& request) {
   if (guest.show == Show::Ages && !has_header(*type)) {
     return control::reply_of({"topic " + topic,
                               std::string{"its type "} + type->name + " has no header, and so no stamp",
-                              "measure its rate with `nacelle topic hz`"});
+                              "its rate can be measured: topic hz"});
   }
   if (guest.show == Show::Transforms && type->name != std::string_view{kTransformsType})
     return control::reply_of({"topic " + topic, std::string{"has the type "} + type->name, ""});

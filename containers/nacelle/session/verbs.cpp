@@ -254,7 +254,7 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb.starts_with("param.")) return reply_to_parameter_verb(session, verb, request);
   if (verb == "service.call") {
     const auto start = [&](const auto&... given) { return session.container().call_service(given...); };
-    return call_service(session.container().clock(), start, types, request);
+    return call_service(session.container().clock(), start, types, request, "see `nacelle faults`");
   }
   if (verb == "figures") return figures_of(session);
   if (verb == "names") return names_of(session);

@@ -95,7 +95,7 @@ void DdsMirror::Impl::make_writer(const EndpointInfo& info) {
   auto writer = with ? participant->create_writer(*with, end.get()) : err(with.error());
   LocalWriter& made = *writers.insert_or_assign(info.id, std::move(end)).first->second;
   topics[info.spec.topic].writers.push_back(&made);
-  if (!writer) return tell({info.spec.topic, "is not on the network: " + writer.error().text(), ""});
+  if (!writer) return tell({info.spec.topic, std::string{kNotOnTheNetwork} + writer.error().text(), ""});
   made.writer = std::move(*writer);
   show(info.spec.node, made.writer->gid(), true);
   look_at_status(made);
@@ -111,7 +111,7 @@ void DdsMirror::Impl::make_reader(const EndpointInfo& info) {
   auto reader = with ? participant->create_reader(*with, end.get()) : err(with.error());
   LocalReader& made = *readers.insert_or_assign(info.id, std::move(end)).first->second;
   topics[info.spec.topic].readers.push_back(&made);
-  if (!reader) return tell({info.spec.topic, "is not on the network: " + reader.error().text(), ""});
+  if (!reader) return tell({info.spec.topic, std::string{kNotOnTheNetwork} + reader.error().text(), ""});
   made.reader = std::move(*reader);
   show(info.spec.node, made.reader->gid(), false);
   // What came before the end was to be found.

@@ -185,7 +185,7 @@ void DdsMirror::Impl::Services::take_made(const ServiceEndInfo& info) {
     end = client.get();
   }
   if (const auto opened = open(*end); !opened)
-    return mirror.tell({"service " + info.name, "is not on the network: " + opened.error().text(), ""});
+    return mirror.tell({"service " + info.name, std::string{kNotOnTheNetwork} + opened.error().text(), ""});
   mirror.show(info.node, end->reader->gid(), false);
   mirror.show(info.node, end->writer->gid(), true);
   if (server) servers.emplace(info.id, std::move(server));

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "nacelle/base/clock_skews.hpp"
@@ -22,6 +23,9 @@ namespace nacelle {
 namespace transport_dds {
 class RemoteGraph;
 }
+
+/// How `what` of a Problem begins whose `where`, a topic or "service " and a name, has an end that could not be made.
+inline constexpr std::string_view kNotOnTheNetwork = "is not on the network: ";
 
 struct MirrorOptions {
   std::uint32_t domain_id = 0;

@@ -119,5 +119,15 @@ TEST(ComponentName, is_the_node_s_without_the_root) {
   EXPECT_EQ(component_name("/robot1/camera"), "robot1/camera");
 }
 
+TEST(Summary, of_a_short_run_says_that_its_cost_is_not_known) {
+  RunReport report = sample();
+  report.process.cpu_percent.reset();
+  report.process.allocations_per_second.clear();
+  const auto written = nlohmann::ordered_json::parse(to_json(report).dump());
+  EXPECT_TRUE(written["process"]["cpu_percent"].is_null());
+  EXPECT_NE(summary_of(written).find("process    CPU not measured: the run was too short, 38.2 MB, 9 threads\n"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace nacelle::report

@@ -96,15 +96,22 @@ TEST(SteadyState, is_measured_from_begin_to_end) {
   steady.begin(MonotonicTime{10s});
   for (int i = 0; i < 50; ++i) std::make_unique<std::string>(1000, 'x');
   const ProcessFigures figures = steady.end(MonotonicTime{15s});
+  ASSERT_TRUE(figures.cpu_percent);
   if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns the allocator";
   double most = 0;
   for (const auto& [name, rate] : figures.allocations_per_second) most = std::max(most, rate);
   EXPECT_GE(most, 10.0);
 }
 
-TEST(SteadyState, that_never_began_counts_no_allocation) {
+TEST(SteadyState, that_never_began_or_was_too_short_tells_neither_cpu_nor_allocations) {
   SteadyState steady;
-  EXPECT_TRUE(steady.end(MonotonicTime{1s}).allocations_per_second.empty());
+  for (const bool begins : {false, true}) {
+    if (begins) steady.begin(MonotonicTime{10s});
+    const ProcessFigures figures = steady.end(MonotonicTime{10s} + kShortestMeasure - 1ms);
+    EXPECT_FALSE(figures.cpu_percent) << begins;
+    EXPECT_TRUE(figures.allocations_per_second.empty()) << begins;
+    EXPECT_GT(figures.rss_mb, 0) << begins;
+  }
 }
 
 }  // namespace
