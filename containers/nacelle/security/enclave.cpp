@@ -74,7 +74,13 @@ class Examination {
     if (text) return text;
     std::error_code unreadable;
     Problem problem = text.error();
-    problem.way_out = fs::exists(at, unreadable) ? "let the robot's user read it" : "make it: " + making(more);
+    if (!fs::exists(at, unreadable)) {
+      problem.way_out = "make it: " + making(more);
+    } else if (fs::is_regular_file(at, unreadable) && fs::file_size(at, unreadable) <= kMostFileBytes) {
+      problem.way_out = "let the robot's user read it";
+    } else {
+      problem.way_out = "bring back the file that was there, or move this away and make it anew: " + making(more);
+    }
     return err(std::move(problem));
   }
 

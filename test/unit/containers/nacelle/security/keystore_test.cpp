@@ -72,6 +72,15 @@ TEST_F(Keystore, has_the_layout_of_sros2) {
   EXPECT_EQ(read_certificate(text_at(keystore / "public/ca.cert.pem")).value_or({}).subject, "CN=sros2CA");
 }
 
+TEST_F(Keystore, reads_no_more_of_a_file_than_may_be_in_it) {
+  const fs::path huge = folder / "huge";
+  ASSERT_TRUE(write_file(huge, "x", Secrecy::Public));
+  fs::resize_file(huge, std::uintmax_t{3} << 30U);  // sparse
+  EXPECT_THAT(read_file(huge).error().text(), HasSubstr("huge: cannot be read: File too large"));
+  fs::resize_file(huge, kMostFileBytes);
+  EXPECT_EQ(text_at(huge).size(), kMostFileBytes);
+}
+
 TEST_F(Keystore, keeps_keys_from_others) {
   make("/robot");
   EXPECT_EQ(mode_of(keystore / "private"), 0700U);
@@ -189,7 +198,15 @@ TEST_F(Keystore, tells_what_keeps_an_enclave_from_being_used_with_file_and_way_o
     EXPECT_THAT(refusal("/robot"), HasSubstr("create-enclave keys /robot"));
     fs::create_directory(robot / file);
     EXPECT_THAT(refusal("/robot"),
-                HasSubstr(std::string(file) + ": cannot be read: Is a directory; let the robot's user"));
+                HasSubstr(std::string(file) + ": cannot be read: Is a directory; bring back the file that was there"));
+    fs::remove(robot / file);
+    ASSERT_EQ(::mkfifo((robot / file).c_str(), 0600), 0);  // nobody ever writes to it
+    EXPECT_THAT(refusal("/robot"),
+                HasSubstr(std::string(file) + ": cannot be read: it is no regular file; bring back"));
+    fs::remove(robot / file);
+    ASSERT_TRUE(write_file(robot / file, "", Secrecy::Private));
+    fs::resize_file(robot / file, kMostFileBytes + 1);
+    EXPECT_THAT(refusal("/robot"), HasSubstr(std::string(file) + ": cannot be read: File too large; bring back"));
     fs::remove(robot / file);
     fs::rename(robot / "away", robot / file);
   }
