@@ -88,7 +88,7 @@ class Keystores(RobotTest):
         self.assertEqual(json.loads(self.security("list-enclaves", self.keys, "--json").stdout), ["/arm/left", "/robot"])
         self.assertIn("did you mean '/robot'?", self.security("create-enclave", self.keys, "robot", code=1).stderr)
         self.assertIn("create-keystore", self.security("create-enclave", self.folder / "none", "/robot", code=1).stderr)
-        self.assertIn("ports would be above", self.security("create-enclave", self.keys, "/a", "--domain", 300, code=2).stderr)
+        self.assertIn("'300' is no domain; give a number from 0 to 232", self.security("create-enclave", self.keys, "/a", "--domain", 300, code=2).stderr)
 
     def test_a_domain_is_that_of_the_environment_or_of_the_option(self):
         environment = {**self.environment, "ROS_DOMAIN_ID": "5"}

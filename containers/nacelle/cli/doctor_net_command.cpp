@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "inert_launch.hpp"
 #include "nacelle/control/socket_path.hpp"
+#include "nacelle/session/network.hpp"
 #include "nacelle/session/network_links.hpp"
 #include "nacelle/session/network_wish.hpp"
 #include "program.hpp"
@@ -71,8 +72,10 @@ void row(const char* key, const std::string& text) { std::printf("%-11s %s\n", k
 
 std::string words_of_security(const json& security) {
   if (security.is_null()) return "none: nobody asks for it";
-  const std::string text = security["enclave"].get<std::string>() + " of " + security["keystore"].get<std::string>() +
-                           ", " + security["strategy"].get<std::string>();
+  const std::string keystore = security["keystore"].get<std::string>();
+  const std::string text = security["enclave"].get<std::string>() + " of " +
+                           (keystore.empty() ? "no keystore (ROS_SECURITY_KEYSTORE is not set)" : keystore) + ", " +
+                           security["strategy"].get<std::string>();
   if (!security["in_force"].get<bool>()) return text + ": not in force";
   return text + "; certificate " + security["subject"].get<std::string>() + " until " +
          security["ends"].get<std::string>();
@@ -134,10 +137,24 @@ void print(const json& net) {
       row("clock", container["name"].get<std::string>() + ": " + skew["text"].get<std::string>() +
                        "; synchronise both (chrony, or timedatectl set-ntp true)");
   }
-  for (const auto& remark : net["remarks"]) {
-    const Problem problem{remark["where"], remark["what"], remark["way_out"]};
-    row("remark", problem.text());
+  const auto print_problem = [](const char* key, const json& problem) {
+    row(key, Problem{problem["where"], problem["what"], problem["way_out"]}.text());
+  };
+  for (const auto& remark : net["remarks"]) print_problem("remark", remark);
+  if (!net["problem"].is_null()) print_problem("problem", net["problem"]);
+}
+
+/// What a robot would have with these settings; whether it can be had is tried.
+json net_of(const Result<transport_dds::NetworkSettings, Problem>& settings) {
+  const auto tried = settings ? session::try_network(settings.value()) : err(settings.error());
+  json net = settings ? session::to_json(settings.value()) : json{{"remarks", json::array()}};
+  net["problem"] = tried ? json(nullptr) : session::to_json(tried.error());
+  if (!tried) {
+    net["line"] = session::network_off_line(tried.error());
+    return net;
   }
+  for (const auto& remark : tried.value()) net["remarks"].push_back(session::to_json(remark));
+  return net;
 }
 
 int examine(const NetWish& wish) {
@@ -152,9 +169,7 @@ int examine(const NetWish& wish) {
     }
     plan = loaded.value().network;
   }
-  const auto settings = session::network_in_force(plan, session::ros_environment());
-  json net = settings ? session::to_json(settings.value())
-                      : json{{"remarks", json::array({session::to_json(settings.error())})}};
+  json net = net_of(session::network_in_force(plan, session::ros_environment()));
   net["built_in"] = session::network_is_built_in();
   if (!session::network_is_built_in()) net["way_out"] = session::network_is_not_built_in("").way_out;
   net["links"] = links_json();
@@ -164,7 +179,7 @@ int examine(const NetWish& wish) {
   } else {
     print(net);
   }
-  return settings ? kDone : kFailed;
+  return net["problem"].is_null() ? kDone : kFailed;
 }
 
 }  // namespace
@@ -178,7 +193,8 @@ void add_doctor_net_command(Command& doctor) {
   command.note(
       "Mode and domain with what has set them, interfaces, peers, what is exported, what of ROS 2's variables is not\n"
       "obeyed and why, and what the containers that run say of themselves. See docs/network.md in the source tree.\n"
-      "Exit codes: 0 told, 1 launch file or environment cannot be obeyed, 2 wrong usage.");
+      "The network is joined for a moment, without a word, to see whether it can be had.\n"
+      "Exit codes: 0 told, 1 launch file or environment cannot be obeyed or the network not be had, 2 wrong usage.");
   command.runs([wish] { return examine(*wish); });
 }
 

@@ -110,6 +110,16 @@ std::string text_of(const XMLElement* element) {
   return element == nullptr || element->GetText() == nullptr ? "" : element->GetText();
 }
 
+std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t\r\n") + 1 - begin);
+}
+
+/// One part, "CN=/robot", as SROS 2 makes them: the plugin has no other way to compare it than text.
+bool is_of_one_part(const std::string& subject) {
+  return subject.starts_with("CN=") && subject.find_first_of(",+\\|=", 3) == std::string::npos;
+}
+
 }  // namespace
 
 std::string permissions_xml(const Policy& policy, const std::string& common_name, const Validity& validity,
@@ -163,8 +173,12 @@ Result<std::optional<Grant>, Problem> find_grant(const std::string& permissions,
   tinyxml2::XMLDocument document;
   const auto grants = content_of(document, permissions, "permissions");
   if (!grants) return err(grants.error());
+  std::vector<std::string> others;
   for (auto* one = grants.value()->FirstChildElement("grant"); one != nullptr; one = one->NextSiblingElement("grant")) {
-    if (text_of(one->FirstChildElement("subject_name")) != subject) continue;
+    if (const auto name = trimmed(text_of(one->FirstChildElement("subject_name"))); name != subject) {
+      others.push_back(name);
+      continue;
+    }
     const XMLElement* const validity = one->FirstChildElement("validity");
     if (validity == nullptr) return err(Problem{"", "the grant for " + subject + " has no <validity>", ""});
     const auto begins = read_utc(text_of(validity->FirstChildElement("not_before")));
@@ -177,7 +191,10 @@ Result<std::optional<Grant>, Problem> find_grant(const std::string& permissions,
       grant.covers_domain = grant.covers_domain || covers(*rule, domain);
     return std::optional(grant);
   }
-  return std::optional<Grant>{};
+  if (!is_of_one_part(subject) || !std::all_of(others.begin(), others.end(), is_of_one_part))
+    return std::optional<Grant>{};
+  const std::string whose = others.empty() ? "it has no <grant>" : "it is for " + others.front().substr(0, 80);
+  return err(Problem{"", whose + ", and the certificate is for " + subject, ""});
 }
 
 Result<bool, Problem> governs(const std::string& governance, int domain) {

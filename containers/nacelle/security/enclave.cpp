@@ -57,7 +57,7 @@ class Examination {
                          "make one: `nacelle security create-keystore " + keystore_.string() + "`"});
     }
     if (auto valid = validate_namespace(name_); !valid)
-      return err(Problem{"security", "as an enclave: " + valid.error().what, "write it as '/robot'"});
+      return err(Problem{"security", "as an enclave: " + valid.error().what, way_to_name(name_)});
     if (fs::is_directory(folder_, unreadable) && (name_ != "/" || fs::exists(folder_ / "cert.pem", unreadable)))
       return {};
     const auto others = list_enclaves(keystore_);
@@ -74,7 +74,13 @@ class Examination {
     if (text) return text;
     std::error_code unreadable;
     Problem problem = text.error();
-    problem.way_out = fs::exists(at, unreadable) ? "let the robot's user read it" : "make it: " + making(more);
+    if (!fs::exists(at, unreadable)) {
+      problem.way_out = "make it: " + making(more);
+    } else if (fs::is_regular_file(at, unreadable) && fs::file_size(at, unreadable) <= kMostFileBytes) {
+      problem.way_out = "let the robot's user read it";
+    } else {
+      problem.way_out = "bring back the file that was there, or move this away and make it anew: " + making(more);
+    }
     return err(std::move(problem));
   }
 
@@ -140,21 +146,40 @@ class Examination {
     return text;
   }
 
+  /// Makes permissions.p7s of permissions.xml again, where that is there. Nothing is lost: a person may have written rules.
+  [[nodiscard]] std::string signing_anew() const {
+    std::error_code unreadable;
+    const bool is_written = fs::exists(folder_ / "permissions.xml", unreadable);
+    return "move permissions.p7s away, then " + making() +
+           (is_written ? ", which signs permissions.xml" : ": it makes permissions for everything");
+  }
+
+  /// Whether permissions.xml, which is signed when permissions.p7s is missing, is this enclave's own.
+  [[nodiscard]] bool has_own_rules() const {
+    const auto rules = read_file(folder_ / "permissions.xml");
+    return rules && find_grant(rules.value(), enclave_.secured.subject, domain_);
+  }
+
   Done check_permissions() {
     std::string& path = enclave_.secured.files.permissions;
-    const std::string way_out = "remove it, then " + making();
-    const auto text = read_document("permissions.p7s", path, way_out);
+    const auto text = read_document("permissions.p7s", path, signing_anew());
     if (!text) return err(text.error());
     const auto found = find_grant(text.value(), enclave_.secured.subject, domain_);
-    if (!found) return err(at(path, found.error(), way_out));
+    if (!found) {
+      return err(at(path, found.error(),
+                    has_own_rules()
+                        ? signing_anew()
+                        : "bring back the enclave's own; or move permissions.p7s and permissions.xml away, then " +
+                              making() + ": it makes permissions for everything"));
+    }
     // The plugin compares names more cleverly than texts are compared here, so without a find it has the word.
     if (!found.value()) return {};
     if (auto valid = check_times(path, "the grant", found.value()->validity, "renew it: " + making(" --renew")); !valid)
       return valid;
     if (found.value()->covers_domain) return {};
-    return err(Problem{path, "it allows nothing in domain " + std::to_string(domain_),
-                       "with ROS_DOMAIN_ID=" + std::to_string(domain_) +
-                           ": remove permissions.xml and permissions.p7s, then " + making()});
+    return err(Problem{
+        path, "it allows nothing in domain " + std::to_string(domain_),
+        "add <id>" + std::to_string(domain_) + "</id> to each <domains> of permissions.xml, then " + signing_anew()});
   }
 
   Done check_governance() {
@@ -164,10 +189,8 @@ class Examination {
     const auto found = governs(text.value(), domain_);
     if (!found) return err(at(path, found.error(), ""));
     if (found.value()) return {};
-    return err(Problem{path, "it does not govern domain " + std::to_string(domain_),
-                       "with ROS_DOMAIN_ID=" + std::to_string(domain_) + ": remove " +
-                           (keystore_ / "enclaves/governance.xml").string() + " and governance.p7s, then " +
-                           "`nacelle security create-keystore " + keystore_.string() + "`"});
+    return err(
+        Problem{path, "it does not govern domain " + std::to_string(domain_), way_to_govern(keystore_, domain_)});
   }
 
   void remark_on_mode() {

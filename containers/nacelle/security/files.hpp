@@ -11,8 +11,10 @@ namespace nacelle::security {
 
 // Small files, whole. Errors: a Problem that names the file and says what the kernel says.
 
-inline constexpr std::size_t kMostFileBytes = std::size_t{4} << 20U;
+inline constexpr std::size_t kMostFileBytes = std::size_t{1} << 20U;
 
+/// Never waits for somebody who writes. Errors: also what is no regular file (a FIFO, a device), and one with more than
+/// kMostFileBytes, of which no more is read.
 [[nodiscard]] Result<std::string, Problem> read_file(const std::filesystem::path& path);
 
 enum class Secrecy : std::uint8_t { Public, Private };

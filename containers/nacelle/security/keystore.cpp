@@ -118,15 +118,34 @@ bool is_complete(const fs::path& keystore) {
   return is_there(keystore / "enclaves/governance.p7s");
 }
 
+Done is_named(const fs::path& keystore) {
+  if (!keystore.empty()) return {};
+  return err(Problem{"keystore", "the name is empty", "name the keystore's folder: keys"});
+}
+
 Done examine(const EnclaveWish& wish) {
-  if (auto valid = validate_namespace(wish.enclave); !valid) {
-    const std::string meant = "/" + wish.enclave;
-    const bool lacks_slash = validate_namespace(meant).has_value();
-    return err(Problem{"enclave", valid.error().what, lacks_slash ? "did you mean '" + meant + "'?" : ""});
-  }
+  if (auto valid = is_named(wish.keystore); !valid) return valid;
+  if (auto valid = validate_namespace(wish.enclave); !valid)
+    return err(Problem{"enclave", valid.error().what, way_to_name(wish.enclave)});
   if (is_complete(wish.keystore)) return {};
   return err(Problem{wish.keystore.string(), "this is no complete keystore",
                      "make one: `nacelle security create-keystore " + wish.keystore.string() + "`"});
+}
+
+/// An enclave in a domain that nothing governs could never take part.
+Done check_governed(const EnclaveWish& wish) {
+  const fs::path document = wish.keystore / "enclaves/governance.p7s";
+  const auto authority = read_file(wish.keystore / "public/permissions_ca.cert.pem");
+  if (!authority) return err(authority.error());
+  const auto is_signed = read_file(document);
+  if (!is_signed) return err(is_signed.error());
+  const auto text = read_signed_document(is_signed.value(), authority.value());
+  if (!text) return err(Problem{document.string(), text.error().what, "sign it with the permissions' authority"});
+  const auto found = governs(text.value(), wish.domain);
+  if (!found) return err(Problem{document.string(), found.error().what, ""});
+  if (found.value()) return {};
+  return err(Problem{document.string(), "it does not govern domain " + std::to_string(wish.domain),
+                     way_to_govern(wish.keystore, wish.domain)});
 }
 
 /// Permissions as they are, but for when they hold.
@@ -144,11 +163,23 @@ const char* to_text(Change::Kind kind) {
   return kWords[static_cast<std::size_t>(kind)];
 }
 
+std::string way_to_govern(const fs::path& keystore, int domain) {
+  return "add <id>" + std::to_string(domain) + "</id> to the <domains> of " +
+         (keystore / "enclaves/governance.xml").string() + ", move governance.p7s beside it away, then " +
+         "`nacelle security create-keystore " + keystore.string() + "`, which signs it";
+}
+
+std::string way_to_name(const std::string& enclave) {
+  const std::string meant = "/" + enclave;
+  return validate_namespace(meant) ? "did you mean '" + meant + "'?" : "write it as '/robot'";
+}
+
 fs::path folder_of(const fs::path& keystore, const std::string& enclave) {
   return enclave == "/" ? keystore / "enclaves" : keystore / "enclaves" / enclave.substr(1);
 }
 
 Result<Changes, Problem> create_keystore(const fs::path& keystore, int domain, WallTime now) {
+  if (auto valid = is_named(keystore); !valid) return err(valid.error());
   if (is_complete(keystore)) {
     return err(
         Problem{keystore.string(), "there is a keystore already",
@@ -179,6 +210,10 @@ Result<Changes, Problem> create_enclave(const EnclaveWish& wish, WallTime now) {
   const fs::path folder = folder_of(wish.keystore, wish.enclave);
   const fs::path key = folder / "key.pem", certificate = folder / "cert.pem";
   const fs::path permissions = folder / "permissions.xml", document = folder / "permissions.p7s";
+  const bool had_permissions = is_there(permissions);
+  if (!had_permissions) {
+    if (auto governed = check_governed(wish); !governed) return err(governed.error());
+  }
   Maker maker;
   maker.folder(folder);
   for (const std::string name : kAuthorities)
@@ -201,7 +236,6 @@ Result<Changes, Problem> create_enclave(const EnclaveWish& wish, WallTime now) {
   }
   const CertificateFacts facts = maker.take(read_certificate(maker.text_of(certificate)), certificate);
   if (maker.failed()) return std::move(maker).result();
-  const bool had_permissions = is_there(permissions);
   if (!had_permissions) {
     maker.file(permissions, permissions_xml(everything(), wish.enclave, {facts.begins, facts.ends}, wish.domain));
   } else if (is_new) {
@@ -216,6 +250,7 @@ Result<Changes, Problem> create_enclave(const EnclaveWish& wish, WallTime now) {
 
 Result<Changes, Problem> create_permission(const EnclaveWish& wish, const fs::path& policy_file) {
   if (auto valid = examine(wish); !valid) return err(valid.error());
+  if (auto governed = check_governed(wish); !governed) return err(governed.error());
   const fs::path folder = folder_of(wish.keystore, wish.enclave), certificate = folder / "cert.pem";
   if (!is_there(certificate)) {
     return err(Problem{certificate.string(), "it is missing",
@@ -235,6 +270,7 @@ Result<Changes, Problem> create_permission(const EnclaveWish& wish, const fs::pa
 }
 
 Result<std::vector<std::string>, Problem> list_enclaves(const fs::path& keystore) {
+  if (auto valid = is_named(keystore); !valid) return err(valid.error());
   if (!is_there(keystore / "enclaves")) {
     return err(Problem{keystore.string(), "this is no keystore: it has no folder enclaves",
                        "make one: `nacelle security create-keystore " + keystore.string() + "`"});

@@ -41,12 +41,18 @@ struct EnclaveWish {
   int domain = 0;
   bool renew = false;  ///< Replace key and certificate, and let the permissions hold as long as they.
 };
-/// A key, a certificate, and permissions for everything. What is missing is made.
+/// A key, a certificate, and permissions for everything. What is missing is made. Errors: new permissions for a domain that the
+/// keystore does not govern.
 [[nodiscard]] Result<Changes, Problem> create_enclave(const EnclaveWish& wish, WallTime now);
-/// Replaces the permissions by what a policy file says of the enclave.
+/// Replaces the permissions by what a policy file says of the enclave. Errors: as create_enclave().
 [[nodiscard]] Result<Changes, Problem> create_permission(const EnclaveWish& wish, const std::filesystem::path& policy);
 /// The enclaves that have a key, sorted.
 [[nodiscard]] Result<std::vector<std::string>, Problem> list_enclaves(const std::filesystem::path& keystore);
+
+/// How a keystore comes to govern one more domain, and loses none.
+[[nodiscard]] std::string way_to_govern(const std::filesystem::path& keystore, int domain);
+/// How an enclave is written whose name is none: "did you mean '/laptop'?"
+[[nodiscard]] std::string way_to_name(const std::string& enclave);
 
 /// Where an enclave's files lie; "/" is enclaves/ itself.
 [[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& keystore, const std::string& enclave);

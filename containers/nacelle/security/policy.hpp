@@ -61,7 +61,8 @@ struct Grant {
   Validity validity;
   bool covers_domain = false;
 };
-/// Nothing: no grant is for this subject ("CN=/robot"). Errors: no XML, no such document.
+/// Nothing: no grant is for this subject ("CN=/robot") as it is written, and names of several parts are among them, which DDS
+/// takes in any order. Errors: no XML, no such document; grants for others only.
 [[nodiscard]] Result<std::optional<Grant>, Problem> find_grant(const std::string& permissions,
                                                                const std::string& subject, int domain);
 /// Errors: no XML, no such document.

@@ -31,6 +31,43 @@ std::vector<NetworkLink> with_an_ipv4_address(std::vector<NetworkLink> links) {
 }  // namespace
 
 #ifdef NACELLE_HAS_DDS
+namespace {
+
+/// Of the network itself; who has a graph to show says more.
+MirrorOptions options_of(const transport_dds::NetworkSettings& settings) {
+  MirrorOptions options;
+  options.domain_id = static_cast<std::uint32_t>(settings.domain);
+  options.config = transport_dds::cyclone_config(settings);
+  if (!settings.security.enclave.empty()) options.enclave = settings.security.enclave;
+  if (settings.secured) options.security = settings.secured->files;
+  options.stays_on_this_machine = settings.mode == NetworkMode::Local;
+  return options;
+}
+
+/// `begin(options)`, and again where what Cyclone refuses can be had in another way; `settings` are then those in force.
+template <typename Begin>
+auto begin_with(transport_dds::NetworkSettings& settings, MirrorOptions& options, const Begin& begin) {
+  auto begun = begin(options);
+  const auto failed_by = [&](const char* said) {
+    return !begun && begun.error().what.find(said) != std::string::npos;
+  };
+  using transport_dds::Reach;
+  // CYCLONEDDS_URI names interfaces: it has the last word.
+  if (settings.discovery == Reach::ThisMachine && failed_by("selected twice")) {
+    settings.interfaces.clear();
+    options.config = transport_dds::cyclone_config(settings);
+    begun = begin(options);
+  }
+  // Multicast needs no port of a number; only who asks by unicast does not find us then (ROS 2's range LOCALHOST, static peers).
+  if (settings.discovery != Reach::Unicast && failed_by("participant index")) {
+    options.config += ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>";
+    begun = begin(options);
+  }
+  return begun;
+}
+
+}  // namespace
+
 struct Network::Joined {
   std::unique_ptr<DdsMirror> mirror;
 };
@@ -83,33 +120,15 @@ Result<void, Problem> Network::join() {
   }
 #ifdef NACELLE_HAS_DDS
   joined_with_ = of_interest(std::move(links));
-  MirrorOptions options;
-  options.domain_id = static_cast<std::uint32_t>(settings_.domain);
-  options.config = transport_dds::cyclone_config(settings_);
-  if (!settings_.security.enclave.empty()) options.enclave = settings_.security.enclave;
-  if (settings_.secured) options.security = settings_.secured->files;
+  MirrorOptions options = options_of(settings_);
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
   options.allow_load = settings_.allow_load;
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
-  options.stays_on_this_machine = settings_.mode == NetworkMode::Local;
   options.clock_skews = clock_skews_;
   if (told_) options.on_problem = told_;
-  auto mirror = DdsMirror::start(graph_, clock_, options, &services_);
-  const auto failed_by = [&](const char* said) {
-    return !mirror && mirror.error().what.find(said) != std::string::npos;
-  };
-  using transport_dds::Reach;
-  if (settings_.discovery == Reach::ThisMachine &&
-      failed_by("selected twice")) {  // CYCLONEDDS_URI names interfaces: it has the last word
-    settings_.interfaces.clear();
-    options.config = transport_dds::cyclone_config(settings_);
-    mirror = DdsMirror::start(graph_, clock_, options, &services_);
-  }
-  // Multicast needs no port of a number; only who asks by unicast does not find us then (ROS 2's range LOCALHOST, static peers).
-  if (settings_.discovery != Reach::Unicast && failed_by("participant index")) {
-    options.config += ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>";
-    mirror = DdsMirror::start(graph_, clock_, options, &services_);
-  }
+  auto mirror = begin_with(settings_, options, [this](const MirrorOptions& with) {
+    return DdsMirror::start(graph_, clock_, with, &services_);
+  });
   if (mirror) {
     joined_ = std::make_unique<Joined>(Joined{std::move(*mirror)});
   } else {
@@ -206,6 +225,18 @@ json Network::state() const {
   }
 #endif
   return state;
+}
+
+Result<std::vector<Problem>, Problem> try_network(transport_dds::NetworkSettings settings) {
+#ifdef NACELLE_HAS_DDS
+  if (settings.mode != NetworkMode::Off) {
+    MirrorOptions options = options_of(settings);
+    return begin_with(settings, options, DdsMirror::try_to_join);
+  }
+#else
+  static_cast<void>(settings);
+#endif
+  return std::vector<Problem>{};
 }
 
 // --- addresses that change -------------------------------------------------------------------------------------------

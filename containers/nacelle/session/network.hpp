@@ -97,4 +97,8 @@ class Network {
   std::unique_ptr<Joined> joined_;  // null: not on the network
 };
 
+/// Whether a robot with these settings can join, found by doing so for a moment: nothing is said, nobody is heard. With what it
+/// would remark on. Errors: why its network would be off. Off, or built without: nothing is done.
+[[nodiscard]] Result<std::vector<Problem>, Problem> try_network(transport_dds::NetworkSettings settings);
+
 }  // namespace nacelle::session

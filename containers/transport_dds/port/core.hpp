@@ -17,6 +17,7 @@ struct ParticipantCore {
   Entity participant;  // ends first
   BlobLimits limits;
   Gid gid;
+  std::vector<Problem> remarks;  // Participant::remarks()
 };
 
 /// A topic with the type that Cyclone made of ours: the same one for all topics of that name and structure.

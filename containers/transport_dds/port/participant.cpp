@@ -2,6 +2,7 @@
 #include "transport_dds/port/participant.hpp"
 
 #include <algorithm>
+#include <string_view>
 
 #include "transport_dds/port/core.hpp"
 #include "transport_dds/port/cyclone_log.hpp"
@@ -80,6 +81,25 @@ Result<Entity, Problem> make_domain(const ParticipantOptions& options, const std
                      "others are heard before it can be kept to this machine", "take another domain"});
 }
 
+/// Peers that Cyclone cannot ask, of what it said when the domain was made: "add_peer_addresses: laptop: unknown address".
+/// It asks the resolver then, and not again.
+std::vector<Problem> peers_not_asked(std::string_view said) {
+  constexpr std::string_view kBegin = "add_peer_addresses: ";
+  std::vector<Problem> found;
+  while (!said.empty()) {
+    const std::size_t end = std::min(said.find("; "), said.size());
+    const std::string_view line = said.substr(0, end);
+    said.remove_prefix(std::min(end + 2, said.size()));
+    const std::size_t why = line.rfind(": ");
+    if (!line.starts_with(kBegin) || why < kBegin.size()) continue;
+    const std::string peer{line.substr(kBegin.size(), why - kBegin.size())}, what{line.substr(why + 2)};
+    found.push_back({"peer " + peer,
+                     (what == "unknown address" ? "this name has no address" : what) + ": it is not asked",
+                     "correct it, or give an address; names are looked up when the network is joined"});
+  }
+  return found;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Participant>, Problem> Participant::create(const ParticipantOptions& options) {
@@ -94,6 +114,8 @@ Result<std::unique_ptr<Participant>, Problem> Participant::create(const Particip
   auto domain = make_domain(options, config, log);
   if (!domain) return err(domain.error());
   core->domain = std::move(domain).value();
+  core->remarks = peers_not_asked(log.text());
+  if (options.is_trial) dds_domain_set_deafmute(core->domain.get(), true, true, DDS_INFINITY);
   const CycloneQos qos{dds_create_qos()};
   dds_qset_userdata(qos.get(), options.user_data.data(), options.user_data.size());
   if (options.security) set_security(qos.get(), *options.security);
@@ -106,6 +128,7 @@ Result<std::unique_ptr<Participant>, Problem> Participant::create(const Particip
 Participant::Participant(std::shared_ptr<ParticipantCore> core) : core_(std::move(core)) {}
 Participant::~Participant() = default;
 Gid Participant::gid() const { return core_->gid; }
+std::vector<Problem> Participant::remarks() const { return core_->remarks; }
 void Participant::set_mute(bool mute) { dds_domain_set_deafmute(core_->participant.get(), false, mute, DDS_INFINITY); }
 
 Problem problem_of(const std::string& what, const EndpointOptions& options, const CapturedLog& log,

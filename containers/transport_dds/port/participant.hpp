@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
@@ -32,6 +33,8 @@ struct ParticipantOptions {
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// What the messages of one type that wait or are being sent may take; those beyond are refused and counted.
   std::size_t most_bytes_of_type = std::size_t{256} << 20U;
+  /// Only to see whether it can be made: it says nothing to anybody, and hears nobody.
+  bool is_trial = false;
   /// Without: in the clear. With: who has no certificate of the same authority sees and sends nothing.
   std::optional<SecurityFiles> security;
 };
@@ -54,6 +57,8 @@ class Participant {
   ~Participant();
 
   [[nodiscard]] Gid gid() const;
+  /// What of the configuration is not as it was asked for: peers without an address.
+  [[nodiscard]] std::vector<Problem> remarks() const;
   /// `listener` must outlive the endpoint; null: nobody listens. Errors: a name or QoS that Cyclone refuses.
   [[nodiscard]] Result<std::unique_ptr<Writer>, Problem> create_writer(const EndpointOptions& options,
                                                                        EndpointListener* listener);

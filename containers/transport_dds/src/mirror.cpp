@@ -210,8 +210,8 @@ void DdsMirror::Impl::tell_once(const std::string& key, const Problem& problem) 
 DdsMirror::DdsMirror(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DdsMirror::~DdsMirror() = default;
 
-Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const Clock& clock, MirrorOptions options,
-                                                             ServiceGraph* services) {
+namespace {
+dds::ParticipantOptions participant_options(const MirrorOptions& options) {
   dds::ParticipantOptions with;
   with.domain_id = options.domain_id;
   with.config = options.config;
@@ -219,9 +219,25 @@ Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const
   with.user_data = bytes_of(dds::write_participant_user_data(options.enclave));
   with.most_message_bytes = options.most_message_bytes;
   with.security = options.security;
-  auto participant = dds::Participant::create(with);
+  return with;
+}
+}  // namespace
+
+Result<std::vector<Problem>, Problem> DdsMirror::try_to_join(const MirrorOptions& options) {
+  dds::ParticipantOptions with = participant_options(options);
+  with.is_trial = true;
+  const auto participant = dds::Participant::create(with);
   if (!participant) return err(participant.error());
+  return participant.value()->remarks();
+}
+
+Result<std::unique_ptr<DdsMirror>, Problem> DdsMirror::start(Graph& graph, const Clock& clock, MirrorOptions options,
+                                                             ServiceGraph* services) {
+  auto participant = dds::Participant::create(participant_options(options));
+  if (!participant) return err(participant.error());
+  const auto remarks = participant.value()->remarks();
   auto impl = std::make_unique<Impl>(graph, clock, std::move(options), std::move(*participant));
+  for (const auto& remark : remarks) impl->tell(remark);  // while it has no thread
   if (const auto opened = impl->open(services); !opened) return err(opened.error());
   return std::unique_ptr<DdsMirror>(new DdsMirror(std::move(impl)));
 }

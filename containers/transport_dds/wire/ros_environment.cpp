@@ -53,8 +53,10 @@ std::string value_of(const Environment& environment, std::string_view name) {
   return found == environment.end() ? std::string() : found->second;
 }
 
-// As strtoul() with base 0, which rcl uses: 42, 0x2a, 052.
+// As strtoul() with base 0, which rcl uses: 42, 0x2a, 052. One that is below 0 or too large for an int is kMostDomain + 1.
 std::optional<int> number_of(std::string_view text) {
+  const bool is_negative = text.starts_with('-');
+  if (is_negative) text.remove_prefix(1);
   int base = 10;
   if (text.starts_with("0x") || text.starts_with("0X")) {
     base = 16;
@@ -65,8 +67,9 @@ std::optional<int> number_of(std::string_view text) {
   }
   int number = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), number, base);
-  if (read.ec != std::errc{} || read.ptr != text.data() + text.size() || number < 0) return std::nullopt;
-  return number;
+  if (read.ec == std::errc::invalid_argument || read.ptr != text.data() + text.size() || text.starts_with('-'))
+    return std::nullopt;
+  return read.ec != std::errc{} || is_negative ? kMostDomain + 1 : number;
 }
 
 std::string shown(std::string_view value) {
@@ -76,13 +79,19 @@ std::string shown(std::string_view value) {
   return "'" + text + "'";
 }
 
-Result<std::optional<int>, Problem> read_domain(const std::string& text) {
+Result<std::optional<int>, Problem> read_domain(const std::string& text, std::vector<Problem>& remarks) {
   if (text.empty()) return std::optional<int>{};
   const auto number = number_of(text);
-  if (!number) return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is not a number", "0 to 101 work everywhere"});
+  if (!number)
+    return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is not a number",
+                       "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere"});
   if (*number > kMostDomain) {
-    return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is no domain: its ports would be above 65535",
-                       "0 to 101 work everywhere"});
+    return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is no domain",
+                       "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere"});
+  }
+  if (text != std::to_string(*number)) {
+    remarks.push_back({"ROS_DOMAIN_ID", shown(text) + " is read as " + std::to_string(*number) + ", as ROS 2 reads it",
+                       "write " + std::to_string(*number)});
   }
   return number;
 }
@@ -179,7 +188,7 @@ const char* strategy_of(const SecurityWish& wish) { return wish.enforced ? "Enfo
 
 Result<EnvironmentWish, Problem> read_environment(const Environment& environment) {
   EnvironmentWish wish;
-  auto domain = read_domain(value_of(environment, "ROS_DOMAIN_ID"));
+  auto domain = read_domain(value_of(environment, "ROS_DOMAIN_ID"), wish.remarks);
   if (!domain) return err(domain.error());
   wish.domain = *domain;
   wish.range = read_range(value_of(environment, "ROS_AUTOMATIC_DISCOVERY_RANGE"), wish.remarks);

@@ -49,6 +49,24 @@ TEST(RosEnvironment, names_a_domain_as_rcl_reads_numbers) {
   }
 }
 
+TEST(RosEnvironment, tells_a_number_that_is_no_domain_from_what_is_no_number) {
+  for (const char* wrong : {"-1", "233", "99999999999", "-99999999999", "-0x1"}) {
+    const auto wish = read_environment({{"ROS_DOMAIN_ID", wrong}});
+    ASSERT_FALSE(wish) << wrong;
+    EXPECT_EQ(wish.error().text(), "ROS_DOMAIN_ID: '" + std::string(wrong) +
+                                       "' is no domain; give a number from 0 to 232; 0 to 101 work everywhere");
+  }
+  for (const char* wrong : {"forty", "--1", "-", "0x", "1e3"})
+    EXPECT_EQ(read_environment({{"ROS_DOMAIN_ID", wrong}}).error().what,
+              "'" + std::string(wrong) + "' is not a number");
+}
+
+TEST(RosEnvironment, says_how_a_domain_is_read_that_is_not_written_plainly) {
+  EXPECT_EQ(remark_on("ROS_DOMAIN_ID", "0x0"), "ROS_DOMAIN_ID: '0x0' is read as 0, as ROS 2 reads it; write 0");
+  EXPECT_EQ(remark_on("ROS_DOMAIN_ID", "052"), "ROS_DOMAIN_ID: '052' is read as 42, as ROS 2 reads it; write 42");
+  EXPECT_EQ(remark_on("ROS_DOMAIN_ID", "42"), "");
+}
+
 TEST(RosEnvironment, names_a_range) {
   EXPECT_EQ(wish_of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}).range, DiscoveryRange::Off);
   EXPECT_EQ(wish_of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"}}).range, DiscoveryRange::Localhost);

@@ -100,11 +100,15 @@ struct MirrorStats {
 /// Threads: its own "network", and "network large" from the first large message on; all members from any thread.
 class DdsMirror final {
  public:
-  /// `graph`, `clock` and `services` must outlive it; without `services` there are only topics. Errors: as
+  /// `graph`, `clock` and `services` must outlive it; without `services` there are only topics. Peers without an address are
+  /// told as problems. Errors: as
   /// Participant::create().
   [[nodiscard]] static Result<std::unique_ptr<DdsMirror>, Problem> start(Graph& graph, const Clock& clock,
                                                                          MirrorOptions options,
                                                                          ServiceGraph* services = nullptr);
+  /// Whether start() could join: makes the participant, which says nothing and hears nobody, and ends it. What it would
+  /// remark on: peers without an address. Errors: as start().
+  [[nodiscard]] static Result<std::vector<Problem>, Problem> try_to_join(const MirrorOptions& options);
   DdsMirror(const DdsMirror&) = delete;
   DdsMirror& operator=(const DdsMirror&) = delete;
   /// All leave the network.

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <regex>
+
 #include "../control/temporary_folder.hpp"
 #include "nacelle/security/certificate.hpp"
 #include "nacelle/security/enclave.hpp"
@@ -49,6 +51,12 @@ class Keystore : public ::testing::Test {
     return text;
   }
 
+  static void add_domain(const fs::path& document, int domain) {
+    const std::string id = "<id>" + std::to_string(domain) + "</id></domains>";
+    const std::string text = std::regex_replace(text_at(document), std::regex{"</domains>"}, id);
+    ASSERT_TRUE(write_file(document, text, Secrecy::Public));
+  }
+
   TemporaryFolder temporary;
   const fs::path folder = temporary.path();
   const fs::path keystore = folder / "keys";
@@ -70,6 +78,15 @@ TEST_F(Keystore, has_the_layout_of_sros2) {
             "../../../public/identity_ca.cert.pem");
   EXPECT_EQ(fs::read_symlink(keystore / "enclaves/arm/left/governance.p7s"), "../../governance.p7s");
   EXPECT_EQ(read_certificate(text_at(keystore / "public/ca.cert.pem")).value_or({}).subject, "CN=sros2CA");
+}
+
+TEST_F(Keystore, reads_no_more_of_a_file_than_may_be_in_it) {
+  const fs::path huge = folder / "huge";
+  ASSERT_TRUE(write_file(huge, "x", Secrecy::Public));
+  fs::resize_file(huge, std::uintmax_t{3} << 30U);  // sparse
+  EXPECT_THAT(read_file(huge).error().text(), HasSubstr("huge: cannot be read: File too large"));
+  fs::resize_file(huge, kMostFileBytes);
+  EXPECT_EQ(text_at(huge).size(), kMostFileBytes);
 }
 
 TEST_F(Keystore, keeps_keys_from_others) {
@@ -174,6 +191,7 @@ TEST_F(Keystore, tells_what_keeps_an_enclave_from_being_used_with_file_and_way_o
             "keys: it has no enclave /robto; make it: `nacelle security create-enclave keys /robto`; did you "
             "mean '/robot'?");
   EXPECT_THAT(refusal("robot"), HasSubstr("must start with '/'"));
+  EXPECT_THAT(refusal("laptop"), HasSubstr("; did you mean '/laptop'?"));
   EXPECT_THAT(refusal("/robot", kNow - 24h), HasSubstr("set the clock"));
   EXPECT_THAT(refusal("/robot", kNow, 3), HasSubstr("permissions.p7s: it allows nothing in domain 3"));
   EXPECT_THAT(refusal("/robot", kNow, 231), HasSubstr("take one from 0 to 230"));
@@ -189,11 +207,77 @@ TEST_F(Keystore, tells_what_keeps_an_enclave_from_being_used_with_file_and_way_o
     EXPECT_THAT(refusal("/robot"), HasSubstr("create-enclave keys /robot"));
     fs::create_directory(robot / file);
     EXPECT_THAT(refusal("/robot"),
-                HasSubstr(std::string(file) + ": cannot be read: Is a directory; let the robot's user"));
+                HasSubstr(std::string(file) + ": cannot be read: Is a directory; bring back the file that was there"));
+    fs::remove(robot / file);
+    ASSERT_EQ(::mkfifo((robot / file).c_str(), 0600), 0);  // nobody ever writes to it
+    EXPECT_THAT(refusal("/robot"),
+                HasSubstr(std::string(file) + ": cannot be read: it is no regular file; bring back"));
+    fs::remove(robot / file);
+    ASSERT_TRUE(write_file(robot / file, "", Secrecy::Private));
+    fs::resize_file(robot / file, kMostFileBytes + 1);
+    EXPECT_THAT(refusal("/robot"), HasSubstr(std::string(file) + ": cannot be read: File too large; bring back"));
     fs::remove(robot / file);
     fs::rename(robot / "away", robot / file);
   }
   EXPECT_EQ(refusal("/robot"), "none");
+}
+
+TEST_F(Keystore, makes_no_enclave_for_a_domain_that_it_does_not_govern) {
+  const auto refused = create_enclave({keystore, "/n9", 9}, kNow);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().text(), HasSubstr("governance.p7s: it does not govern domain 9; add <id>9</id> to"));
+  EXPECT_FALSE(fs::exists(keystore / "enclaves/n9")) << "nothing is made";
+  make("/robot");
+  EXPECT_THAT(create_permission({keystore, "/robot", 9}, folder / "any").error().text(), HasSubstr("govern domain 9"));
+  EXPECT_TRUE(create_enclave({keystore, "/robot", 9}, kNow)) << "nothing is made of the domain";
+
+  // The way out, as it is told.
+  add_domain(keystore / "enclaves/governance.xml", 9);
+  fs::rename(keystore / "enclaves/governance.p7s", folder / "away");
+  ASSERT_TRUE(create_keystore(keystore, 0, kNow));
+  ASSERT_TRUE(create_enclave({keystore, "/n9", 9}, kNow));
+  EXPECT_EQ(refusal("/n9", kNow, 9), "none");
+  EXPECT_EQ(refusal("/robot"), "none") << "the first domain is governed as before";
+}
+
+TEST_F(Keystore, comes_to_allow_another_domain_without_losing_rules) {
+  make("/robot");
+  EXPECT_THAT(
+      refusal("/robot", kNow, 9),
+      HasSubstr(
+          "permissions.p7s: it allows nothing in domain 9; add <id>9</id> to each <domains> of "
+          "permissions.xml, then move permissions.p7s away, then `nacelle security create-enclave keys /robot`, which "
+          "signs permissions.xml"));
+  add_domain(keystore / "enclaves/robot/permissions.xml", 9);
+  fs::remove(keystore / "enclaves/robot/permissions.p7s");
+  make("/robot");
+  EXPECT_THAT(refusal("/robot", kNow, 9), HasSubstr("governance.p7s: it does not govern domain 9"));
+  EXPECT_EQ(refusal("/robot"), "none");
+}
+
+TEST_F(Keystore, needs_a_name) {
+  for (const auto& refused : {create_keystore("", 0, kNow), create_enclave({"", "/robot"}, kNow)})
+    EXPECT_EQ(refused.error().text(), "keystore: the name is empty; name the keystore's folder: keys");
+  EXPECT_THAT(list_enclaves("").error().text(), HasSubstr("the name is empty"));
+}
+
+TEST_F(Keystore, tells_whose_permissions_it_found) {
+  make("/robot");
+  make("/laptop");
+  const fs::path robot = keystore / "enclaves/robot", laptop = keystore / "enclaves/laptop";
+  fs::copy_file(robot / "permissions.p7s", laptop / "permissions.p7s", fs::copy_options::overwrite_existing);
+  EXPECT_EQ(refusal("/laptop"),
+            "keys/enclaves/laptop/permissions.p7s: it is for CN=/robot, and the certificate is for CN=/laptop; move "
+            "permissions.p7s away, then `nacelle security create-enclave keys /laptop`, which signs permissions.xml");
+  fs::copy_file(robot / "permissions.xml", laptop / "permissions.xml", fs::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal("/laptop"),
+              HasSubstr("; bring back the enclave's own; or move permissions.p7s and "
+                        "permissions.xml away, then `nacelle security create-enclave keys /laptop`: "
+                        "it makes permissions for everything"));
+  fs::remove(laptop / "permissions.xml");
+  fs::remove(laptop / "permissions.p7s");
+  make("/laptop");
+  EXPECT_EQ(refusal("/laptop"), "none");
 }
 
 TEST_F(Keystore, does_not_take_the_files_of_another_enclave_or_keystore) {

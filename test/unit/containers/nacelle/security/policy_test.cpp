@@ -163,7 +163,11 @@ TEST(Grant, is_found_by_its_subject_with_times_and_domain) {
   EXPECT_EQ(found.value()->validity.ends, kYear.ends);
   EXPECT_TRUE(found.value()->covers_domain);
   EXPECT_FALSE(find_grant(xml, "CN=/robot", 8).value_or({})->covers_domain);
-  EXPECT_FALSE(find_grant(xml, "CN=/laptop", 7).value_or(Grant{}).has_value());
+  EXPECT_EQ(find_grant(xml, "CN=/laptop", 7).error().what,
+            "it is for CN=/robot, and the certificate is for CN=/laptop");
+  const auto of_parts = find_grant(xml, "CN=/robot,O=us", 7);
+  ASSERT_TRUE(of_parts) << "not judged here: DDS takes parts in any order";
+  EXPECT_FALSE(of_parts.value().has_value());
   EXPECT_FALSE(find_grant("<dds/>", "CN=/robot", 7));
 }
 
