@@ -48,9 +48,7 @@ MirrorOptions options_of(const transport_dds::NetworkSettings& settings) {
 template <typename Begin>
 auto begin_with(transport_dds::NetworkSettings& settings, MirrorOptions& options, const Begin& begin) {
   auto begun = begin(options);
-  const auto failed_by = [&](const char* said) {
-    return !begun && begun.error().what.find(said) != std::string::npos;
-  };
+  const auto failed_by = [&](const char* said) { return !begun && begun.error().what.find(said) != std::string::npos; };
   using transport_dds::Reach;
   // CYCLONEDDS_URI names interfaces: it has the last word.
   if (settings.discovery == Reach::ThisMachine && failed_by("selected twice")) {

@@ -27,8 +27,8 @@ void make_endpoints(int participant, std::uint64_t count) {
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::string name = "rq/camera/endpoint_" + std::to_string(i) + "Request";
-    const int topic = must(
-        dds_create_topic(participant, &sensor_msgs_msg_dds__Image__desc, name.c_str(), nullptr, nullptr));
+    const int topic =
+        must(dds_create_topic(participant, &sensor_msgs_msg_dds__Image__desc, name.c_str(), nullptr, nullptr));
     must(i % 2 == 0 ? dds_create_writer(participant, topic, qos, nullptr)
                     : dds_create_reader(participant, topic, qos, nullptr));
   }
@@ -43,7 +43,8 @@ int main(int count, char** words) {
   static_cast<void>(nacelle::test::enter_own_network());
   const std::uint64_t endpoints = Arguments(count, words).number("endpoints", 240);
   const Memory linked = Memory::now();
-  must(dds_create_domain(7, R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)"));
+  must(dds_create_domain(
+      7, R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)"));
   const int participant = must(dds_create_participant(7, nullptr, nullptr));
   const Memory alone = Memory::now();
   make_endpoints(participant, endpoints);

@@ -148,7 +148,9 @@ void be_a_hostile_participant(Dice& dice, const std::vector<Model>& all) {
     if (!writer) continue;  // a name that Cyclone itself refuses
     // The robot reads it, if it is told as honest ones tell it: replies are read by none of its clients.
     const bool is_read = what >= 2 && model.topic != "rr/addReply";
-    if (is_read) EXPECT_TRUE(told.until([&] { return (*writer)->matched_count() != 0; })) << end.topic;
+    if (is_read) {
+      EXPECT_TRUE(told.until([&] { return (*writer)->matched_count() != 0; })) << end.topic;
+    }
     for (unsigned n = dice.below(20); n > 0; --n) {
       Bytes payload = dice.below(4) == 0 ? dice.bytes(200) : dice.spoilt(model.payload);
       payload.resize(std::max<std::size_t>(payload.size(), 4));

@@ -179,13 +179,13 @@ TEST_F(Mirror, brings_an_image_of_eight_megabytes_whole) {
   image.type = &Image::message_type();
   auto writer = here.broker.create_writer(image);
   ASSERT_TRUE(joined(*writer, *reader));
-  const auto hear_one = [&](const Image& image) {
+  const auto hear_one = [&](const Image& said) {
     Block* const block = writer->borrow();
-    *static_cast<Image*>(block->message) = image;
+    *static_cast<Image*>(block->message) = said;
     writer->publish(*block);
     ASSERT_TRUE(there.bell.until([&] { return reader->has_waiting(); }));
     Block* const got = reader->take();
-    EXPECT_TRUE(*static_cast<const Image*>(got->message) == image);
+    EXPECT_TRUE(*static_cast<const Image*>(got->message) == said);
     drop_reference(*got);
   };
   Image sent;
