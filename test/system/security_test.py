@@ -93,10 +93,16 @@ class Keystores(RobotTest):
     def test_a_domain_is_that_of_the_environment_or_of_the_option(self):
         environment = {**self.environment, "ROS_DOMAIN_ID": "5"}
         keys = self.folder / "of-domain"
+        made = self.folder / "of-option"
         self.expect_exit(self.run_program("security", "create-keystore", keys, env=environment), 0)
-        self.expect_exit(self.run_program("security", "create-enclave", keys, "/robot", "--domain", 6, env=environment), 0)
-        self.assertIn("<id>5</id>", (keys / "enclaves/governance.xml").read_text())
-        self.assertIn("<id>6</id>", (keys / "enclaves/robot/permissions.xml").read_text())
+        self.expect_exit(self.run_program("security", "create-keystore", made, "--domain", 6, env=environment), 0)
+        self.expect_exit(self.run_program("security", "create-enclave", keys, "/robot", env=environment), 0)
+        self.expect_exit(self.run_program("security", "create-enclave", made, "/robot", "--domain", 6, env=environment), 0)
+        for folder, domain in ((keys, 5), (made, 6)):
+            for document in ("governance.xml", "robot/permissions.xml"):
+                self.assertIn(f"<id>{domain}</id>", (folder / "enclaves" / document).read_text())
+        refused = self.run_program("security", "create-enclave", keys, "/n6", "--domain", 6, env=environment)
+        self.assertIn("it does not govern domain 6; add <id>6</id> to the <domains>", self.expect_exit(refused, 1).stderr)
 
 
 class Secured(NetworkTest):

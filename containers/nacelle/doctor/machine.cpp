@@ -11,6 +11,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "transport_dds/wire/ros_environment.hpp"
+
 namespace nacelle::doctor {
 
 namespace fs = std::filesystem;
@@ -24,8 +26,13 @@ Facts real_facts(std::string version) {
     facts.clock_is_synchronised = answer != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
   struct stat program {};
   if (::stat("/proc/self/exe", &program) == 0) facts.built = WallTime{std::chrono::seconds{program.st_mtim.tv_sec}};
-  if (const char* const domain = std::getenv("ROS_DOMAIN_ID"); domain != nullptr)
-    facts.domain = static_cast<int>(leading_number(domain).value_or(0));
+  if (const char* const domain = std::getenv("ROS_DOMAIN_ID"); domain != nullptr) {
+    if (const auto asked = transport_dds::read_environment({{"ROS_DOMAIN_ID", domain}})) {
+      facts.domain = asked.value().domain.value_or(0);
+    } else {
+      facts.wrong_domain = asked.error();
+    }
+  }
   return facts;
 }
 

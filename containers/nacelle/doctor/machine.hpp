@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
 
 namespace nacelle::doctor {
@@ -33,9 +34,10 @@ struct Facts {
   WallTime now;
   /// Whether the kernel takes its wall clock for synchronised; nothing if it cannot be asked.
   std::optional<bool> clock_is_synchronised;
-  std::string version;  ///< Of the program.
-  WallTime built;       ///< When the program's file was written; 0: unknown.
-  int domain = 0;       ///< ROS_DOMAIN_ID
+  std::string version;                  ///< Of the program.
+  WallTime built;                       ///< When the program's file was written; 0: unknown.
+  int domain = 0;                       ///< ROS_DOMAIN_ID
+  std::optional<Problem> wrong_domain;  ///< It says something else, which keeps a robot off the network.
 };
 [[nodiscard]] Facts real_facts(std::string version);
 

@@ -34,11 +34,8 @@ std::multimap<int, std::string> bound_ports(const Machine& machine) {
 void check_ports(const Machine& machine, const Wanted&, Findings& findings) {
   // RTPS 2.5, 9.6.1: 7400 + 250 * domain; multicast 0 and 1, then 10 + 2 * participant and the next.
   const int domain = machine.facts().domain, first = 7400 + 250 * domain;
-  if (domain < 0 || domain > 232) {
-    findings.push_back({Severity::Wrong,
-                        "ports",
-                        std::to_string(domain),
-                        {"ROS_DOMAIN_ID", "is no domain: its ports would be above 65535", "0 to 101 work everywhere"}});
+  if (const auto& wrong = machine.facts().wrong_domain) {
+    findings.push_back({Severity::Wrong, "ports", "", *wrong});
     return;
   }
   const auto bound = bound_ports(machine);

@@ -38,8 +38,22 @@ TEST_F(AMachine, tells_who_holds_the_ports_of_the_domain) {
   ASSERT_EQ(findings.size(), 2U);
   EXPECT_EQ(findings[0].value, "7400, 7410 of domain 0 held by talker (pid 500)");
   EXPECT_THAT(findings[1].value, HasSubstr("7550 of domain 0 held by another user's program")) << "7650 is domain 1's";
-  facts.domain = 300;
-  EXPECT_EQ(find(check_ports, "ROS_DOMAIN_ID").severity, Severity::Wrong);
+}
+
+TEST_F(AMachine, has_the_domain_that_a_robot_reads) {
+  const auto facts_with = [](const char* domain) {
+    ::setenv("ROS_DOMAIN_ID", domain, 1);
+    Facts read = real_facts("1.0");
+    ::unsetenv("ROS_DOMAIN_ID");
+    return read;
+  };
+  EXPECT_EQ(facts_with("0x2a").domain, 42);
+  EXPECT_FALSE(facts_with("").wrong_domain);
+  facts = facts_with("99999999999");
+  const Finding found = find(check_ports, "ROS_DOMAIN_ID");
+  EXPECT_EQ(found.severity, Severity::Wrong);
+  EXPECT_EQ(found.text(),
+            "ROS_DOMAIN_ID: '99999999999' is no domain; give a number from 0 to 232; 0 to 101 work everywhere");
 }
 
 TEST_F(AMachine, with_a_clock_that_nobody_keeps_is_advised) {

@@ -44,6 +44,16 @@ TEST(Participant, names_an_interface_that_is_not_there) {
   EXPECT_THAT(problem, HasSubstr("ip address"));
 }
 
+TEST(Participant, tells_of_peers_without_an_address) {
+  const std::string peers =
+      "<Discovery><Peers><Peer address=\"nosuch.invalid\"/><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
+  const auto made = Participant::create(
+      {.domain_id = 95, .config = test::loopback_config(test::test_domain()) + peers, .is_trial = true});
+  ASSERT_TRUE(made) << made.error().text();
+  ASSERT_EQ(made.value()->remarks().size(), 1U);
+  EXPECT_EQ(made.value()->remarks()[0].where, "peer nosuch.invalid");
+}
+
 TEST(Participant, is_one_per_domain_and_process) {
   const auto config = test::loopback_config(test::test_domain());
   const auto first = Participant::create({.domain_id = 91, .config = config});
