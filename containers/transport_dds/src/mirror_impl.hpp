@@ -239,6 +239,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   Guarded<std::vector<ClockSkew>> host_skews;
   // Since when they are known: ends that are told of once the name of their node is, and those with another type than ours.
   std::map<dds::Gid, MonotonicTime> nameless, other_types;
+  std::set<dds::Gid> awaited;                 // whose node has had its time to be told
   MonotonicTime misfits_due = kNeverExpires;  // when to look at these
   // An end of another participant, one of ours: noted in the graph.
   std::set<std::pair<dds::Gid, std::uint64_t>> misfits;

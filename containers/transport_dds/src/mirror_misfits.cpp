@@ -41,7 +41,8 @@ bool DdsMirror::Impl::waits_for_name(const dds::RemoteEndpoint& end, const Topic
     if (!is_same_definition(end, type)) return false;
     return end.is_writer ? would_match(use.readers, end, type) : would_match(use.writers, end, type);
   };
-  if (end.node_name == dds::kUnknownNodeName && !fitting()) {
+  // Once: an end of this side that is made later need not wait again.
+  if (end.node_name == dds::kUnknownNodeName && !awaited.contains(end.gid) && !fitting()) {
     if (clock.now() - wait_in(nameless, end.gid) < kRestIsKnown) return true;
   }
   nameless.erase(end.gid);
@@ -124,7 +125,10 @@ MonotonicTime DdsMirror::Impl::look_at_misfits() {
     const auto [gid, since] = *next++;
     const auto end = remote.lock()->endpoint(gid);
     if (end && end->node_name == dds::kUnknownNodeName && !is_due(since)) continue;
-    if (end) consider(*end);
+    if (end) {
+      awaited.insert(gid);
+      consider(*end);
+    }
     nameless.erase(gid);
   }
   for (auto next = other_types.begin(); next != other_types.end();) {

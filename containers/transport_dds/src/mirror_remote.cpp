@@ -195,7 +195,9 @@ void DdsMirror::Impl::drop_gone() {
   }
   for (const auto& gone : gone_now) {
     forget(gone);
+    awaited.erase(gone);
     if (!gone.is_participant()) continue;
+    std::erase_if(awaited, [&](const dds::Gid& gid) { return gid.same_participant(gone); });
     std::vector<dds::Gid> its;
     for (const auto& [gid, stand_in] : stand_ins) {
       if (gid.same_participant(gone)) its.push_back(gid);

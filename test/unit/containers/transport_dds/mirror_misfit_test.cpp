@@ -46,6 +46,27 @@ INSTANTIATE_TEST_SUITE_P(EveryPolicy, MirrorMisfit,
                                                   QoS(1).liveliness_lease_duration(1s)}),
                          [](const auto& one) { return one.param.policy; });
 
+// Of an end that is of no node: its name is waited for, but only once, and though nobody here has its topic then.
+TEST_F(Mirror, tells_a_later_reader_at_once_of_a_misfit_that_is_known) {
+  auto reader = there.reader("/nameless"), fitting = there.reader("/fitting"), later = there.reader("/later");
+  test::Told told;
+  const auto participant = test::make_participant();
+  const auto made_raw = [&](const char* topic, const QoS& qos) {
+    return participant->create_writer(test::string_topic(topic, qos), &told);
+  };
+  auto raw = made_raw("nameless", QoS(1).best_effort()), behind_it = made_raw("fitting", QoS(1));
+  ASSERT_TRUE(raw && behind_it);
+  ASSERT_TRUE(until([&] { return fitting->writer_count() == 1; }));
+  reader.reset();
+  auto raw_later = made_raw("later", QoS(1).best_effort());
+  ASSERT_TRUE(until([&] { return later->status().incompatible_qos == 1; }));
+  const SystemClock clock;
+  const MonotonicTime made = clock.now();
+  reader = there.reader("/nameless");
+  ASSERT_TRUE(until([&] { return reader->status().incompatible_qos == 1; }));
+  EXPECT_LT(clock.now() - made, 900ms) << "a name is waited for a second";
+}
+
 TEST_F(Mirror, tells_once_of_two_types_under_one_name) {
   EndpointSpec other = here.spec("/typed");
   other.type = &std_msgs::msg::Header::message_type();
