@@ -219,7 +219,7 @@ class Kept(NetworkTest):
         self.start_robot()
         wait_for("the robot speaks at home", inside.speakers)
         robot = inside.speakers()
-        self.assertEqual(len(robot), 1)
+        self.assertEqual(len(robot), 1, inside.frames())
         for vendor in PEERS:
             with self.subTest(vendor=vendor):
                 reader = self.reads_odometry(vendor, self.robot_machine)

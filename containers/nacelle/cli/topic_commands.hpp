@@ -27,6 +27,6 @@ int measure_rate(const TopicWish& asked);
 int measure_rates(const TopicWish& wish, const std::vector<Listening::Topic>& topics);
 int measure_bandwidth(const TopicWish& wish);
 int measure_delay(const TopicWish& wish);
-int publish_topic(const TopicWish& wish);
+int publish_topic(const TopicWish& asked);
 
 }  // namespace nacelle::cli

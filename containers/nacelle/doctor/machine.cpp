@@ -121,7 +121,7 @@ bool Machine::may_use(const Access& access) const {
 
 std::string Machine::group_name(gid_t group) const {
   std::istringstream lines{text("/etc/group").value_or("")};
-  const std::string number = std::to_string(group);
+  std::string number = std::to_string(group);
   for (std::string line; std::getline(lines, line);) {  // name:password:number:members
     const std::size_t first = line.find(':');
     const std::size_t second = first == std::string::npos ? first : line.find(':', first + 1);
@@ -136,9 +136,9 @@ std::vector<Process> Machine::holders(const std::string& target) const {
   for (const auto& entry : names_in("/proc")) {
     const auto pid = leading_number(entry);
     if (!pid || entry.find_first_not_of("0123456789") != std::string::npos) continue;
-    const std::string folder = "/proc/" + entry;
-    for (const auto& descriptor : names_in(folder + "/fd")) {
-      if (link(folder + "/fd/" + descriptor) != target) continue;
+    const std::string folder = "/proc/" + entry, descriptors = folder + "/fd/";
+    for (const auto& descriptor : names_in(descriptors)) {
+      if (link(descriptors + descriptor) != target) continue;
       found.push_back({static_cast<int>(*pid), text(folder + "/comm").value_or("?")});
       break;
     }

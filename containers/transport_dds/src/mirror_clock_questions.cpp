@@ -39,57 +39,57 @@ struct DdsMirror::Impl::Services::Questions::Question final : End {
 
 std::vector<std::string> DdsMirror::Impl::Services::Questions::services_of(const dds::Gid& participant) const {
   const msgs::MessageType& request = GetParameterTypes::Request::message_type();
-  auto names = services.mirror.remote.lock()->services_of(participant, kService, request.hash);
+  auto names = services_.mirror.remote.lock()->services_of(participant, kService, request.hash);
   // A list of what others may see holds for our clients too.
-  const auto& exports = services.mirror.options.exports;
+  const auto& exports = services_.mirror.options.exports;
   if (!exports.empty())
     std::erase_if(names, [&](const std::string& name) { return dds::rule_of(exports, name, kService) == nullptr; });
   return names;
 }
 
 dds::PeerClock* DdsMirror::Impl::Services::Questions::clock_of(const dds::Gid& participant) const {
-  const auto peer = services.mirror.peers.find(participant);
-  return peer == services.mirror.peers.end() ? nullptr : &peer->second.clock;
+  const auto peer = services_.mirror.peers.find(participant);
+  return peer == services_.mirror.peers.end() ? nullptr : &peer->second.clock;
 }
 
 bool DdsMirror::Impl::Services::Questions::add(const dds::Gid& participant) {
-  if (is_forbidden || waiting.size() == kMostQueued || services_of(participant).empty()) return false;
-  waiting.push_back(participant);
+  if (is_forbidden_ || waiting_.size() == kMostQueued || services_of(participant).empty()) return false;
+  waiting_.push_back(participant);
   return true;
 }
 
 void DdsMirror::Impl::Services::Questions::open(const dds::Gid& participant) {
   dds::PeerClock* const clock = clock_of(participant);
   if (clock == nullptr) return;
-  const MonotonicTime at = services.mirror.clock.now();
+  const MonotonicTime at = services_.mirror.clock.now();
   const auto names = services_of(participant);
   if (names.empty()) return clock->end_asking(at);
   ServiceEndInfo info;
   // Servers and clients of this side have ids without the highest bit.
-  info.id = std::uint64_t{1} << 63U | ++last_id;
+  info.id = std::uint64_t{1} << 63U | ++last_id_;
   // Another node each time: one of them may be busy.
-  info.name = names[last_id % names.size()];
+  info.name = names[last_id_ % names.size()];
   info.request = &GetParameterTypes::Request::message_type();
   info.response = &GetParameterTypes::Response::message_type();
-  auto question = std::make_shared<Question>(services, info);
+  auto question = std::make_shared<Question>(services_, info);
   question->peer = participant;
   question->ends = at + kPatience;
-  if (const auto opened = services.open(*question); !opened) {
+  if (const auto opened = services_.open(*question); !opened) {
     // Most likely the permissions of the own enclave, which do not change.
-    is_forbidden = true;
-    services.mirror.log.info("the clocks of others are not asked for: {}", opened.error().text());
+    is_forbidden_ = true;
+    services_.mirror.log.info("the clocks of others are not asked for: {}", opened.error().text());
     return clock->end_asking(at);
   }
-  Question& added = *open_ones.emplace(info.id, std::move(question)).first->second;
+  Question& added = *open_ones_.emplace(info.id, std::move(question)).first->second;
   // What came before it was to be found.
   added.queued = false;
   added.is_status_new = true;
-  services.note_ready(added);
+  services_.note_ready(added);
 }
 
 void DdsMirror::Impl::Services::Questions::look_at(std::uint64_t id) {
-  const auto found = open_ones.find(id);
-  if (found == open_ones.end()) return;
+  const auto found = open_ones_.find(id);
+  if (found == open_ones_.end()) return;
   Question& question = *found->second;
   // Before the look: what comes during it is told again.
   question.queued = false;
@@ -104,14 +104,14 @@ void DdsMirror::Impl::Services::Questions::look_for_server(Question& question) {
   };
   if (question.next == kNeverExpires && question.asked == 0 && has(question.reader->matched()) &&
       has(question.writer->matched()))
-    question.next = services.mirror.clock.now() + kUntilMet;
+    question.next = services_.mirror.clock.now() + kUntilMet;
 }
 
 void DdsMirror::Impl::Services::Questions::send(Question& question) {
-  const Clock& clock = services.mirror.clock;
+  const Clock& clock = services_.mirror.clock;
   const GetParameterTypes::Request request;
   const msgs::MessageType& type = *question.info.request;
-  const dds::CallHeader header{question.writer->handle(), ++services.last_sequence};
+  const dds::CallHeader header{question.writer->handle(), ++services_.last_sequence};
   ++question.asked;
   question.next = question.asked == kMostSent ? kNeverExpires : clock.now() + kBetween;
   auto payload = question.writer->borrow(dds::call_size(type, &request));
@@ -119,7 +119,7 @@ void DdsMirror::Impl::Services::Questions::send(Question& question) {
   dds::write_call(header, type, &request, payload.bytes().data());
   const WallTime wall = clock.wall_now();
   question.sent.push_back({header.sequence, wall, clock.now()});
-  if (question.writer->write(std::move(payload), wall) == dds::Writer::Sent::Yes) ++services.clock_questions;
+  if (question.writer->write(std::move(payload), wall) == dds::Writer::Sent::Yes) ++services_.clock_questions;
 }
 
 void DdsMirror::Impl::Services::Questions::receive(Question& question) {
@@ -128,16 +128,16 @@ void DdsMirror::Impl::Services::Questions::receive(Question& question) {
     if (!sample) return;
     take(question, *sample);
   }
-  services.note_ready(question);
+  services_.note_ready(question);
 }
 
 void DdsMirror::Impl::Services::Questions::take(Question& question, const dds::Sample& sample) {
-  const Clock& clock = services.mirror.clock;
+  const Clock& clock = services_.mirror.clock;
   const WallTime came = clock.wall_now();
   const MonotonicTime at = clock.now();
   // Several nodes of one name answer, and every client of a service gets every reply.
   if (!sample.writer.same_participant(question.peer)) return;
-  const auto call = dds::read_call(sample.payload.bytes(), services.scratch);
+  const auto call = dds::read_call(sample.payload.bytes(), services_.scratch);
   if (!call || !dds::is_reply_to(call->header, question.writer->handle())) return;
   const auto sent = std::ranges::find(question.sent, call->header.sequence, &Question::Sent::sequence);
   if (sent == question.sent.end()) return;
@@ -145,31 +145,31 @@ void DdsMirror::Impl::Services::Questions::take(Question& question, const dds::S
     of->note_answer({sent->wall, sent->at, sample.source_time, came, at});
   question.sent.erase(sent);
   ++question.answered;
-  ++services.clock_answers;
+  ++services_.clock_answers;
 }
 
 bool DdsMirror::Impl::Services::Questions::is_over(const Question& question) const {
-  return question.answered == kAnswersEnough || services.mirror.clock.now() >= question.ends ||
+  return question.answered == kAnswersEnough || services_.mirror.clock.now() >= question.ends ||
          clock_of(question.peer) == nullptr;
 }
 
 // While a large message is being sent, Cyclone lets nobody end an endpoint.
 void DdsMirror::Impl::Services::Questions::close(std::shared_ptr<Question> question) {
-  if (dds::PeerClock* const clock = clock_of(question->peer)) clock->end_asking(services.mirror.clock.now());
-  if (services.mirror.lane.is_busy()) services.mirror.lane.add([question = std::move(question)] {});
+  if (dds::PeerClock* const clock = clock_of(question->peer)) clock->end_asking(services_.mirror.clock.now());
+  if (services_.mirror.lane.is_busy()) services_.mirror.lane.add([question = std::move(question)] {});
 }
 
 void DdsMirror::Impl::Services::Questions::turn() {
-  while (!waiting.empty() && open_ones.size() < kMostOpen) {
-    open(waiting.front());
-    waiting.pop_front();
+  while (!waiting_.empty() && open_ones_.size() < kMostOpen) {
+    open(waiting_.front());
+    waiting_.pop_front();
   }
-  for (auto one = open_ones.begin(); one != open_ones.end();) {
+  for (auto one = open_ones_.begin(); one != open_ones_.end();) {
     Question& question = *one->second;
-    if (services.mirror.clock.now() >= question.next) send(question);
+    if (services_.mirror.clock.now() >= question.next) send(question);
     if (is_over(question)) {
       close(std::move(one->second));
-      one = open_ones.erase(one);
+      one = open_ones_.erase(one);
     } else {
       ++one;
     }
@@ -178,8 +178,8 @@ void DdsMirror::Impl::Services::Questions::turn() {
 
 MonotonicTime DdsMirror::Impl::Services::Questions::due() const {
   MonotonicTime first = kNeverExpires;
-  if (!waiting.empty() && open_ones.size() < kMostOpen) first = MonotonicTime{};
-  for (const auto& [id, question] : open_ones) first = std::min({first, question->next, question->ends});
+  if (!waiting_.empty() && open_ones_.size() < kMostOpen) first = MonotonicTime{};
+  for (const auto& [id, question] : open_ones_) first = std::min({first, question->next, question->ends});
   return first;
 }
 

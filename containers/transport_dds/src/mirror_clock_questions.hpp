@@ -20,7 +20,7 @@ namespace nacelle {
 /// Ownership: the services'. Threads: the network's own.
 class DdsMirror::Impl::Services::Questions {
  public:
-  explicit Questions(Services& of) : services(of) {}
+  explicit Questions(Services& of) : services_(of) {}
 
   /// The peer's clock is told of the answers, and when there will be no more. False: nobody there can be asked, or not now.
   [[nodiscard]] bool add(const dds::Gid& participant);
@@ -40,11 +40,11 @@ class DdsMirror::Impl::Services::Questions {
   [[nodiscard]] bool is_over(const Question& question) const;
   [[nodiscard]] dds::PeerClock* clock_of(const dds::Gid& participant) const;
 
-  Services& services;
-  std::deque<dds::Gid> waiting;
-  std::map<std::uint64_t, std::shared_ptr<Question>> open_ones;
-  std::uint64_t last_id = 0;
-  bool is_forbidden = false;
+  Services& services_;
+  std::deque<dds::Gid> waiting_;
+  std::map<std::uint64_t, std::shared_ptr<Question>> open_ones_;
+  std::uint64_t last_id_ = 0;
+  bool is_forbidden_ = false;
 };
 
 }  // namespace nacelle

@@ -100,7 +100,7 @@ class ClockQuestions : public ::testing::Test {
   }
 
   test::ManualClock network;
-  const SystemClock clock;
+  SystemClock clock;
   test::Bell bell;
   test::Told told;
   NoServices nobody;

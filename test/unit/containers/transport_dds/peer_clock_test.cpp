@@ -165,16 +165,10 @@ TEST(PeerClock, tells_only_what_is_so) {
         ASSERT_LE(told, most_ahead);
         ASSERT_GE(told, 10ms);
       }
-      if (told < 0ns) {
-        ASSERT_LT(peer.ahead, -PeerClock::kLeastAhead / 2);
-      }
+      if (told < 0ns) { ASSERT_LT(peer.ahead, -PeerClock::kLeastAhead / 2); }
     }
-    if (peer.ahead > 20ms + least_way + 20ms) {
-      EXPECT_GT(peer.clock.ahead(), 0ns);
-    }
-    if (peer.ahead < -180ms) {
-      EXPECT_LT(peer.clock.ahead(), 0ns);
-    }
+    if (peer.ahead > 20ms + least_way + 20ms) { EXPECT_GT(peer.clock.ahead(), 0ns); }
+    if (peer.ahead < -180ms) { EXPECT_LT(peer.clock.ahead(), 0ns); }
   }
 }
 
