@@ -50,10 +50,6 @@ class Machine:
             return False
 
         wait_for("a network namespace", is_apart, 5)
-        # Else a link's IPv6 address becomes valid a second or two later, and who is on the network by then joins it anew.
-        for which in ("all", "default"):
-            with contextlib.suppress(subprocess.CalledProcessError):  # a kernel without IPv6
-                self.run("sh", "-c", f"echo 0 > /proc/sys/net/ipv6/conf/{which}/accept_dad")
         self.ip("link", "set", "lo", "up")
 
     def close(self):

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -96,27 +97,42 @@ Result<void, Problem> keep_sockets(const ddsi_domaingv& domain) {
   return {};
 }
 
+/// True once `holds` does; false after kDraining.
+template <typename Condition>
+bool await(const Condition& holds) {
+  for (Duration waited{}; waited < kDraining; waited += kDrainStep) {
+    if (holds()) return true;
+    std::this_thread::sleep_for(kDrainStep);
+  }
+  return holds();
+}
+
 void drain(const ddsi_domaingv& domain) {
-  const auto sockets = sockets_of(domain);
   const auto is_empty = [](int socket) {
     int waiting = 0;
     return ::ioctl(socket, SIOCINQ, &waiting) != 0 || waiting == 0;
   };
-  for (Duration waited{}; waited < kDraining && !std::all_of(sockets.begin(), sockets.end(), is_empty);
-       waited += kDrainStep)
-    std::this_thread::sleep_for(kDrainStep);
+  const auto sockets = sockets_of(domain);
+  await([&] { return std::all_of(sockets.begin(), sockets.end(), is_empty); });
 }
 
-// Its goodbye is said by another thread of Cyclone's.
-void await_end_of_participants(ddsi_domaingv& domain) {
-  const auto is_over = [&] {
+/// Until they have ended, and what they had to say has been said: both is done by other threads of Cyclone's. False: there
+/// is one yet.
+bool await_end_of_participants(ddsi_domaingv& domain) {
+  const bool none_is_left = await([&] {
     ddsrt_mutex_lock(&domain.participant_set_lock);
     const bool none = domain.nparticipants == 0;
     ddsrt_mutex_unlock(&domain.participant_set_lock);
     return none;
-  };
-  for (Duration waited{}; waited < kDraining && !is_over(); waited += kDrainStep)
-    std::this_thread::sleep_for(kDrainStep);
+  });
+  // The thread that sends takes what is queued in turn, this call too, collects the messages in a datagram, sends that
+  // last of all, and is asleep then. It runs as long as its domain does, so that the call comes for certain.
+  using Thread = decltype(::lookup_thread_state());
+  std::atomic<Thread> sends{nullptr};
+  qxev_nt_callback(
+      domain.xevents, [](void* to) { static_cast<std::atomic<Thread>*>(to)->store(::lookup_thread_state()); }, &sends);
+  while (sends.load() == nullptr) std::this_thread::sleep_for(kDrainStep);
+  return await([&] { return vtime_asleep_p(ddsrt_atomic_ld32(&sends.load()->vtime)); }) && none_is_left;
 }
 
 bool has_met_others(dds_entity_t participant) {
@@ -172,7 +188,7 @@ Result<Home, Problem> keep_domain_to_this_machine(dds_entity_t domain, std::uint
     drain(*gv);
     if (has_met_others(scout.get())) return Home::Visited;
   }
-  await_end_of_participants(*gv);
+  if (!await_end_of_participants(*gv)) return Home::Visited;  // to be made anew, on a machine that is that busy
   dds_domain_set_deafmute(domain, false, false, DDS_INFINITY);
   return Home::Alone;
 }

@@ -22,8 +22,8 @@ namespace nacelle::transport_dds {
 /// How a domain was found when it was kept to this machine.
 enum class Home : std::uint8_t {
   Alone,
-  /// It had heard others before its sockets were ready. They may be of this machine or not: it says nothing, and must be
-  /// ended and made anew.
+  /// It had heard others before its sockets were ready, who may be of this machine or not, or (on a very busy machine) what
+  /// kept it has not ended: it says nothing, and must be ended and made anew.
   Visited
 };
 
