@@ -3,11 +3,10 @@
 import json
 import pathlib
 import re
-import subprocess
 import unittest
 import xml.etree.ElementTree
 
-from robot import LAUNCH_FILE, PROGRAM, RobotTest
+from robot import LAUNCH_FILE, RobotTest
 
 HERE = pathlib.Path(__file__).resolve().parent
 BROKEN = HERE / "broken"

@@ -5,7 +5,7 @@ import os
 import unittest
 
 from machines import Lines, named, slow_cable
-from network_test import PEERS, NetworkTest
+from on_the_network import PEERS, NetworkTest
 from robot import wait_for
 
 

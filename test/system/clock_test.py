@@ -16,7 +16,7 @@ import unittest
 
 from control import CLOCK, TWIST, Sender, clock, twist
 from robot import LAUNCH_FILE, SLOW, RunningRobotTest, wait_for
-from stop_test import SPEED, Truth
+from stop_test import Truth
 
 STREAMS = {"/odom": "header", "/odometry/filtered": "header", "/imu/data_raw": "header", "/joint_states": "header"}
 

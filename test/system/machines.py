@@ -4,13 +4,12 @@ import contextlib
 import ctypes
 import os
 import pathlib
-import signal
 import subprocess
 import sys
 import time
 import unittest
 
-from robot import SLOW, wait_for
+from robot import interrupt, wait_for
 
 
 def ip(*words):
@@ -165,12 +164,7 @@ class Lines:
 
     def interrupt(self):
         """Ends it as Ctrl-C does, and close()."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-            try:
-                self.process.wait(30 * SLOW)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
+        interrupt(self.process)
         self.close()
 
     def close(self):

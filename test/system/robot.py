@@ -33,6 +33,16 @@ def wait_for(what, condition, limit_s=20.0):
         time.sleep(0.02)  # the polling period, not a synchronisation
 
 
+def interrupt(process):
+    """Ends it as Ctrl-C does, if it still runs; returns when it has ended."""
+    process.send_signal(signal.SIGINT)
+    try:
+        process.wait(30 * SLOW)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
 class RobotTest(unittest.TestCase):
     """Each class has a runtime folder of its own, so that its containers are alone."""
 
@@ -112,13 +122,7 @@ class RunningRobotTest(RobotTest):
 
     @classmethod
     def tearDownClass(cls):
-        if cls.robot.poll() is None:
-            cls.robot.send_signal(signal.SIGINT)
-            try:
-                cls.robot.wait(30 * SLOW)
-            except subprocess.TimeoutExpired:
-                cls.robot.kill()
-                cls.robot.wait()
+        interrupt(cls.robot)
         cls.log.close()
         super().tearDownClass()
 

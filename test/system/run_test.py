@@ -9,7 +9,7 @@ import signal
 import subprocess
 import unittest
 
-from robot import LAUNCH_FILE, MAY_ALLOCATE, PROGRAM, SLOW, STREAMS_HZ, RobotTest, wait_for
+from robot import LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, wait_for
 
 
 class WholeRun(RobotTest):

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated robot on a network where strangers see and say nothing; keystores, as OpenSSL's own program judges them."""
 import json
-import os
 import pathlib
 import re
-import signal
 import stat
 import subprocess
 import unittest
 
 from capture import Capture
 from machines import Lines
-from network_test import SILENCE_S, NetworkTest, is_odometry, speed_of
+from on_the_network import SILENCE_S, NetworkTest, is_odometry, speed_of
 from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
 try:
@@ -184,36 +182,31 @@ class Secured(NetworkTest):
         figures = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"][0]["figures"]
         self.assertEqual(figures["broken"], 0)
 
+    def permit(self, enclave, rules):
+        """Makes an enclave with keys and the permissions of these rules."""
+        policy = self.folder / f"{enclave[1:]}.xml"
+        policy.write_text(f'<policy version="0.2.0"><enclaves><enclave path="{enclave}"><profiles><profile ns="/" node="n">{rules}'
+                          "</profile></profiles></enclave></enclaves></policy>")  # fmt: skip
+        self.nacelle("security", "create-enclave", self.keys, enclave)
+        self.nacelle("security", "create-permission", self.keys, enclave, policy)
+
     def test_a_topic_that_the_permissions_forbid_is_told_and_the_others_work(self):
-        policy = self.folder / "policy.xml"
-        policy.write_text(
-            '<policy version="0.2.0"><enclaves><enclave path="/narrow"><profiles><profile ns="/" node="n">'
-            '<topics publish="DENY"><topic>/odometry/filtered</topic></topics>'
-            '<topics publish="ALLOW" subscribe="ALLOW"><topic>/*</topic></topics>'
-            '<services reply="ALLOW" request="ALLOW"><service>/*</service></services>'
-            "</profile></profiles></enclave></enclaves></policy>"
-        )
-        self.nacelle("security", "create-enclave", self.keys, "/narrow")
-        self.nacelle("security", "create-permission", self.keys, "/narrow", policy)
+        self.permit("/narrow",
+                    '<topics publish="DENY"><topic>/odometry/filtered</topic></topics>'
+                    '<topics publish="ALLOW" subscribe="ALLOW"><topic>/*</topic></topics>'
+                    '<services reply="ALLOW" request="ALLOW"><service>/*</service></services>')  # fmt: skip
         command = self.robot_machine.within(PROGRAM, "launch", LAUNCH_FILE, "sim:=true", f"sim_dir:={self.folder}/sim-narrow",
                                             "--name", "robot", "network:=export")  # fmt: skip
         robot = Lines(command, {**self.environment, **self.variables(ROS_SECURITY_ENCLAVE_OVERRIDE="/narrow")})
-        self.addCleanup(robot.close)
-        self.addCleanup(robot.process.terminate)
+        self.addCleanup(robot.interrupt)
         told = robot.wait_for("the topic is named", lambda line: "/odometry/filtered: is not on the network" in line, 60)
         self.assertIn("the permissions of the own enclave forbid it", told)
         self.known_reader().wait_for("another topic", is_odometry)
 
     def test_a_tool_is_told_what_the_permissions_of_its_own_enclave_forbid(self):
-        policy = self.folder / "tool.xml"
-        policy.write_text(
-            '<policy version="0.2.0"><enclaves><enclave path="/tool"><profiles><profile ns="/" node="n">'
-            '<topics publish="DENY" subscribe="DENY"><topic>/odom</topic><topic>/cmd_vel</topic></topics>'
-            '<topics publish="ALLOW" subscribe="ALLOW"><topic>/*</topic></topics>'
-            "</profile></profiles></enclave></enclaves></policy>"
-        )
-        self.nacelle("security", "create-enclave", self.keys, "/tool")
-        self.nacelle("security", "create-permission", self.keys, "/tool", policy)
+        self.permit("/tool",
+                    '<topics publish="DENY" subscribe="DENY"><topic>/odom</topic><topic>/cmd_vel</topic></topics>'
+                    '<topics publish="ALLOW" subscribe="ALLOW"><topic>/*</topic></topics>')  # fmt: skip
         self.start_secured_robot()
 
         def ask(*words):
@@ -241,8 +234,7 @@ class Secured(NetworkTest):
         said = self.nacelle("security", "generate-policy", policy, "--enclave", "/exact").stdout
         self.assertRegex(said, r"^made     .*: what 1\d nodes do\n$")
         self.assertIn("it is there already", self.nacelle("security", "generate-policy", policy, code=1).stderr)
-        robot.process.send_signal(signal.SIGINT)
-        robot.process.wait(30 * SLOW)
+        robot.interrupt()
         self.nacelle("security", "create-enclave", self.keys, "/exact")
         self.nacelle("security", "create-permission", self.keys, "/exact", policy)
         permissions = (self.keys / "enclaves/exact/permissions.xml").read_text()
@@ -271,8 +263,7 @@ class Secured(NetworkTest):
                           f"- include: {{file: {LAUNCH_FILE}}}\n")  # fmt: skip
         command = self.robot_machine.within(PROGRAM, "launch", launch, "--name", "robot")
         robot = Lines(command, self.environment)
-        self.addCleanup(robot.close)
-        self.addCleanup(robot.process.terminate)
+        self.addCleanup(robot.interrupt)
         robot.wait_for("it is secured", lambda line: line.startswith("network: shown to the LAN, secured as /robot"), 60)
         self.known_reader().wait_for("odometry", is_odometry)
 
