@@ -66,6 +66,14 @@ def units_to_read(files, commands):
     return sorted(units)
 
 
+def newest_first(units):
+    """Of a clone all files were written in one moment, so the commits tell. What is not committed comes first."""
+    names = git("diff", "--name-only", "HEAD").splitlines() + git("ls-files", "--others", "--exclude-standard").splitlines()
+    names += git("log", "--format=", "--name-only").splitlines()
+    ranks = {name: rank for rank, name in reversed(list(enumerate(names)))}
+    return sorted(units, key=lambda unit: ranks.get(unit, len(names)))
+
+
 def entries_per_source(entry):
     """The entry, or one for each source of a file in which CMake has put several together (NACELLE_UNITY)."""
     file = Path(entry["file"])
@@ -86,7 +94,7 @@ def check_tidy(files, build, minutes, every):
     folder = build / "lint"
     folder.mkdir(exist_ok=True)
     (folder / "compile_commands.json").write_text(json.dumps(list(commands.values())), encoding="utf-8")
-    units = sorted(units_to_read(files, commands), key=lambda unit: -(ROOT / unit).stat().st_mtime)
+    units = newest_first(units_to_read(files, commands))
     if every and minutes:
         random.Random(date.today().isoformat()).shuffle(units)  # of all files, another part each day
     print(f"clang-tidy: {len(units)} files", flush=True)

@@ -35,16 +35,14 @@ Neighbour::Neighbour() {
   ::close(ready[0]);
   if (!apart) return;
   const std::string here = std::to_string(parent), there = std::to_string(holder_), cable = kCable;
+  const auto is_set_up = [&cable](const std::string& where, const std::string& address) {
+    return shell(where + "ip link set lo up") && shell(where + "ip addr add " + address + "/24 dev " + cable) &&
+           shell(where + "ip link set " + cable + " up") && shell(where + "ip route replace 224.0.0.0/4 dev " + cable);
+  };
   const std::string inside = "nsenter -t " + there + " -n ";
   is_there_ =
-      shell("ip link add name " + cable + " netns " + here + " type veth peer name " + cable + " netns " + there);
-  int number = 1;
-  for (const std::string& where : {std::string{}, inside}) {
-    is_there_ = is_there_ && shell(where + "ip link set lo up") &&
-                shell(where + "ip addr add 10.88.0." + std::to_string(number++) + "/24 dev " + cable) &&
-                shell(where + "ip link set " + cable + " up") &&
-                shell(where + "ip route replace 224.0.0.0/4 dev " + cable);
-  }
+      shell("ip link add name " + cable + " netns " + here + " type veth peer name " + cable + " netns " + there) &&
+      is_set_up("", "10.88.0.1") && is_set_up(inside, "10.88.0.2");
 }
 
 Neighbour::~Neighbour() {

@@ -71,6 +71,22 @@ class Check(RobotTest):
                 self.assertEqual(json.loads(outcome.stdout)["components"], 10)
                 self.assertEqual(outcome.stderr, "")
 
+    def test_a_line_of_export_that_shows_nothing_warns(self):
+        exports = ["{topic: /odom, max_hz: 5}", "{topic: /odm}", "{topic: /lidar/get_parameters}", "{topic: /later}",
+                   "{topic: /robot/_container/list_nodes}", "{topic: /camera/image_raw, compressed_only: true}"]  # fmt: skip
+        file = self.write("exports.launch.yaml", "launch:\n- network:\n    mode: export\n    export:\n"
+                          + "".join(f"    - {one}\n" for one in exports) + f"- include: {{file: {LAUNCH_FILE}}}\n")  # fmt: skip
+        answer = json.loads(self.check("--json", file).stdout)
+        self.assertEqual(answer["verdict"], "warning")
+        found = {f"{f['about']}: {f['where'].rpartition('/')[2]}: {f['what']}; {f['way_out']}" for f in answer["findings"]}
+        self.assertEqual(found, {
+            "export: exports.launch.yaml:6: export: no node has a topic or service '/odm': nothing leaves by this line; did you mean '/odom'?",
+            "export: exports.launch.yaml:8: export: no node has a topic or service '/later': nothing leaves by this line; "
+            "fine if a component that is loaded later has it",
+            "export: exports.launch.yaml:10: nobody publishes a compressed form of '/camera/image_raw': nothing of it leaves; "
+            "add what publishes '/camera/image_raw/compressed', or leave compressed_only out",
+        })  # fmt: skip
+
     def test_a_tag_that_ros2_control_does_not_know_only_warns(self):
         source = pathlib.Path(LAUNCH_FILE).parent / "robot.urdf"
         text = source.read_text().replace("  </ros2_control>", "    <controler/>\n  </ros2_control>")

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rules about what comes from nobody: subscriptions without a publisher, clients without a server.
+// Rules about what comes from nobody: subscriptions without a publisher, clients without a server, exports of no topic.
 #include <algorithm>
 #include <array>
 #include <cctype>
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/node/action_names.hpp"
+#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/proof/rules.hpp"
+#include "transport_dds/wire/export_rules.hpp"
 
 namespace nacelle::proof {
 namespace {
@@ -59,6 +61,11 @@ const LoadedComponent* component_of(const Evidence& evidence, const std::string&
 /// Of a component that could not be made nobody knows what it would give: that it is missing has been said.
 bool somebody_is_missing(const Evidence& evidence) {
   return std::ranges::any_of(evidence.loaded, [](const auto& component) { return component.failure.has_value(); });
+}
+
+/// What a container has by itself: not to be seen among the components.
+bool is_of_the_container(const std::string& name) {
+  return is_standard_topic(name) || name == "/diagnostics" || name.find("/_container/") != std::string::npos;
 }
 
 }  // namespace
@@ -147,6 +154,38 @@ void check_clients(Evidence& evidence) {
          : others.empty() ? "fine if it can do without"
                           : "of its type there is " + join(others, " and ")},
         near.empty() ? Severity::Warning : severity_of(*component->plan));
+  }
+}
+
+void check_exports(Evidence& evidence) {
+  if (somebody_is_missing(evidence)) return;
+  std::vector<std::string> services;
+  for (const auto& service : evidence.container.services()) services.push_back(service.name);
+  for (const LoadedComponent& component : evidence.loaded) {
+    const auto standard = standard_services_of(evidence, component);
+    services.insert(services.end(), standard.begin(), standard.end());
+    if (component.declared)
+      services.insert(services.end(), component.declared->services.begin(), component.declared->services.end());
+  }
+  std::vector<std::string> names = services;
+  for (const Endpoint& end : evidence.endpoints) names.push_back(end.topic);
+  for (const launch::ExportPlan& plan : evidence.plan.network.exports) {
+    const std::vector<transport_dds::ExportRule> rule{{plan.topic, 0.0, 0, plan.compressed_only}};
+    const auto shows = [&](const Endpoint& end) {
+      return transport_dds::rule_of(rule, end.topic, end.type) != nullptr;
+    };
+    if (std::ranges::any_of(evidence.endpoints, shows) || is_of_the_container(plan.topic)) continue;
+    const bool is_raw = std::ranges::find(names, plan.topic) != names.end();
+    if (is_raw && !plan.compressed_only) continue;  // a service
+    const std::string near = is_raw ? std::string{} : slip_of(plan.topic, names);
+    evidence.find(About::Export,
+                  {plan.where.text(),
+                   is_raw ? "nobody publishes a compressed form of '" + plan.topic + "': nothing of it leaves"
+                          : "export: no node has a topic or service '" + plan.topic + "': nothing leaves by this line",
+                   is_raw          ? "add what publishes '" + plan.topic + "/compressed', or leave compressed_only out"
+                   : !near.empty() ? "did you mean '" + near + "'?"
+                                   : "fine if a component that is loaded later has it"},
+                  Severity::Warning);
   }
 }
 

@@ -22,6 +22,7 @@ const char* to_text(About about) {
     case About::Remap: return "remap";
     case About::Frame: return "frame";
     case About::Budget: return "budget";
+    case About::Export: return "export";
     case About::Order: return "order";
   }
   return "";

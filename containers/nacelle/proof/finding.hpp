@@ -28,6 +28,7 @@ enum class About : std::uint8_t {
   Remap,       ///< A rule that hits nothing.
   Frame,       ///< A frame with two parents, a tree in pieces, data in a frame that nobody broadcasts.
   Budget,      ///< A limit that the wiring cannot keep.
+  Export,      ///< A line of `export:` that shows nothing.
   Order        ///< A condition of `after:` that nobody can meet.
 };
 [[nodiscard]] const char* to_text(About about);

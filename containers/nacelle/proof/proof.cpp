@@ -103,6 +103,7 @@ std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlace
   check_topics(evidence);
   check_subscriptions(evidence);
   check_clients(evidence);
+  check_exports(evidence);
   check_budgets(evidence);
   check_frames(evidence);
   check_order(evidence);

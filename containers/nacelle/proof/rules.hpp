@@ -46,6 +46,7 @@ void check_budgets(Evidence& evidence);
 // feeds.cpp
 void check_subscriptions(Evidence& evidence);
 void check_clients(Evidence& evidence);
+void check_exports(Evidence& evidence);
 // order.cpp
 void check_order(Evidence& evidence);
 // frames.cpp

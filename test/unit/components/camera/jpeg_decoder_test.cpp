@@ -14,8 +14,7 @@ namespace {
 
 constexpr std::uint32_t kWidth = 160, kHeight = 120;
 
-class JpegDecoderTest : public ::testing::Test {
- protected:
+struct JpegDecoderTest : ::testing::Test {
   JpegDecoderTest() {
     scene.render(10, rgb);
     jpeg = encode_jpeg(rgb, kWidth, kHeight);

@@ -35,7 +35,7 @@ inline Bytes encode_jpeg(const Bytes& rgb, unsigned width, unsigned height, bool
     jpeg_write_scanlines(&info, &row, 1);
   }
   jpeg_finish_compress(&info);
-  const Bytes bytes(out, out + size);
+  Bytes bytes(out, out + size);
   jpeg_destroy_compress(&info);
   std::free(out);
   return bytes;

@@ -158,16 +158,17 @@ TEST(Xacro, ends_for_files_that_would_not) {
   EXPECT_NE(made("<xacro:macro name=\"m\" params=\"\"><xacro:m/></xacro:macro><xacro:m/>").find("nested too deeply"),
             std::string::npos);
   std::string doubling = "<xacro:property name=\"p0\" value=\"\"/>";
-  for (int i = 1; i < 50; ++i) {
-    const std::string before = "${p" + std::to_string(i - 1) + "}";
-    doubling += "<xacro:property name=\"p" + std::to_string(i) + "\" value=\"" + before + before + "\"/>";
-  }
+  const auto property = [](const std::string& name, const std::string& before) {
+    return "<xacro:property name=\"" + name + "\" value=\"${" + before + "}${" + before + "}\"/>";
+  };
+  for (int i = 1; i < 50; ++i) doubling += property("p" + std::to_string(i), "p" + std::to_string(i - 1));
   EXPECT_NE(made(doubling + "<a v=\"${p49}\"/>").find("more than a million times"), std::string::npos);
   std::string bomb = "<xacro:macro name=\"m0\" params=\"\"><a/></xacro:macro>";
-  for (int i = 1; i < 30; ++i) {
-    const std::string before = "<xacro:m" + std::to_string(i - 1) + "/>";
-    bomb += "<xacro:macro name=\"m" + std::to_string(i) + "\" params=\"\">" + before + before + "</xacro:macro>";
-  }
+  const auto macro = [](const std::string& name, const std::string& before) {
+    return "<xacro:macro name=\"" + name + "\" params=\"\"><xacro:" + before + "/><xacro:" + before +
+           "/></xacro:macro>";
+  };
+  for (int i = 1; i < 30; ++i) bomb += macro("m" + std::to_string(i), "m" + std::to_string(i - 1));
   EXPECT_NE(made(bomb + "<xacro:m29/>").find("200000"), std::string::npos);
 }
 

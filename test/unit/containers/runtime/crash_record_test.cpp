@@ -24,7 +24,6 @@ namespace nacelle::runtime {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::MatchesRegex;
 
 constexpr std::uint8_t kFrame[] = {'S', 'T', 'O', 'P'};
 

@@ -44,8 +44,7 @@ std::shared_ptr<Fibonacci::Result> result_of(std::initializer_list<std::int32_t>
   return result;
 }
 
-class ActionServer : public ::testing::Test {
- protected:
+struct ActionServer : ::testing::Test {
   void SetUp() override {
     ASSERT_EQ(node.trigger(Transition::Configure).reason, "");
     ASSERT_EQ(node.trigger(Transition::Activate).reason, "");

@@ -18,8 +18,7 @@ GoalUUID goal_id(std::uint8_t number) {
 }
 constexpr MonotonicTime kStart{1000s};
 
-class GoalTableTest : public ::testing::Test {
- protected:
+struct GoalTableTest : ::testing::Test {
   void accept(std::uint8_t number, WallTime stamp = WallTime{1s}) {
     std::vector<GoalUUID> dropped;
     const auto accepted = table.accept(goal_id(number), stamp, dropped);

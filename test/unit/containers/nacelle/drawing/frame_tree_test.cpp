@@ -11,7 +11,6 @@ namespace nacelle::drawing {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 using testing::StartsWith;
 
 const std::vector<FrameEdge> kRobot{{"base_link", "odom", "/ekf", false, 50.0, 0.012},
