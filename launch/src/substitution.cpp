@@ -139,7 +139,7 @@ Result<std::string, Problem> evaluate(const Template& parts, const SubstitutionL
         if (!value) return value;
         arguments.push_back(std::move(*value));
       }
-      const auto value = lookup(call.name, arguments);
+      auto value = lookup(call.name, arguments);
       if (!value) return value;
       all += *value;
     }

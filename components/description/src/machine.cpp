@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -43,7 +45,7 @@ XacroEnvironment machine(std::vector<std::string> prefixes) {
           [prefixes = std::move(prefixes)](const std::string& package) {
             for (const auto& prefix : prefixes) {
               std::error_code fault;
-              std::string folder = prefix + "/share/" + package;
+              std::string folder = fmt::format("{}/share/{}", prefix, package);
               if (package.find('/') == std::string::npos && std::filesystem::is_directory(folder, fault)) return folder;
             }
             return std::string{};

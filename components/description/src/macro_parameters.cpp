@@ -32,7 +32,8 @@ std::optional<std::string> taken_value(std::string_view& rest) {
 
 }  // namespace
 
-Result<std::vector<Parameter>, std::string> macro_parameters(std::string_view rest) {
+Result<std::vector<Parameter>, std::string> macro_parameters(std::string_view text) {
+  std::string_view rest = text;
   std::vector<Parameter> parameters;
   while (true) {
     const auto begin = rest.find_first_not_of(" \t\r\n");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ekf/component/ekf_component.hpp"
 
+#include <fmt/format.h>
+
 #include "ekf/component/ekf_parameters.hpp"
 #include "nacelle/qos/presets.hpp"
 
@@ -31,7 +33,7 @@ void write_block(const StateCovariance& covariance, int first, int size, std::ar
 EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", options) {
   declare_ekf_parameters(*this);
   for (const auto& [name, input] : parameters_of_absent_inputs(*this))
-    declare_problem({"parameter " + name, "parameter '" + name + "' belongs to " + input + ", which is not given",
+    declare_problem({"parameter " + name, fmt::format("parameter '{}' belongs to {}, which is not given", name, input),
                      "give " + input + " its topic, or leave it out"});
   buffer_ =
       shared_object<spatial::TransformBuffer>(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer);

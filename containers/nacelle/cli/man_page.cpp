@@ -93,7 +93,7 @@ std::string roff(const std::string& text) {
 }
 
 std::string man_page(const Command& root, const std::string& version) {
-  const std::string name = root.name();
+  const std::string& name = root.name();
   std::string out = fmt::format(".TH {} 1 \"\" \"{} {}\" \"User Commands\"\n", "NACELLE", name, version);
   const std::size_t colon = root.what().find(": ");
   out += ".SH NAME\n" + name + " \\- " +

@@ -19,7 +19,7 @@ std::string date_of(WallTime time) {
 /// A program that keeps the clock, and runs.
 std::string keeper(const Machine& machine) {
   for (const auto& entry : machine.names_in("/proc")) {
-    const std::string name = machine.text("/proc/" + entry + "/comm").value_or("");
+    std::string name = machine.text("/proc/" + entry + "/comm").value_or("");
     for (const char* const known : {"systemd-timesyn", "chronyd", "ntpd", "ntpsec", "ptp4l", "phc2sys"}) {
       if (name == known) return name;
     }

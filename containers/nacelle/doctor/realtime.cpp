@@ -57,7 +57,7 @@ void check_realtime(const Machine& machine, const Wanted& wanted, Findings& find
                  "realtime",
                  locked ? fmt::format("{:.1f} MB", static_cast<double>(*locked) / 1e6) : "unlimited",
                  {"lockable memory", "", ""}};
-  if (locked && *locked < 64 * 1000 * 1000 && !wanted.priorities.empty() && !machine.is_root()) {
+  if (locked && *locked < 64LL * 1000 * 1000 && !wanted.priorities.empty() && !machine.is_root()) {
     memory.severity = Severity::Advice;
     memory.problem.what = "pages of real-time threads may have to be read back";
     memory.problem.way_out = kWayOut;

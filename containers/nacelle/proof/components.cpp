@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rules about what the plan starts: programs, plugins, parameters.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -102,10 +103,11 @@ void check_parameters(const LoadedComponent& component, Evidence& evidence) {
     std::string where = fault.where;
     if (where.empty())
       where = fault.parameter.empty() ? place_named_in(plan, what) : place_of_parameter(plan, fault.parameter);
-    evidence.find(
-        About::Parameter,
-        {std::move(where), node + (named ? ": " : ": parameter '" + fault.parameter + "': ") + what, fault.way_out},
-        fault.is_warning ? Severity::Warning : severity_of(plan));
+    evidence.find(About::Parameter,
+                  {std::move(where),
+                   fmt::format("{}: {}{}", node, named ? "" : fmt::format("parameter '{}': ", fault.parameter), what),
+                   fault.way_out},
+                  fault.is_warning ? Severity::Warning : severity_of(plan));
   }
   if (!component.declared) return;
   std::vector<std::string> known;
@@ -117,7 +119,7 @@ void check_parameters(const LoadedComponent& component, Evidence& evidence) {
     const bool is_qos = name.starts_with("qos_overrides.");
     evidence.find(
         About::Parameter,
-        {place_of_parameter(plan, name), node + " has no parameter '" + name + "'",
+        {place_of_parameter(plan, name), fmt::format("{} has no parameter '{}'", node, name),
          is_qos ? "a launch file's `qos:` changes the quality of service of a topic" : suggestion(name, known)},
         severity_of(plan));
   }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rules about transforms: every frame has one parent, and all of them hang together.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -59,7 +61,7 @@ std::string likely_slip(const Tree& small, const Tree& large) {
   const std::vector<std::string> names{large.frames.begin(), large.frames.end()};
   for (const auto& frame : small.frames) {
     if (const auto near = nearest_name(frame, names); !near.empty())
-      return "did you mean '" + near + "' where '" + frame + "' is written?";
+      return fmt::format("did you mean '{}' where '{}' is written?", near, frame);
   }
   return "name a frame of the other one as parent or child, or broadcast a transform between them";
 }

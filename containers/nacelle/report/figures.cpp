@@ -129,7 +129,7 @@ json components_between(const json& before, const json& after) {
   };
   std::stable_sort(rows.begin(), rows.end(), [&](const json& a, const json& b) { return load(a) > load(b); });
   for (const auto& thread : after["threads"]) {
-    if (thread["executor"] != "") continue;
+    if (!thread["executor"].get<std::string>().empty()) continue;
     const json* const earlier = interval.earlier("threads", thread, {"id", "name"});
     others.push_back({{"name", thread["name"]},
                       {"id", thread["id"]},

@@ -24,12 +24,12 @@ namespace nacelle::session {
 /// What loading needs of a plan; the rest is the container's business. Pure.
 [[nodiscard]] nlohmann::json plan_to_json(const launch::ComponentPlan& plan);
 /// Errors: nlohmann's exceptions and std::invalid_argument, for what is not such a plan.
-[[nodiscard]] launch::ComponentPlan plan_from_json(const nlohmann::json& json);
+[[nodiscard]] launch::ComponentPlan plan_from_json(const nlohmann::json& row);
 
 [[nodiscard]] nlohmann::json faults_to_json(const std::vector<ParameterFault>& faults);
-[[nodiscard]] std::vector<ParameterFault> faults_from_json(const nlohmann::json& json);
+[[nodiscard]] std::vector<ParameterFault> faults_from_json(const nlohmann::json& rows);
 /// Of the declarations what a check looks at: names of unknown parameters and of services, frames.
 [[nodiscard]] nlohmann::json info_to_json(const runtime::ComponentInfo& info);
-[[nodiscard]] runtime::ComponentInfo info_from_json(const nlohmann::json& json);
+[[nodiscard]] runtime::ComponentInfo info_from_json(const nlohmann::json& row);
 
 }  // namespace nacelle::session

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
@@ -92,9 +93,9 @@ class Lines {
 void* program_counter(const void* context) noexcept {
   const auto& machine = static_cast<const ucontext_t*>(context)->uc_mcontext;
 #if defined(__x86_64__)
-  return reinterpret_cast<void*>(machine.gregs[REG_RIP]);
+  return std::bit_cast<void*>(machine.gregs[REG_RIP]);
 #elif defined(__aarch64__)
-  return reinterpret_cast<void*>(machine.pc);
+  return std::bit_cast<void*>(machine.pc);
 #else
   static_cast<void>(machine);
   return nullptr;
@@ -200,7 +201,9 @@ void on_crash(int number, siginfo_t* info, void* context) {
   pid_t nobody = 0;
   if (const pid_t self = ::gettid(); !crashing.compare_exchange_strong(nobody, self)) {
     // A second thread that crashes meanwhile has nothing to add, and must not end the process before the record is whole.
-    while (nobody != self) ::pause();
+    if (nobody != self) {
+      for (;;) ::pause();
+    }
     // What is being written led to the next crash (a broken stack): the record ends here, and so does the process.
     static_cast<void>(write_all_safe_stops());
     ::signal(number, SIG_DFL);

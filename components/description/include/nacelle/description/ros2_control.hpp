@@ -22,7 +22,7 @@ struct ControlInterface {
 struct ControlJoint {
   std::string name, where;
   std::vector<ControlInterface> commands, states;
-  [[nodiscard]] bool has_command(const std::string& name) const;
+  [[nodiscard]] bool has_command(const std::string& wanted) const;
 };
 /// One <ros2_control> block: a piece of hardware and the joints that it drives.
 struct ControlBlock {
@@ -50,7 +50,7 @@ struct ControlDescription {
   /// The joint in a block that has it, or null.
   [[nodiscard]] const ControlJoint* controlled(const std::string& name) const;
   /// y of the joint's origin in the frame of the root link, m; nothing for joints that go round in a circle.
-  [[nodiscard]] std::optional<double> y_of(const RobotJoint& joint) const;
+  [[nodiscard]] std::optional<double> y_of(const RobotJoint& wanted) const;
 };
 
 /// Reads every <ros2_control> block, and checks it against the joints. A text that is no XML has neither: whoever needs the
