@@ -17,8 +17,8 @@ ASKS_THE_ROBOT = ('<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoP
                   '<Peers><Peer address="10.77.0.1"/></Peers></Discovery>')
 
 
-class NetworkTest(RobotTest):
-    """A machine for the robot and one beside it, on a cable; peers have nothing of Nacelle in them."""
+class ApartTest(RobotTest):
+    """On machines of their own, and without what the shell that runs it says of ROS 2's network."""
 
     has_own_network = True
 
@@ -27,6 +27,10 @@ class NetworkTest(RobotTest):
         need_namespaces()
         super().setUpClass()
         cls.environment = {name: value for name, value in cls.environment.items() if not name.startswith(FOREIGN)}
+
+
+class NetworkTest(ApartTest):
+    """A machine for the robot and one beside it, on a cable; peers have nothing of Nacelle in them."""
 
     def setUp(self):
         self.robot_machine, self.laptop = self.machine(), self.machine()

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """--remote: the commands of a laptop on which no container runs, asked of ROS 2 nodes on another machine of its network."""
 import json
-import os
 import pathlib
 import shutil
 import signal
@@ -10,27 +9,21 @@ import subprocess
 import time
 import unittest
 
-from machines import Lines, Machine, cable, need_namespaces
-from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
+from machines import Lines, Machine, cable
+from on_the_network import PEERS, ApartTest
+from robot import LAUNCH_FILE, PROGRAM, SLOW, wait_for
 
-PEERS = {name: os.environ[variable] for name, variable in (("cyclone", "NACELLE_CYCLONE_PEER"), ("fastdds", "NACELLE_FASTDDS_PEER"))
-         if os.environ.get(variable)}
-FOREIGN = ("ROS_", "RMW_", "CYCLONEDDS_")
 ACTIONS = pathlib.Path(__file__).parent / "actions" / "actions.launch.yaml"
 SERIES, FIBONACCI = "/series/series", "example_interfaces/action/Fibonacci"
 CHAOS = "nacelle::test::Chaos"
 
 
-class RemoteTest(RobotTest):
+class RemoteTest(ApartTest):
     """Two machines and a cable between them."""
-
-    has_own_network = True
 
     @classmethod
     def setUpClass(cls):
-        need_namespaces()
         super().setUpClass()
-        cls.environment = {name: value for name, value in cls.environment.items() if not name.startswith(FOREIGN)}
         cls.far, cls.laptop = Machine(), Machine()
         cls.addClassCleanup(cls.far.close)
         cls.addClassCleanup(cls.laptop.close)
