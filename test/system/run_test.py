@@ -174,7 +174,7 @@ class Broken(RobotTest):
         # One finding and how many there are, or what failed later.
         self.assertIn(len(complaints), (1, 2), outcome.stderr)
         if len(complaints) == 2:
-            self.assertIn("the plan is unsound: 1 error", complaints[1])
+            self.assertIn("the plan is unsound: 1 error", complaints[1], outcome.stderr)
         self.assertEqual(self.our_processes(), [])
         return complaints[0]
 

@@ -33,7 +33,11 @@ std::set<std::string> containers_of(const RemoteNetwork& network) {
 Result<std::string, Problem> container_named(RemoteNetwork& network, const std::string& name) {
   const std::string wanted = name.empty() || name.starts_with('/') ? name : "/" + name;
   // One that is named is enough; to know that there is only one takes the whole time.
-  static_cast<void>(network.wait(network.found_by(), [&] { return containers_of(network).contains(wanted); }));
+  if (wanted.empty()) {
+    network.find_all();
+  } else {
+    static_cast<void>(network.find([&] { return containers_of(network).contains(wanted); }));
+  }
   const auto all = containers_of(network);
   if (all.contains(wanted)) return wanted;
   if (name.empty() && all.size() == 1) return *all.begin();
@@ -119,7 +123,7 @@ json info(RemoteNetwork& network, const std::string& container, const std::strin
   if (!found) return reply_of(found.error());
   const std::string& node = found.value().node;
   // What is not known by then, it does not have.
-  static_cast<void>(network.wait(network.found_by(), [] { return false; }));
+  network.find_all();
   const bool managed = offers(network, node, "get_state");
   json reply{
       {"ok", true}, {"container", container.substr(1)}, {"id", found.value().id}, {"node", node}, {"managed", managed},

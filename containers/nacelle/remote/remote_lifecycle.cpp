@@ -13,7 +13,7 @@ using nlohmann::json;
 
 /// A node that is there, and has no lifecycle; waits for one that may not be found yet.
 std::optional<Problem> no_lifecycle(RemoteNetwork& network, const std::string& node) {
-  if (network.wait(network.patience(), [&] { return offers(network, node, "get_state"); })) return std::nullopt;
+  if (network.find([&] { return offers(network, node, "get_state"); })) return std::nullopt;
   return Problem{node, "is a plain node without a lifecycle", "see `nacelle lifecycle nodes --remote`"};
 }
 

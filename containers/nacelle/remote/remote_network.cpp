@@ -23,7 +23,8 @@ using nlohmann::json;
 
 // Nobody tells what is discovered; who waits for it looks that often.
 constexpr Duration kLook = 10ms;
-// Fast DDS takes a second to answer an end that is new.
+// Fast DDS 2.9 takes a second to answer an end or a participant that is new: its heartbeats have that period, and it does
+// not heed the first question, which Cyclone numbers 0.
 constexpr Duration kMeeting = 1500ms;
 constexpr const char* kOption = "--remote";
 
@@ -95,6 +96,24 @@ void RemoteNetwork::note(const Problem& problem) {
   bell_.ring();
 }
 
+bool RemoteNetwork::find(const std::function<bool()>& holds) {
+  return find_until(std::max(found_by_, clock_.now() + spin_time_), holds);
+}
+
+void RemoteNetwork::find_all() {
+  static_cast<void>(find_until(found_by_, [] { return false; }));
+}
+
+bool RemoteNetwork::find_until(MonotonicTime until, const std::function<bool()>& holds) {
+  if (wait(until, holds)) return true;
+  const auto awaits_endpoints = [&] { return look([](const auto& graph) { return graph.awaits_endpoints(); }); };
+  if (!awaits_endpoints()) return false;
+  // Once they begin to come, the others of theirs are on the way.
+  constexpr Duration kRest = 200ms;
+  const bool came = wait(std::max(until, found_by_ + kMeeting), [&] { return holds() || !awaits_endpoints(); });
+  return came ? wait(clock_.now() + kRest, holds) : holds();
+}
+
 bool RemoteNetwork::wait(MonotonicTime until, const std::function<bool()>& holds) {
   std::vector<pollfd> waits{{bell_.descriptor(), POLLIN, 0}};
   for (const int interrupt : interrupts_) waits.push_back({interrupt, POLLIN, 0});
@@ -160,7 +179,7 @@ Result<std::unique_ptr<runtime::ServiceCall>, Problem> RemoteNetwork::start_call
       });
     });
   };
-  if (!wait(patience(), is_settled) && is_offered()) static_cast<void>(wait(clock_.now() + kMeeting, is_settled));
+  if (!find(is_settled) && is_offered()) static_cast<void>(wait(clock_.now() + kMeeting, is_settled));
   if (!clients_.is_ready(client)) return err(why_not(service, type));
   auto call = std::make_unique<RemoteCall>(std::move(on_answer));
   msgs::AnyMessage given{type.request()};

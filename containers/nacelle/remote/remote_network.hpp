@@ -55,10 +55,11 @@ class RemoteNetwork {
   void interrupted_by(std::vector<int> descriptors) { interrupts_ = std::move(descriptors); }
   /// Whether `holds` does at last. It is looked at whenever something has happened.
   [[nodiscard]] bool wait(MonotonicTime until, const std::function<bool()>& holds);
-  /// Until then who is not found may still be.
-  [[nodiscard]] MonotonicTime found_by() const { return found_by_; }
-  /// What is looked for now has not longer than that.
-  [[nodiscard]] MonotonicTime patience() const { return std::max(found_by_, clock_.now() + spin_time_); }
+  /// Waits for what others have to be known: for the time of discovery, counted from now, and a moment more while one who
+  /// was found has not told yet what it has. Whether it does hold at last.
+  [[nodiscard]] bool find(const std::function<bool()>& holds);
+  /// The same for all that there is, counted from the join: what is not known after it is not there.
+  void find_all();
 
   /// Uses nothing else of this class.
   template <typename F>
@@ -92,6 +93,7 @@ class RemoteNetwork {
  private:
   explicit RemoteNetwork(const RemoteOptions& options);
   [[nodiscard]] Result<void, Problem> start(const RemoteOptions& options);
+  [[nodiscard]] bool find_until(MonotonicTime until, const std::function<bool()>& holds);
   void note(const Problem& problem);
   [[nodiscard]] Problem why_not(const std::string& service, const msgs::ServiceType& type) const;
 

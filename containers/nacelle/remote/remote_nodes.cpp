@@ -63,7 +63,7 @@ Result<std::string, Problem> node_named(RemoteNetwork& network, const std::strin
     }
     return !hits.empty();
   };
-  static_cast<void>(network.wait(network.patience(), look));
+  static_cast<void>(network.find(look));
   if (hits.size() == 1) return *hits.begin();
   if (hits.empty()) {
     return err(Problem{"node '" + name + "'", "is not there in " + network.where(),
@@ -82,7 +82,7 @@ bool offers(const RemoteNetwork& network, const std::string& node, const std::st
 session::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
   if (verb == "graph" || verb == "topic.list") {
     // Complete is what is asked for, so all have their time.
-    static_cast<void>(network_.wait(network_.found_by(), [] { return false; }));
+    network_.find_all();
     if (verb == "graph") return network_.look(graph_rows);
     return json{{"ok", true}, {"topics", network_.look(topic_rows)}};
   }
@@ -126,7 +126,7 @@ Result<std::unique_ptr<session::TopicTap>, Problem> RemoteNodes::tap(const TapWi
     return std::ranges::any_of(
         ends, [&](const auto& end) { return end.is_writer && (wish.type.empty() || end.type == wish.type); });
   };
-  static_cast<void>(network_.wait(network_.patience(), is_published));
+  static_cast<void>(network_.find(is_published));
   std::ranges::stable_sort(ends, std::ranges::greater{}, &RemoteEndpoint::is_writer);
   if (ends.empty()) {
     std::vector<std::string> names;
@@ -168,7 +168,7 @@ void RemoteNodes::take_frame(control::Connection& from, const control::Frame& fr
       return why == nullptr ? void() : refuse(why);
     }
     case FrameKind::Stats: {
-      static_cast<void>(network_.wait(network_.found_by(), [] { return false; }));
+      network_.find_all();
       return control::append_frame(from.out, FrameKind::Stats, json{{"streams", network_.look(topic_rows)}}.dump());
     }
     default: return refuse("nodes outside cannot be asked that");
@@ -190,7 +190,7 @@ Result<std::uint16_t, std::string> RemoteNodes::open_writer(control::NamePair na
     return readers != 0 && made.writer->reader_count() >= static_cast<std::size_t>(readers);
   };
   const auto is_settled = [&] { return network_.problem_of(topic) || is_read(); };
-  const bool settled = network_.wait(std::max(network_.found_by(), clock().now() + kEndsMeet), is_settled);
+  const bool settled = network_.find(is_settled);
   if (const auto problem = network_.problem_of(topic)) return err(problem->text());
   if (settled) {
     constexpr Duration kSettling = 100ms;  // DDS does not tell when the other side has met us (docs/adr/0013)

@@ -62,9 +62,14 @@ void RemoteGraph::endpoint_is_there(const DiscoveredEndpoint& told) {
     return;
   }
   RosName name = ros_name(told.topic);
-  if (name.kind == WireKind::Foreign || name.kind == WireKind::Discovery) return;
+  if (name.kind == WireKind::Foreign || name.kind == WireKind::Discovery) {
+    const auto its = participants_.find(told.participant);
+    if (its != participants_.end()) its->second.has_endpoints_told = true;
+    return;
+  }
   Participant* const entry = entry_of(told.participant);
   if (entry == nullptr) return;
+  entry->has_endpoints_told = true;
 
   const auto known = endpoints_.find(told.gid);
   if (known == endpoints_.end()) {
@@ -131,6 +136,11 @@ RemoteGraph::Participant* RemoteGraph::entry_of(const Gid& gid) {
 void RemoteGraph::forget_if_empty(const Gid& gid) {
   const auto known = participants_.find(gid);
   if (known != participants_.end() && known->second.holds_nothing()) participants_.erase(known);
+}
+
+bool RemoteGraph::awaits_endpoints() const {
+  return std::ranges::any_of(participants_,
+                             [](const auto& entry) { return entry.second.is_discovered && !entry.second.has_endpoints_told; });
 }
 
 bool RemoteGraph::has_room_for(const Gid& participant, const Snapshot& snapshot) const {

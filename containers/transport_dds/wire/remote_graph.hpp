@@ -108,6 +108,8 @@ class RemoteGraph {
   /// from here: both ends are there, with the protocol of rmw_cyclonedds and no other definition of the request.
   [[nodiscard]] std::vector<std::string> services_of(const Gid& participant, std::string_view type,
                                                      std::string_view request_hash) const;
+  /// Whether a participant has been found that has not told yet what it writes and reads.
+  [[nodiscard]] bool awaits_endpoints() const;
   /// The machine that the participant says it runs on; empty if it does not, or is not known.
   [[nodiscard]] std::string host_of(const Gid& participant) const;
 
@@ -128,6 +130,7 @@ class RemoteGraph {
     std::size_t endpoints = 0;
     [[nodiscard]] bool holds_nothing() const { return !is_discovered && nodes.empty() && endpoints == 0; }
     bool is_discovered = false;
+    bool has_endpoints_told = false;  ///< Of whatever name.
   };
   struct Endpoint {
     bool is_writer = false;

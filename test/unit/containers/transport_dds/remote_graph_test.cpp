@@ -180,6 +180,28 @@ TEST(RemoteGraph, forgets_all_of_a_participant_that_has_gone_and_nothing_of_othe
   EXPECT_EQ(graph.ends_of_topic("/chatter").size(), 4U);
 }
 
+TEST(RemoteGraph, knows_whether_one_that_was_found_has_not_told_what_it_has) {
+  RemoteGraph graph{kUs};
+  EXPECT_FALSE(graph.awaits_endpoints());
+  graph.participant_is_there(ros_participant(kUs));
+  EXPECT_FALSE(graph.awaits_endpoints()) << "nobody waits for himself";
+  graph.participant_is_there(ros_participant(peer(1)));
+  graph.participant_is_there(ros_participant(peer(2)));
+  EXPECT_TRUE(graph.awaits_endpoints());
+  graph.endpoint_is_there(chatter(peer(1), 6, true));
+  EXPECT_TRUE(graph.awaits_endpoints());
+  DiscoveredEndpoint square = chatter(peer(2), 6, true);
+  square.topic = "Square";
+  graph.endpoint_is_there(square);
+  EXPECT_FALSE(graph.awaits_endpoints()) << "what is not of ROS 2 was told, too";
+  graph.endpoint_has_gone(end(peer(1), 6, true));
+  EXPECT_FALSE(graph.awaits_endpoints()) << "it has nothing any more";
+  graph.participant_is_there(ros_participant(peer(3)));
+  EXPECT_TRUE(graph.awaits_endpoints());
+  graph.participant_has_gone(peer(3));
+  EXPECT_FALSE(graph.awaits_endpoints());
+}
+
 TEST(RemoteGraph, forgets_an_endpoint_that_has_gone) {
   RemoteGraph graph{kUs};
   graph.endpoint_is_there(chatter(peer(1), 6, true));

@@ -82,9 +82,9 @@ TEST(Security, lets_participants_of_one_keystore_hear_each_other_and_no_stranger
   const auto foreign = participant_with(theirs.enclave("/robot"));
   const auto plain = test::make_participant(), other_plain = test::make_participant();
   Listening known(*laptop), of_foreign(*foreign), of_plain(*plain);
-  test::Told robot_told;
+  test::Told robot_told, plain_told;
   const auto writer = writer_of(*robot, "chatter", &robot_told);
-  const auto foreign_writer = writer_of(*foreign), plain_writer = writer_of(*other_plain);
+  const auto foreign_writer = writer_of(*foreign), plain_writer = writer_of(*other_plain, "chatter", &plain_told);
 
   ASSERT_TRUE(known.told.until([&] { return known.reader->matched_count() == 1; }));
   ASSERT_TRUE(robot_told.until([&] { return writer->status().matched == 1; }));
@@ -94,6 +94,7 @@ TEST(Security, lets_participants_of_one_keystore_hear_each_other_and_no_stranger
 
   // Those in the clear have met by now, and heard what the others send in the clear.
   ASSERT_TRUE(of_plain.told.until([&] { return of_plain.reader->matched_count() == 1; }));
+  ASSERT_TRUE(plain_told.until([&] { return plain_writer->status().matched == 1; }));
   ASSERT_EQ(test::say(*plain_writer, "for all"), Writer::Sent::Yes);
   ASSERT_EQ(test::say(*foreign_writer, "for theirs"), Writer::Sent::Yes);
   ASSERT_TRUE(of_plain.told.until([&] { return of_plain.reader->has_waiting(); }));
