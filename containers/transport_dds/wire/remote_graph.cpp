@@ -139,8 +139,8 @@ void RemoteGraph::forget_if_empty(const Gid& gid) {
 }
 
 bool RemoteGraph::awaits_endpoints() const {
-  return std::ranges::any_of(participants_,
-                             [](const auto& entry) { return entry.second.is_discovered && !entry.second.has_endpoints_told; });
+  return std::ranges::any_of(
+      participants_, [](const auto& entry) { return entry.second.is_discovered && !entry.second.has_endpoints_told; });
 }
 
 bool RemoteGraph::has_room_for(const Gid& participant, const Snapshot& snapshot) const {
