@@ -6,8 +6,10 @@
 #include <bit>
 #include <cstring>
 #include <map>
+#include <memory>
 #include <sensor_msgs/msg/image.hpp>
 #include <string>
+#include <thread>
 #include <tuple>
 #include <vector>
 
@@ -314,6 +316,24 @@ TEST_P(EveryVendor, with_a_qos_that_does_not_fit_is_named) {
   const auto peer = start({"pub", "--topic", "rt/misfit", "--best-effort"});
   ASSERT_TRUE(told.until([&] { return reader->status().incompatible_qos == 1; }));
   EXPECT_EQ(reader->status().last_policy, DdsPolicy::Reliability);
+}
+
+TEST(PeerProcessTest, starts_while_other_threads_ask_for_memory) {
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 2; ++i) {
+    threads.emplace_back([](const std::stop_token& stop) {
+      // More at once than a thread's own store has: what all share is locked for it.
+      for (std::size_t size = 16; !stop.stop_requested(); size = size % 512 + 16)
+        const std::vector<Bytes> many(1000, Bytes(size));
+    });
+  }
+  std::map<std::string, std::string> environment;
+  for (std::size_t i = 0; i < 400; ++i) environment["NACELLE_TEST_" + std::to_string(i)] = std::string(i, 'x');
+  for (int i = 0; i < 200; ++i) {
+    PeerProcess printer("/usr/bin/printenv", {"NACELLE_TEST_3"}, environment);
+    ASSERT_EQ(printer.line(), "xxx") << i;
+    ASSERT_EQ(printer.end(), 0);
+  }
 }
 
 TEST_F(PeerTest, garbage_under_the_name_of_a_type_is_broken_and_harms_nobody) {
