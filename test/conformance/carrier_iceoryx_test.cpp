@@ -45,21 +45,25 @@ class IceoryxFixture : public ::testing::Test {
 
 INSTANTIATE_TYPED_TEST_SUITE_P(Iceoryx, CarrierLaws, ::testing::Types<IceoryxFixture>);
 
+/// Declared after its sink: the thread that reads may be delivering until the reader is gone.
+struct Ends {
+  std::unique_ptr<CarrierWriter> writer;
+  std::unique_ptr<CarrierReader> reader;
+};
+
 class IceoryxCarrierTest : public CarrierLaws<IceoryxFixture> {
  protected:
-  void open(const CarriedStream& stream, KeepingSink& sink) {
-    writer_ = carrier().create_writer(stream);
-    reader_ = carrier().create_reader(stream, sink);
-    ASSERT_TRUE(writer_ && reader_);
+  Ends open(const CarriedStream& stream, CarrierSink& sink) {
+    Ends ends{carrier().create_writer(stream), carrier().create_reader(stream, sink)};
+    EXPECT_TRUE(ends.writer && ends.reader);
+    return ends;
   }
-  std::unique_ptr<CarrierWriter> writer_;
-  std::unique_ptr<CarrierReader> reader_;
 };
 
 TEST_F(IceoryxCarrierTest, a_long_sequence_is_copied_once_by_the_writer_and_read_where_it_lies) {
   KeepingSink sink(Image::message_type());
-  open(image_stream(), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream(), sink);
+  Sender<Image> sender(*ends.writer);
 
   ASSERT_EQ(sender.send(image_of(200'000, 1)), Sent::Yes);
 
@@ -67,18 +71,18 @@ TEST_F(IceoryxCarrierTest, a_long_sequence_is_copied_once_by_the_writer_and_read
   EXPECT_TRUE(message_in<Image>(arrived[0]).data.is_foreign());
   EXPECT_EQ(carrier().reading().lent, 1U);
   EXPECT_EQ(carrier().reading().bytes_copied, 0U);
-  EXPECT_GE(writer_->bytes_copied(), 200'000U);
-  EXPECT_LT(writer_->bytes_copied(), 200'000U + 200U);
+  EXPECT_GE(ends.writer->bytes_copied(), 200'000U);
+  EXPECT_LT(ends.writer->bytes_copied(), 200'000U + 200U);
 }
 
 TEST_F(IceoryxCarrierTest, a_prepared_message_is_written_once_and_read_in_the_same_place) {
   KeepingSink sink(Image::message_type());
-  open(image_stream(), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream(), sink);
+  Sender<Image> sender(*ends.writer);
   ASSERT_EQ(sender.send(image_of(200'000, 1)), Sent::Yes);  // tells the size
   static_cast<void>(sink.wait_for(1));
   sink.let_go();
-  const auto copied_before = writer_->bytes_copied();
+  const auto copied_before = ends.writer->bytes_copied();
 
   for (std::uint8_t i = 2; i < 100; ++i) {
     Block& block = sender.borrow();
@@ -100,15 +104,15 @@ TEST_F(IceoryxCarrierTest, a_prepared_message_is_written_once_and_read_in_the_sa
     EXPECT_EQ(message_in<Image>(arrived[0]), like);
     sink.let_go();
   }
-  EXPECT_EQ(writer_->bytes_copied(), copied_before);
+  EXPECT_EQ(ends.writer->bytes_copied(), copied_before);
 }
 
 TEST_F(IceoryxCarrierTest, a_prepared_message_that_somebody_else_holds_is_copied_and_counted) {
   KeepingSink sink(Image::message_type());
-  open(image_stream(), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream(), sink);
+  Sender<Image> sender(*ends.writer);
   ASSERT_EQ(sender.send(image_of(50'000, 1)), Sent::Yes);
-  const auto copied_before = writer_->bytes_copied();
+  const auto copied_before = ends.writer->bytes_copied();
   Block& block = sender.borrow();
   auto& image = *static_cast<Image*>(block.message);
   image = image_of(50'000, 2);  // a copy's memory is its own ...
@@ -120,7 +124,7 @@ TEST_F(IceoryxCarrierTest, a_prepared_message_that_somebody_else_holds_is_copied
   ASSERT_EQ(sender.send(second), Sent::Yes);
 
   const auto arrived = sink.wait_for(3);
-  EXPECT_GE(writer_->bytes_copied(), copied_before + 100'000);
+  EXPECT_GE(ends.writer->bytes_copied(), copied_before + 100'000);
   EXPECT_NE(message_in<Image>(arrived[2]).data.data(), static_cast<Image*>(second.message)->data.data());
   EXPECT_EQ(message_in<Image>(arrived[2]).data[49'999], 5);
   drop_reference(block);
@@ -129,8 +133,8 @@ TEST_F(IceoryxCarrierTest, a_prepared_message_that_somebody_else_holds_is_copied
 
 TEST_F(IceoryxCarrierTest, prepared_messages_that_are_never_sent_give_their_chunks_back_also_after_the_writer) {
   KeepingSink sink(Image::message_type());
-  open(image_stream(), sink);
-  auto sender = std::make_unique<Sender<Image>>(*writer_);
+  Ends ends = open(image_stream(), sink);
+  auto sender = std::make_unique<Sender<Image>>(*ends.writer);
   ASSERT_EQ(sender->send(image_of(900'000, 1)), Sent::Yes);
   static_cast<void>(sink.wait_for(1));
   sink.let_go();
@@ -139,7 +143,7 @@ TEST_F(IceoryxCarrierTest, prepared_messages_that_are_never_sent_give_their_chun
   EXPECT_TRUE(sender->send(image_of(900'000, 1)) == Sent::Yes);
   Block& out = sender->borrow();
   ASSERT_TRUE(static_cast<Image*>(out.message)->data.is_foreign());
-  writer_.reset();
+  ends.writer.reset();
   std::memset(static_cast<Image*>(out.message)->data.data(), 1, 900'000);
   drop_reference(out);
 }
@@ -147,8 +151,8 @@ TEST_F(IceoryxCarrierTest, prepared_messages_that_are_never_sent_give_their_chun
 TEST_F(IceoryxCarrierTest, a_sink_whose_readers_may_write_gets_memory_of_its_own) {
   KeepingSink sink(Image::message_type());
   sink.set_may_lend(false);
-  open(image_stream(), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream(), sink);
+  Sender<Image> sender(*ends.writer);
 
   ASSERT_EQ(sender.send(image_of(50'000, 1)), Sent::Yes);
 
@@ -158,8 +162,8 @@ TEST_F(IceoryxCarrierTest, a_sink_whose_readers_may_write_gets_memory_of_its_own
 
 TEST_F(IceoryxCarrierTest, who_hoards_messages_gets_copies_and_does_not_drain_the_daemons_memory) {
   KeepingSink sink(Image::message_type());
-  open(image_stream("/hoard", 1), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream("/hoard", 1), sink);
+  Sender<Image> sender(*ends.writer);
 
   for (std::uint8_t i = 0; i < 200; ++i) {  // of 64 chunks of that size
     ASSERT_EQ(sender.send(image_of(10'000, i)), Sent::Yes) << int{i};
@@ -174,8 +178,8 @@ TEST_F(IceoryxCarrierTest, who_hoards_messages_gets_copies_and_does_not_drain_th
 
 TEST_F(IceoryxCarrierTest, what_no_chunk_can_hold_is_refused_and_the_next_message_goes) {
   KeepingSink sink(Image::message_type());
-  open(image_stream(), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream(), sink);
+  Sender<Image> sender(*ends.writer);
 
   EXPECT_EQ(sender.send(image_of(1'100'000, 1)), Sent::Refused);
   EXPECT_EQ(sender.send(image_of(1'000, 2)), Sent::Yes);
@@ -185,8 +189,8 @@ TEST_F(IceoryxCarrierTest, what_no_chunk_can_hold_is_refused_and_the_next_messag
 
 TEST_F(IceoryxCarrierTest, when_the_daemon_has_no_chunk_left_it_is_refused_until_one_comes_back) {
   KeepingSink sink(Image::message_type());
-  open(image_stream("/large", 64), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream("/large", 64), sink);
+  Sender<Image> sender(*ends.writer);
   std::size_t sent = 0;
   while (sender.send(image_of(900'000, 1)) == Sent::Yes) static_cast<void>(sink.wait_for(++sent));
   EXPECT_GE(sent, 2U);
@@ -195,7 +199,6 @@ TEST_F(IceoryxCarrierTest, when_the_daemon_has_no_chunk_left_it_is_refused_until
   sink.let_go();
 
   EXPECT_EQ(sender.send(image_of(900'000, 1)), Sent::Yes);
-  reader_.reset();  // it may be delivering still, and the sink goes first
 }
 
 TEST_F(IceoryxCarrierTest, more_depth_than_iceoryx_has_is_no_reader) {
@@ -218,8 +221,6 @@ TEST_F(IceoryxCarrierTest, more_readers_than_iceoryx_can_notify_are_refused_and_
 
 TEST_F(IceoryxCarrierTest, a_slow_reader_loses_the_oldest_and_says_so) {
   KeepingSink sink(String::message_type());
-  open(text_stream("/slow", 2), sink);
-  auto sender = Sender<String>(*writer_);
   // The thread that delivers is kept inside the sink's lock while more is sent than may wait.
   struct Slow final : CarrierSink {
     explicit Slow(KeepingSink& to) : to_(to) {}
@@ -232,13 +233,13 @@ TEST_F(IceoryxCarrierTest, a_slow_reader_loses_the_oldest_and_says_so) {
     std::mutex gate;
     KeepingSink& to_;
   } slow(sink);
-  reader_.reset();
-  reader_ = carrier().create_reader(text_stream("/slow", 2), slow);
+  const Ends ends = open(text_stream("/slow", 2), slow);
+  Sender<String> sender(*ends.writer);
   {
     const std::lock_guard closed(slow.gate);
     for (std::size_t i = 1; i <= 20; ++i) ASSERT_EQ(sender.send(text_of(i)), Sent::Yes);
   }
-  reader_->drain();
+  ends.reader->drain();
 
   const auto arrived = sink.wait_for(2);
   EXPECT_LE(arrived.size(), 4U);
@@ -249,7 +250,7 @@ TEST_F(IceoryxCarrierTest, a_slow_reader_loses_the_oldest_and_says_so) {
 
 TEST_F(IceoryxCarrierTest, chunks_that_are_no_messages_are_told_and_given_back) {
   KeepingSink sink(Image::message_type());
-  open(image_stream("/hostile"), sink);
+  const Ends ends = open(image_stream("/hostile"), sink);
   const iox::capro::ServiceDescription service{
       "nacelle/1/sensor_msgs/msg/Image",
       iox::capro::IdString_t(iox::cxx::TruncateToCapacity, Image::message_type().hash), "/hostile"};
@@ -270,15 +271,15 @@ TEST_F(IceoryxCarrierTest, chunks_that_are_no_messages_are_told_and_given_back) 
   EXPECT_EQ(sink.count(), 0U);
   EXPECT_EQ(carrier().reading().broken, 300U);
 
-  Sender<Image> sender(*writer_);
+  Sender<Image> sender(*ends.writer);
   ASSERT_EQ(sender.send(image_of(1'000, 2)), Sent::Yes);
   EXPECT_EQ(message_in<Image>(sink.wait_for(1)[0]), image_of(1'000, 2));
 }
 
 TEST_F(IceoryxCarrierTest, sending_takes_nothing_from_the_heap) {
   KeepingSink sink(Image::message_type());
-  open(image_stream(), sink);
-  Sender<Image> sender(*writer_);
+  const Ends ends = open(image_stream(), sink);
+  Sender<Image> sender(*ends.writer);
   for (std::size_t i = 0; i < 10; ++i) {
     ASSERT_EQ(sender.send(image_of(20'000, 1)), Sent::Yes);
     static_cast<void>(sink.wait_for(i + 1));
