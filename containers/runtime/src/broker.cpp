@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/runtime/broker.hpp"
 
-#include <dlfcn.h>
 #include <unistd.h>
 
 #include <algorithm>
 
 #include "broker_writer.hpp"
 #include "clash.hpp"
+#include "message_library.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "watchdog.hpp"
 
@@ -18,14 +18,6 @@ namespace {
 std::uint64_t first_id() {
   static std::atomic<std::uint64_t> brokers{0};
   return (static_cast<std::uint64_t>(::getpid()) << 40U) | ((brokers.fetch_add(1) & 0xFFU) << 32U) | 1U;
-}
-
-// Message libraries stay for the life of the process: types, pools and queued messages refer to them (design D4).
-void pin_library_of(const msgs::MessageType& type) {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(type.construct), &info) != 0 && info.dli_fname != nullptr) {
-    static_cast<void>(dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE));
-  }
 }
 
 }  // namespace

@@ -4,9 +4,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "message_library.hpp"
+
 namespace nacelle::runtime {
 
 void ServiceDirectory::add(const std::string& name, const std::string& node, ServerPort& server) {
+  pin_library_of(server.request_type());
+  pin_library_of(server.response_type());
   auto ends = ends_.lock();
   const auto made = ends->servers.emplace(name, Server{&server, ++ends->last_id, node});
   for (ServiceListener* const listener : ends->listeners) listener->on_made(info_of(name, made->second));
@@ -23,6 +27,8 @@ void ServiceDirectory::remove(const std::string& name, ServerPort& server) {
 }
 
 std::uint64_t ServiceDirectory::add_client(ServiceEndInfo client) {
+  pin_library_of(*client.request);
+  pin_library_of(*client.response);
   auto ends = ends_.lock();
   client.id = ++ends->last_id;
   client.is_server = false;

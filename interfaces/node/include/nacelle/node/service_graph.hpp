@@ -47,7 +47,7 @@ struct ServiceEndInfo {
   bool is_server = false;
   std::string name;  ///< Fully qualified and remapped, as that of the node.
   std::string node;
-  const msgs::MessageType* request = nullptr;
+  const msgs::MessageType* request = nullptr;  ///< These stay for the life of the process, also when the end has gone.
   const msgs::MessageType* response = nullptr;
 };
 
