@@ -24,44 +24,30 @@ void close_end(int& end) {
   if (end >= 0) ::close(std::exchange(end, -1));
 }
 
-/// This process's own variables, with `changed` in place of those of the same name.
-std::vector<std::string> environment_with(const std::map<std::string, std::string>& changed) {
-  std::vector<std::string> variables;
-  for (char** variable = environ; *variable != nullptr; ++variable) {
-    const std::string line = *variable;
-    if (!changed.contains(line.substr(0, line.find('=')))) variables.push_back(line);
-  }
-  for (const auto& [name, value] : changed) variables.emplace_back(name).append("=").append(value);
-  return variables;
-}
-
-std::vector<char*> pointers_to(std::vector<std::string>& words) {
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  return pointers;
-}
-
 }  // namespace
 
 PeerProcess::PeerProcess(const std::string& program, const std::vector<std::string>& arguments,
                          const std::map<std::string, std::string>& environment) {
   std::array<int, 2> in{-1, -1}, out{-1, -1};
   if (::pipe2(in.data(), O_CLOEXEC) != 0 || ::pipe2(out.data(), O_CLOEXEC) != 0) return;
-  std::vector<std::string> words{program};
+  // By `env`, since no memory may be asked for after the fork: another thread may have held the allocator's lock then, and for
+  // ever in the copy. setenv() asks for some.
+  std::vector<std::string> words{"/usr/bin/env"};
+  for (const auto& [name, value] : environment) words.emplace_back(name).append("=").append(value);
+  words.push_back(program);
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<std::string> variables = environment_with(environment);
-  std::vector<char*> argv = pointers_to(words), envp = pointers_to(variables);
+  std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
   const pid_t parent = ::getpid();
   id_ = ::fork();
   if (id_ == 0) {
-    // No memory may be asked for here: at the fork another thread may have held the allocator's lock, for ever in this copy.
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) std::_Exit(0);
     ::dup2(in[0], STDIN_FILENO);
     ::dup2(out[1], STDOUT_FILENO);
-    ::execve(program.c_str(), argv.data(), envp.data());
+    ::execv(pointers[0], pointers.data());
     std::_Exit(127);
   }
   close_end(in[0]);

@@ -385,7 +385,7 @@ class Peer(RemoteTest):
                 answer = self.rows("service", "call", f"/{vendor}/add", "example_interfaces/srv/AddTwoInts", "{a: 40, b: 2}")
                 self.assertEqual(answer["response"], {"sum": 42})
 
-    # Fast DDS 2.9 answers at once or a second later, as it comes; six that answer at once are rare.
+    # Fast DDS 2.9 answers at once or a second later, as it comes: without the waiting most of the six are missing.
     def test_one_who_was_found_is_waited_for(self):
         if "fastdds" not in PEERS:
             self.skipTest("needs Fast DDS")
@@ -398,7 +398,7 @@ class Peer(RemoteTest):
             took.append(time.monotonic() - begin)
         print("a list with 0.7 s for discovery took " + ", ".join(f"{s:.1f}" for s in took) + " s")
         # On a busy machine one may not have been found within that time, and who was not is not waited for.
-        self.assertLessEqual(len(missed), 2, missed)
+        self.assertLessEqual(len(missed), 1, missed)
 
     def test_without_a_container_a_component_is_refused_with_the_reason(self):
         for vendor in PEERS:

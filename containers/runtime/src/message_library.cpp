@@ -14,9 +14,8 @@ void pin_library_of(const msgs::MessageType& type) {
   static Guarded<std::set<const msgs::MessageType*>> pinned;
   if (pinned.lock()->contains(&type)) return;
   Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(type.construct), &info) != 0 && info.dli_fname != nullptr)
-    static_cast<void>(dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE));
-  pinned.lock()->insert(&type);
+  if (dladdr(reinterpret_cast<const void*>(type.construct), &info) == 0 || info.dli_fname == nullptr) return;
+  if (dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE) != nullptr) pinned.lock()->insert(&type);
 }
 
 }  // namespace nacelle::runtime
