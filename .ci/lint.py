@@ -75,11 +75,11 @@ def newest_first(units):
 
 
 def entries_per_source(entry):
-    """The entry, or one for each source of a file in which CMake has put several together (NACELLE_UNITY)."""
+    """The entry, or one for each source of a file that includes several of them (NACELLE_UNITY)."""
     file = Path(entry["file"])
     if file.parent.name != "Unity":
         return [entry]
-    sources = re.findall(r'#include "([^"]+)"', file.read_text(encoding="utf-8"))
+    sources = [os.path.normpath(file.parent / path) for path in re.findall(r'#include "([^"]+)"', file.read_text(encoding="utf-8"))]
     return [{**entry, "file": source, "command": entry["command"].replace(entry["file"], source)} for source in sources]
 
 

@@ -166,7 +166,7 @@ Result<Watched, Problem> watched_by(const std::vector<std::string>& wanted, cons
     const std::string child = row["child"];
     const bool is_shown = wanted.empty() || std::find(shown.begin(), shown.end(), child) != shown.end();
     // The chain's topmost frame hangs from one that is not of the chain.
-    const bool leaves_chain = wanted.size() == 2 && std::find(shown.begin(), shown.end(), row["parent"]) == shown.end();
+    const bool leaves_chain = wanted.size() == 2 && std::find(shown.begin(), shown.end(), row["parent"].get<std::string>()) == shown.end();
     if (is_shown && !leaves_chain) watched.frames.push_back(child);
   }
   return watched;

@@ -109,7 +109,7 @@ json list_components(RemoteNetwork& network, const std::string& container) {
 /// What its participant announces of itself; what it does not is left out.
 void add_process(json& reply, const RemoteNetwork& network) {
   for (const auto& node : network.look([](const auto& graph) { return graph.nodes(); })) {
-    if (full_name(node.node_namespace, node.name) != reply["node"]) continue;
+    if (full_name(node.node_namespace, node.name) != reply["node"].get_ref<const std::string&>()) continue;
     reply["namespace"] = node.node_namespace;
     for (const auto& [key, text] : {std::pair{"host", node.host}, {"pid", node.pid}, {"enclave", node.enclave}}) {
       if (!text.empty()) reply[key] = text;

@@ -11,7 +11,7 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_'; }
 
 // Names come from files and from the network: a control character must not reach a terminal.
-std::string quoted(std::string_view name) {
+std::string in_quotes(std::string_view name) {
   std::string out = "'";
   for (const char c : name.substr(0, 80)) out += (c >= ' ' && c < 0x7f) ? c : '?';
   if (name.size() > 80) out += "...";
@@ -19,7 +19,7 @@ std::string quoted(std::string_view name) {
 }
 
 Problem bad(std::string_view kind, std::string_view name, std::string why) {
-  return {"", "the " + std::string(kind) + " " + quoted(name) + " " + std::move(why), ""};
+  return {"", "the " + std::string(kind) + " " + in_quotes(name) + " " + std::move(why), ""};
 }
 
 Problem too_long(std::string_view kind, std::string_view name, std::size_t limit) {
@@ -50,7 +50,7 @@ Result<std::size_t, Problem> validate_substitution(std::string_view name, std::s
   if (close == std::string_view::npos) return err(bad(kTopic, name, "has a '{' without its '}'"));
   const auto word = name.substr(open + 1, close - open - 1);
   if (word != "node" && word != "ns" && word != "namespace") {
-    Problem problem = bad(kTopic, name, "holds the unknown substitution {" + quoted(word) + "}");
+    Problem problem = bad(kTopic, name, "holds the unknown substitution {" + in_quotes(word) + "}");
     problem.way_out = suggestion(word, {"node", "ns", "namespace"});
     return err(std::move(problem));
   }
@@ -163,7 +163,7 @@ bool is_hidden_name(std::string_view name) {
 Result<RemapRule, Problem> parse_remap_rule(std::string_view text) {
   const auto split = text.find(":=");
   if (split == std::string_view::npos) {
-    return err(Problem{"", "the remap rule " + quoted(text) + " has no ':='", "write from:=to"});
+    return err(Problem{"", "the remap rule " + in_quotes(text) + " has no ':='", "write from:=to"});
   }
   return make_remap_rule(text.substr(0, split), text.substr(split + 2));
 }
@@ -196,7 +196,7 @@ Result<RemapRule, Problem> make_remap_rule(std::string_view from, std::string_vi
   rule.from = from;
   for (const auto name : {from, to}) {
     if (name.find_first_of("*\\") != std::string_view::npos) {
-      return err(Problem{"", "the remap rule " + quoted(to_text(rule)) + " has a wildcard or a back reference",
+      return err(Problem{"", "the remap rule " + in_quotes(to_text(rule)) + " has a wildcard or a back reference",
                          "ROS 2 does not know them either; write one rule per name"});
     }
     if (auto ok = validate_topic_name(name); !ok) return err(ok.error());

@@ -166,7 +166,9 @@ function(nacelle_generate_interfaces package)
     VERBATIM)
 
   set(target nacelle_msgs_${package})
-  add_library(${target} SHARED ${own_sources} ${stamp})
+  set(compiled ${own_sources})
+  nacelle_unite(compiled ${target})
+  add_library(${target} SHARED ${compiled} ${stamp})
   nacelle_target_defaults(${target})
   # Copies and tables: -O2 takes twice as long to compile and is no faster (the codec is in libnacelle_msgs_runtime).
   target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1> $<$<CONFIG:RelWithDebInfo>:-g1>)
@@ -175,7 +177,7 @@ function(nacelle_generate_interfaces package)
   target_link_libraries(${target} PUBLIC nacelle::msgs_runtime ${libraries})
   # Found beside each other wherever they are installed; a program's own RUNPATH does not reach its libraries'
   # libraries.
-  set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN")
+  nacelle_rpath("$ORIGIN" ${target})
   set_property(GLOBAL APPEND PROPERTY NACELLE_MESSAGE_PACKAGES ${target})
   if(A_NO_INSTALL)
     add_library(nacelle::msgs_${package} ALIAS ${target})
