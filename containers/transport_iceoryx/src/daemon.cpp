@@ -139,7 +139,7 @@ void Daemon::serve() {
       break;
     }
     std::uint64_t calls = 0;
-    static_cast<void>(::read(wake_, &calls, sizeof calls));
+    [[maybe_unused]] const ssize_t drained = ::read(wake_, &calls, sizeof calls);
     while (true) {
       std::shared_ptr<Request> request;
       {

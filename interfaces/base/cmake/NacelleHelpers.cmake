@@ -37,6 +37,7 @@ set(NACELLE_SANITIZER "" CACHE STRING "address (with undefined), thread, or empt
 set_property(CACHE NACELLE_SANITIZER PROPERTY STRINGS "" address thread)
 option(NACELLE_BENCHMARKS "Make the target `benchmarks` (./dev bench)" OFF)
 option(NACELLE_UNITY "Compile several files of a target as one: a build from nothing is shorter, one changed file's longer" OFF)
+option(NACELLE_HARDENING "Compile with stack protector, stack clash protection, fortified libc calls" ON)
 option(NACELLE_FUZZING "Link fuzz targets with libFuzzer (needs clang)" OFF)
 
 # With NACELLE_UNITY, replaces the C++ files of a list by files that include eight of them each, so that names in anonymous
@@ -75,7 +76,7 @@ endfunction()
 # Makes memory errors harder to exploit. The sanitizers bring checks of their own, which fortified libc calls would hide.
 function(nacelle_harden target)
   target_link_options(${target} PRIVATE -Wl,-z,relro -Wl,-z,now -Wl,-z,noexecstack)
-  if(NACELLE_SANITIZER)
+  if(NACELLE_SANITIZER OR NOT NACELLE_HARDENING)
     return()
   endif()
   target_compile_options(${target} PRIVATE -fstack-protector-strong -fstack-clash-protection

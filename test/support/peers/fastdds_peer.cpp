@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A peer on Fast DDS 2: a second make of DDS. Its types are written by hand, since Debian has no fastddsgen.
+// A peer on Fast DDS, a second implementation of DDS: version 2 (Debian 12) or 3 (Debian 13). Its types are written by hand, since
+// Debian 12 has no fastddsgen.
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
 
+#if __has_include(<fastdds/utils/IPLocator.hpp>)
+#define NACELLE_FASTDDS 3
+#include <fastdds/rtps/flowcontrol/FlowControllerDescriptor.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.hpp>
+#include <fastdds/utils/IPLocator.hpp>
+#else
+#define NACELLE_FASTDDS 2
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <fastdds/rtps/flowcontrol/FlowControllerDescriptor.hpp>
+#endif
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -16,7 +26,6 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#include <fastdds/rtps/flowcontrol/FlowControllerDescriptor.hpp>
 
 #include <array>
 #include <atomic>
@@ -27,8 +36,16 @@ namespace nacelle::test::peers {
 namespace {
 
 namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastcdr::Cdr;
+#if NACELLE_FASTDDS >= 3
+namespace rtps = eprosima::fastdds::rtps;
+constexpr auto kOk = dds::RETCODE_OK;
+constexpr auto kEncoding = eprosima::fastcdr::CdrVersion::DDS_CDR;
+#else
+namespace rtps = eprosima::fastrtps::rtps;
+const auto kOk = eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK;
+constexpr auto kEncoding = Cdr::DDS_CDR;
+#endif
 
 // --- the bytes -------------------------------------------------------------------------------------------------------
 
@@ -67,33 +84,46 @@ void get(Cdr& cdr, AddRequest& out) { cdr >> out.client >> out.number >> out.a >
 void put(Cdr& cdr, const AddResponse& in) { cdr << in.client << in.number << in.sum; }
 void get(Cdr& cdr, AddResponse& out) { cdr >> out.client >> out.number >> out.sum; }
 
+/// What Fast DDS asks of a type, in the words of both versions.
 template <typename T>
 class Type final : public dds::TopicDataType {
+  static constexpr std::uint32_t kMostBytes = 9000000;
+
  public:
+#if NACELLE_FASTDDS >= 3
+  Type() {
+    set_name(T::kName);
+    max_serialized_type_size = kMostBytes;
+    is_compute_key_provided = false;
+  }
+  bool serialize(const void* data, rtps::SerializedPayload_t& payload, dds::DataRepresentationId_t /*id*/) override {
+    return encode(*static_cast<const T*>(data), payload);
+  }
+  bool deserialize(rtps::SerializedPayload_t& payload, void* data) override {
+    return decode(payload, *static_cast<T*>(data));
+  }
+  std::uint32_t calculate_serialized_size(const void* data, dds::DataRepresentationId_t /*id*/) override {
+    return static_cast<std::uint32_t>(most_bytes(*static_cast<const T*>(data)));
+  }
+  void* create_data() override { return new T; }
+  void delete_data(void* data) override { delete static_cast<T*>(data); }
+  bool compute_key(rtps::SerializedPayload_t& /*payload*/, rtps::InstanceHandle_t& /*handle*/, bool /*md5*/) override {
+    return false;
+  }
+  bool compute_key(const void* /*data*/, rtps::InstanceHandle_t& /*handle*/, bool /*md5*/) override { return false; }
+#else
   Type() {
     setName(T::kName);
-    m_typeSize = 9000000;
+    m_typeSize = kMostBytes;
     m_isGetKeyDefined = false;
     auto_fill_type_object(false);
     auto_fill_type_information(false);
   }
   bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
-    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->max_size);
-    Cdr cdr(buffer, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR);
-    cdr.serialize_encapsulation();
-    put(cdr, *static_cast<T*>(data));
-    payload->encapsulation = cdr.endianness() == Cdr::BIG_ENDIANNESS ? CDR_BE : CDR_LE;
-    payload->length = static_cast<std::uint32_t>(cdr.getSerializedDataLength());
-    return true;
+    return encode(*static_cast<T*>(data), *payload);
   }
   bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
-    try {
-      eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->length);
-      Cdr cdr(buffer, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR);
-      cdr.read_encapsulation();
-      get(cdr, *static_cast<T*>(data));
-      return true;
-    } catch (const eprosima::fastcdr::exception::Exception&) { return false; }
+    return decode(*payload, *static_cast<T*>(data));
   }
   std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
     return [data] { return static_cast<std::uint32_t>(most_bytes(*static_cast<T*>(data))); };
@@ -101,6 +131,31 @@ class Type final : public dds::TopicDataType {
   void* createData() override { return new T; }
   void deleteData(void* data) override { delete static_cast<T*>(data); }
   bool getKey(void* /*data*/, rtps::InstanceHandle_t* /*handle*/, bool /*force_md5*/) override { return false; }
+#endif
+
+ private:
+  static bool encode(const T& message, rtps::SerializedPayload_t& payload) {
+    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload.data), payload.max_size);
+    Cdr cdr(buffer, Cdr::DEFAULT_ENDIAN, kEncoding);
+    cdr.serialize_encapsulation();
+    put(cdr, message);
+    payload.encapsulation = cdr.endianness() == Cdr::BIG_ENDIANNESS ? CDR_BE : CDR_LE;
+#if NACELLE_FASTDDS >= 3
+    payload.length = static_cast<std::uint32_t>(cdr.get_serialized_data_length());
+#else
+    payload.length = static_cast<std::uint32_t>(cdr.getSerializedDataLength());
+#endif
+    return true;
+  }
+  static bool decode(rtps::SerializedPayload_t& payload, T& message) {
+    try {
+      eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload.data), payload.length);
+      Cdr cdr(buffer, Cdr::DEFAULT_ENDIAN, kEncoding);
+      cdr.read_encapsulation();
+      get(cdr, message);
+      return true;
+    } catch (const eprosima::fastcdr::exception::Exception&) { return false; }
+  }
 };
 
 // --- the endpoints ---------------------------------------------------------------------------------------------------
@@ -204,7 +259,7 @@ class FastDds {
     [[nodiscard]] std::optional<T> take() {
       T message;
       dds::SampleInfo info;
-      while (reader_->take_next_sample(&message, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+      while (reader_->take_next_sample(&message, &info) == kOk) {
         if (info.valid_data) return message;
       }
       return std::nullopt;
