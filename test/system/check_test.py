@@ -3,6 +3,8 @@
 import json
 import pathlib
 import re
+import socket
+import subprocess
 import unittest
 import xml.etree.ElementTree
 
@@ -189,6 +191,19 @@ class Check(RobotTest):
         self.assertRegex(outcome.stderr, r"error: .*apart.launch.yaml:10: /lidar: .*scan_points")
         self.assertRegex(outcome.stderr, r"error: .*apart.launch.yaml:10: /lidar has no parameter 'nosuch'")
         self.assertIn("2 errors", outcome.stderr)
+
+    def test_writes_each_line_of_errors_at_once(self):
+        """A packet of this socket is one system call. Two processes that share a stream would mix what is written in pieces."""
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with ours, theirs:
+            outcome = self.run_program("launch", BROKEN / "two_parents.launch.yaml", capture_output=False, stdout=subprocess.DEVNULL,
+                                       stderr=theirs)  # fmt: skip
+            theirs.close()
+            self.assertEqual(outcome.returncode, 1)
+            packets = list(iter(lambda: ours.recv(65536), b""))
+        self.assertTrue(any(len(packet) > 128 for packet in packets), packets)
+        for packet in packets:
+            self.assertTrue(packet.endswith(b"\n"), packets)
 
     def test_wrong_usage_is_2(self):
         for words in (["check"], ["check", LAUNCH_FILE, "sim"], ["params", LAUNCH_FILE], ["import"]):

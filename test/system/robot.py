@@ -63,7 +63,8 @@ class RobotTest(unittest.TestCase):
     @classmethod
     def run_program(cls, *arguments, limit_s=60, **options):
         options.setdefault("env", cls.environment)
-        return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=limit_s * SLOW, **options)
+        options.setdefault("capture_output", True)
+        return subprocess.run([PROGRAM, *map(str, arguments)], text=True, timeout=limit_s * SLOW, **options)
 
     @classmethod
     def start_program(cls, *arguments, **options):

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -37,6 +38,11 @@ void open_missing_standard_streams() {
     // The lowest free number is given, which is this one.
     if (::fcntl(fd, F_GETFD) < 0) static_cast<void>(::open("/dev/null", O_RDWR));
   }
+}
+
+void write_errors_by_whole_lines() {
+  static std::array<char, 16384> buffer;
+  static_cast<void>(std::setvbuf(stderr, buffer.data(), _IOLBF, buffer.size()));
 }
 
 }  // namespace nacelle::cli

@@ -15,4 +15,9 @@ namespace nacelle::cli {
 /// and is written to by a printf.
 void open_missing_standard_streams();
 
+/// Makes each line that is printed to stderr one system call, so that lines of several processes on one stream do not mix. The C
+/// library writes an unbuffered line in pieces (glibc 2.41: 128 bytes). Must come before the first output. Text without an end of
+/// line needs std::fflush.
+void write_errors_by_whole_lines();
+
 }  // namespace nacelle::cli

@@ -78,6 +78,7 @@ void Session::progress(const std::string& line) const {
     std::fprintf(stderr, "%s\n", line.c_str());
   } else if (on_terminal_) {
     std::fprintf(stderr, "\r\033[K%s", line.c_str());
+    std::fflush(stderr);
   }
 }
 
@@ -372,7 +373,10 @@ void Session::take_down() {
   supervision_->publish();
   if (was_running) state_->remove();
   service_->set_phase(Phase::Down);
-  if (on_terminal_ && !options_.verbose) std::fprintf(stderr, "\r\033[K");
+  if (on_terminal_ && !options_.verbose) {
+    std::fputs("\r\033[K", stderr);
+    std::fflush(stderr);
+  }
 }
 
 void Session::take_final_figures() {
