@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+#include <utility>
+
 #include "ekf/component/ekf_parameters.hpp"
 #include "nacelle/qos/presets.hpp"
 
@@ -48,6 +52,8 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
                          robot_localization::srv::SetPose::Response&) { set_pose(request.pose); });
   reset_service_ = create_service<std_srvs::srv::Empty>(
       "reset", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { reset(); });
+  enable_service_ = create_service<std_srvs::srv::Empty>(
+      "enable", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { enable(); });
 
   // What the parameters name is declared here already; what is wrong with them is said when the node is configured.
   const auto read = read_ekf_parameters(*this);
@@ -63,6 +69,7 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
       case InputKind::Imu: listen<sensor_msgs::msg::Imu>(i, read->inputs[i]); break;
     }
   }
+  if (read->filter.control.any()) listen_to_commands(read->stamped_control);
   if (read->publish_acceleration)
     acceleration_ = create_publisher<geometry_msgs::msg::AccelWithCovarianceStamped>("accel/filtered", QoS(10));
   if (read->print_diagnostics)
@@ -78,9 +85,37 @@ void EkfComponent::listen(std::size_t index, const InputOptions& input) {
   subscriptions_.push_back(create_subscription<Message>(input.topic,
                                                         SensorDataQoS(QoS(static_cast<std::size_t>(input.queue_size))),
                                                         [this, index](const Message& message, const MessageInfo& info) {
-                                                          inputs_[index]->comes_from(info.writer_id);
+                                                          if (!enabled_) return;
+                                                          inputs_[index]->comes_from(info.writer_id, info.sequence);
                                                           inputs_[index]->take(message);
                                                         }));
+}
+
+void EkfComponent::listen_to_commands(bool stamped) {
+  using geometry_msgs::msg::Twist;
+  using geometry_msgs::msg::TwistStamped;
+  if (!stamped) {
+    commands_ =
+        create_subscription<Twist>("cmd_vel", QoS(1), [this](const Twist& message) { command(message, now()); });
+    return;
+  }
+  commands_ = create_subscription<TwistStamped>("cmd_vel", QoS(1), [this](const TwistStamped& message) {
+    const std::string& frame = message.header.frame_id;
+    if (frame.empty() || frame == options_->base_link_frame)
+      return command(message.twist, time_of(message.header.stamp));
+    if (std::exchange(told_command_frame_, true)) return;
+    get_logger().warn("commands in the frame '{}' are not used: use_control takes them in base_link_frame ('{}')",
+                      frame, options_->base_link_frame);
+  });
+}
+
+void EkfComponent::command(const geometry_msgs::msg::Twist& twist, WallTime stamp) {
+  const std::array<double, ControlOptions::kAxes> velocity{twist.linear.x,  twist.linear.y,  twist.linear.z,
+                                                           twist.angular.x, twist.angular.y, twist.angular.z};
+  for (const double v : velocity) {
+    if (!std::isfinite(v)) return;
+  }
+  filter_->command(velocity, stamp);
 }
 
 CallbackReturn EkfComponent::on_configure(const State&) {
@@ -99,14 +134,19 @@ CallbackReturn EkfComponent::on_configure(const State&) {
   inputs_.clear();
   std::uint16_t next = 0;
   for (const InputOptions& input : options_->inputs) {
-    inputs_.push_back(std::make_unique<Input>(input, InputContext{&*filter_, buffer_.get(), &*options_}, next));
+    inputs_.push_back(
+        std::make_unique<Input>(input, InputContext{&*filter_, buffer_.get(), &*options_, &get_clock()}, next));
     next = static_cast<std::uint16_t>(next + inputs_.back()->parts().size());
   }
+  enabled_ = !options_->disabled_at_startup;
+  follows_sim_time_ = get<bool>("use_sim_time");
+  told_disabled_ = told_command_frame_ = false;
   timer_ = create_timer(from_seconds(1.0 / options_->frequency_hz), [this] { tick(); });
   return CallbackReturn::SUCCESS;
 }
 
 CallbackReturn EkfComponent::on_activate(const State&) {
+  for (const auto& input : inputs_) input->begin();
   watch_.emplace(inputs_, *filter_, skews_);
   next_look_ = get_clock().now() + kLookPeriod;
   return CallbackReturn::SUCCESS;
@@ -131,10 +171,16 @@ const PartStats* EkfComponent::stats(std::string_view part) const {
 }
 
 void EkfComponent::tick() {
+  if (!enabled_) {
+    if (!std::exchange(told_disabled_, true))
+      get_logger().info("disabled_at_startup: call the service {} to begin", enable_service_->get_service_name());
+    return;
+  }
   const WallTime time = now();
-  filter_->step(time);
-  if (const auto output = filter_->output(time)) publish(*output);
   const MonotonicTime monotonic = get_clock().now();
+  // Simulated time may run at any rate: real time says nothing about it.
+  filter_->step(time, follows_sim_time_ ? MonotonicTime{} : monotonic);
+  if (const auto output = filter_->output(time)) publish(*output);
   if (monotonic < next_look_) return;
   next_look_ = monotonic + kLookPeriod;
   watch_->look(inputs_, *filter_, get_logger());
@@ -153,7 +199,7 @@ void EkfComponent::publish(const Filter::Output& output) {
   if (message) {
     message->header.stamp = stamp_of(output.stamp);
     message->header.frame_id = options_->world_frame;
-    message->child_frame_id = options_->base_link_frame;
+    message->child_frame_id = options_->base_link_frame_output;
     auto& pose = message->pose.pose;
     pose.position.x = x[kX];
     pose.position.y = x[kY];
@@ -177,7 +223,7 @@ void EkfComponent::publish(const Filter::Output& output) {
 void EkfComponent::publish_transform(const Filter::Output& output) {
   const StateVector& x = output.belief->mean;
   RigidTransform X{spatial::quaternion_from_rpy({x[kRoll], x[kPitch], x[kYaw]}), {x[kX], x[kY], x[kZ]}};
-  if (options_->tf_child() != options_->base_link_frame) {
+  if (options_->corrects_odom()) {
     // map -> odom, from map -> base and the odometry's own odom -> base.
     const auto X_BO = buffer_->lookup_latest(options_->base_link_frame, options_->odom_frame);
     if (!X_BO) return;
@@ -205,7 +251,7 @@ void EkfComponent::publish_acceleration(const Filter::Output& output) {
   auto message = acceleration_->borrow();
   if (!message) return;
   message->header.stamp = stamp_of(output.stamp);
-  message->header.frame_id = options_->base_link_frame;
+  message->header.frame_id = options_->base_link_frame_output;
   auto& accel = message->accel.accel;
   accel.linear.x = x[kAx];
   accel.linear.y = x[kAy];
@@ -247,6 +293,17 @@ void EkfComponent::set_pose(const geometry_msgs::msg::PoseWithCovarianceStamped&
   }
   for (const auto& input : inputs_) input->forget();
   get_logger().info("pose set to x {:.3f} y {:.3f}", filter_->belief().mean[kX], filter_->belief().mean[kY]);
+}
+
+void EkfComponent::enable() {
+  if (enabled_) {
+    get_logger().warn("the filter is enabled already; disabled_at_startup lets it wait for this service");
+    return;
+  }
+  enabled_ = true;
+  for (const auto& input : inputs_) input->begin();
+  if (watch_) watch_.emplace(inputs_, *filter_, skews_);
+  get_logger().info("enabled");
 }
 
 void EkfComponent::reset() {

@@ -8,6 +8,8 @@
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <geometry_msgs/msg/accel_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
+#include <geometry_msgs/msg/twist.hpp>
+#include <geometry_msgs/msg/twist_stamped.hpp>
 #include <nav_msgs/msg/odometry.hpp>
 #include <robot_localization/srv/set_pose.hpp>
 #include <std_srvs/srv/empty.hpp>
@@ -24,7 +26,7 @@ namespace nacelle::ekf {
 /// estimate out, one each per tick of `frequency`, with stamps that only grow.
 ///
 /// A tick without a new measurement publishes the state carried on to now, where ekf_node stays silent. set_pose is a topic
-/// and a service, reset a service. Frames of the inputs are looked up in the container's one TransformBuffer.
+/// and a service, reset and enable are services; with use_control cmd_vel is an input of the prediction. Frames of the inputs are looked up in the container's one TransformBuffer.
 /// Threads: the component's executor. Allocates: nothing at the rate of the inputs and outputs.
 class EkfComponent final : public LifecycleNode {
  public:
@@ -47,6 +49,9 @@ class EkfComponent final : public LifecycleNode {
   void publish_acceleration(const Filter::Output& output);
   void set_pose(const geometry_msgs::msg::PoseWithCovarianceStamped& message);
   void reset();
+  void enable();
+  void listen_to_commands(bool stamped);
+  void command(const geometry_msgs::msg::Twist& twist, WallTime stamp);
 
   std::optional<EkfOptions> options_;
   std::optional<Filter> filter_;
@@ -57,7 +62,8 @@ class EkfComponent final : public LifecycleNode {
   std::vector<std::shared_ptr<SubscriptionBase>> subscriptions_;
   std::shared_ptr<Subscription<geometry_msgs::msg::PoseWithCovarianceStamped>> set_pose_topic_;
   std::shared_ptr<Service<robot_localization::srv::SetPose>> set_pose_service_;
-  std::shared_ptr<Service<std_srvs::srv::Empty>> reset_service_;
+  std::shared_ptr<Service<std_srvs::srv::Empty>> reset_service_, enable_service_;
+  std::shared_ptr<SubscriptionBase> commands_;
   std::shared_ptr<Publisher<nav_msgs::msg::Odometry>> odometry_;
   std::shared_ptr<Publisher<geometry_msgs::msg::AccelWithCovarianceStamped>> acceleration_;
   std::shared_ptr<Publisher<tf2_msgs::msg::TFMessage>> transforms_;
@@ -65,6 +71,10 @@ class EkfComponent final : public LifecycleNode {
   std::shared_ptr<Timer> timer_;
   std::unique_ptr<FrameClaim> claim_;
   MonotonicTime next_look_{};
+  bool enabled_{true};
+  bool follows_sim_time_{false};
+  bool told_disabled_{false};
+  bool told_command_frame_{false};
 };
 
 }  // namespace nacelle::ekf

@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ekf/component/ekf_parameters.hpp"
 #include "ekf/model/covariance_parameter.hpp"
@@ -93,6 +95,11 @@ Result<void, Problem> read_filter(const Node& node, EkfOptions& options) {
     const bool angle = i >= kRoll && i <= kYaw;
     filter.initial.mean[static_cast<int>(i)] = angle ? spatial::wrap_to_pi(state[i]) : state[i];
   }
+  const std::int64_t limit = node.get<std::int64_t>("measurement_queue_limit");
+  if (limit < 16 || limit > 65536)
+    return err(wrong("measurement_queue_limit", fmt::format("is {}", limit), "give 16 to 65536"));
+  filter.queue_limit = static_cast<std::size_t>(limit);
+  filter.period = from_seconds(1.0 / options.frequency_hz);
   filter.two_d_mode = node.get<bool>("two_d_mode");
   filter.predict_to_current_time = node.get<bool>("predict_to_current_time");
   filter.dynamic_process_noise = node.get<bool>("dynamic_process_noise_covariance");
@@ -105,13 +112,25 @@ Result<void, Problem> read_filter(const Node& node, EkfOptions& options) {
   return {};
 }
 
+// robot_localization's tf_prefix, which puts a slash behind it; then ours, which does not.
+std::string frame_of(const Node& node, const std::string& parameter) {
+  const auto without_slash = [](std::string name) { return name.starts_with('/') ? name.substr(1) : name; };
+  const std::string prefix = without_slash(node.get<std::string>("tf_prefix"));
+  const auto frame = node.get<std::string>(parameter);
+  if (prefix.empty() || frame.empty()) return frame_name(node, parameter);
+  return with_frame_prefix(node.get<std::string>(kFramePrefixParameter), prefix + "/" + without_slash(frame));
+}
+
 Result<void, Problem> read_frames(const Node& node, EkfOptions& options) {
-  options.map_frame = frame_name(node, "map_frame");
-  options.odom_frame = frame_name(node, "odom_frame");
-  options.base_link_frame = frame_name(node, "base_link_frame");
+  options.map_frame = frame_of(node, "map_frame");
+  options.odom_frame = frame_of(node, "odom_frame");
+  options.base_link_frame = frame_of(node, "base_link_frame");
   options.world_frame = options.odom_frame;
   if (node.get_parameter("world_frame").get_type() != ParameterType::NotSet)
-    options.world_frame = frame_name(node, "world_frame");
+    options.world_frame = frame_of(node, "world_frame");
+  options.base_link_frame_output = options.base_link_frame;
+  if (!node.get<std::string>("base_link_frame_output").empty())
+    options.base_link_frame_output = frame_of(node, "base_link_frame_output");
   if (options.world_frame != options.map_frame && options.world_frame != options.odom_frame) {
     return err(wrong("world_frame",
                      fmt::format("'{}' is neither map_frame ('{}') nor odom_frame ('{}')", options.world_frame,
@@ -121,10 +140,75 @@ Result<void, Problem> read_frames(const Node& node, EkfOptions& options) {
   if (options.base_link_frame.empty() || options.odom_frame.empty() || options.world_frame.empty()) {
     return err(wrong("base_link_frame", "a frame has no name", "set map_frame, odom_frame and base_link_frame"));
   }
-  if (options.base_link_frame == options.odom_frame || options.base_link_frame == options.map_frame) {
-    return err(wrong("base_link_frame", fmt::format("'{}' is a world frame, too", options.base_link_frame),
-                     "give three names"));
+  for (const auto& [parameter, frame] : {std::pair{"base_link_frame", options.base_link_frame},
+                                         std::pair{"base_link_frame_output", options.base_link_frame_output}}) {
+    if (frame == options.odom_frame || frame == options.map_frame)
+      return err(wrong(parameter, fmt::format("'{}' is a world frame, too", frame), "give three names"));
   }
+  return {};
+}
+
+constexpr const char* kSixAxes = "give 6: vx vy vz, vroll vpitch vyaw";
+
+// Nothing given means `otherwise`.
+Result<ControlOptions::Axes, Problem> read_axes(const Node& node, const char* name,
+                                                const ControlOptions::Axes& otherwise) {
+  const auto given = node.get<std::vector<double>>(name);
+  if (given.empty()) return otherwise;
+  if (given.size() != ControlOptions::kAxes)
+    return err(wrong(name, fmt::format("has {} numbers", given.size()), kSixAxes));
+  ControlOptions::Axes axes{};
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (!(given[i] >= 0.0) || !std::isfinite(given[i]))
+      return err(wrong(name, fmt::format("number {} is {}", i, given[i]), "give 0 or more"));
+    axes[i] = given[i];
+  }
+  return axes;
+}
+
+// After the inputs: an acceleration that is measured is not commanded. Source: robot_localization, RosFilter::loadParams.
+Result<void, Problem> read_control(const Node& node, EkfOptions& options) {
+  options.stamped_control = node.get<bool>("stamped_control");
+  if (!node.get<bool>("use_control")) return {};
+  ControlOptions control;
+  const auto config = node.get<std::vector<bool>>("control_config");
+  if (!config.empty() && config.size() != ControlOptions::kAxes)
+    return err(wrong("control_config", fmt::format("has {} booleans", config.size()), kSixAxes));
+  std::copy(config.begin(), config.end(), control.controlled.begin());
+  const double timeout_s = node.get<double>("control_timeout");
+  if (!(timeout_s >= 0.0) || !(timeout_s < 1e6))
+    return err(wrong("control_timeout", fmt::format("is {}", timeout_s), "give seconds, 0 or more"));
+  control.timeout = from_seconds(timeout_s);
+  const auto read = [&](const char* name, const ControlOptions::Axes& otherwise,
+                        ControlOptions::Axes& into) -> Result<void, Problem> {
+    const auto axes = read_axes(node, name, otherwise);
+    if (!axes) return err(axes.error());
+    into = *axes;
+    return {};
+  };
+  const ControlOptions plain;
+  if (const auto r = read("acceleration_limits", plain.acceleration_limits, control.acceleration_limits); !r)
+    return err(r.error());
+  if (const auto r = read("acceleration_gains", plain.acceleration_gains, control.acceleration_gains); !r)
+    return err(r.error());
+  if (const auto r = read("deceleration_limits", control.acceleration_limits, control.deceleration_limits); !r)
+    return err(r.error());
+  if (const auto r = read("deceleration_gains", control.acceleration_gains, control.deceleration_gains); !r)
+    return err(r.error());
+  for (const InputOptions& input : options.inputs) {
+    for (int i = 0; input.kind == InputKind::Imu && i < 3; ++i) {
+      bool& controlled = control.controlled[static_cast<std::size_t>(i)];
+      if (!has(input.config, kAx + i) || !controlled) continue;
+      controlled = false;
+      options.notes.push_back(fmt::format("use_control: {} measures {}, so that the command for {} is not used",
+                                          input.name, kStateNames[static_cast<std::size_t>(kAx + i)],
+                                          kStateNames[static_cast<std::size_t>(kVx + i)]));
+    }
+  }
+  if (!control.any()) options.notes.emplace_back("use_control: control_config is true for nothing: no command is used");
+  if (control.any() && control.timeout == 0ns)
+    options.notes.emplace_back("use_control: control_timeout is 0: every command counts as zero at once");
+  options.filter.control = control;
   return {};
 }
 
@@ -132,8 +216,7 @@ Result<void, Problem> read_frames(const Node& node, EkfOptions& options) {
 
 Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
   EkfOptions options;
-  for (const char* name : {"smooth_lagged_data", "use_control", "stamped_control", "permit_corrected_publication",
-                           "reset_on_time_jump", "debug"}) {
+  for (const char* name : {"smooth_lagged_data", "permit_corrected_publication", "reset_on_time_jump", "debug"}) {
     if (node.get<bool>(name)) return err(wrong(name, "is true, which this filter does not serve", "set it to false"));
   }
   options.frequency_hz = node.get<double>("frequency");
@@ -146,6 +229,7 @@ Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
   options.publish_tf = node.get<bool>("publish_tf");
   options.publish_acceleration = node.get<bool>("publish_acceleration");
   options.print_diagnostics = node.get<bool>("print_diagnostics");
+  options.disabled_at_startup = node.get<bool>("disabled_at_startup");
   options.gravity_mps2 = node.get<double>("gravitational_acceleration");
   const double offset_s = node.get<double>("transform_time_offset");
   if (!(std::abs(offset_s) <= 3600.0))
@@ -159,10 +243,15 @@ Result<EkfOptions, Problem> read_ekf_parameters(const Node& node) {
     if (!input) return err(input.error());
     if (input->config == 0)
       options.notes.push_back(fmt::format("{}_config is all false: nothing of {} is fused", input->name, input->topic));
+    if (input->config != 0 && options.filter.two_d_mode && (input->config & ~kFlatStates) == 0)
+      options.notes.push_back(
+          fmt::format("{}_config names only what two_d_mode holds at zero: {} tells the filter nothing", input->name,
+                      input->topic));
     if (input->differential && input->relative)
       options.notes.push_back(fmt::format("{} is differential; relative is ignored", input->name));
     options.inputs.push_back(std::move(input).value());
   }
+  if (const auto read = read_control(node, options); !read) return err(read.error());
   return options;
 }
 

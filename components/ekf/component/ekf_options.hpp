@@ -30,15 +30,18 @@ struct InputOptions {
   double acceleration_gate = std::numeric_limits<double>::infinity();
 };
 
-/// robot_localization's parameters. The defaults differ where a wheeled robot with an IMU needs it: two_d_mode is true, and
-/// without any input configured odom0 (vx, vy of odom) and imu0 (yaw rate of imu/data_raw) are the inputs.
+/// robot_localization's parameters, with its defaults; but without any input configured odom0 (vx, vy of odom) and imu0 (yaw
+/// rate of imu/data_raw) are the inputs.
 struct EkfOptions {
   double frequency_hz = 30.0;
   FilterOptions filter;
   std::string map_frame = "map", odom_frame = "odom", base_link_frame = "base_link", world_frame = "odom";
+  std::string base_link_frame_output = "base_link";  ///< What messages and the transform call the base.
   bool publish_tf = true;
   bool publish_acceleration = false;
   bool print_diagnostics = false;
+  bool disabled_at_startup = false;  ///< Until the service enable is called.
+  bool stamped_control = false;      ///< cmd_vel is a TwistStamped.
   Duration transform_time_offset{};
   double gravity_mps2 = 9.80665;
   std::vector<InputOptions> inputs;
@@ -46,9 +49,9 @@ struct EkfOptions {
 
   /// The transform that the filter broadcasts: world -> base, or map -> odom when the world is the map.
   [[nodiscard]] const std::string& tf_parent() const { return world_frame; }
-  [[nodiscard]] const std::string& tf_child() const {
-    return world_frame == map_frame && map_frame != odom_frame ? odom_frame : base_link_frame;
-  }
+  [[nodiscard]] const std::string& tf_child() const { return corrects_odom() ? odom_frame : base_link_frame_output; }
+  /// The world is the map: what is broadcast is the odometry's error.
+  [[nodiscard]] bool corrects_odom() const { return world_frame == map_frame && map_frame != odom_frame; }
 };
 
 /// Declares everything, the inputs that the overrides name included.

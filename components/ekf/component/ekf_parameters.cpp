@@ -114,9 +114,11 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("frequency", d.frequency_hz, say("Outputs per second, Hz."));
   node.declare_parameter("sensor_timeout", ParameterType::Double,
                          say("Silence after which the state is carried on to now, s; 1/frequency unless set."));
+  node.declare_parameter("two_d_mode", d.filter.two_d_mode,
+                         say("Hold z, roll, pitch, vz, vroll, vpitch and az at 0: for a robot on a plane."));
   node.declare_parameter(
-      "two_d_mode", true,
-      say("Hold z, roll, pitch, vz, vroll, vpitch and az at 0. robot_localization's default is false."));
+      "measurement_queue_limit", static_cast<std::int64_t>(d.filter.queue_limit),
+      say("The most measurements that wait for an output; 2 kB each, and only as many as were needed."));
   node.declare_parameter("predict_to_current_time", false, say("Carry the state on to now before each output."));
   node.declare_parameter("transform_time_offset", 0.0, say("Added to the transform's stamp, s."));
   node.declare_parameter("transform_timeout", 0.0,
@@ -128,6 +130,11 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("odom_frame", d.odom_frame, say(""));
   node.declare_parameter("base_link_frame", d.base_link_frame, say("The frame whose pose is estimated."));
   node.declare_parameter("world_frame", ParameterType::String, say("map_frame or odom_frame; odom_frame unless set."));
+  node.declare_parameter("base_link_frame_output", "",
+                         say("What messages and the transform call the base; base_link_frame unless set."));
+  node.declare_parameter("tf_prefix", "", say("Written before every frame's name, with a slash behind it."));
+  node.declare_parameter("disabled_at_startup", false,
+                         say("Take and publish nothing until the service enable is called."));
   node.declare_parameter("publish_tf", d.publish_tf, say("Broadcast the estimate as a transform."));
   node.declare_parameter("publish_acceleration", d.publish_acceleration, say("Publish accel/filtered."));
   node.declare_parameter("gravitational_acceleration", d.gravity_mps2, say("m/s^2"));
@@ -139,17 +146,19 @@ void declare_ekf_parameters(Node& node) {
                          say("15 numbers (diagonal), 225, or 36 (pose block)."));
   node.declare_parameter("initial_state", std::vector<double>{}, say("15 numbers; zeros unless set."));
   // Known to robot_localization's files; only what they are by default is served, and said so when the node is configured.
-  for (const char* name : {"smooth_lagged_data", "use_control", "stamped_control", "permit_corrected_publication",
-                           "reset_on_time_jump", "debug"}) {
+  for (const char* name : {"smooth_lagged_data", "permit_corrected_publication", "reset_on_time_jump", "debug"}) {
     node.declare_parameter(name, false, say("Only false is served."));
   }
   node.declare_parameter("history_length", 0.0, say("Not used without smooth_lagged_data."));
   node.declare_parameter("debug_out_file", "", say("Not used."));
-  node.declare_parameter("control_timeout", 0.0, say("Not used without use_control."));
-  node.declare_parameter("control_config", std::vector<bool>{}, say("Not used without use_control."));
-  for (const char* name : {"acceleration_limits", "acceleration_gains", "deceleration_limits", "deceleration_gains"}) {
-    node.declare_parameter(name, std::vector<double>{}, say("Not used without use_control."));
-  }
+  node.declare_parameter("use_control", false, say("Predict with the velocity that cmd_vel commands."));
+  node.declare_parameter("stamped_control", false, say("cmd_vel is a TwistStamped."));
+  node.declare_parameter("control_timeout", 0.0, say("A command that is older counts as zero, s."));
+  node.declare_parameter("control_config", std::vector<bool>{}, say("vx vy vz, vroll vpitch vyaw: what is commanded."));
+  node.declare_parameter("acceleration_limits", std::vector<double>{}, say("m/s^2 and rad/s^2; 1 unless set."));
+  node.declare_parameter("acceleration_gains", std::vector<double>{}, say("1/s; 1 unless set."));
+  node.declare_parameter("deceleration_limits", std::vector<double>{}, say("As the acceleration's unless set."));
+  node.declare_parameter("deceleration_gains", std::vector<double>{}, say("As the acceleration's unless set."));
   const bool preset = named_inputs(node).size() == 2 && node.parameters().overrides().count("odom0") == 0 &&
                       node.parameters().overrides().count("imu0") == 0;
   for (const NamedInput& input : named_inputs(node)) declare_input(node, input, preset);

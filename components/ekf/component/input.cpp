@@ -89,24 +89,24 @@ Result<RigidTransform, Rejection> Input::transform(std::string_view target, std:
 }
 
 void Input::take(const nav_msgs::msg::Odometry& message) {
-  ++messages_;
+  begin_message();
   const WallTime stamp = time_of(message.header.stamp);
   take_pose(stamp, {message.header.frame_id, message.child_frame_id, &message.pose});
   take_twist(stamp, or_base(message.child_frame_id), message.twist);
 }
 void Input::take(const geometry_msgs::msg::PoseWithCovarianceStamped& message) {
-  ++messages_;
+  begin_message();
   take_pose(time_of(message.header.stamp), {message.header.frame_id, {}, &message.pose});
 }
 void Input::take(const geometry_msgs::msg::TwistWithCovarianceStamped& message) {
-  ++messages_;
+  begin_message();
   take_twist(time_of(message.header.stamp), or_base(message.header.frame_id), message.twist);
 }
 
 void Input::take_pose(WallTime stamp, const PoseIn& in) {
   const Part* const p = part(kPoseMask);
   if (p == nullptr) return;
-  context_.filter->offer(p->number, stamp, [&](Reading& out) { return prepare(stamp, in, out); });
+  context_.filter->offer(p->number, stamp, now_, [&](Reading& out) { return prepare(stamp, in, out); });
 }
 
 Prepared Input::prepare(WallTime stamp, const PoseIn& in, Reading& out) {
@@ -136,7 +136,7 @@ Prepared Input::prepare(WallTime stamp, const PoseIn& in, Reading& out) {
 void Input::take_twist(WallTime stamp, std::string_view frame, const geometry_msgs::msg::TwistWithCovariance& twist) {
   const Part* const p = part(kTwistMask);
   if (p == nullptr) return;
-  context_.filter->offer(p->number, stamp, [&](Reading& out) -> Prepared {
+  context_.filter->offer(p->number, stamp, now_, [&](Reading& out) -> Prepared {
     const auto X_BS = transform(context_.options->base_link_frame, frame, stamp);
     if (!X_BS) return err(X_BS.error());
     Vector6d values;
@@ -147,14 +147,14 @@ void Input::take_twist(WallTime stamp, std::string_view frame, const geometry_ms
 }
 
 void Input::take(const sensor_msgs::msg::Imu& message) {
-  ++messages_;
+  begin_message();
   const WallTime stamp = time_of(message.header.stamp);
   Filter& filter = *context_.filter;
   if (const Part* const p = part(kOrientationMask)) {
-    filter.offer(p->number, stamp, [&](Reading& out) { return prepare_imu_orientation(message, stamp, out); });
+    filter.offer(p->number, stamp, now_, [&](Reading& out) { return prepare_imu_orientation(message, stamp, out); });
   }
   if (const Part* const p = part(kRateMask)) {
-    filter.offer(p->number, stamp, [&](Reading& out) -> Prepared {
+    filter.offer(p->number, stamp, now_, [&](Reading& out) -> Prepared {
       if (is_absent(message.angular_velocity_covariance)) return err(Rejection::Absent);
       const auto X_BS = transform(context_.options->base_link_frame, or_base(message.header.frame_id), stamp);
       if (!X_BS) return err(X_BS.error());
@@ -165,7 +165,7 @@ void Input::take(const sensor_msgs::msg::Imu& message) {
     });
   }
   if (const Part* const p = part(kAccelerationMask)) {
-    filter.offer(p->number, stamp, [&](Reading& out) { return prepare_imu_acceleration(message, stamp, out); });
+    filter.offer(p->number, stamp, now_, [&](Reading& out) { return prepare_imu_acceleration(message, stamp, out); });
   }
 }
 

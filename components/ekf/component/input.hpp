@@ -23,6 +23,7 @@ struct InputContext {
   Filter* filter{};
   const spatial::TransformBuffer* buffer{};
   const EkfOptions* options{};
+  const Clock* clock{};
 };
 
 /// One input's messages on their way into the filter, part by part (pose, twist, orientation, ...).
@@ -36,10 +37,16 @@ class Input {
   void take(const geometry_msgs::msg::PoseWithCovarianceStamped& message);
   void take(const geometry_msgs::msg::TwistWithCovarianceStamped& message);
   void take(const sensor_msgs::msg::Imu& message);
-  /// Who wrote the message that is to be taken.
-  void comes_from(std::uint64_t writer) { writer_ = writer; }
+  /// Who wrote the message that is to be taken, and the how manieth of it it is. A gap is a loss before it got here.
+  void comes_from(std::uint64_t writer, std::uint64_t sequence) {
+    if (writer == writer_ && sequence > sequence_ + 1) lost_ += sequence - sequence_ - 1;
+    writer_ = writer;
+    sequence_ = sequence;
+  }
   /// Forgets what differential and relative poses refer to.
   void forget();
+  /// What is sent while nothing listens is no loss.
+  void begin() { writer_ = sequence_ = 0; }
 
   struct Part {
     std::string name;  ///< "odom0 twist"
@@ -49,6 +56,8 @@ class Input {
   [[nodiscard]] const std::vector<Part>& parts() const { return parts_; }
   [[nodiscard]] const InputOptions& options() const { return options_; }
   [[nodiscard]] std::uint64_t messages() const { return messages_; }
+  /// Messages that the subscription's queue dropped.
+  [[nodiscard]] std::uint64_t lost() const { return lost_; }
   /// Of the last message; 0 before it.
   [[nodiscard]] std::uint64_t writer() const { return writer_; }
   /// Why the last transform was not there.
@@ -77,12 +86,18 @@ class Input {
     return {mask, gate, context_.options->filter.two_d_mode};
   }
   [[nodiscard]] const Part* part(StateMask mask) const;
+  /// Starts a message: what time it is. Read once for all its parts.
+  void begin_message() {
+    ++messages_;
+    now_ = context_.clock->wall_now();
+  }
 
   InputOptions options_;
   InputContext context_;
   std::vector<Part> parts_;
   PoseMemory memory_;
-  std::uint64_t messages_{0}, writer_{0};
+  WallTime now_{};
+  std::uint64_t messages_{0}, writer_{0}, sequence_{0}, lost_{0};
   spatial::LookupFault last_fault_;
 };
 

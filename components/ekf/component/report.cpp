@@ -7,6 +7,16 @@ namespace nacelle::ekf {
 namespace {
 
 constexpr int kPatience = 2;  // looks without a fused measurement before anything is said
+constexpr int kLooksBetweenLosses = 10;
+constexpr std::uint64_t kSameStamps = 10;  // that many in a row are no coincidence
+constexpr Duration kFarBehind = 1s;        // more than any latency that a filter without history can use
+
+// Of a queue: in the subscription, and in the filter.
+std::uint64_t lost_of(const Input& input, const Filter& filter) {
+  std::uint64_t lost = input.lost();
+  for (const auto& part : input.parts()) lost += filter.stats(part.number).of(Rejection::QueueFull);
+  return lost;
+}
 
 // The cause that grew most since the last look.
 Rejection main_cause(const PartStats& now, const PartStats& before) {
@@ -17,7 +27,7 @@ Rejection main_cause(const PartStats& now, const PartStats& before) {
   return static_cast<Rejection>(most);
 }
 
-std::string in_words(Rejection cause, const Input& input, const ClockSkews* skews) {
+std::string in_words(Rejection cause, const Input& input, const PartStats& stats, const ClockSkews* skews) {
   const std::string skew = skews == nullptr ? "" : skews->cause(input.writer());
   switch (cause) {
     case Rejection::Gate: return "outside the rejection threshold";
@@ -26,7 +36,11 @@ std::string in_words(Rejection cause, const Input& input, const ClockSkews* skew
     case Rejection::NoTransform: return "no transform: " + input.last_fault().text();
     case Rejection::Covariance: return "its covariance is none (not finite, or not positive definite)";
     case Rejection::BeforeSetPose: return "older than the last set_pose" + skew;
-    case Rejection::QueueFull: return "its stamps lie in the future" + (skew.empty() ? "; do the clocks agree?" : skew);
+    case Rejection::QueueFull:
+    case Rejection::Future:
+      if (!skew.empty()) return "its stamps lie in the future" + skew;
+      return fmt::format("its stamps lie {:.3f} s in the future; do the clocks agree?", -to_seconds(stats.behind));
+    case Rejection::NoStamp: return "its stamps are zero; its driver has to stamp what it measures";
     case Rejection::Absent: return "the messages say that they do not carry it (covariance[0] is -1)";
     case Rejection::First: return "it only starts the difference";
   }
@@ -39,13 +53,14 @@ Watch::Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& fi
              std::shared_ptr<const ClockSkews> skews)
     : skews_(std::move(skews)) {
   for (const auto& input : inputs) {
-    for (const auto& part : input->parts())
-      seen_.push_back({filter.stats(part.number), input->messages(), Trouble::None, {}, 0});
+    for (const auto& part : input->parts()) seen_.push_back({filter.stats(part.number), input->messages()});
+    losses_.push_back({lost_of(*input, filter)});
   }
 }
 
 void Watch::look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter, const Logger& logger) {
   std::size_t at = 0;
+  for (std::size_t i = 0; i < inputs.size(); ++i) look_at_losses(*inputs[i], filter, losses_[i], logger);
   for (const auto& input : inputs) {
     for (const auto& part : input->parts()) {
       Seen& seen = seen_[at++];
@@ -65,16 +80,51 @@ void Watch::look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter
             logger.warn("waiting for {}: no message on {}", part.name, input->options().topic);
           } else {
             logger.warn("{} is not fused: {}", part.name,
-                        in_words(waits ? Rejection::QueueFull : cause, *input, skews_.get()));
+                        in_words(waits ? Rejection::Future : cause, *input, now, skews_.get()));
           }
           seen.trouble = trouble;
           seen.cause = cause;
         }
       }
+      if (came) look_at_stamps(*input, part, now, seen, logger);
       seen.stats = now;
       seen.messages = input->messages();
     }
   }
+}
+
+// What is wrong with stamps that are fused all the same, as robot_localization does.
+void Watch::look_at_stamps(const Input& input, const Input::Part& part, const PartStats& now, Seen& seen,
+                           const Logger& logger) const {
+  const bool stands = now.same_stamp >= kSameStamps && now.of(Rejection::NoStamp) == 0;
+  if (stands && !seen.stands)
+    logger.warn("{}: its stamps stand still ({} messages have one stamp); its driver has to stamp what it measures",
+                part.name, now.same_stamp + 1);
+  if (!stands && seen.stands) logger.info("{}: its stamps move again", part.name);
+  seen.stands = stands;
+  const bool far = now.behind > kFarBehind && !stands && now.fused > seen.stats.fused;
+  seen.behind_looks = far ? seen.behind_looks + 1 : 0;
+  const bool behind = seen.behind_looks >= kPatience;
+  if (behind && !seen.behind) {
+    const std::string skew = skews_ == nullptr ? "" : skews_->cause(input.writer());
+    logger.warn("{}: its stamps are {:.3f} s behind the clock{}", part.name, to_seconds(now.behind),
+                skew.empty() ? "; do the clocks agree?" : skew);
+  }
+  if (!far && seen.behind) logger.info("{}: its stamps are up to date again", part.name);
+  seen.behind = behind || (seen.behind && far);
+}
+
+void Watch::look_at_losses(const Input& input, const Filter& filter, Losses& losses, const Logger& logger) {
+  const std::uint64_t lost = lost_of(input, filter);
+  if (losses.looks > 0) --losses.looks;
+  if (lost == losses.told || losses.looks > 0) return;
+  const std::uint64_t in_filter = lost - input.lost();
+  logger.warn(
+      "{}: {} measurements were lost ({} in all: {} in the subscription's queue, see {}_queue_size; {} in the "
+      "filter's, "
+      "see measurement_queue_limit)",
+      input.options().name, lost - losses.told, lost, input.lost(), input.options().name, in_filter);
+  losses = {lost, kLooksBetweenLosses};
 }
 
 void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter, const std::string& node,
@@ -100,6 +150,7 @@ void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const 
       add("fused", stats.fused);
       add("late", stats.late);
       add("waiting", stats.waiting);
+      add("lost", input->lost());
       for (std::size_t i = 0; i < kRejections; ++i)
         add(fmt::format("rejected_{}", kRejectionNames[i]), stats.rejected[i]);
     }

@@ -12,7 +12,8 @@
 
 namespace nacelle::ekf {
 
-/// Says why a part of an input is not fused, once per cause, and when it is fused again.
+/// Says why a part of an input is not fused, once per cause, and when it is fused again; which input's stamps stand still or
+/// lag behind the clock, once; and how many of its messages were lost, at most every ten seconds.
 /// Threads: one. Allocates: only when there is something to say.
 class Watch {
  public:
@@ -30,9 +31,19 @@ class Watch {
     Trouble trouble{Trouble::None};
     Rejection cause{};
     int idle_looks{0};
+    int behind_looks{0};
+    bool stands{false}, behind{false};
   };
+  struct Losses {
+    std::uint64_t told{};
+    int looks{0};  // since it was told
+  };
+  void look_at_stamps(const Input& input, const Input::Part& part, const PartStats& now, Seen& seen,
+                      const Logger& logger) const;
+  static void look_at_losses(const Input& input, const Filter& filter, Losses& losses, const Logger& logger);
   std::shared_ptr<const ClockSkews> skews_;
   std::vector<Seen> seen_;
+  std::vector<Losses> losses_;  // of each input
 };
 
 /// The counters of every part as diagnostics. Allocates: yes.

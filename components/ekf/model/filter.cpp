@@ -3,22 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace nacelle::ekf {
 namespace {
 
-// A longer gap is a clock that was set, or a filter that was switched off: the motion before it says nothing about the time
-// since. step() comes at the output's rate, so that silent sensors make no gap. robot_localization waits for 100000 s
-// (FilterBase::validateDelta) and drives on until then; the 0.01 s are its.
-constexpr double kLongestGap_s = 10.0;
-constexpr double kGapInstead_s = 0.01;
+// So many usual intervals may pass before a stamp or a gap is no longer believed.
+constexpr int kUsualIntervals = 10;
+// And never more than this, however slow the inputs are.
+constexpr Duration kMostSlack = 1s;
 // Farther behind the filter than this, the clock was set back.
 constexpr Duration kClockStep = 1s;
 
 }  // namespace
 
 Filter::Filter(const FilterOptions& options)
-    : options_(options), belief_(options.initial), queue_(options.queue_capacity), parts_(options.parts) {
+    : options_(options), belief_(options.initial), queue_(options.queue_limit), parts_(options.parts) {
+  slack_ = slack_of_rates();
   // Zeros on the diagonal are semidefinite: believed, but not to the last digit.
   if (!is_positive_definite(options_.initial.covariance)) {
     for (int i = 0; i < kStates; ++i) options_.initial.covariance(i, i) += kSmallestVariance;
@@ -26,33 +27,67 @@ Filter::Filter(const FilterOptions& options)
   }
 }
 
-Measurement* Filter::admit(std::uint16_t part, WallTime stamp) {
+Measurement* Filter::admit(std::uint16_t part, WallTime stamp, WallTime now) {
   Part& p = parts_[part];
-  ++p.stats.received;
-  if (last_set_pose_ != WallTime{} && stamp <= last_set_pose_) {
-    ++p.stats.of(Rejection::BeforeSetPose);
+  note_arrival(p, stamp, now);
+  const auto refuse = [&p](Rejection cause) -> Measurement* {
+    ++p.stats.of(cause);
     return nullptr;
-  }
-  if (p.seen && stamp < p.newest) {
-    ++p.stats.of(Rejection::Stale);
-    return nullptr;
-  }
-  if (queue_.full()) {
-    // Only stamps from the future can fill the queue; the farthest goes first, so that one bad clock does not stop the rest.
-    const Measurement& farthest = queue_.newest();
-    if (farthest.stamp <= stamp) {
-      ++p.stats.of(Rejection::QueueFull);
-      return nullptr;
-    }
-    PartStats& loser = parts_[farthest.part].stats;
-    --loser.waiting;
-    ++loser.of(Rejection::QueueFull);
-    queue_.pop_newest();
-  }
+  };
+  if (stamp <= WallTime{}) return refuse(Rejection::NoStamp);
+  if (stamp > now + slack_) return refuse(Rejection::Future);
+  if (last_set_pose_ != WallTime{} && stamp <= last_set_pose_) return refuse(Rejection::BeforeSetPose);
+  if (p.seen && stamp < p.newest) return refuse(Rejection::Stale);
+  if (queue_.full() && !make_place(p, stamp, now)) return nullptr;
   Measurement& place = queue_.reserve();
   place.part = part;
   place.stamp = stamp;
   return &place;
+}
+
+void Filter::note_arrival(Part& part, WallTime stamp, WallTime now) {
+  PartStats& stats = part.stats;
+  stats.same_stamp = stats.received > 0 && stamp == part.last_stamp ? stats.same_stamp + 1 : 0;
+  stats.behind = now - stamp;
+  part.last_stamp = stamp;
+  if (stats.received++ > 0 && now > part.arrived) {
+    const Duration gap = now - part.arrived;
+    // One gap, however long, makes an input only a little slower: the clock may have been set.
+    part.usual = part.usual == 0ns ? gap : part.usual + (std::min(gap, 4 * part.usual) - part.usual) / 8;
+  }
+  part.arrived = now;
+}
+
+Duration Filter::slack_of_rates() const {
+  Duration fastest = kMostSlack;
+  bool known = false;
+  for (const Part& part : parts_) {
+    if (part.usual == 0ns) continue;
+    fastest = std::min(fastest, part.usual);
+    known = true;
+  }
+  const Duration longer = known ? std::max(fastest, options_.period) : options_.period;
+  return std::min(kUsualIntervals * longer, kMostSlack);
+}
+
+// The queue has reached its limit. What is due is fused now instead of at the step, in the same order, and nothing is lost;
+// if all of it waits for its time, what waits longest goes, so that one clock that is ahead does not stop the rest.
+bool Filter::make_place(Part& part, WallTime stamp, WallTime now) {
+  if (queue_.oldest().stamp <= now) {
+    fuse_oldest();
+    fused_early_ = true;
+    return true;
+  }
+  const Measurement& farthest = queue_.newest();
+  if (farthest.stamp <= stamp) {
+    ++part.stats.of(Rejection::QueueFull);
+    return false;
+  }
+  PartStats& loser = parts_[farthest.part].stats;
+  --loser.waiting;
+  ++loser.of(Rejection::QueueFull);
+  queue_.pop_newest();
+  return true;
 }
 
 void Filter::settle(Measurement& place, const Prepared& prepared) {
@@ -66,28 +101,51 @@ void Filter::settle(Measurement& place, const Prepared& prepared) {
   p.seen = true;
   ++p.stats.waiting;
   queue_.push(place);
+  most_waiting_ = std::max(most_waiting_, queue_.size());
 }
 
-void Filter::step(WallTime now) {
+void Filter::fuse_oldest() {
+  --parts_[queue_.oldest().part].stats.waiting;
+  process(queue_.oldest());
+  queue_.pop_oldest();
+}
+
+void Filter::step(WallTime now, MonotonicTime beat) {
+  beat_ = beat;
+  slack_ = slack_of_rates();
+  // Room for twice of what came, so that a late step needs none.
+  queue_.make_places(2 * std::exchange(most_waiting_, 0));
   if (initialised_ && now < stamp_ - kClockStep) follow_clock_back(now);
-  bool fused_any = false;
+  bool fused_any = std::exchange(fused_early_, false);
   while (!queue_.empty() && queue_.oldest().stamp <= now) {
-    --parts_[queue_.oldest().part].stats.waiting;
-    process(queue_.oldest());
-    queue_.pop_oldest();
+    fuse_oldest();
     fused_any = true;
   }
-  if (initialised_) {
-    const bool silent = !fused_any && now - last_step_ >= options_.sensor_timeout;
-    if ((silent || options_.predict_to_current_time) && now > stamp_) advance_to(now);
-    if (silent || fused_any) last_step_ = now;
-    if (stamp_ > earlier_stamp_) {
-      const Eigen::Vector3d rates = belief_.mean.segment<3>(kVroll);
-      if (earlier_stamp_ != WallTime{}) alpha_ = (rates - earlier_rates_) / to_seconds(stamp_ - earlier_stamp_);
-      earlier_rates_ = rates;
-      earlier_stamp_ = stamp_;
-    }
+  if (!initialised_) return;
+  const bool silent = !fused_any && now - last_step_ >= options_.sensor_timeout;
+  if ((silent || options_.predict_to_current_time) && now > stamp_) advance_to(now);
+  if (silent || fused_any) {
+    last_step_ = now;
+    last_beat_ = beat;
   }
+  differentiate(now);
+}
+
+// The angular acceleration is a difference over steps, not over stamps: two inputs may stamp microseconds apart.
+// Source: robot_localization, RosFilter::differentiateMeasurements.
+void Filter::differentiate(WallTime now) {
+  const Duration since = now - differentiated_;
+  // A step that came late is followed by one that comes early: too short a time to divide by.
+  if (since >= 0ns && since < options_.period / 2) return;
+  const Eigen::Vector3d rates = belief_.mean.segment<3>(kVroll);
+  if (differentiated_ != WallTime{} && since > 0ns) alpha_ = (rates - earlier_rates_) / to_seconds(since);
+  earlier_rates_ = rates;
+  differentiated_ = now;
+}
+
+void Filter::command(const std::array<double, ControlOptions::kAxes>& velocity, WallTime stamp) {
+  command_ = velocity;
+  command_stamp_ = stamp;
 }
 
 // The estimate holds, the stamps begin again. What waits was stamped by the old clock.
@@ -95,7 +153,7 @@ void Filter::follow_clock_back(WallTime now) {
   drop_waiting(Rejection::Stale);
   stamp_ = last_step_ = now;
   last_output_ = now - Duration{1};
-  last_set_pose_ = earlier_stamp_ = {};
+  last_set_pose_ = differentiated_ = command_stamp_ = {};
   for (Part& p : parts_) p.seen = false;
   ++clock_steps_;
 }
@@ -145,20 +203,35 @@ bool Filter::initialise_from(const Reading& reading) {
   return true;
 }
 
+// Since a step last moved or corrected the belief; if nothing tells, as long as that may take.
+Duration Filter::passed() const {
+  return is_timed() ? beat_ - last_beat_ : options_.sensor_timeout + 2 * options_.period;
+}
+
 void Filter::advance_to(WallTime stamp) {
-  double dt_s = to_seconds(stamp - stamp_);
-  if (dt_s > kLongestGap_s) {
-    dt_s = kGapInstead_s;
-    ++clock_steps_;
-  }
-  if (dt_s > 0.0) {
-    if (options_.dynamic_process_noise) {
-      advance(belief_, dt_s, scaled_by_velocity(options_.process_noise, belief_.mean));
-    } else {
-      advance(belief_, dt_s, options_.process_noise);
+  Duration gap = stamp - stamp_;
+  if (gap > 0ns) {
+    // A longer gap than the time that has passed is a clock that was set: the motion before it says nothing about the time
+    // since. robot_localization carries the robot on (FilterBase::validateDelta).
+    if (gap > passed() + slack_) {
+      gap = is_timed() ? passed() : options_.period;
+      ++clock_steps_;
     }
+    carry(belief_, to_seconds(gap), stamp);
   }
   stamp_ = stamp;
+}
+
+void Filter::carry(Belief& belief, double dt_s, WallTime to) const {
+  if (options_.control.any()) {
+    const bool fresh = to - command_stamp_ < options_.control.timeout;
+    apply_control(belief.mean, fresh ? command_ : decltype(command_){}, dt_s, options_.control);
+  }
+  if (options_.dynamic_process_noise) {
+    advance(belief, dt_s, scaled_by_velocity(options_.process_noise, belief.mean));
+  } else {
+    advance(belief, dt_s, options_.process_noise);
+  }
 }
 
 std::optional<Filter::Output> Filter::output(WallTime now) {
@@ -169,7 +242,8 @@ std::optional<Filter::Output> Filter::output(WallTime now) {
   }
   if (now <= last_output_) return std::nullopt;
   carried_ = belief_;
-  advance(carried_, std::min(to_seconds(now - stamp_), kLongestGap_s), options_.process_noise);
+  // Stamps that stand still, or lag behind, must not carry the robot away.
+  carry(carried_, to_seconds(std::min(now - stamp_, passed() + slack_)), now);
   last_output_ = now;
   return Output{now, &carried_};
 }
@@ -191,8 +265,9 @@ Prepared Filter::set_pose(const Reading& pose, WallTime stamp) {
   belief_ = told;
   initialised_ = true;
   stamp_ = last_set_pose_ = last_step_ = stamp;
+  last_beat_ = beat_;
   alpha_.setZero();
-  earlier_stamp_ = {};
+  differentiated_ = {};
   for (Part& p : parts_) p.seen = false;
   return {};
 }
@@ -201,7 +276,9 @@ void Filter::reset() {
   drop_waiting(Rejection::Stale);
   belief_ = options_.initial;
   initialised_ = false;
-  stamp_ = last_step_ = last_set_pose_ = earlier_stamp_ = {};
+  stamp_ = last_step_ = last_set_pose_ = differentiated_ = command_stamp_ = {};
+  last_beat_ = {};
+  fused_early_ = false;
   alpha_.setZero();
   for (Part& p : parts_) p.seen = false;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "ekf/model/control.hpp"
 #include "ekf/model/measurement_queue.hpp"
 #include "ekf/model/preparation.hpp"
 #include "ekf/model/process_model.hpp"
@@ -16,34 +17,45 @@ struct FilterOptions {
   ProcessNoise process_noise;
   Belief initial;
   Duration sensor_timeout = 33ms;  ///< Without a measurement for this long the state is carried on to now.
-  bool two_d_mode = true;
+  Duration period = 33ms;          ///< From one step() to the next.
+  bool two_d_mode = false;
   bool predict_to_current_time = false;
   bool dynamic_process_noise = false;
-  std::size_t queue_capacity = 64;
-  std::size_t parts = 0;  ///< How many parts of inputs there are; they are numbered from 0.
+  std::size_t queue_limit = 4096;  ///< The most measurements that ever wait for a step.
+  std::size_t parts = 0;           ///< How many parts of inputs there are; they are numbered from 0.
+  ControlOptions control;          ///< Of no axis: commands are not used.
 };
 
 /// The running filter: a belief, the measurements that wait, and what became of each.
 ///
 /// Measurements are taken in the order of their stamps when step() comes. One that is older than the filter corrects it
 /// without a prediction, as in robot_localization without smoothing; one from the future waits for its time.
-/// Threads: one. Allocates: in the constructor only.
+///
+/// A stamp is believed only as far as the inputs' rates explain it. With P the longer of a step and the shortest usual time
+/// between two messages, 10 P (at most a second) is the longest that a stamp may lie ahead of the clock, and the most that the
+/// state is carried beyond the time that has really passed. A stamp of zero is refused.
+/// Threads: one. Allocates: in the constructor, and when more measurements wait than ever before.
 class Filter {
  public:
   explicit Filter(const FilterOptions& options);
 
-  /// Counts a part of a message and lets `prepare(Reading&) -> Prepared` fill it in, unless it is too old to matter.
+  /// Counts a part of a message that comes at `now`, and lets `prepare(Reading&) -> Prepared` fill it in, unless its stamp is
+  /// too old to matter or cannot be right.
   template <typename F>
-  void offer(std::uint16_t part, WallTime stamp, F&& prepare) {
-    Measurement* const place = admit(part, stamp);
+  void offer(std::uint16_t part, WallTime stamp, WallTime now, F&& prepare) {
+    Measurement* const place = admit(part, stamp, now);
     if (place == nullptr) return;
     const Prepared prepared = prepare(place->reading);
     settle(*place, prepared);
   }
 
   /// Fuses what is due at `now`. A clock that was set back moves the filter's stamps with it, one that was set ahead does not
-  /// carry the robot away; the estimate holds in both cases.
-  void step(WallTime now);
+  /// carry the robot away; the estimate holds in both cases. `beat` tells how much time has really passed since the last step;
+  /// zero: nothing does (simulated time), then only the rates tell a gap from a clock that was set.
+  void step(WallTime now, MonotonicTime beat = {});
+
+  /// A commanded velocity (vx vy vz vroll vpitch vyaw), for FilterOptions::control.
+  void command(const std::array<double, ControlOptions::kAxes>& velocity, WallTime stamp);
 
   struct Output {
     WallTime stamp;
@@ -66,20 +78,33 @@ class Filter {
   [[nodiscard]] Turning turning() const;
   [[nodiscard]] const PartStats& stats(std::size_t part) const { return parts_[part].stats; }
   [[nodiscard]] std::uint64_t repairs() const { return repairs_; }
-  /// How often the wall clock was seen to be set (or the filter was off for more than ten seconds).
+  /// How many measurements there is room for; grows with the inputs' rates.
+  [[nodiscard]] std::size_t queue_places() const { return queue_.places(); }
+  /// How often the wall clock was seen to be set.
   [[nodiscard]] std::uint64_t clock_steps() const { return clock_steps_; }
 
  private:
   struct Part {
     PartStats stats;
     WallTime newest{};
+    WallTime arrived{};     // when the last message came
+    WallTime last_stamp{};  // of the last message, taken or not
+    Duration usual{};       // between two messages as they come; 0: not known yet
     bool seen{false};
   };
-  [[nodiscard]] Measurement* admit(std::uint16_t part, WallTime stamp);
+  [[nodiscard]] Measurement* admit(std::uint16_t part, WallTime stamp, WallTime now);
+  static void note_arrival(Part& part, WallTime stamp, WallTime now);
+  [[nodiscard]] bool make_place(Part& part, WallTime stamp, WallTime now);
+  void fuse_oldest();
   void settle(Measurement& place, const Prepared& prepared);
   void process(const Measurement& measurement);
   [[nodiscard]] bool initialise_from(const Reading& reading);
   void advance_to(WallTime stamp);
+  void carry(Belief& belief, double dt_s, WallTime to) const;
+  void differentiate(WallTime now);
+  [[nodiscard]] Duration slack_of_rates() const;
+  [[nodiscard]] bool is_timed() const { return beat_ != MonotonicTime{} && last_beat_ != MonotonicTime{}; }
+  [[nodiscard]] Duration passed() const;
   void drop_waiting(Rejection cause);
   void follow_clock_back(WallTime now);
 
@@ -94,10 +119,17 @@ class Filter {
   WallTime last_set_pose_{};
   Eigen::Vector3d earlier_rates_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d alpha_ = Eigen::Vector3d::Zero();
-  WallTime earlier_stamp_{};
+  WallTime differentiated_{};  // the time of earlier_rates_
+  std::array<double, ControlOptions::kAxes> command_{};
+  WallTime command_stamp_{};
+  MonotonicTime beat_{};         // of the running step
+  MonotonicTime last_beat_{};    // of the last one that moved or corrected the belief
+  Duration slack_{};             // see the class
+  std::size_t most_waiting_{0};  // since the last step
   std::uint64_t repairs_{0};
   std::uint64_t clock_steps_{0};
   bool initialised_{false};
+  bool fused_early_{false};  // before the step, for want of room
 };
 
 }  // namespace nacelle::ekf

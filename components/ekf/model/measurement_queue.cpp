@@ -7,29 +7,40 @@
 
 namespace nacelle::ekf {
 
-MeasurementQueue::MeasurementQueue(std::size_t capacity) : slots_(capacity) {
-  NACELLE_EXPECT(capacity > 0, "a queue of measurements needs room for one");
-  free_.reserve(capacity);
-  order_.reserve(capacity);
-  clear();
+MeasurementQueue::MeasurementQueue(std::size_t limit) : limit_(limit) {
+  NACELLE_EXPECT(limit > 0, "a queue of measurements needs room for one");
+  make_places(kChunk);
+}
+
+void MeasurementQueue::make_places(std::size_t count) {
+  while (places_ < std::min(count, limit_)) {
+    const std::size_t more = std::min(kChunk, limit_ - places_);
+    chunks_.push_back(std::make_unique<Measurement[]>(more));
+    free_.reserve(places_ + more);
+    order_.reserve(places_ + more);
+    for (std::size_t i = more; i-- > 0;) {
+      const auto slot = static_cast<std::uint32_t>(places_ + i);
+      chunks_.back()[i].slot = slot;
+      free_.push_back(slot);
+    }
+    places_ += more;
+  }
 }
 
 Measurement& MeasurementQueue::reserve() {
+  if (free_.empty()) make_places(2 * places_);
   NACELLE_EXPECT(!free_.empty(), "ask full() before reserve()");
   const std::uint32_t slot = free_.back();
   free_.pop_back();
-  return slots_[slot];
+  return at(slot);
 }
 
 void MeasurementQueue::push(Measurement& filled) {
-  const auto slot = static_cast<std::uint32_t>(&filled - slots_.data());
-  order_.push_back({filled.stamp.nanoseconds(), arrivals_++, slot});
+  order_.push_back({filled.stamp.nanoseconds(), arrivals_++, filled.slot});
   std::push_heap(order_.begin(), order_.end(), later);
 }
 
-void MeasurementQueue::give_back(Measurement& unused) {
-  free_.push_back(static_cast<std::uint32_t>(&unused - slots_.data()));
-}
+void MeasurementQueue::give_back(Measurement& unused) { free_.push_back(unused.slot); }
 
 void MeasurementQueue::pop_oldest() {
   NACELLE_EXPECT(!order_.empty(), "nothing to pop");
@@ -45,7 +56,7 @@ std::size_t MeasurementQueue::newest_entry() const {
   return static_cast<std::size_t>(last - order_.begin());
 }
 
-const Measurement& MeasurementQueue::newest() const { return slots_[order_[newest_entry()].slot]; }
+const Measurement& MeasurementQueue::newest() const { return at(order_[newest_entry()].slot); }
 
 void MeasurementQueue::pop_newest() {
   const std::size_t at = newest_entry();
@@ -53,12 +64,6 @@ void MeasurementQueue::pop_newest() {
   order_[at] = order_.back();
   order_.pop_back();
   std::make_heap(order_.begin(), order_.end(), later);
-}
-
-void MeasurementQueue::clear() {
-  order_.clear();
-  free_.clear();
-  for (std::size_t i = slots_.size(); i-- > 0;) free_.push_back(static_cast<std::uint32_t>(i));
 }
 
 }  // namespace nacelle::ekf

@@ -10,8 +10,6 @@ using spatial::wrap_to_pi;
 
 constexpr double kMaskLength = 1e-6;    // robot_localization: rows of a rotated mask shorter than this are off
 constexpr double kFlatVariance = 1e-6;  // robot_localization, forceTwoD
-constexpr StateMask kFlatStates =
-    mask_of(kZ) | mask_of(kRoll) | mask_of(kPitch) | mask_of(kVz) | mask_of(kVroll) | mask_of(kVpitch) | mask_of(kAz);
 
 // Three configured axes, seen from a turned frame: an axis is on if anything of a configured one falls on it.
 unsigned rotated_mask(const Eigen::Matrix3d& R, StateMask mask, int first) {
@@ -39,9 +37,14 @@ Prepared append(const Eigen::Matrix<double, Size, 1>& values, const Eigen::Matri
   out.rows = 0;
   out.gate = setup.gate;
   std::array<int, Size> from{};
+  bool finite = true;
   for (int i = 0; i < Size; ++i) {
     const int state = first + i;
-    if ((on >> i & 1U) == 0 || (setup.two_d && has(kFlatStates, state)) || !std::isfinite(values[i])) continue;
+    if ((on >> i & 1U) == 0 || (setup.two_d && has(kFlatStates, state))) continue;
+    if (!std::isfinite(values[i])) {
+      finite = false;
+      continue;
+    }
     const auto k = static_cast<std::size_t>(out.rows);
     from[k] = i;
     out.index[k] = static_cast<std::uint8_t>(state);
@@ -53,7 +56,8 @@ Prepared append(const Eigen::Matrix<double, Size, 1>& values, const Eigen::Matri
     }
     ++out.rows;
   }
-  if (out.rows == 0) return err(Rejection::NotFinite);
+  // An input of z alone says nothing in a flat world but that the world is flat; robot_localization fuses that, too.
+  if (out.rows == 0 && (!finite || !setup.two_d)) return err(Rejection::NotFinite);
   if (setup.two_d) {
     for (int i = 0; i < kStates; ++i) {
       if (has(kFlatStates, i)) out.add(static_cast<StateIndex>(i), 0.0, kFlatVariance);

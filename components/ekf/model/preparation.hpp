@@ -17,6 +17,10 @@ using spatial::Matrix6d;
 using spatial::RigidTransform;
 using spatial::Vector6d;
 
+/// What two_d_mode holds at zero.
+inline constexpr StateMask kFlatStates =
+    mask_of(kZ) | mask_of(kRoll) | mask_of(kPitch) | mask_of(kVz) | mask_of(kVroll) | mask_of(kVpitch) | mask_of(kAz);
+
 /// What a filter wants of one part of a message.
 struct PartSetup {
   StateMask mask{};  ///< Of the states that the part tells.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "frame_history.hpp"
 
+#include <algorithm>
 #include <ctime>
+#include <utility>
 
 namespace nacelle::spatial {
 namespace {
@@ -55,9 +57,9 @@ std::uint32_t FrameHistory::wait_for_writer() const {
 }
 
 // The slot before the oldest one is the writer's next: it is never part of what readers see.
-inline std::uint64_t FrameHistory::oldest_index(std::uint64_t head) const {
+inline std::uint64_t FrameHistory::oldest_index(const View& ring, std::uint64_t head) const {
   const std::uint64_t tail = tail_.load(kAcquire);
-  return head > mask_ && head - mask_ > tail ? head - mask_ : tail;
+  return head > ring.mask && head - ring.mask > tail ? head - ring.mask : tail;
 }
 
 template <typename Look>
@@ -71,11 +73,13 @@ inline FrameHistory::Newest FrameHistory::read_newest(const Look& look) const {
       answer = {static_slot_.parent.load(kAcquire), 0, true};
       look(static_slot_);
     } else if (kind == Kind::Dynamic) {
+      const Ring* const now = ring_.load(kAcquire);
+      const View ring = view(*now);
       const std::uint64_t head = head_.load(kAcquire);
-      const Slot& last = slot(head - 1);
+      const Slot& last = ring[head - 1];
       answer = {last.parent.load(kAcquire), last.stamp_ns.load(kAcquire), false};
       look(last);
-      clean = head - 1 + mask_ >= head_.load(kAcquire);
+      clean = head - 1 + ring.mask >= head_.load(kAcquire) && ring_.load(kAcquire) == now;
     }
     if (clean && read_was_clean(epoch)) return answer;
   }
@@ -97,10 +101,12 @@ FrameHistory::Span FrameHistory::span() const {
     if (kind == Kind::Static) {
       answer.samples = 1;
     } else if (kind == Kind::Dynamic) {
+      const Ring* const now = ring_.load(kAcquire);
+      const View ring = view(*now);
       const std::uint64_t head = head_.load(kAcquire);
-      const std::uint64_t oldest = oldest_index(head);
-      answer = {slot(oldest).stamp_ns.load(kAcquire), slot(head - 1).stamp_ns.load(kAcquire), head - oldest};
-      clean = oldest + mask_ >= head_.load(kAcquire);
+      const std::uint64_t oldest = oldest_index(ring, head);
+      answer = {ring[oldest].stamp_ns.load(kAcquire), ring[head - 1].stamp_ns.load(kAcquire), head - oldest};
+      clean = oldest + ring.mask >= head_.load(kAcquire) && ring_.load(kAcquire) == now;
     }
     if (clean && read_was_clean(epoch)) return answer;
   }
@@ -116,11 +122,14 @@ FrameHistory::Answer FrameHistory::at(std::int64_t stamp_ns, RigidTransform& X_P
       load(static_slot_, X_PC);
       answer = {Found::Interpolated, static_slot_.parent.load(kAcquire), 0};
     } else if (kind == Kind::Dynamic) {
+      const Ring* const now = ring_.load(kAcquire);
+      const View ring = view(*now);
       const std::uint64_t head = head_.load(kAcquire);
       std::uint64_t lowest = head;
-      answer = search(stamp_ns, head, X_PC, lowest);
-      // Index i shares its slot with i + mask_ + 1, which is written once head_ has reached that number.
-      clean = lowest + mask_ >= head_.load(kAcquire);
+      answer = search(stamp_ns, ring, head, X_PC, lowest);
+      // Index i shares its slot with i + mask + 1, which is written once head_ has reached that number. In another ring than
+      // the one that was current all the time, head_ may lie beyond what was written.
+      clean = lowest + ring.mask >= head_.load(kAcquire) && ring_.load(kAcquire) == now;
     }
     if (clean && read_was_clean(epoch)) return answer;
   }
@@ -128,24 +137,24 @@ FrameHistory::Answer FrameHistory::at(std::int64_t stamp_ns, RigidTransform& X_P
 
 // Steps back from the newest sample in strides 1, 2, 4, ... and then halves the last stride: nearly every question is
 // about the last few samples, and the oldest costs 2 log2(n).
-inline FrameHistory::Answer FrameHistory::search(std::int64_t stamp_ns, std::uint64_t head, RigidTransform& X_PC,
-                                                 std::uint64_t& lowest) const {
+inline FrameHistory::Answer FrameHistory::search(std::int64_t stamp_ns, const View& ring, std::uint64_t head,
+                                                 RigidTransform& X_PC, std::uint64_t& lowest) const {
   std::uint64_t after = head - 1;
   lowest = after;
-  const Slot& last = slot(after);
+  const Slot& last = ring[after];
   const std::int64_t newest_ns = last.stamp_ns.load(kAcquire);
   if (stamp_ns == newest_ns) {
     load(last, X_PC);
     return {Found::Interpolated, last.parent.load(kAcquire), newest_ns};
   }
-  const std::uint64_t oldest = oldest_index(head);
+  const std::uint64_t oldest = oldest_index(ring, head);
   if (after == oldest) return {Found::OneOtherTime, 0, newest_ns};
   if (stamp_ns > newest_ns) return {Found::TooLate, 0, newest_ns};
 
   std::uint64_t before = after;
   for (std::uint64_t stride = 1;; stride *= 2) {
     before = after - oldest > stride ? after - stride : oldest;
-    const std::int64_t t = slot(before).stamp_ns.load(kAcquire);
+    const std::int64_t t = ring[before].stamp_ns.load(kAcquire);
     lowest = before;
     if (t <= stamp_ns) break;
     if (before == oldest) return {Found::TooEarly, 0, t};
@@ -153,14 +162,14 @@ inline FrameHistory::Answer FrameHistory::search(std::int64_t stamp_ns, std::uin
   }
   while (after - before > 1) {
     const std::uint64_t middle = before + (after - before) / 2;
-    (slot(middle).stamp_ns.load(kAcquire) <= stamp_ns ? before : after) = middle;
+    (ring[middle].stamp_ns.load(kAcquire) <= stamp_ns ? before : after) = middle;
   }
-  const Slot& older = slot(before);
+  const Slot& older = ring[before];
   const std::int64_t older_ns = older.stamp_ns.load(kAcquire);
   const std::uint32_t parent = older.parent.load(kAcquire);
   load(older, X_PC);
   if (older_ns != stamp_ns) {
-    const Slot& newer = slot(after);
+    const Slot& newer = ring[after];
     if (newer.parent.load(kAcquire) == parent) {
       const std::int64_t newer_ns = newer.stamp_ns.load(kAcquire);
       RigidTransform X_next;
@@ -172,10 +181,9 @@ inline FrameHistory::Answer FrameHistory::search(std::int64_t stamp_ns, std::uin
   return {Found::Interpolated, parent, older_ns};
 }
 
-FrameHistory::Added FrameHistory::add(const TransformSample& sample, Permanence permanence, std::int64_t cache_ns,
-                                      std::size_t capacity) {
+FrameHistory::Added FrameHistory::add(const TransformSample& sample, Permanence permanence, const Sizes& sizes) {
   const Kind kind = kind_.load(kRelaxed);
-  if (permanence == Permanence::Dynamic) return add_dynamic(sample, cache_ns, capacity);
+  if (permanence == Permanence::Dynamic) return add_dynamic(sample, sizes);
   if (kind == Kind::Static && same(static_slot_, sample)) return Added::Duplicate;
   const std::uint32_t epoch = epoch_.load(kRelaxed);
   epoch_.store(epoch + 1, kRelease);
@@ -186,53 +194,73 @@ FrameHistory::Added FrameHistory::add(const TransformSample& sample, Permanence 
   return Added::Yes;
 }
 
-FrameHistory::Added FrameHistory::add_dynamic(const TransformSample& sample, std::int64_t cache_ns,
-                                              std::size_t capacity) {
-  if (!ring_) {
-    mask_ = capacity - 1;
-    ring_ = std::make_unique<Slot[]>(capacity);
+FrameHistory::Added FrameHistory::add_dynamic(const TransformSample& sample, const Sizes& sizes) {
+  const std::int64_t cache_ns = sizes.cache_ns;
+  if (rings_ == nullptr) {
+    rings_ = std::make_unique<Ring>(sizes.first);
+    ring_.store(rings_.get(), kRelease);
   }
   const std::uint32_t epoch = epoch_.load(kRelaxed);
   const std::uint64_t head = head_.load(kRelaxed);
   if (kind_.load(kRelaxed) != Kind::Dynamic) {
+    const View ring = view(*rings_);
     epoch_.store(epoch + 1, kRelease);
     tail_.store(head, kRelease);
-    store(slot(head), sample);
+    store(ring[head], sample);
     head_.store(head + 1, kRelease);
     kind_.store(Kind::Dynamic, kRelease);
     epoch_.store(epoch + 2, kRelease);
     return Added::Yes;
   }
-  const std::uint64_t oldest = oldest_index(head);
-  if (sample.stamp_ns > slot(head - 1).stamp_ns.load(kRelaxed)) {
-    store(slot(head), sample);
+  const std::int64_t newest_ns = view(*rings_)[head - 1].stamp_ns.load(kRelaxed);
+  if (sample.stamp_ns < newest_ns - cache_ns) return Added::TooOld;
+  grow_if_full(std::max(newest_ns, sample.stamp_ns), sizes);
+  const View ring = view(*rings_);
+  const std::uint64_t oldest = oldest_index(ring, head);
+  if (sample.stamp_ns > newest_ns) {
+    store(ring[head], sample);
     head_.store(head + 1, kRelease);
-    prune(head + 1, cache_ns);
+    prune(ring, head + 1, cache_ns);
     return Added::Yes;
   }
-  if (sample.stamp_ns < slot(head - 1).stamp_ns.load(kRelaxed) - cache_ns) return Added::TooOld;
   std::uint64_t place = head;  // after every sample that is not newer
-  while (place > oldest && slot(place - 1).stamp_ns.load(kRelaxed) > sample.stamp_ns) --place;
-  const bool same_time = place > oldest && slot(place - 1).stamp_ns.load(kRelaxed) == sample.stamp_ns;
-  if (same_time && same(slot(place - 1), sample)) return Added::Duplicate;
+  while (place > oldest && ring[place - 1].stamp_ns.load(kRelaxed) > sample.stamp_ns) --place;
+  const bool same_time = place > oldest && ring[place - 1].stamp_ns.load(kRelaxed) == sample.stamp_ns;
+  if (same_time && same(ring[place - 1], sample)) return Added::Duplicate;
   // A full ring and a sample older than all of it: there is no room for it at the old end.
-  if (!same_time && place == oldest && head - oldest >= mask_) return Added::TooOld;
+  if (!same_time && place == oldest && head - oldest >= ring.mask) return Added::TooOld;
   epoch_.store(epoch + 1, kRelease);
   if (same_time) {
-    store(slot(place - 1), sample);
+    store(ring[place - 1], sample);
   } else {
-    for (std::uint64_t i = head; i > place; --i) copy(slot(i), slot(i - 1));
-    store(slot(place), sample);
+    for (std::uint64_t i = head; i > place; --i) copy(ring[i], ring[i - 1]);
+    store(ring[place], sample);
     head_.store(head + 1, kRelease);
   }
   epoch_.store(epoch + 2, kRelease);
   return Added::Yes;
 }
 
-void FrameHistory::prune(std::uint64_t head, std::int64_t cache_ns) {
-  std::uint64_t tail = oldest_index(head);
-  const std::int64_t limit_ns = slot(head - 1).stamp_ns.load(kRelaxed) - cache_ns;
-  while (slot(tail).stamp_ns.load(kRelaxed) < limit_ns) ++tail;
+// Before a sample takes the place of the oldest one. Readers go on in the old ring, or see that it is no longer the ring.
+void FrameHistory::grow_if_full(std::int64_t newest_ns, const Sizes& sizes) {
+  const View old = view(*rings_);
+  const std::uint64_t head = head_.load(kRelaxed);
+  const std::uint64_t oldest = oldest_index(old, head);
+  if (head - oldest < old.mask || old.mask + 1 >= sizes.most) return;
+  if (old[oldest].stamp_ns.load(kRelaxed) < newest_ns - sizes.cache_ns) return;
+  auto larger = std::make_unique<Ring>(2 * (old.mask + 1));
+  const View ring = view(*larger);
+  for (std::uint64_t i = oldest; i < head; ++i) copy(ring[i], old[i]);
+  tail_.store(oldest, kRelease);  // what was there before is not in the larger one
+  larger->smaller = std::move(rings_);
+  rings_ = std::move(larger);
+  ring_.store(rings_.get(), kRelease);
+}
+
+void FrameHistory::prune(const View& ring, std::uint64_t head, std::int64_t cache_ns) {
+  std::uint64_t tail = oldest_index(ring, head);
+  const std::int64_t limit_ns = ring[head - 1].stamp_ns.load(kRelaxed) - cache_ns;
+  while (ring[tail].stamp_ns.load(kRelaxed) < limit_ns) ++tail;
   tail_.store(tail, kRelease);
 }
 

@@ -21,6 +21,8 @@ struct TransformSample {
 /// A sample that is newer than all others (nearly every one) is written beside the visible window and then published by
 /// moving head_: a reader is never disturbed, unless it looks at the very sample that is overwritten, which it notices
 /// afterwards and repeats. Anything else (late sample, new kind, clear) happens while epoch_ is odd; readers wait for it.
+/// A ring that would lose a sample that is still wanted is replaced by one of twice the size beside the readers, who notice that
+/// afterwards, too; the smaller ones stay until the end, in all less than the last.
 /// All shared fields are atomics, stored with release and loaded with acquire, so that the order holds without fences.
 class [[gnu::visibility("hidden")]] FrameHistory {
  public:
@@ -51,8 +53,11 @@ class [[gnu::visibility("hidden")]] FrameHistory {
   [[nodiscard]] Span span() const;
 
   // The writer, one at a time.
-  [[nodiscard]] Added add(const TransformSample& sample, Permanence permanence, std::int64_t cache_ns,
-                          std::size_t capacity);
+  struct Sizes {
+    std::int64_t cache_ns{};
+    std::size_t first{}, most{};  ///< Of a ring: powers of two.
+  };
+  [[nodiscard]] Added add(const TransformSample& sample, Permanence permanence, const Sizes& sizes);
   void clear();
 
  private:
@@ -61,17 +66,31 @@ class [[gnu::visibility("hidden")]] FrameHistory {
     std::atomic<std::uint32_t> parent{0};
     std::array<std::atomic<double>, 7> values{};  // qx qy qz qw x y z
   };
+  struct Ring {
+    explicit Ring(std::size_t size) : mask(size - 1), slots(std::make_unique<Slot[]>(size)) {}
+    std::uint64_t mask;
+    std::unique_ptr<Slot[]> slots;
+    std::unique_ptr<Ring> smaller;  // the one before it
+  };
+  // One ring, as a reader or the writer sees it.
+  struct View {
+    Slot* slots;
+    std::uint64_t mask;
+    [[nodiscard]] Slot& operator[](std::uint64_t index) const { return slots[index & mask]; }
+  };
+  [[nodiscard]] static View view(const Ring& ring) { return {ring.slots.get(), ring.mask}; }
   enum class Kind : std::uint8_t { Empty, Static, Dynamic };  // Dynamic has one sample or more
 
   static void store(Slot & slot, const TransformSample& sample);
   static void copy(Slot & to, const Slot& from);
   static void load(const Slot& slot, RigidTransform& X_PC);
   [[nodiscard]] static bool same(const Slot& slot, const TransformSample& sample);
-  [[nodiscard]] std::uint64_t oldest_index(std::uint64_t head) const;
-  [[nodiscard]] Answer search(std::int64_t stamp_ns, std::uint64_t head, RigidTransform & X_PC, std::uint64_t & lowest)
-      const;
-  Added add_dynamic(const TransformSample& sample, std::int64_t cache_ns, std::size_t capacity);
-  void prune(std::uint64_t head, std::int64_t cache_ns);
+  [[nodiscard]] std::uint64_t oldest_index(const View& ring, std::uint64_t head) const;
+  [[nodiscard]] Answer search(std::int64_t stamp_ns, const View& ring, std::uint64_t head, RigidTransform& X_PC,
+                              std::uint64_t& lowest) const;
+  Added add_dynamic(const TransformSample& sample, const Sizes& sizes);
+  void grow_if_full(std::int64_t newest_ns, const Sizes& sizes);
+  void prune(const View& ring, std::uint64_t head, std::int64_t cache_ns);
   template <typename Look>
   [[nodiscard]] Newest read_newest(const Look& look) const;
   [[nodiscard]] std::uint32_t begin_read() const {
@@ -82,12 +101,10 @@ class [[gnu::visibility("hidden")]] FrameHistory {
   [[nodiscard]] bool read_was_clean(std::uint32_t epoch) const {
     return epoch_.load(std::memory_order_acquire) == epoch;
   }
-  [[nodiscard]] const Slot& slot(std::uint64_t index) const { return ring_.get()[index & mask_]; }
-  [[nodiscard]] Slot& slot(std::uint64_t index) { return ring_.get()[index & mask_]; }
 
-  // ring_ and mask_ are written once, before kind_ first says Dynamic.
-  std::unique_ptr<Slot[]> ring_;
-  std::uint64_t mask_{0};
+  // ring_ is not null once kind_ has said Dynamic. A reader takes it before head_ and looks again at the end.
+  std::unique_ptr<Ring> rings_;
+  std::atomic<const Ring*> ring_{nullptr};
   Slot static_slot_;
   std::atomic<Kind> kind_{Kind::Empty};
   std::atomic<std::uint32_t> epoch_{0};

@@ -11,7 +11,14 @@ std::string seconds(WallTime t) { return fmt::format("{:.6f}", to_seconds(t.sinc
 }  // namespace
 
 std::string LookupFault::text() const {
-  const std::string_view argument = at_target ? "target_frame" : "source_frame";
+  if (would_starve) {
+    LookupFault plain = *this;
+    plain.would_starve = false;
+    return plain.text() +
+           " Not waited for: this thread feeds the buffer; wait in a component with a thread of its own, or use "
+           "TransformWaits.";
+  }
+  const std::string_view argument = at_fixed ? "fixed_frame" : at_target ? "target_frame" : "source_frame";
   const std::string_view wrong = at_target ? target.view() : source.view();
   const std::string on_the_way =
       fmt::format(", when looking up transform from frame [{}] to frame [{}] (at frame [{}]){}", source.view(),

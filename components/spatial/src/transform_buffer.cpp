@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <limits>
 #include <mutex>
+#include <thread>
 
 #include "frame_history.hpp"
 #include "frame_names.hpp"
@@ -49,6 +52,9 @@ struct [[gnu::visibility("hidden")]] TransformBuffer::Impl {
   [[nodiscard]] FrameId known_frame(std::string_view name) const;
   [[nodiscard]] static LookupFault wrong_argument(bool at_target, std::string_view target, std::string_view source);
   [[nodiscard]] Result<StampedTransform, LookupFault> latest(FrameId target, FrameId source) const;
+  [[nodiscard]] StampedTransform where_it_is(FrameId frame, WallTime at) const;
+  template <typename Look>
+  [[nodiscard]] Result<StampedTransform, LookupFault> wait(Duration timeout, const Look& look) const;
 
   TransformBufferOptions options;
   FrameNames names;
@@ -57,8 +63,12 @@ struct [[gnu::visibility("hidden")]] TransformBuffer::Impl {
   std::unique_ptr<std::atomic<std::uint64_t>[]> writers;  // of each frame's last sample
   std::shared_ptr<const ClockSkews> skews_owner;
   std::atomic<const ClockSkews*> skews{nullptr};  // asked by faults only
-  mutable std::mutex writing;                     // inserts, new names and stats
+  mutable std::mutex writing;                     // inserts, new names, stats and all below
   TransformBufferStats stats;
+  std::vector<Listener*> listeners;
+  std::thread::id feeder;  // who inserted last
+  mutable std::condition_variable inserted;
+  mutable int waiting{0};
 };
 
 LookupFault TransformBuffer::Impl::extrapolation(const FrameHistory::Answer& answer, std::uint32_t frame,
@@ -201,6 +211,7 @@ LookupFault TransformBuffer::Impl::wrong_argument(bool at_target, std::string_vi
 TransformBuffer::TransformBuffer(const TransformBufferOptions& options) {
   NACELLE_EXPECT(std::has_single_bit(options.samples_per_frame) && options.samples_per_frame >= 4,
                  "the history of a frame is a ring of 4, 8, 16, ... samples");
+  NACELLE_EXPECT(std::has_single_bit(options.most_samples_per_frame), "rings double, up to a power of two");
   NACELLE_EXPECT(options.max_frames > 0 && options.cache_time > 0ns, "a transform buffer needs room for one frame");
   impl_ = std::make_unique<Impl>(options);
 }
@@ -245,8 +256,9 @@ Result<void, InsertFault> TransformBuffer::insert(FrameId parent, FrameId child,
   TransformSample sample{stamp.nanoseconds(), parent.value, X_PC};
   // Chains multiply lengths: what the tolerance lets in would grow along them.
   if (std::abs(X_PC.rotation.squaredNorm() - 1.0) > 1e-12) sample.X_PC.rotation.normalize();
-  switch (impl_->histories[child.value].add(sample, permanence, impl_->options.cache_time.count(),
-                                            impl_->options.samples_per_frame)) {
+  const FrameHistory::Sizes sizes{impl_->options.cache_time.count(), impl_->options.samples_per_frame,
+                                  impl_->options.most_samples_per_frame};
+  switch (impl_->histories[child.value].add(sample, permanence, sizes)) {
     case FrameHistory::Added::TooOld: return refuse(stats.too_old, InsertFault::TooOld);
     case FrameHistory::Added::Duplicate: ++stats.duplicates; return {};
     case FrameHistory::Added::Yes: break;
@@ -255,6 +267,9 @@ Result<void, InsertFault> TransformBuffer::insert(FrameId parent, FrameId child,
   impl_->writers[child.value].store(writer, std::memory_order_relaxed);
   impl_->known[parent.value].store(true, std::memory_order_release);
   impl_->known[child.value].store(true, std::memory_order_release);
+  impl_->feeder = std::this_thread::get_id();
+  if (impl_->waiting != 0) impl_->inserted.notify_all();
+  for (Listener* const listener : impl_->listeners) listener->on_insert();
   return {};
 }
 
@@ -286,7 +301,16 @@ Result<StampedTransform, LookupFault> TransformBuffer::Impl::latest(FrameId targ
   return walk(target, source, *common);
 }
 
+// As tf2: the identity needs no known frame.
+StampedTransform TransformBuffer::Impl::where_it_is(FrameId frame, WallTime at) const {
+  StampedTransform here;
+  here.stamp = at;
+  if (at == WallTime{} && is_known(frame)) here.stamp = WallTime{Duration{histories[frame.value].newest().stamp_ns}};
+  return here;
+}
+
 Result<StampedTransform, LookupFault> TransformBuffer::lookup(FrameId target, FrameId source, WallTime at) const {
+  if (target && target == source) return impl_->where_it_is(target, at);
   if (const auto known = impl_->check(target, source); !known) return err(known.error());
   return at == WallTime{} ? impl_->latest(target, source) : impl_->walk(target, source, at.nanoseconds());
 }
@@ -297,6 +321,7 @@ Result<StampedTransform, LookupFault> TransformBuffer::lookup_latest(FrameId tar
 
 Result<StampedTransform, LookupFault> TransformBuffer::lookup(std::string_view target, std::string_view source,
                                                               WallTime at) const {
+  if (target == source) return impl_->where_it_is({impl_->names.find(target)}, at);
   const FrameId target_id = impl_->known_frame(target);
   if (!target_id) return err(Impl::wrong_argument(true, target, source));
   const FrameId source_id = impl_->known_frame(source);
@@ -307,6 +332,64 @@ Result<StampedTransform, LookupFault> TransformBuffer::lookup(std::string_view t
 Result<StampedTransform, LookupFault> TransformBuffer::lookup_latest(std::string_view target,
                                                                      std::string_view source) const {
   return lookup(target, source, WallTime{});
+}
+
+Result<StampedTransform, LookupFault> TransformBuffer::lookup(std::string_view target, WallTime target_time,
+                                                              std::string_view source, WallTime source_time,
+                                                              std::string_view fixed) const {
+  if (!impl_->known_frame(target)) return err(Impl::wrong_argument(true, target, source));
+  if (!impl_->known_frame(source)) return err(Impl::wrong_argument(false, target, source));
+  if (!impl_->known_frame(fixed)) {
+    LookupFault fault = Impl::wrong_argument(false, target, fixed);
+    fault.at_fixed = true;
+    return err(fault);
+  }
+  const auto X_FS = lookup(fixed, source, source_time);
+  if (!X_FS) return X_FS;
+  const auto X_TF = lookup(target, fixed, target_time);
+  if (!X_TF) return X_TF;
+  return StampedTransform{X_TF->X_TS * X_FS->X_TS, X_TF->stamp};
+}
+
+// The lock keeps inserts out between a look that finds nothing and the wait.
+template <typename Look>
+Result<StampedTransform, LookupFault> TransformBuffer::Impl::wait(Duration timeout, const Look& look) const {
+  auto found = look();
+  if (found || timeout <= 0ns) return found;
+  const auto deadline = std::chrono::steady_clock::now() + std::min<Duration>(timeout, 24h);
+  std::unique_lock lock{writing};
+  if (feeder == std::this_thread::get_id()) {
+    LookupFault fault = found.error();
+    fault.would_starve = true;
+    return err(fault);
+  }
+  ++waiting;
+  inserted.wait_until(lock, deadline, [&] {
+    found = look();
+    return found.has_value();
+  });
+  --waiting;
+  return found;
+}
+
+Result<StampedTransform, LookupFault> TransformBuffer::lookup(std::string_view target, std::string_view source,
+                                                              WallTime at, Duration timeout) const {
+  return impl_->wait(timeout, [&] { return lookup(target, source, at); });
+}
+
+Result<StampedTransform, LookupFault> TransformBuffer::lookup(std::string_view target, WallTime target_time,
+                                                              std::string_view source, WallTime source_time,
+                                                              std::string_view fixed, Duration timeout) const {
+  return impl_->wait(timeout, [&] { return lookup(target, target_time, source, source_time, fixed); });
+}
+
+void TransformBuffer::add_listener(Listener& listener) {
+  const std::lock_guard lock{impl_->writing};
+  impl_->listeners.push_back(&listener);
+}
+void TransformBuffer::remove_listener(Listener& listener) {
+  const std::lock_guard lock{impl_->writing};
+  std::erase(impl_->listeners, &listener);
 }
 
 std::vector<FrameInfo> TransformBuffer::frames() const {

@@ -139,18 +139,18 @@ constexpr std::array kEkf{
     Key{"deceleration_limits"},
     Key{"deceleration_gains"},
     Key{"smooth_lagged_data", Kept, "", "", kOnlyFalse},
-    Key{"use_control", Kept, "", "", kOnlyFalse},
-    Key{"stamped_control", Kept, "", "", kOnlyFalse},
+    Key{"use_control"},
+    Key{"stamped_control"},
     Key{"permit_corrected_publication", Kept, "", "", kOnlyFalse},
     Key{"reset_on_time_jump", Kept, "", "", kOnlyFalse},
     Key{"debug", Kept, "", "", kOnlyFalse},
-    Key{"base_link_frame_output", Doubted, "", "", "the estimate is published for base_link_frame"},
+    Key{"base_link_frame_output"},
     Key{"alpha", Doubted, "", "", kUnscented},
     Key{"kappa", Doubted, "", "", kUnscented},
     Key{"beta", Doubted, "", "", kUnscented},
     Key{"base_footprint_frame", Dropped, "", "", "read by nobody any more"},
-    Key{"tf_prefix", Doubted, "", "", "write the prefix into the frames' names"},
-    Key{"disabled_at_startup", Doubted, "", "", "`autostart: inactive` in the launch file keeps the filter waiting"},
+    Key{"tf_prefix"},
+    Key{"disabled_at_startup"},
     Key{"odom#"},
     Key{"pose#"},
     Key{"twist#"},
@@ -185,9 +185,6 @@ constexpr std::array kEkf{
     Key{"imu#_nodelay", Dropped, "", "", "messages do not go through TCP"},
     Key{"twist#_differential", Dropped, "", "", "a velocity has no difference to take"},
     Key{"twist#_relative", Dropped, "", "", "a velocity is relative to nothing"},
-};
-constexpr std::array kEkfDefaults{
-    Default{"", "two_d_mode", "false", "robot_localization's default; Nacelle's is true"},
 };
 
 constexpr std::string_view kNoNavsat =
@@ -373,7 +370,7 @@ constexpr std::array kDrivers{
            kDiffDriveDefaults},
     Driver{"controller_manager", "controller_manager", "diff_drive", kControllerManager},
     Driver{"joint_state_broadcaster", "joint_state_broadcaster joint_broad", "", kJointStateBroadcaster},
-    Driver{"robot_localization", "ekf ukf robot_localization", "ekf", kEkf, kEkfDefaults},
+    Driver{"robot_localization", "ekf ukf robot_localization", "ekf", kEkf},
     Driver{"navsat_transform", "navsat", "", kNavsat},
     Driver{"teleop_twist_joy", "teleop", "", kTeleop},
     Driver{"joy", "joy_node game_controller", "", kJoy},

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "ekf_cases.hpp"
 #include "nacelle/qos/presets.hpp"
 #include "support/recording_host.hpp"
 
@@ -24,6 +25,7 @@ class EkfNode : public ::testing::Test {
  public:
   EkfNode() {
     options_.append_parameter_override("frequency", 50.0);
+    options_.append_parameter_override("two_d_mode", true);
     options_.append_parameter_override("base_link_frame", std::string{"base_footprint"});
     buffer_ = std::static_pointer_cast<spatial::TransformBuffer>(
         context_.shared_object(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer));
@@ -196,6 +198,112 @@ TEST_F(EkfNode, stamps_from_the_future_are_told_with_the_clock_that_is_the_cause
                       "odom0 twist is not fused: its stamps lie in the future; clock skew: host laptop is 60 s ahead"),
             lines.all.end())
       << ::testing::PrintToString(lines.all);
+}
+
+TEST_F(EkfNode, says_whose_stamps_are_zero_stand_still_or_lag) {
+  options_.append_parameter_override("odom0", std::string{"odom"});
+  options_.append_parameter_override("odom0_config", config_of({kVx}));
+  options_.append_parameter_override("odom1", std::string{"odom1"});
+  options_.append_parameter_override("odom1_config", config_of({kVx}));
+  options_.append_parameter_override("odom2", std::string{"odom2"});
+  options_.append_parameter_override("odom2_config", config_of({kVx}));
+  start();
+  const Lines lines;
+  Odometry zero, standing, lagging;
+  for (Odometry* m : {&zero, &standing, &lagging}) {
+    m->child_frame_id = "base_footprint";
+    m->twist.twist.linear.x = 1.0;
+    for (std::size_t i = 0; i < 6; ++i) m->twist.covariance[i * 7] = 1e-4;
+  }
+  standing.header.stamp = stamp();
+  for (int i = 0; i < 500; ++i) {
+    context_.advance(10ms);
+    context_.inject("/odom", zero);
+    context_.inject("/odom1", standing);
+    lagging.header.stamp = stamp(5s);
+    context_.inject("/odom2", lagging);
+  }
+  const auto told = [&](const std::string& text) {
+    return std::count_if(lines.all.begin(), lines.all.end(),
+                         [&](const std::string& line) { return line.find(text) != std::string::npos; });
+  };
+  const std::string all = ::testing::PrintToString(lines.all);
+  EXPECT_EQ(told("odom0 twist is not fused: its stamps are zero"), 1) << all;
+  EXPECT_EQ(told("odom1 twist: its stamps stand still"), 1) << all;
+  EXPECT_EQ(told("odom2 twist: its stamps are 5.0"), 1) << all;
+  EXPECT_LT(filtered().back().pose.pose.position.x, 0.5) << "no measurement says that time has passed";
+}
+
+TEST_F(EkfNode, measurements_that_the_queues_lose_are_counted_and_reported) {
+  options_.append_parameter_override("measurement_queue_limit", std::int64_t{16});
+  start();
+  const Lines lines;
+  for (int second = 0; second < 3; ++second) {
+    for (int i = 0; i < 40; ++i) send_odometry(0.3, 0.0, -150ms);  // ahead: they wait, and there is room for 16
+    context_.advance(1s);
+  }
+  EXPECT_GT(node_->stats("odom0 twist")->of(Rejection::QueueFull), 0U);
+  EXPECT_TRUE(std::any_of(lines.all.begin(), lines.all.end(), [](const std::string& line) {
+    return line.find("odom0: ") != std::string::npos && line.find("measurement_queue_limit") != std::string::npos;
+  })) << ::testing::PrintToString(lines.all);
+}
+
+TEST_F(EkfNode, disabled_at_startup_waits_for_the_service_enable) {
+  options_.append_parameter_override("disabled_at_startup", true);
+  start();
+  for (int i = 0; i < 10; ++i) run(0.3, 0.0);
+  EXPECT_TRUE(filtered().empty());
+  EXPECT_EQ(node_->stats("odom0 twist")->received, 0U);
+  std_srvs::srv::Empty::Response response;
+  ASSERT_TRUE(context_.call<std_srvs::srv::Empty>("/enable", {}, response));
+  for (int i = 0; i < 10; ++i) run(0.3, 0.0);
+  EXPECT_EQ(filtered().size(), 10U);
+}
+
+TEST_F(EkfNode, base_link_frame_output_is_what_messages_and_the_transform_call_the_base) {
+  options_.append_parameter_override("base_link_frame_output", std::string{"base_stabilised"});
+  options_.append_parameter_override("publish_acceleration", true);
+  start();
+  run(0.3, 0.0);
+  EXPECT_EQ(node_->stats("odom0 twist")->fused, 1U) << "inputs are still in base_link_frame";
+  EXPECT_EQ(filtered().back().child_frame_id, "base_stabilised");
+  EXPECT_EQ(context_.published<TFMessage>("/tf").back().transforms[0].child_frame_id, "base_stabilised");
+  EXPECT_EQ(context_.frames()[0].child, "base_stabilised");
+  using Acceleration = geometry_msgs::msg::AccelWithCovarianceStamped;
+  EXPECT_EQ(context_.published<Acceleration>("/accel/filtered").back().header.frame_id, "base_stabilised");
+}
+
+TEST_F(EkfNode, use_control_predicts_with_what_cmd_vel_commands) {
+  for (const bool stamped : {false, true}) {
+    test::RecordingContext context;
+    NodeOptions options{context};
+    options.append_parameter_override("use_control", true);
+    options.append_parameter_override("stamped_control", stamped);
+    options.append_parameter_override("control_timeout", 0.2);
+    options.append_parameter_override("control_config", std::vector<bool>{true, false, false, false, false, true});
+    EkfComponent node{options};
+    ASSERT_TRUE(node.trigger(Transition::Configure).success);
+    ASSERT_TRUE(node.trigger(Transition::Activate).success);
+    Odometry still;
+    still.header.stamp = stamp_of(context.clock().wall_now());
+    still.child_frame_id = "base_link";
+    for (std::size_t i = 0; i < 6; ++i) still.twist.covariance[i * 7] = 1e-4;
+    context.inject("/odom", still);
+    for (int i = 0; i < 40; ++i) {
+      geometry_msgs::msg::TwistStamped command;
+      command.header.stamp = stamp_of(context.clock().wall_now());
+      command.header.frame_id = i % 2 == 0 ? "base_link" : "";
+      command.twist.linear.x = 0.5;
+      if (stamped) {
+        context.inject("/cmd_vel", command);
+      } else {
+        context.inject("/cmd_vel", command.twist);
+      }
+      context.advance(50ms);
+    }
+    const double v = context.published<Odometry>("/odometry/filtered").back().twist.twist.linear.x;
+    EXPECT_NEAR(v, 0.5 * (1.0 - std::exp(-2.0)), 0.03) << stamped;
+  }
 }
 
 TEST_F(EkfNode, set_pose_works_as_a_topic_and_as_a_service) {

@@ -4,16 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "ekf/component/ekf_component.hpp"
+#include "ekf_cases.hpp"
 #include "support/recording_host.hpp"
 
 namespace nacelle::ekf {
 namespace {
-
-std::vector<bool> config_of(std::initializer_list<int> states) {
-  std::vector<bool> config(15, false);
-  for (const int i : states) config[static_cast<std::size_t>(i)] = true;
-  return config;
-}
 
 class EkfParameters : public ::testing::Test {
  protected:
@@ -42,7 +37,7 @@ TEST_F(EkfParameters, without_any_input_the_planar_preset_holds) {
   EXPECT_EQ(o.inputs[0].config, mask_of(kVx) | mask_of(kVy));
   EXPECT_EQ(o.inputs[1].topic, "imu/data_raw");
   EXPECT_EQ(o.inputs[1].config, mask_of(kVyaw));
-  EXPECT_TRUE(o.filter.two_d_mode);
+  EXPECT_FALSE(o.filter.two_d_mode) << "as robot_localization";
   EXPECT_EQ(o.world_frame, "odom");
   EXPECT_EQ(o.tf_child(), "base_link");
   EXPECT_TRUE(o.notes.empty());
@@ -118,6 +113,73 @@ TEST_F(EkfParameters, a_copied_robot_localization_file_with_defaults_is_accepted
   options_.append_parameter_override("control_config", std::vector<bool>(6, false));
   options_.append_parameter_override("acceleration_limits", std::vector<double>(6, 1.0));
   read();
+}
+
+TEST_F(EkfParameters, robot_localizations_stock_control_is_taken_as_it_stands) {
+  options_.append_parameter_override("use_control", true);
+  options_.append_parameter_override("stamped_control", false);
+  options_.append_parameter_override("control_timeout", 0.2);
+  options_.append_parameter_override("control_config", std::vector<bool>{true, false, false, false, false, true});
+  options_.append_parameter_override("acceleration_limits", std::vector<double>{1.3, 0.0, 0.0, 0.0, 0.0, 3.4});
+  options_.append_parameter_override("deceleration_limits", std::vector<double>{1.3, 0.0, 0.0, 0.0, 0.0, 4.5});
+  options_.append_parameter_override("acceleration_gains", std::vector<double>{0.8, 0.0, 0.0, 0.0, 0.0, 0.9});
+  const auto o = read();
+  EXPECT_TRUE(o.filter.control.controlled[0]);
+  EXPECT_TRUE(o.filter.control.controlled[5]);
+  EXPECT_FALSE(o.filter.control.controlled[1]);
+  EXPECT_EQ(o.filter.control.timeout, 200ms);
+  EXPECT_EQ(o.filter.control.acceleration_limits[5], 3.4);
+  EXPECT_EQ(o.filter.control.deceleration_limits[5], 4.5);
+  EXPECT_EQ(o.filter.control.deceleration_gains[5], 0.9) << "as the acceleration's unless set";
+  EXPECT_TRUE(o.notes.empty());
+}
+
+TEST_F(EkfParameters, a_command_for_what_an_imu_measures_is_left_out_with_a_note) {
+  options_.append_parameter_override("use_control", true);
+  options_.append_parameter_override("control_timeout", 0.2);
+  options_.append_parameter_override("control_config", std::vector<bool>{true, false, false, false, false, true});
+  options_.append_parameter_override("imu0", std::string{"imu"});
+  options_.append_parameter_override("imu0_config", config_of({kVyaw, kAx}));
+  const auto o = read();
+  EXPECT_FALSE(o.filter.control.controlled[0]);
+  EXPECT_TRUE(o.filter.control.controlled[5]);
+  ASSERT_EQ(o.notes.size(), 1U);
+  EXPECT_NE(o.notes[0].find("imu0 measures ax"), std::string::npos) << o.notes[0];
+}
+
+TEST_F(EkfParameters, control_for_nothing_is_a_note_and_five_axes_are_refused) {
+  options_.append_parameter_override("use_control", true);
+  EXPECT_EQ(read().notes.size(), 1U);
+  options_.append_parameter_override("acceleration_limits", std::vector<double>(5, 1.0));
+  EXPECT_NE(refusal().find("acceleration_limits: has 5 numbers"), std::string::npos) << refusal();
+}
+
+TEST_F(EkfParameters, tf_prefix_stands_before_every_frame_with_a_slash) {
+  options_.append_parameter_override("tf_prefix", std::string{"/robot1"});
+  options_.append_parameter_override("base_link_frame", std::string{"/base"});
+  const auto o = read();
+  EXPECT_EQ(o.odom_frame, "robot1/odom");
+  EXPECT_EQ(o.map_frame, "robot1/map");
+  EXPECT_EQ(o.world_frame, "robot1/odom");
+  EXPECT_EQ(o.base_link_frame, "robot1/base");
+  EXPECT_EQ(o.base_link_frame_output, "robot1/base");
+}
+
+TEST_F(EkfParameters, base_link_frame_output_names_the_child_of_the_estimate) {
+  options_.append_parameter_override("base_link_frame_output", std::string{"base_footprint"});
+  EXPECT_EQ(read().base_link_frame, "base_link");
+  EXPECT_EQ(read().tf_child(), "base_footprint");
+  options_.append_parameter_override("base_link_frame_output", std::string{"map"});
+  EXPECT_NE(refusal().find("base_link_frame_output"), std::string::npos) << refusal();
+}
+
+TEST_F(EkfParameters, an_input_of_what_two_d_mode_holds_is_a_note) {
+  options_.append_parameter_override("two_d_mode", true);
+  options_.append_parameter_override("pose0", std::string{"height"});
+  options_.append_parameter_override("pose0_config", config_of({kZ}));
+  const auto o = read();
+  ASSERT_EQ(o.notes.size(), 1U);
+  EXPECT_NE(o.notes[0].find("pose0_config"), std::string::npos) << o.notes[0];
 }
 
 TEST_F(EkfParameters, frequencies_frames_and_states_are_checked) {

@@ -98,6 +98,22 @@ TEST(PrepareTwist, garbage_in_what_is_configured_is_named) {
             Rejection::Covariance);
 }
 
+TEST(PreparePose, an_input_of_z_alone_says_in_two_d_mode_that_the_world_is_flat) {
+  Reading reading;
+  const PartSetup z_only{.mask = mask_of(kZ), .two_d = true};
+  const auto prepared =
+      prepare_pose({Eigen::Quaterniond::Identity(), {1, 2, 3}}, Matrix6d::Identity(), {}, z_only, reading);
+  ASSERT_TRUE(prepared.has_value());
+  ASSERT_EQ(reading.rows, 7);
+  for (std::size_t k = 0; k < 7; ++k) {
+    EXPECT_TRUE(has(kFlatStates, reading.index[k]));
+    EXPECT_EQ(reading.value[k], 0.0);
+  }
+  const PartSetup x_and_z{.mask = static_cast<StateMask>(mask_of(kX) | mask_of(kZ)), .two_d = true};
+  const RigidTransform broken{Eigen::Quaterniond::Identity(), {std::nan(""), 2, 3}};
+  EXPECT_EQ(prepare_pose(broken, Matrix6d::Identity(), {}, x_and_z, reading).error(), Rejection::NotFinite);
+}
+
 TEST(PreparePose, brings_position_and_heading_into_the_world) {
   const auto X_WM = mounted(10, 0, 0, kPi / 2);
   const auto X_MB = mounted(1, 0, 0, 0.2);

@@ -164,6 +164,52 @@ TEST_F(Buffer, empty_and_slashed_names_are_invalid_arguments) {
       "a '/'");
 }
 
+// Source: tf2, BufferCore::lookupTransformImpl: the identity is not validated, and time 0 is the frame's newest.
+TEST_F(Buffer, a_frame_seen_from_itself_is_where_it_is_even_if_nobody_knows_it) {
+  for (const char* name : {"nobody", "", "/slashed"}) {
+    const auto then = buffer_.lookup(name, name, at(3.0));
+    ASSERT_TRUE(then) << name;
+    EXPECT_EQ(then->stamp, at(3.0));
+    EXPECT_TRUE(then->X_TS.translation_m.isZero());
+    EXPECT_EQ(buffer_.lookup_latest(name, name)->stamp, WallTime{});
+  }
+  ASSERT_TRUE(put("odom", "base", 1.0, 10.0));
+  ASSERT_TRUE(put("odom", "base", 2.0, 20.0));
+  put_static("base", "laser", 0.5);
+  EXPECT_EQ(buffer_.lookup_latest("base", "base")->stamp, at(2.0));
+  EXPECT_EQ(buffer_.lookup_latest(buffer_.find("base"), buffer_.find("base"))->stamp, at(2.0));
+  EXPECT_EQ(buffer_.lookup("base", "base", at(9.0))->stamp, at(9.0));
+  EXPECT_EQ(buffer_.lookup_latest("laser", "laser")->stamp, WallTime{});
+  EXPECT_EQ(buffer_.lookup_latest("odom", "odom")->stamp, WallTime{});
+  EXPECT_FALSE(buffer_.lookup(buffer_.find("nobody"), buffer_.find("else"), at(1.0)))
+      << "two unknown frames are not one";
+}
+
+TEST_F(Buffer, a_fixed_frame_joins_two_times) {
+  ASSERT_TRUE(put("odom", "base", 1.0, 10.0));
+  ASSERT_TRUE(put("odom", "base", 2.0, 14.0));
+  put_static("base", "laser", 0.5);
+  // Where the laser of t = 1 is, seen from the base of t = 2: 4 m behind its place.
+  const auto found = buffer_.lookup("base", at(2.0), "laser", at(1.0), "odom");
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_DOUBLE_EQ(found->X_TS.translation_m.x(), -3.5);
+  EXPECT_EQ(found->stamp, at(2.0));
+  EXPECT_EQ(buffer_.lookup("base", at(2.0), "laser", at(0.5), "odom").error().error,
+            TransformError::BackwardExtrapolation);
+  const auto unknown = buffer_.lookup("base", at(2.0), "laser", at(1.0), "map");
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().text(), "\"map\" passed to lookupTransform argument fixed_frame does not exist.");
+  EXPECT_FALSE(buffer_.lookup("nobody", at(2.0), "nobody", at(1.0), "odom")) << "here tf2 validates all three";
+}
+
+TEST_F(Buffer, the_thread_that_feeds_the_buffer_is_not_let_wait_for_itself) {
+  ASSERT_TRUE(put("odom", "base", 1.0, 10.0));
+  const auto found = buffer_.lookup("odom", "base", at(2.0), 1h);
+  ASSERT_FALSE(found);
+  EXPECT_TRUE(found.error().would_starve);
+  EXPECT_NE(found.error().text().find("this thread feeds the buffer"), std::string::npos) << found.error().text();
+}
+
 TEST_F(Buffer, two_trees_have_no_connection) {
   put_static("a", "b", 0.0);
   put_static("c", "d", 0.0);
@@ -282,7 +328,7 @@ TEST(BufferLimits, endless_names_fill_a_table_and_not_the_memory) {
 }
 
 TEST(BufferLimits, a_rate_above_the_rings_keeps_the_newest_samples) {
-  TransformBuffer buffer{{.cache_time = 10s, .samples_per_frame = 8, .max_frames = 10}};
+  TransformBuffer buffer{{.cache_time = 10s, .samples_per_frame = 8, .most_samples_per_frame = 8, .max_frames = 10}};
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(buffer.insert("a", "b", at(1 + 0.01 * i), RigidTransform::planar(i, 0, 0), Permanence::Dynamic));
   }
@@ -291,6 +337,33 @@ TEST(BufferLimits, a_rate_above_the_rings_keeps_the_newest_samples) {
   EXPECT_EQ(buffer.frames().at(0).samples, 7U);
   EXPECT_EQ(buffer.insert("a", "b", at(1.925), {}, Permanence::Dynamic).error(), InsertFault::TooOld)
       << "no room at the old end";
+}
+
+TEST(BufferLimits, ten_seconds_are_kept_at_a_thousand_hertz) {
+  TransformBuffer buffer;
+  const auto put = [&](int ms) {
+    return buffer.insert("odom", "base", at(1 + 1e-3 * ms), RigidTransform::planar(ms, 0, 0), Permanence::Dynamic)
+        .has_value();
+  };
+  for (int ms = 0; ms <= 10'000; ++ms) ASSERT_TRUE(put(ms));
+  EXPECT_EQ(buffer.frames().at(0).samples, 10'001U);
+  EXPECT_NEAR(buffer.lookup("odom", "base", at(1.0005))->X_TS.translation_m.x(), 0.5, 1e-6);
+
+  // Once it is as large as the rate needs, nothing is allocated any more.
+  const test::AllocationGuard guard;
+  for (int ms = 10'001; ms <= 40'000; ++ms) ASSERT_TRUE(put(ms));
+  EXPECT_EQ(guard.count(), 0U);
+  EXPECT_EQ(buffer.lookup("odom", "base", at(30.9)).error().error, TransformError::BackwardExtrapolation);
+  EXPECT_NEAR(buffer.lookup("odom", "base", at(31.0005))->X_TS.translation_m.x(), 30'000.5, 1e-5);
+}
+
+TEST(BufferLimits, a_slow_frame_takes_no_more_room_than_at_first) {
+  TransformBuffer buffer{{.cache_time = 10s, .samples_per_frame = 128, .max_frames = 10}};
+  ASSERT_TRUE(buffer.insert("odom", "base", at(0.9), {}, Permanence::Dynamic));
+  const test::AllocationGuard guard;
+  for (int i = 0; i < 1000; ++i)
+    ASSERT_TRUE(buffer.insert("odom", "base", at(1 + 0.1 * i), RigidTransform::planar(i, 0, 0), Permanence::Dynamic));
+  EXPECT_EQ(guard.count(), 0U);
 }
 
 // The same questions to a plain model: a sorted map per frame, searched one after another.
@@ -309,7 +382,6 @@ TEST(BufferLaws, answers_as_a_sorted_map_does_for_any_order_of_samples) {
             .has_value();
     newest = std::max(newest, t);
     if (taken) model[t] = x;
-    if (model.size() > 1023) model.erase(model.begin());
 
     const double q = std::uniform_real_distribution<double>{newest - 1200.0, newest + 20.0}(random);
     const auto found = buffer.lookup("odom", "base", at(1 + 1e-3 * q));

@@ -18,15 +18,14 @@ RigidTransform at_place(std::int64_t ms) {
   return RigidTransform::planar(s, s, 0.1 * s);
 }
 
-TEST(TransformBufferThreads, readers_never_see_a_torn_sample_while_a_small_ring_is_overwritten) {
-  TransformBuffer buffer{{.cache_time = 10s, .samples_per_frame = 8, .max_frames = 10}};
+void expect_no_torn_sample(const TransformBufferOptions& options, std::int64_t steps) {
+  TransformBuffer buffer{options};
   ASSERT_TRUE(buffer.insert("odom", "base", at_ms(1000), at_place(1000), Permanence::Dynamic));
   ASSERT_TRUE(buffer.insert("odom", "base", at_ms(1001), at_place(1001), Permanence::Dynamic));
   std::atomic<std::int64_t> newest{1001};
   std::atomic<bool> stop{false};
   std::atomic<std::uint64_t> answered{0}, torn{0};
   constexpr int kReaders = 3;
-  constexpr std::int64_t kSteps = 30000;
 
   std::vector<std::thread> readers;
   for (int r = 0; r < kReaders; ++r) {
@@ -46,7 +45,7 @@ TEST(TransformBufferThreads, readers_never_see_a_torn_sample_while_a_small_ring_
       }
     });
   }
-  for (std::int64_t i = 0; i < kSteps; ++i) {
+  for (std::int64_t i = 0; i < steps; ++i) {
     const std::int64_t ms = 1002 + i;
     // Every tenth sample comes late, so that sorting in is seen by readers too.
     if (i % 10 == 5) {
@@ -60,7 +59,39 @@ TEST(TransformBufferThreads, readers_never_see_a_torn_sample_while_a_small_ring_
   for (auto& reader : readers) reader.join();
 
   EXPECT_EQ(torn.load(), 0U);
-  EXPECT_EQ(buffer.stats().inserted + buffer.stats().duplicates, static_cast<std::uint64_t>(kSteps + kSteps / 10 + 2));
+  EXPECT_EQ(buffer.stats().inserted + buffer.stats().duplicates, static_cast<std::uint64_t>(steps + steps / 10 + 2));
+}
+
+TEST(TransformBufferThreads, readers_never_see_a_torn_sample_while_a_small_ring_is_overwritten) {
+  expect_no_torn_sample({.cache_time = 10s, .samples_per_frame = 8, .most_samples_per_frame = 8, .max_frames = 10},
+                        30000);
+}
+
+// From 8 to 4096.
+TEST(TransformBufferThreads, readers_never_see_a_torn_sample_while_a_ring_grows) {
+  for (int round = 0; round < 3; ++round)
+    expect_no_torn_sample({.cache_time = 10s, .samples_per_frame = 8, .max_frames = 10}, 3000);
+}
+
+TEST(TransformBufferThreads, a_lookup_waits_for_what_another_thread_inserts) {
+  TransformBuffer buffer;
+  std::atomic<bool> ready{false};
+  std::thread writer{[&] {
+    ready.wait(false);
+    EXPECT_TRUE(buffer.insert("odom", "base", at_ms(1000), at_place(1000), Permanence::Dynamic));
+    EXPECT_TRUE(buffer.insert("odom", "base", at_ms(2000), at_place(2000), Permanence::Dynamic));
+  }};
+  EXPECT_FALSE(buffer.lookup("odom", "base", at_ms(1500), 0ms)) << "does not wait at all";
+  EXPECT_EQ(buffer.lookup("odom", "base", at_ms(1500), 1ms).error().error, TransformError::Lookup);
+  ready = true;
+  ready.notify_one();
+  const auto found = buffer.lookup("odom", "base", at_ms(1500), 1h);
+  const auto through = buffer.lookup("odom", at_ms(1500), "base", at_ms(1200), "odom", 1h);
+  writer.join();
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->X_TS.translation_m.x(), 1.5, 1e-6);
+  ASSERT_TRUE(through);
+  EXPECT_NEAR(through->X_TS.translation_m.x(), 1.2, 1e-6);
 }
 
 TEST(TransformBufferThreads, frames_may_appear_and_change_their_kind_under_readers) {

@@ -41,6 +41,8 @@ class FrameLabel {
 struct LookupFault {
   TransformError error{TransformError::Lookup};
   bool at_target{};      ///< Lookup, InvalidArgument: which argument was wrong.
+  bool at_fixed{};       ///< The same for the frame to look through, which is then in `source`.
+  bool would_starve{};   ///< Waited for by the thread that feeds the buffer, which does nothing else meanwhile.
   FrameLabel target;     ///< As asked.
   FrameLabel source;     ///< As asked.
   FrameLabel broken_at;  ///< Extrapolation: the frame whose samples do not reach the time.

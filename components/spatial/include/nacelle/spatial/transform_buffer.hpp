@@ -43,9 +43,9 @@ struct StampedTransform {
 };
 
 struct TransformBufferOptions {
-  Duration cache_time = 10s;  ///< How far back a frame's history reaches, seen from its newest sample.
-  std::size_t samples_per_frame =
-      1024;  ///< Power of two; above samples/cache_time Hz the history is shorter than cache_time.
+  Duration cache_time = 10s;             ///< How far back a frame's history reaches, seen from its newest sample.
+  std::size_t samples_per_frame = 1024;  ///< Room at first; a power of two. It doubles where cache_time needs more,
+  std::size_t most_samples_per_frame = 16384;  ///< up to this: 10 s at 1 kHz. Above that the history is shorter.
   std::size_t max_frames = 512;
 };
 
@@ -72,7 +72,7 @@ struct FrameInfo {
 ///
 /// Threads:   any, for every member. Writers exclude each other. Readers take no lock and never wait for each other; a
 ///            reader waits for a writer only while that one sorts in a sample that came late.
-/// Allocates: lookups nothing; inserts only for a frame's first static and first dynamic sample.
+/// Allocates: lookups nothing; inserts only for a frame's first dynamic sample, and when its rate is found to need more room.
 class TransformBuffer {
  public:
   explicit TransformBuffer(const TransformBufferOptions& options = {});
@@ -99,7 +99,8 @@ class TransformBuffer {
   /// call counts.
   void explain_by(std::shared_ptr<const ClockSkews> skews);
 
-  /// X_TS at a time; time 0 means lookup_latest(), as in tf2.
+  /// X_TS at a time; time 0 means lookup_latest(), as in tf2. A frame seen from itself is where it is, even if nothing was
+  /// ever heard of it, at the time asked for (0: at its newest sample's).
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(FrameId target, FrameId source, WallTime at) const;
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, std::string_view source,
                                                              WallTime at) const;
@@ -107,6 +108,32 @@ class TransformBuffer {
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup_latest(FrameId target, FrameId source) const;
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup_latest(std::string_view target,
                                                                     std::string_view source) const;
+
+  /// X_TS between two times, through a frame that stays where it is meanwhile: where the source was at source_time, seen from
+  /// where the target is at target_time. The answer's stamp is that of the target's part.
+  [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, WallTime target_time,
+                                                             std::string_view source, WallTime source_time,
+                                                             std::string_view fixed) const;
+
+  /// The same, but waits for what is not there yet, for at most so long; then the fault says what is missing. Blocks the
+  /// calling thread. One that feeds the buffer would wait for itself: its fault (`would_starve`) comes at once.
+  [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, std::string_view source,
+                                                             WallTime at, Duration timeout) const;
+  [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, WallTime target_time,
+                                                             std::string_view source, WallTime source_time,
+                                                             std::string_view fixed, Duration timeout) const;
+
+  /// Hears of each insert, in the thread that inserts and with the buffer's lock held: only note it and return.
+  class Listener {
+   public:
+    virtual void on_insert() noexcept = 0;
+
+   protected:
+    ~Listener() = default;
+  };
+  /// Lookups that wait without a thread: nacelle/node/transform_waits.hpp. Not from a listener.
+  void add_listener(Listener& listener);
+  void remove_listener(Listener& listener);
 
   /// Every frame that has a parent, sorted by child. Allocates: the answer.
   [[nodiscard]] std::vector<FrameInfo> frames() const;

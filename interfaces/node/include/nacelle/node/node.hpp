@@ -17,6 +17,7 @@
 #include "nacelle/node/service.hpp"
 #include "nacelle/node/subscription.hpp"
 #include "nacelle/node/timer.hpp"
+#include "nacelle/node/wake_up.hpp"
 
 namespace nacelle {
 
@@ -89,6 +90,15 @@ class Node {
   template <typename F>
   std::shared_ptr<Timer> create_timer(Duration period, F&& callback, CallbackGroup::SharedPtr group = nullptr) {
     return create_timer_of(TimerClock::OfNode, period, std::forward<F>(callback), group);
+  }
+
+  /// Lets any thread run the callback on this component's executor.
+  template <typename F>
+  std::shared_ptr<WakeUp> create_wake_up(F&& callback, const CallbackGroup::SharedPtr& group = nullptr) {
+    using Made = detail::CallbackWakeUp<std::decay_t<F>>;
+    auto made = std::make_shared<Made>(std::forward<F>(callback));
+    made->attach(host_->create_status_event({&Made::run, made.get()}, group));
+    return made;
   }
 
   /// The callback takes (const S::Request&, S::Response&); or (const RequestId&, const S::Request&), and the answer follows with

@@ -49,13 +49,31 @@ odometry:
 }
 
 TEST(RosImport, writes_what_the_driver_does_unless_it_is_told) {
-  const Imported silent = imported("ekf_filter_node: {ros__parameters: {frequency: 30.0}}");
-  EXPECT_THAT(silent.yaml(), HasSubstr("two_d_mode: false"));
-  EXPECT_THAT(note_of(silent, "two_d_mode"), HasSubstr("added: "));
+  const Imported silent = imported("diff_drive_controller: {ros__parameters: {wheel_radius: 0.1}}");
+  EXPECT_THAT(silent.yaml(), HasSubstr("velocity_rolling_window_size: 10"));
+  EXPECT_THAT(note_of(silent, "velocity_rolling_window_size"), HasSubstr("added: "));
 
-  const Imported told = imported("ekf_filter_node: {ros__parameters: {two_d_mode: true}}");
-  EXPECT_THAT(told.yaml(), HasSubstr("two_d_mode: true"));
-  EXPECT_THAT(told.yaml(), Not(HasSubstr("false")));
+  const Imported told =
+      imported("diff_drive_controller: {ros__parameters: {wheel_radius: 0.1, velocity_rolling_window_size: 3}}");
+  EXPECT_THAT(told.yaml(), HasSubstr("velocity_rolling_window_size: 3"));
+  EXPECT_THAT(told.yaml(), Not(HasSubstr("velocity_rolling_window_size: 10")));
+}
+
+TEST(RosImport, keeps_what_the_filter_serves_as_robot_localization_does_and_adds_nothing) {
+  const Imported result = imported(R"(
+ekf_filter_node:
+  ros__parameters:
+    odom0: odom
+    use_control: true
+    stamped_control: false
+    base_link_frame_output: base_footprint
+    tf_prefix: robot1
+    disabled_at_startup: true
+)");
+  for (const char* key :
+       {"use_control", "stamped_control", "base_link_frame_output", "tf_prefix", "disabled_at_startup"})
+    EXPECT_THAT(note_of(result, key), testing::StartsWith("kept: ")) << key;
+  EXPECT_THAT(result.yaml(), Not(HasSubstr("two_d_mode")));
 }
 
 TEST(RosImport, a_misspelt_key_is_a_comment_with_the_name_that_is_meant) {
