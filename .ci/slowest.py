@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Prints the ten slowest tests of the last run and the ten slowest compile units of the last build.
+"""Prints the ten slowest tests, and cases of system tests, of the last run and the ten slowest compile units of the last build.
 
 usage: slowest.py BUILD_DIRECTORY
 """
@@ -20,6 +20,14 @@ def tests(build):
         yield words["name"], float(words["time"])
 
 
+def cases(build):
+    """Name and seconds of each case of the system tests."""
+    times = build / "case-times.tsv"
+    for line in times.read_text(encoding="utf-8").splitlines() if times.is_file() else ():
+        seconds, name = line.split("\t")
+        yield name.removeprefix("__main__."), float(seconds)
+
+
 def units(build):
     """Name and seconds of each object file, from ninja's log; the last entry of an output counts."""
     log = build / ".ninja_log"
@@ -33,7 +41,7 @@ def units(build):
 
 def main():
     build = Path(sys.argv[1])
-    for what, rows in (("tests", tests(build)), ("compile units", units(build))):
+    for what, rows in (("tests", tests(build)), ("cases of system tests", cases(build)), ("compile units", units(build))):
         slowest = sorted(rows, key=lambda row: -row[1])[:MOST]
         print(f"\nslowest {what}:")
         for name, seconds in slowest:

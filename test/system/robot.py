@@ -19,6 +19,8 @@ SLOW = float(os.environ.get("NACELLE_TEST_SLOWNESS", "1"))  # sanitizers need mo
 STREAMS_HZ = {"/camera/image_raw": 30, "/scan": 10, "/imu/data_raw": 100, "/odom": 50, "/odometry/filtered": 50}
 # Threads that may allocate: OpenCV's and those that write text.
 MAY_ALLOCATE = ("detector", "monitor")
+# A case of real time that repeats what a shorter one shows: left out where NACELLE_SHORT is set (CI), run at night and by ./dev test.
+nightly = unittest.skipIf(os.environ.get("NACELLE_SHORT"), "a long case of real time: NACELLE_SHORT is set")
 
 
 def wait_for(what, condition, limit_s=20.0):
@@ -55,6 +57,14 @@ class RobotTest(unittest.TestCase):
         cls.environment.pop("NACELLE_CONTAINER", None)
         if not cls.has_own_network:
             cls.environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
+
+    def run(self, result=None):
+        """As unittest's; notes how long each case took, for .ci/slowest.py."""
+        begin = time.monotonic()
+        super().run(result)
+        if "NACELLE_CASE_TIMES" in os.environ:
+            with open(os.environ["NACELLE_CASE_TIMES"], "a", encoding="utf-8") as times:
+                times.write(f"{time.monotonic() - begin:.2f}\t{self.id()}\n")
 
     @classmethod
     def tearDownClass(cls):
