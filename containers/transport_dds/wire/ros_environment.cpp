@@ -158,13 +158,13 @@ void remark_on_middleware(const std::string& name, std::vector<Problem>& remarks
 void remark_on_rest(const Environment& environment, std::vector<Problem>& remarks) {
   for (const auto& [name, value] : environment) {
     const bool is_ros = name.starts_with("ROS_") || name.starts_with("RMW_");
-    const auto is = [&name = name](std::string_view known) { return known == name; };
+    const auto is = [&wanted = name](std::string_view known) { return known == wanted; };
     if (!is_ros || value.empty() || std::any_of(kObeyed.begin(), kObeyed.end(), is) ||
         std::any_of(kDescriptions.begin(), kDescriptions.end(), is)) {
       continue;
     }
-    const auto answer = std::find_if(kAnswers.begin(), kAnswers.end(), [&name = name](const Answer& one) {
-      return one.name.ends_with('_') ? name.starts_with(one.name) : name == one.name;
+    const auto answer = std::find_if(kAnswers.begin(), kAnswers.end(), [&set = name](const Answer& one) {
+      return one.name.ends_with('_') ? set.starts_with(one.name) : set == one.name;
     });
     if (answer != kAnswers.end()) {
       remarks.push_back({name, std::string(answer->what), std::string(answer->way_out)});
