@@ -203,6 +203,13 @@ def loading(programs, say, cycles=1000):
         yield row("M20", "load, unload", None, "us", at_most(1000), "", "not measured: there is no program soak-load")
         return
     yield from rows
+    if not programs.has("bare_endpoints"):
+        return
+    say("the same on a network, alone there and with another participant")
+    for peers in (0, 1):
+        yield from (one for one in programs.soak(cycles, peers) if "lateness" not in one["what"] and "ticks" not in one["what"])
+    kept = programs.run("bare_endpoints", endpoints=2)["kept_of_each"]
+    yield row("M20", "plain Cyclone keeps of each endpoint that comes and goes", kept, "B", None, "its issue 1487; the container frees it")
 
 
 def soak(programs, say):

@@ -42,6 +42,10 @@ class Programs:
         command = [*prefix, str(self.folder / name), *(f"{key}={value}" for key, value in words.items())]
         return self._finish(command, environment=environment)
 
+    def has(self, name):
+        """Whether the program was built."""
+        return (self.folder / name).is_file()
+
     @staticmethod
     def _finish(command, may_end_with=(0,), environment=None):
         try:
@@ -71,13 +75,14 @@ class Programs:
                 daemon.stdin.close()
                 daemon.wait(timeout=60)
 
-    def soak(self, cycles):
-        """The rows of the program soak-load, which judges itself; None where it is not built."""
+    def soak(self, cycles, peers=None):
+        """The rows of the program soak-load, which judges itself; None where it is not built. `peers`: on a network, with so many others."""
         program = self.folder / "soak-load"
         if not program.is_file():
             return None
         with tempfile.NamedTemporaryFile(mode="r") as rows:
-            self._finish([str(program), "--cycles", str(cycles), "--json", rows.name], may_end_with=(0, 1))
+            network = [] if peers is None else ["--network", str(peers)]
+            self._finish([str(program), "--cycles", str(cycles), "--json", rows.name, *network], may_end_with=(0, 1))
             return json.load(rows)
 
     def instructions(self, name, few=2000, many=12000, **words):

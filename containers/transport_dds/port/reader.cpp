@@ -5,6 +5,7 @@
 #include <array>
 
 #include "nacelle/base/guarded.hpp"
+#include "transport_dds/port/announcement.hpp"
 #include "transport_dds/port/core.hpp"
 #include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/cyclone_qos.hpp"
@@ -34,6 +35,9 @@ Ring ring_for(const EndpointOptions& options) {
 struct Reader::Impl {
   explicit Impl(const EndpointOptions& options)
       : queue(std::in_place, ring_for(options)), overwrites(options.qos.history == DdsHistory::KeepLast) {}
+  ~Impl() {
+    if (topic.type != nullptr) end_endpoint(reader, gid, *topic.type);
+  }
 
   BlobTopic topic;
   EndpointListener* listener = nullptr;
@@ -42,7 +46,7 @@ struct Reader::Impl {
   const bool overwrites;
   std::atomic<std::uint64_t> received{0}, taken{0}, overwritten{0}, full{0};
   std::vector<std::pair<std::uint64_t, Gid>> known_writers;  // of take()
-  Entity reader;                                             // its listeners touch what is above
+  Entity reader;                                             // its listeners touch the other members
   Gid gid;
 
   template <typename Change>

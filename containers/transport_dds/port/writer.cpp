@@ -3,6 +3,7 @@
 
 #include "nacelle/base/expect.hpp"
 #include "nacelle/base/guarded.hpp"
+#include "transport_dds/port/announcement.hpp"
 #include "transport_dds/port/core.hpp"
 #include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/cyclone_qos.hpp"
@@ -11,6 +12,11 @@
 namespace nacelle::transport_dds {
 
 struct Writer::Impl {
+  Impl() = default;
+  ~Impl() {
+    if (topic.type != nullptr) end_endpoint(writer, gid, *topic.type);
+  }
+
   BlobTopic topic;
   EndpointListener* listener = nullptr;
   std::atomic<std::uint32_t>* matched = nullptr;
@@ -18,7 +24,7 @@ struct Writer::Impl {
   const std::shared_ptr<OutCount> out = std::make_shared<OutCount>(0);
   std::atomic<std::uint64_t> written{0}, refused{0}, failed{0};
   Guarded<WriterStatus> status;
-  Entity writer;  // the last member: its listeners touch what is above
+  Entity writer;  // its listeners touch the other members
   Gid gid;
   std::uint64_t handle = 0;
 
