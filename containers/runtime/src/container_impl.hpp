@@ -50,6 +50,13 @@ struct Record {
   std::atomic<const char*> busy_with{""};  // what has not returned, for people
 };
 
+/// A node's parameters as they are now, also while one of its callbacks runs. Threads: any.
+[[nodiscard]] std::vector<ParameterReport> report_of(const ParameterStore& store);
+/// Sets them with rclcpp's words, one result each or, `atomically`, one for all; calls `on_set` with those that are set.
+[[nodiscard]] std::vector<SetParametersResult> set_in(ParameterStore& store, const std::vector<Parameter>& parameters,
+                                                      bool atomically,
+                                                      const std::function<void(const std::vector<Parameter>&)>& on_set);
+
 /// What a container keeps of its components. Threads: any.
 struct Container::Impl final : Context {
   Impl(Container& self, ContainerOptions o, const Clock& clock)

@@ -60,6 +60,7 @@ std::vector<ServiceReport> Container::services() const {
     }
     for (const auto& [id, face] : impl_->foreign_faces) NodeServices::report_services(face.get(), all);
     if (impl_->services) impl_->services->report_services(all);
+    if (impl_->node_services) impl_->node_services->report_own_services(all);
   }
   std::ranges::stable_sort(all, {}, &ServiceReport::name);
   return all;

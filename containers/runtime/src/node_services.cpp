@@ -15,11 +15,17 @@ NodeServices::NodeServices(Container& container, Commons& commons, NodeInterface
       executor_("services", commons.clock, {.own = true}),
       log_node_(executor_, own_node, [](const std::string&, const std::string&, const std::string&) {}),
       log_group_(log_node_),
-      rosout_(log_group_, commons.broker, commons.clock, own_node) {
+      rosout_(log_group_, commons.broker, commons.clock, own_node),
+      own_parameters_(own_node, {}) {
+  ParameterDescriptor fixed;
+  fixed.description = "The container's own node has no timers; its components have a parameter of this name each.";
+  fixed.read_only = true;
+  own_parameters_.declare("use_sim_time", false, ParameterType::Bool, std::move(fixed));
   executor_.open(log_node_);
+  own_face_ = offer(kOwnNode, own_node, false);
 }
 
-NodeServices::~NodeServices() = default;
+NodeServices::~NodeServices() { withdraw(kOwnNode, own_face_); }
 
 void NodeServices::begin(Record& record) {
   const std::string node = record.runtime->identity().fully_qualified();
@@ -60,11 +66,13 @@ void NodeServices::report_services(const NodeFace* face, std::vector<ServiceRepo
 }
 
 Result<std::vector<ParameterReport>, Problem> NodeServices::parameters(std::uint64_t id) const {
+  if (id == kOwnNode) return report_of(own_parameters_);
   return container_.impl_->parameters_of(id);
 }
 
 void NodeServices::set_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
                                   std::weak_ptr<void> asker, const Then& then) {
+  if (id == kOwnNode) return then(set_in(own_parameters_, parameters, atomically, [](const auto&) {}));
   container_.impl_->change_parameters(id, std::move(parameters), atomically, std::move(asker), then);
 }
 

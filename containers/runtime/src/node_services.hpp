@@ -24,13 +24,15 @@ struct Record;
 /// They answer on one thread of their own. What is asked for is read beside the component's callbacks and answered at once; what
 /// is to be set is handed to the component's executor, and a transition to a thread that lives as long as it; those are answered
 /// when they are done. So nothing that one node is busy with holds up a question to any.
+/// The container's own node has the services of parameters, too: `ros2 param list` waits for those of every node that it finds.
 /// Threads: any.
 /// Source: rclcpp (jazzy), parameter_service.cpp, node_parameters.cpp; rclcpp_lifecycle, lifecycle_node_interface_impl.cpp.
 class NodeServices {
  public:
+  static constexpr std::uint64_t kOwnNode = 0;  // components are counted from 1
   /// `own_node`, the container's, publishes the log of what is no node's. `which` is not None.
   NodeServices(Container& container, Commons& commons, NodeInterfaces which, const std::string& own_node);
-  /// Waits for transitions that are under way. No face is left.
+  /// Waits for transitions that are under way. No component's face is left.
   ~NodeServices();
   NodeServices(const NodeServices&) = delete;
   NodeServices& operator=(const NodeServices&) = delete;
@@ -47,8 +49,9 @@ class NodeServices {
   /// They go at once; whoever waits for an answer is told that there will be none.
   void withdraw(std::uint64_t id, const std::shared_ptr<NodeFace>& face);
   static void report_services(const NodeFace* face, std::vector<ServiceReport>& out);
+  void report_own_services(std::vector<ServiceReport>& out) const { report_services(own_face_.get(), out); }
 
-  // What the services ask.
+  // What the services ask; the id of the container's own node is kOwnNode.
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters(std::uint64_t id) const;
   using Then = std::function<void(Result<std::vector<SetParametersResult>, Problem>)>;
   /// As Container::set_parameters(), with rclcpp's words; one result for all if it is `atomically`.
@@ -67,7 +70,9 @@ class NodeServices {
   NodeGroups log_node_;
   CallbackGroup log_group_;
   Rosout rosout_;
-  TransitionLanes lanes_;  // the last: its jobs use what is above
+  TransitionLanes lanes_;          // its jobs use what is above
+  ParameterStore own_parameters_;  // changed on the services' thread
+  std::shared_ptr<NodeFace> own_face_;
 };
 
 }  // namespace nacelle::runtime

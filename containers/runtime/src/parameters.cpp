@@ -7,15 +7,6 @@
 namespace nacelle::runtime {
 namespace {
 
-std::vector<ParameterReport> read(const ParameterStore& store) {
-  std::vector<ParameterReport> all;
-  for (const auto& name : store.list()) {
-    const ParameterValue& value = store.get(name);
-    all.push_back({name, value, store.declared_type(name), store.describe(name), store.overrides().count(name) != 0});
-  }
-  return all;
-}
-
 Problem out_of_reach(const std::string& node) {
   return {node, "runs in a process of its own, where its parameters are out of reach",
           "set them in the launch file, or take `isolate: process` out"};
@@ -64,6 +55,34 @@ void keep_in(LoadRequest& request, const Parameter& parameter) {
 
 }  // namespace
 
+std::vector<ParameterReport> report_of(const ParameterStore& store) {
+  std::vector<ParameterReport> all;
+  store.for_each([&](const std::string& name, const ParameterValue& value, ParameterType type,
+                     const ParameterDescriptor& descriptor) {
+    all.push_back({name, value, type, descriptor, store.overrides().count(name) != 0});
+  });
+  return all;
+}
+
+std::vector<SetParametersResult> set_in(ParameterStore& store, const std::vector<Parameter>& parameters,
+                                        bool atomically,
+                                        const std::function<void(const std::vector<Parameter>&)>& on_set) {
+  std::vector<SetParametersResult> results;
+  const auto set_some = [&](const std::vector<Parameter>& some) {
+    results.push_back(set_together(store, some));
+    if (results.back().successful) on_set(some);
+  };
+  const auto is_unknown = [&](const Parameter& parameter) { return !store.has(parameter.get_name()); };
+  if (!atomically) {
+    for (const auto& parameter : parameters) set_some({parameter});
+  } else if (std::ranges::any_of(parameters, is_unknown)) {
+    results.push_back({false, "One or more parameters were not declared before setting"});
+  } else {
+    set_some(parameters);
+  }
+  return results;
+}
+
 /// Runs something between two callbacks of a component. Errors: nobody is there to run it.
 Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what) {
   // Under the lock: who unloads takes the runtime away.
@@ -89,13 +108,7 @@ Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std
   const auto found = records.find(id);
   if (found == records.end())
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
-  const ParameterStore& store = found->second->node->parameters();
-  std::vector<ParameterReport> all;
-  store.for_each([&](const std::string& name, const ParameterValue& value, ParameterType type,
-                     const ParameterDescriptor& descriptor) {
-    all.push_back({name, value, type, descriptor, store.overrides().count(name) != 0});
-  });
-  return all;
+  return report_of(found->second->node->parameters());
 }
 
 void Container::Impl::change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
@@ -103,22 +116,11 @@ void Container::Impl::change_parameters(std::uint64_t id, std::vector<Parameter>
   const auto change = [this, parameters = std::move(parameters), atomically, asker = std::move(asker),
                        then](Record& record) {
     if (!asker.lock()) return;
-    ParameterStore& store = record.node->parameters();
-    std::vector<SetParametersResult> results;
-    const auto set_some = [&](const std::vector<Parameter>& some) {
-      results.push_back(set_together(store, some));
-      if (!results.back().successful) return;
-      auto request = record.request.lock();
-      for (const auto& parameter : some) keep_in(*request, parameter);
-    };
-    const auto is_unknown = [&](const Parameter& parameter) { return !store.has(parameter.get_name()); };
-    if (!atomically) {
-      for (const auto& parameter : parameters) set_some({parameter});
-    } else if (std::ranges::any_of(parameters, is_unknown)) {
-      results.push_back({false, "One or more parameters were not declared before setting"});
-    } else {
-      set_some(parameters);
-    }
+    auto results =
+        set_in(record.node->parameters(), parameters, atomically, [&record](const std::vector<Parameter>& some) {
+          auto request = record.request.lock();
+          for (const auto& parameter : some) keep_in(*request, parameter);
+        });
     note_change();
     then(std::move(results));
   };
@@ -129,7 +131,7 @@ void Container::Impl::change_parameters(std::uint64_t id, std::vector<Parameter>
 void Container::read_parameters(std::uint64_t id, std::weak_ptr<void> asker, ParametersRead then) {
   const auto told = std::make_shared<const ParametersRead>(std::move(then));  // by whoever comes to it
   auto posted = impl_->post_to(id, "parameters", [asker = std::move(asker), told](Record& record) {
-    if (asker.lock()) (*told)(read(record.node->parameters()));
+    if (asker.lock()) (*told)(report_of(record.node->parameters()));
   });
   if (!posted) (*told)(err(posted.error()));
 }

@@ -176,6 +176,25 @@ TEST_F(NodeServicesTest, are_there_while_a_node_is_loaded) {
   for (const auto& end : container.endpoints()) EXPECT_NE(end.node, "/talker") << end.topic;
 }
 
+// `ros2 param list` asks every node that it finds, and waits for each.
+TEST_F(NodeServicesTest, the_containers_own_node_has_parameters) {
+  EXPECT_THAT(standard_names("/test"), UnorderedElementsAreArray(standard_services("/test", false)));
+  EXPECT_THAT(ask<ListParameters>("/test/list_parameters").result.names, ElementsAre("use_sim_time"));
+  GetParameters::Request request;
+  request.names = {"use_sim_time"};
+  const auto values = ask<GetParameters>("/test/get_parameters", request).values;
+  ASSERT_EQ(values.size(), 1U);
+  EXPECT_EQ(values[0].type, kBool);
+  EXPECT_FALSE(values[0].bool_value);
+  auto on = parameter("use_sim_time", kBool);
+  on.value.bool_value = true;
+  const auto refused = set("/test", {on, parameter("speed", kDouble)});
+  ASSERT_EQ(refused.size(), 2U);
+  EXPECT_FALSE(refused[0].successful);
+  EXPECT_THAT(refused[0].reason, HasSubstr("read-only"));
+  EXPECT_FALSE(refused[1].successful);
+}
+
 struct WithTopicsOnly : NodeServicesTest {
   WithTopicsOnly() : NodeServicesTest(NodeInterfaces::Topics) {}
 };
