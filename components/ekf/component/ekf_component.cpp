@@ -76,7 +76,9 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
     diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(10));
   if (read->publish_tf)
     claim_ = claim_frame(read->tf_parent(), read->tf_child(), FrameClaimKind::Primary, "parameter publish_tf");
-  declare_frame_use(read->base_link_frame, "base_link_frame");
+  // With another name for the base, the inputs' frame may be known to them alone.
+  if (read->base_link_frame_output == read->base_link_frame)
+    declare_frame_use(read->base_link_frame, "base_link_frame");
   declare_frame_use(read->world_frame, "world_frame");
 }
 

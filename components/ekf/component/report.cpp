@@ -137,7 +137,8 @@ void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const 
       DiagnosticStatus& status = out.status.emplace_back();
       std::uint64_t rejected = 0;
       for (const std::uint64_t n : stats.rejected) rejected += n;
-      status.level = stats.fused == 0 ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
+      const bool doubtful = stats.same_stamp >= kSameStamps || stats.behind > kFarBehind;
+      status.level = stats.fused == 0 || doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
       status.name = fmt::format("{}: {}", node, part.name);
       status.message = fmt::format("{} fused, {} rejected", stats.fused, rejected);
       status.hardware_id = "none";
@@ -151,6 +152,7 @@ void write_diagnostics(const std::vector<std::unique_ptr<Input>>& inputs, const 
       add("late", stats.late);
       add("waiting", stats.waiting);
       add("lost", input->lost());
+      add("same_stamp", stats.same_stamp);
       for (std::size_t i = 0; i < kRejections; ++i)
         add(fmt::format("rejected_{}", kRejectionNames[i]), stats.rejected[i]);
     }

@@ -201,6 +201,7 @@ TEST_F(EkfNode, stamps_from_the_future_are_told_with_the_clock_that_is_the_cause
 }
 
 TEST_F(EkfNode, says_whose_stamps_are_zero_stand_still_or_lag) {
+  options_.append_parameter_override("print_diagnostics", true);
   options_.append_parameter_override("odom0", std::string{"odom"});
   options_.append_parameter_override("odom0_config", config_of({kVx}));
   options_.append_parameter_override("odom1", std::string{"odom1"});
@@ -232,6 +233,10 @@ TEST_F(EkfNode, says_whose_stamps_are_zero_stand_still_or_lag) {
   EXPECT_EQ(told("odom1 twist: its stamps stand still"), 1) << all;
   EXPECT_EQ(told("odom2 twist: its stamps are 5.0"), 1) << all;
   EXPECT_LT(filtered().back().pose.pose.position.x, 0.5) << "no measurement says that time has passed";
+  using diagnostic_msgs::msg::DiagnosticStatus;
+  const auto diagnostics = context_.published<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics");
+  ASSERT_FALSE(diagnostics.empty());
+  for (const auto& status : diagnostics.back().status) EXPECT_EQ(status.level, DiagnosticStatus::WARN) << status.name;
 }
 
 TEST_F(EkfNode, measurements_that_the_queues_lose_are_counted_and_reported) {

@@ -23,7 +23,7 @@ namespace nacelle {
 /// `Buffer` is spatial::TransformBuffer, or what looks like it: this floor does not know it. An answer comes as soon as the
 /// transform is there, or with the fault of the last look when the time is up (in steps of 10 ms, on the node's monotonic clock;
 /// not while the node is inactive). What still waits when this goes is not answered.
-/// Threads: the node's executor. Allocates: for each wait.
+/// Threads: callbacks of the node's own group. Allocates: for each wait.
 template <typename Buffer>
 class TransformWaits final : private Buffer::Listener {
  public:
