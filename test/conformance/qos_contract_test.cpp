@@ -208,6 +208,24 @@ TYPED_TEST(QosContract, an_incompatible_pair_is_told_to_both_with_names_values_a
   EXPECT_EQ(requesting.times, 1);
 }
 
+TYPED_TEST(QosContract, a_second_reader_hears_those_that_the_first_cannot_and_nothing_comes_twice) {
+  using Texts = std::vector<std::string>;
+  const QoS latched = QoS(KeepAll{}).reliable().transient_local();
+  auto first = this->transport.create_reader(this->at("/base", latched), Taking::Share, nullptr);
+  EndpointSpec spec = this->at("/base", QoS(10).best_effort());
+  spec.unless_offered = latched;
+  auto second = this->transport.create_reader(spec, Taking::Share, nullptr);
+  auto lasting = this->writer(latched), passing = this->writer(QoS(10)), careless = this->writer(QoS(10).best_effort());
+  EXPECT_EQ(first->writer_count(), 1U);
+  EXPECT_EQ(second->writer_count(), 2U);
+  EXPECT_EQ(second->status().incompatible_qos, 0U);
+  this->send(*lasting, "latched");
+  this->send(*passing, "volatile");
+  this->send(*careless, "best effort");
+  EXPECT_EQ(this->receive(*first), Texts{"latched"});
+  EXPECT_EQ(this->receive(*second), (Texts{"volatile", "best effort"}));
+}
+
 TYPED_TEST(QosContract, a_match_is_counted_and_told_and_so_is_its_end) {
   Told told;
   auto writer = this->writer(QoS(10), &told);

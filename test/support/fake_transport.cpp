@@ -93,9 +93,17 @@ void note_clash(EndpointStatus& status, const EndpointSpec& writer, const Endpoi
   status.last_clash = writer.node + " " + reader.node + " " + answer.text();
 }
 
+bool serves(const EndpointSpec& writer, const QoS& asked) {
+  return verdict_of(writer.qos.resolved(), asked.resolved()) != Verdict::Error;
+}
+
+bool leaves_to_another(const EndpointSpec& reader, const EndpointSpec& writer) {
+  return reader.unless_offered && serves(writer, *reader.unless_offered);
+}
+
 bool talk(const EndpointSpec& writer, const EndpointSpec& reader) {
-  return writer.topic == reader.topic && writer.type == reader.type &&
-         verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error;
+  return writer.topic == reader.topic && writer.type == reader.type && serves(writer, reader.qos) &&
+         !leaves_to_another(reader, writer);
 }
 
 }  // namespace
@@ -355,6 +363,7 @@ EndpointStatus FakeTransport::FakeReader::status() const {
 // A clash of types is told by watch(), when all of a node's endpoints are there: it may read both types.
 void FakeTransport::State::introduce(FakeWriter& writer, FakeReader& reader) {
   if (writer.spec().topic != reader.spec().topic) return;
+  if (writer.spec().type == reader.spec().type && leaves_to_another(reader.spec(), writer.spec())) return;
   if (talk(writer.spec(), reader.spec())) {
     ++writer.totals().matched_total;
     ++reader.totals().matched_total;

@@ -17,6 +17,7 @@ namespace {
 // A person types, a planner plans: ten waiting commands are more than either sends in one control cycle.
 constexpr std::size_t kCommandDepth = 10;
 constexpr std::size_t kStateDepth = 10;
+constexpr std::size_t kStopDepth = 100;
 constexpr Duration kHindrancePeriod = 100ms;
 
 const char* explain(CommandFault fault) {
@@ -90,9 +91,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   }
   diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(kStateDepth));
   // First of all subscriptions: where an activation brings what was said before it, a stop comes before any command.
-  listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
-      "emergency_stop", QoS(KeepAll{}).reliable().transient_local(),
-      [this](const std_msgs::msg::Bool& stop, const MessageInfo& info) { on_emergency_stop(stop, info); }));
+  listen_for_emergency_stop();
   listen_for_guards();
   for (std::size_t i = 0; i < options_.locks.size(); ++i) listen_to_lock(i, options_.locks[i].topic);
   for (std::size_t i = 0; i < options_.inputs.size(); ++i) listen_to(i, options_.inputs[i].topic);
@@ -107,9 +106,14 @@ void DiffDriveComponent::listen_to(std::size_t source, const std::string& topic)
   const InputOptions& input = options_.inputs[source];
   SubscriptionOptions said;
   said.command_timeout = {from_seconds(input.timeout_s), input.timeout_parameter()};
+  const auto announced = [](bool by_default) {
+    return by_default ? Announced::ByDefault : Announced::WithItsPublisher;
+  };
+  said.announced = announced(!options_.use_stamped_vel);
   listeners_.push_back(create_subscription<Twist>(
       topic, qos, [this, source](const Twist& twist, const MessageInfo& info) { on_twist(source, twist, info); },
       said));
+  said.announced = announced(options_.use_stamped_vel);
   listeners_.push_back(create_subscription<TwistStamped>(
       topic, qos,
       [this, source](const TwistStamped& command, const MessageInfo& info) { on_twist_stamped(source, command, info); },
@@ -151,6 +155,28 @@ void DiffDriveComponent::on_emergency_stop(const std_msgs::msg::Bool& stop, cons
   if (loop_) loop_->interrupt();
 }
 
+// A stop must not fail for the QoS of who says it (`ros2 topic pub` is volatile): a second subscription asks for nothing, and takes
+// what the first one cannot have. It sets only; who releases has to be one that a late joiner hears, too.
+void DiffDriveComponent::listen_for_emergency_stop() {
+  const QoS latched = QoS(KeepAll{}).reliable().transient_local();
+  SubscriptionOptions first;
+  first.event_callbacks.incompatible_qos_callback = [](const QOSRequestedIncompatibleQoSInfo&) {};  // the second's
+  listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
+      "emergency_stop", latched,
+      [this](const std_msgs::msg::Bool& stop, const MessageInfo& info) { on_emergency_stop(stop, info); }, first));
+  SubscriptionOptions second;
+  second.unless_offered = latched;
+  listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
+      "emergency_stop", QoS(kStopDepth).best_effort(),
+      [this](const std_msgs::msg::Bool& stop, const MessageInfo& info) {
+        if (stop.data) return on_emergency_stop(stop, info);
+        get_logger().warn(
+            "a release of the emergency stop is not obeyed: its publisher is not reliable and transient_local; "
+            "`nacelle estop release` releases it, or `ros2 topic pub --qos-durability transient_local`");
+      },
+      second));
+}
+
 // Who promises to show life is told apart from those who only say something (`nacelle estop`, a person's terminal).
 void DiffDriveComponent::listen_for_guards() {
   if (!options_.emergency_stop_required) return;
@@ -161,7 +187,7 @@ void DiffDriveComponent::listen_for_guards() {
     inbox_.unguarded.set();
     if (loop_) loop_->interrupt();
   };
-  // Those that promise nothing are the other subscription's.
+  // Those that promise nothing are the other subscriptions', and so are the messages of all.
   events.event_callbacks.incompatible_qos_callback = [](const QOSRequestedIncompatibleQoSInfo&) {};
   const QoS promised = QoS(KeepAll{})
                            .reliable()
@@ -169,8 +195,7 @@ void DiffDriveComponent::listen_for_guards() {
                            .liveliness(Liveliness::ManualByTopic)
                            .liveliness_lease_duration(from_seconds(options_.emergency_stop_timeout_s));
   listeners_.push_back(create_subscription<std_msgs::msg::Bool>(
-      "emergency_stop", promised,
-      [this](const std_msgs::msg::Bool& stop, const MessageInfo& info) { on_emergency_stop(stop, info); }, events));
+      "emergency_stop", promised, [](const std_msgs::msg::Bool&) {}, events));
 }
 
 bool DiffDriveComponent::is_stale(std::size_t source, const builtin_interfaces::msg::Time& stamp) const {

@@ -23,7 +23,7 @@ namespace nacelle::diff_drive {
 /// The base: takes commands (Twist or TwistStamped), drives two wheels, tells their states and the battery.
 ///
 /// Commands come on cmd_vel, or on the topics of the parameters `topics`, of which the highest priority commands.
-/// `emergency_stop` (std_msgs/Bool, latched) stops the wheels until it is released; with `emergency_stop_required` they also stand
+/// `emergency_stop` (std_msgs/Bool, set by anybody, released by a latched publisher) stops the wheels until it is released; with `emergency_stop_required` they also stand
 /// while no publisher of it shows life (liveliness manual_by_topic). While something keeps the base from
 /// following its commands, /diagnostics says what (design D7).
 ///
@@ -57,6 +57,7 @@ class DiffDriveComponent : public LifecycleNode {
   void listen_to_lock(std::size_t lock, const std::string& topic);
   void on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info);
   void on_twist_stamped(std::size_t source, const geometry_msgs::msg::TwistStamped& command, const MessageInfo& info);
+  void listen_for_emergency_stop();
   void listen_for_guards();
   void on_emergency_stop(const std_msgs::msg::Bool& stop, const MessageInfo& info);
   void refuse_command(std::size_t source, CommandFault fault, const MessageInfo& info);

@@ -270,6 +270,10 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
       described("the wheels stand while nobody who could set the emergency stop is there and alive"));
   node.declare_parameter("publish_limited_velocity", defaults.publish_limited_velocity,
                          described("TwistStamped on ~/cmd_vel_out in every cycle"));
+  node.declare_parameter(
+      "use_stamped_vel", defaults.use_stamped_vel,
+      described("on the network an input without a publisher is TwistStamped, else Twist; a publisher "
+                "of the other type changes it, and both are taken"));
   for (const auto& axis : kAxes) {
     for (const auto& row : kLimits)
       node.declare_parameter(std::string(axis.prefix) + row.name, AxisLimits::kOff, described(".nan: no limit"));
@@ -310,6 +314,7 @@ DiffDriveOptions read_options(const Node& node) {
   for (const auto& row : kNumbers) options.*row.field = node.get<double>(row.name);
   options.emergency_stop_required = node.get<bool>("emergency_stop_required");
   options.publish_limited_velocity = node.get<bool>("publish_limited_velocity");
+  options.use_stamped_vel = node.get<bool>("use_stamped_vel");
   for (const auto& row : kAxes) {
     AxisOptions& axis = options.*row.field;
     const std::string prefix = row.prefix;

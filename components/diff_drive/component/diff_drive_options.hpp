@@ -56,6 +56,7 @@ struct DiffDriveOptions {
   double emergency_stop_timeout_s = 0.5;  ///< For so long it may show none.
   std::string rearm = "neutral";          ///< "neutral" or "fresh": see RearmRule.
   bool publish_limited_velocity = false;
+  bool use_stamped_vel = true;  ///< The type that the network sees of an input without a publisher; both are taken.
   double update_rate_hz = 50.0;
   double publish_rate_hz = 50.0;  ///< Of joint states, at most; 0: every state of the board.
   double battery_rate_hz = 1.0;

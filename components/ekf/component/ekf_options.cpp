@@ -103,9 +103,7 @@ Result<void, Problem> read_filter(const Node& node, EkfOptions& options) {
   filter.two_d_mode = node.get<bool>("two_d_mode");
   filter.predict_to_current_time = node.get<bool>("predict_to_current_time");
   filter.dynamic_process_noise = node.get<bool>("dynamic_process_noise_covariance");
-  double timeout_s = 1.0 / options.frequency_hz;
-  if (node.get_parameter("sensor_timeout").get_type() != ParameterType::NotSet)
-    timeout_s = node.get<double>("sensor_timeout");
+  const auto timeout_s = node.get<double>("sensor_timeout");
   if (!(timeout_s > 0.0) || !(timeout_s < 1e6))
     return err(wrong("sensor_timeout", fmt::format("is {}", timeout_s), "give seconds, more than 0"));
   filter.sensor_timeout = from_seconds(timeout_s);
@@ -125,9 +123,7 @@ Result<void, Problem> read_frames(const Node& node, EkfOptions& options) {
   options.map_frame = frame_of(node, "map_frame");
   options.odom_frame = frame_of(node, "odom_frame");
   options.base_link_frame = frame_of(node, "base_link_frame");
-  options.world_frame = options.odom_frame;
-  if (node.get_parameter("world_frame").get_type() != ParameterType::NotSet)
-    options.world_frame = frame_of(node, "world_frame");
+  options.world_frame = frame_of(node, "world_frame");
   options.base_link_frame_output = options.base_link_frame;
   if (!node.get<std::string>("base_link_frame_output").empty())
     options.base_link_frame_output = frame_of(node, "base_link_frame_output");

@@ -112,7 +112,8 @@ std::vector<std::pair<std::string, std::string>> parameters_of_absent_inputs(con
 void declare_ekf_parameters(Node& node) {
   const EkfOptions d;
   node.declare_parameter("frequency", d.frequency_hz, say("Outputs per second, Hz."));
-  node.declare_parameter("sensor_timeout", ParameterType::Double,
+  const auto frequency_hz = node.get<double>("frequency");
+  node.declare_parameter("sensor_timeout", 1.0 / (frequency_hz > 0.0 ? frequency_hz : d.frequency_hz),
                          say("Silence after which the state is carried on to now, s; 1/frequency unless set."));
   node.declare_parameter("two_d_mode", d.filter.two_d_mode,
                          say("Hold z, roll, pitch, vz, vroll, vpitch and az at 0: for a robot on a plane."));
@@ -129,7 +130,8 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("map_frame", d.map_frame, say(""));
   node.declare_parameter("odom_frame", d.odom_frame, say(""));
   node.declare_parameter("base_link_frame", d.base_link_frame, say("The frame whose pose is estimated."));
-  node.declare_parameter("world_frame", ParameterType::String, say("map_frame or odom_frame; odom_frame unless set."));
+  node.declare_parameter("world_frame", node.get<std::string>("odom_frame"),
+                         say("map_frame or odom_frame; odom_frame unless set."));
   node.declare_parameter("base_link_frame_output", "",
                          say("What messages and the transform call the base; base_link_frame unless set."));
   node.declare_parameter("tf_prefix", "", say("Written before every frame's name, with a slash behind it."));

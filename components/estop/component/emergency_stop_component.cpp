@@ -43,7 +43,11 @@ EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenS
   declare_parameter("gpio_bias", "pull_up", described("pull_up, pull_down or none"));
   publisher_ = create_publisher<Bool>("emergency_stop", promised());
   button_publisher_ = create_publisher<Bool>("emergency_stop", promised());
-  heard_ = create_subscription<Bool>("emergency_stop", latched(), [this](const Bool& stop) { on_heard(stop); });
+  SubscriptionOptions releases;
+  // Who is not latched releases nothing, and only releases count here.
+  releases.event_callbacks.incompatible_qos_callback = [](const QOSRequestedIncompatibleQoSInfo&) {};
+  heard_ = create_subscription<Bool>(
+      "emergency_stop", latched(), [this](const Bool& stop) { on_heard(stop); }, releases);
   life_ = create_wall_timer(kShowLife, [this] { show_life(); });
   service_ = create_service<SetBool>(
       "~/set", [this](const SetBool::Request& request, SetBool::Response& response) { on_request(request, response); });

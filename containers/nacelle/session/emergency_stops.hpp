@@ -16,7 +16,8 @@ namespace nacelle::session {
 
 /// Which emergency stops are set, whoever set them: what a container that comes back after a crash has to say again.
 ///
-/// Threads: one.
+/// A stop of a publisher that keeps no history (`ros2 topic pub` without more) is said again latched, so that a base that is made or
+/// activated later obeys it; the release ends that. Threads: one.
 class EmergencyStops {
  public:
   explicit EmergencyStops(runtime::Container& container) : container_(container) {}
@@ -29,10 +30,14 @@ class EmergencyStops {
 
  private:
   struct Topic {
-    std::unique_ptr<TopicTap> tap;
-    MonotonicTime said_at{};  // of several writers the newest word counts, as for the base
+    void hear(const Block& block);
+    std::unique_ptr<TopicTap> latched, passing;  // of publishers with a history, and of the others
+    std::unique_ptr<Writer> again;               // while what one of the others said holds
+    MonotonicTime said_at{};                     // of several writers the newest word counts, as for the base
     bool is_set = false;
   };
+  void open(Topic& topic, const std::string& name, const msgs::MessageType& type);
+  void say_again(Topic& topic, const std::string& name);
   runtime::Container& container_;
   std::map<std::string, Topic> topics_;
 };

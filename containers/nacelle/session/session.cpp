@@ -234,6 +234,7 @@ nlohmann::json Session::faults() const {
 void Session::composition_changed() {
   service_->set_nodes(container_->list());
   supervision_->publish();
+  static_cast<void>(emergency_stops_->look());  // from the first reader on
   if (service_->phase() != Phase::Running) return;
   keep_composition();
   steady_.reset();

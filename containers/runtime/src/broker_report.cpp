@@ -15,6 +15,14 @@ bool reads_also(const Topic& topic, const EndpointSpec& reader) {
   return std::ranges::any_of(topic.readers_, [&](const auto& other) { return other->spec().node == reader.node; });
 }
 
+// One on the network whose QoS no publisher here serves gets nothing, and the second subscription of a node (unless_offered) only
+// what its first one does not.
+bool counts_as_reader(const Topic& topic, const ReaderQueue& reader) {
+  if (is_tool(reader.spec())) return false;
+  if (!reader.is_witness() && !reader.spec().unless_offered) return true;
+  return std::ranges::any_of(topic.writers_, [&](const BrokerWriter* writer) { return writer->is_read_by(reader); });
+}
+
 // A node may ask for more in a second subscription (a promise of liveliness), and miss nothing of who does not offer it.
 bool hears(const Topic& topic, const std::string& node, const EndpointSpec& writer) {
   return std::ranges::any_of(topic.readers_, [&](const auto& reader) {
@@ -209,7 +217,7 @@ void Broker::report(std::vector<StreamReport>& out) const {
     std::size_t readers = 0;
     for (const auto& reader : topic->readers_) {
       if (is_tool(reader->spec())) continue;
-      ++readers;
+      if (counts_as_reader(*topic, *reader)) ++readers;
       add(sum.read, reader->counters());
       latency.merge(reader->latency());
     }

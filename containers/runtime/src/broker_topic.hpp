@@ -48,8 +48,15 @@ inline bool same_link(const EndpointSpec& writer, const EndpointSpec& reader) {
   return writer.via != 0 && writer.via == reader.via;
 }
 
+/// Another reader of its node hears this writer.
+inline bool leaves_to_another(const EndpointSpec& reader, const EndpointSpec& writer) {
+  return reader.unless_offered &&
+         verdict_of(writer.qos.resolved(), reader.unless_offered->resolved()) != Verdict::Error;
+}
+
 inline bool matches(const EndpointSpec& writer, const EndpointSpec& reader) {
-  return !same_link(writer, reader) && verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error;
+  return !same_link(writer, reader) && verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error &&
+         !leaves_to_another(reader, writer);
 }
 
 void add(ReaderCounters& to, const ReaderCounters& more);

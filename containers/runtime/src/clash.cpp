@@ -45,6 +45,7 @@ std::vector<ClashReport> clashes_between(const EndpointSpec& writer, const Endpo
 
 void introduce(BrokerWriter& writer, ReaderQueue& reader) {
   if (is_tool(writer.spec()) || is_tool(reader.spec()) || same_link(writer.spec(), reader.spec())) return;
+  if (writer.spec().type == reader.spec().type && leaves_to_another(reader.spec(), writer.spec())) return;
   const auto clashes = clashes_between(writer.spec(), reader.spec());
   if (clashes.empty()) {
     if (reader.is_witness()) return;  // as soon as its messages find their way to whom it stands for

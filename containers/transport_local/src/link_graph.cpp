@@ -73,7 +73,8 @@ void Link::Impl::take_made(const EndpointInfo& endpoint) {
   const EndpointSpec& spec = endpoint.spec;
   types[spec.type->name] = spec.type;
   wire::append_endpoint(out, {endpoint.id, endpoint.is_writer, endpoint.open, spec.qos, spec.topic, spec.type->name,
-                              spec.type->hash, spec.node, spec.command_timeout.after, spec.command_timeout.parameter});
+                              spec.type->hash, spec.node, spec.command_timeout.after, spec.command_timeout.parameter,
+                              spec.announced, spec.unless_offered});
   TopicUse& use = topics[spec.topic];
   ++(endpoint.is_writer ? use.local_writers : use.local_readers);
   // One with a type that was unknown here may be wanted now.
@@ -118,6 +119,8 @@ bool Link::Impl::handle_endpoint(const wire::LinkFrame& frame) {
   remote.info.spec.node = endpoint->node;
   remote.info.spec.via = number;
   remote.info.spec.command_timeout = {endpoint->command_timeout, endpoint->command_parameter};
+  remote.info.spec.announced = endpoint->announced;
+  remote.info.spec.unless_offered = endpoint->unless_offered;
   remote.type = endpoint->type;
   remote.hash = endpoint->hash;
   topics[endpoint->topic].remotes.push_back(endpoint->id);

@@ -119,6 +119,36 @@ bool is_known(LinkFrameKind kind) {
   return false;
 }
 
+QoS read_qos(Fields& fields) {
+  QoS qos{1};
+  qos.history(fields.choice({History::KeepLast, History::KeepAll}));
+  qos.reliability(fields.choice({Reliability::Reliable, Reliability::BestEffort, Reliability::BestAvailable}));
+  qos.durability(fields.choice({Durability::Volatile, Durability::TransientLocal, Durability::BestAvailable}));
+  qos.liveliness(fields.choice({Liveliness::Automatic, Liveliness::ManualByTopic, Liveliness::BestAvailable}));
+  const auto depth = fields.depth();
+  if (qos.history() == History::KeepAll) {
+    qos.keep_all();
+  } else {
+    qos.keep_last(std::max<std::uint64_t>(1, depth));
+  }
+  qos.max_samples(std::max<std::uint64_t>(1, fields.depth()));
+  qos.deadline(fields.duration());
+  qos.lifespan(fields.duration());
+  qos.liveliness_lease_duration(fields.duration());
+  return qos;
+}
+
+void put_qos(Bytes& out, const QoS& given) {
+  const QoS qos = given.resolved();
+  put(out, qos.history());
+  put(out, qos.reliability());
+  put(out, qos.durability());
+  put(out, qos.liveliness());
+  put(out, std::min<std::uint64_t>(kDeepestQueue, qos.depth()));
+  put(out, std::min<std::uint64_t>(kDeepestQueue, qos.max_samples()));
+  for (const Duration time : {qos.deadline(), qos.lifespan(), qos.liveliness_lease_duration()}) put(out, time.count());
+}
+
 }  // namespace
 
 const char* to_text(LinkFault fault) {
@@ -169,27 +199,15 @@ std::optional<EndpointFrame> read_endpoint(const LinkFrame& frame) {
   endpoint.is_writer = frame.kind == LinkFrameKind::Writer;
   endpoint.id = fields.number<std::uint64_t>();
   endpoint.open = fields.flag();
-  QoS& qos = endpoint.qos;
-  qos.history(fields.choice({History::KeepLast, History::KeepAll}));
-  qos.reliability(fields.choice({Reliability::Reliable, Reliability::BestEffort, Reliability::BestAvailable}));
-  qos.durability(fields.choice({Durability::Volatile, Durability::TransientLocal, Durability::BestAvailable}));
-  qos.liveliness(fields.choice({Liveliness::Automatic, Liveliness::ManualByTopic, Liveliness::BestAvailable}));
-  const auto depth = fields.depth();
-  if (qos.history() == History::KeepAll) {
-    qos.keep_all();
-  } else {
-    qos.keep_last(std::max<std::uint64_t>(1, depth));
-  }
-  qos.max_samples(std::max<std::uint64_t>(1, fields.depth()));
-  qos.deadline(fields.duration());
-  qos.lifespan(fields.duration());
-  qos.liveliness_lease_duration(fields.duration());
+  endpoint.qos = read_qos(fields);
   endpoint.topic = fields.text();
   endpoint.type = fields.text();
   endpoint.hash = fields.text();
   endpoint.node = fields.text();
   endpoint.command_timeout = fields.duration();
   endpoint.command_parameter = fields.text();
+  endpoint.announced = fields.choice({Announced::Always, Announced::ByDefault, Announced::WithItsPublisher});
+  if (fields.flag()) endpoint.unless_offered = read_qos(fields);
   if (!fields.all_read() || endpoint.id == 0 || endpoint.topic.empty() || endpoint.type.empty()) return std::nullopt;
   return endpoint;
 }
@@ -248,22 +266,18 @@ void append_hello(Bytes& out, std::string_view carrier, std::uint64_t token) {
 
 void append_endpoint(Bytes& out, const EndpointFrame& endpoint) {
   const std::size_t begin = begin_frame(out, endpoint.is_writer ? LinkFrameKind::Writer : LinkFrameKind::Reader);
-  const QoS qos = endpoint.qos.resolved();
   put(out, endpoint.id);
   put(out, static_cast<std::uint8_t>(endpoint.open));
-  put(out, qos.history());
-  put(out, qos.reliability());
-  put(out, qos.durability());
-  put(out, qos.liveliness());
-  put(out, std::min<std::uint64_t>(kDeepestQueue, qos.depth()));
-  put(out, std::min<std::uint64_t>(kDeepestQueue, qos.max_samples()));
-  for (const Duration time : {qos.deadline(), qos.lifespan(), qos.liveliness_lease_duration()}) put(out, time.count());
+  put_qos(out, endpoint.qos);
   put_text(out, endpoint.topic);
   put_text(out, endpoint.type);
   put_text(out, endpoint.hash);
   put_text(out, endpoint.node);
   put(out, endpoint.command_timeout.count());
   put_text(out, endpoint.command_parameter);
+  put(out, endpoint.announced);
+  put(out, static_cast<std::uint8_t>(endpoint.unless_offered.has_value()));
+  if (endpoint.unless_offered) put_qos(out, *endpoint.unless_offered);
   end_frame(out, begin);
 }
 

@@ -10,6 +10,7 @@
 #include "nacelle/base/bytes.hpp"
 #include "nacelle/base/receive_buffer.hpp"
 #include "nacelle/base/result.hpp"
+#include "nacelle/qos/announced.hpp"
 #include "nacelle/qos/qos.hpp"
 
 namespace nacelle::transport_local {
@@ -36,10 +37,12 @@ namespace nacelle::transport_local {
 //   Carry      C  id of the writer, u8 step (CarryStep)
 //   Note       N  for whoever owns the link: any bytes
 //
-//   endpoint      id, u8 open, u8 history, reliability, durability, liveliness, u64 depth, u64 max_samples,
-//                 i64 deadline, lifespan, lease in ns (0: infinite), text topic, type, type hash, node ("" for a tool),
-//                 i64 command timeout in ns (0: none), text its parameter
-inline constexpr std::uint16_t kLinkVersion = 2;
+//   endpoint      id, u8 open, qos, text topic, type, type hash, node ("" for a tool),
+//                 i64 command timeout in ns (0: none), text its parameter, u8 announced (Announced),
+//                 u8 1 and the qos that it leaves to another reader (EndpointSpec::unless_offered), or u8 0
+//   qos           u8 history, reliability, durability, liveliness, u64 depth, u64 max_samples,
+//                 i64 deadline, lifespan, lease in ns (0: infinite)
+inline constexpr std::uint16_t kLinkVersion = 3;
 inline constexpr std::size_t kLinkHeaderBytes = 5;
 /// Longest payload: a message of 256 MiB. Memory is taken as bytes arrive, not as they are announced.
 inline constexpr std::size_t kLongestLinkPayload = std::size_t{256} << 20U;
@@ -113,6 +116,8 @@ struct EndpointFrame {
   std::string topic, type, hash, node;
   Duration command_timeout{};  ///< EndpointSpec::command_timeout.
   std::string command_parameter;
+  Announced announced = Announced::Always;  ///< EndpointSpec's, as the next.
+  std::optional<QoS> unless_offered{};
 };
 struct DataFrame {
   std::uint64_t writer = 0, sequence = 0;

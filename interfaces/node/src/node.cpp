@@ -120,6 +120,8 @@ std::unique_ptr<detail::SubscriptionEvents> Node::make_events(EndpointSpec& spec
   spec.status_listener = events->listener();
   spec.tells_lost = static_cast<bool>(options.event_callbacks.message_lost_callback);
   spec.command_timeout = options.command_timeout;
+  spec.unless_offered = options.unless_offered;
+  spec.announced = options.announced;
   return events;
 }
 

@@ -55,6 +55,9 @@ struct SubscriptionOptions {
   CallbackGroup::SharedPtr callback_group;  ///< Null: the node's own.
   SubscriptionEventCallbacks event_callbacks;
   CommandTimeout command_timeout{};  ///< Ours: said by whoever stops something when the messages stop.
+  /// Ours: for a second subscription that asks for less. Publishers that offer at least this are left to the first one.
+  std::optional<QoS> unless_offered{};
+  Announced announced = Announced::Always;  ///< Ours: for a node that reads several types on one name.
 };
 
 class SubscriptionBase {

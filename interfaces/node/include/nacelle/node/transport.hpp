@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "nacelle/node/message.hpp"
+#include "nacelle/qos/announced.hpp"
 #include "nacelle/qos/qos.hpp"
 
 namespace nacelle::msgs {
@@ -57,6 +59,9 @@ struct EndpointSpec {
   std::uint32_t via = 0;
   /// Of a reader, for tools that publish: they say when they are too slow for it.
   CommandTimeout command_timeout{};
+  /// Of a reader: it leaves writers that offer at least this to another reader of its node, so that nothing comes twice.
+  std::optional<QoS> unless_offered{};
+  Announced announced = Announced::Always;  ///< Of a reader.
   /// Of a writer: what the queues of its readers may hold is made before it is needed. Not for a deep queue that is empty as a rule.
   bool reserves = true;
 };

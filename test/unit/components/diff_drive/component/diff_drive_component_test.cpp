@@ -296,6 +296,29 @@ TEST_F(DriveTest, an_emergency_stop_stops_the_board_and_a_release_alone_moves_no
   EXPECT_TRUE(board_is_told(0.25, 0.25));
 }
 
+TEST_F(DriveTest, an_emergency_stop_is_obeyed_whatever_its_qos_and_only_a_latched_publisher_releases_it) {
+  DiffDriveComponent drive{on_the_board()};
+  activate(drive);
+  Node anybody{"anybody", NodeOptions{context_}};
+  for (const QoS& qos : {QoS(10), QoS(10).best_effort(), QoS(1).best_effort().transient_local()}) {
+    context_.inject("/cmd_vel", twist(0.2));
+    ASSERT_TRUE(board_is_told(0.2, 0.2));
+    const auto careless = anybody.create_publisher<std_msgs::msg::Bool>("emergency_stop", qos);
+    careless->publish(emergency(true));
+    context_.spin();
+    ASSERT_TRUE(board_is_told(0.0, 0.0));
+    careless->publish(emergency(false));
+    context_.spin();
+    context_.inject("/cmd_vel", twist(0.2));
+    board_.lines.clear();
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(board_.take_until(1));
+    for (const auto& line : board_.lines) EXPECT_EQ(line, kStopLine);
+    context_.inject("/emergency_stop", emergency(false));
+  }
+  context_.inject("/cmd_vel", twist(0.25));
+  EXPECT_TRUE(board_is_told(0.25, 0.25));
+}
+
 TEST_F(DriveTest, an_emergency_stop_from_before_the_activation_holds) {
   DiffDriveComponent drive{on_the_board()};
   ASSERT_TRUE(drive.trigger(Transition::Configure).success);

@@ -29,7 +29,7 @@ std::string json(const T& message, const char* path) {
 }
 
 template <typename T>
-std::string complaint(const char* path) {
+std::string complaint_of_field(const char* path) {
   const auto found = MessageField::find(T::message_type(), path);
   return found ? "" : found.error().text();
 }
@@ -70,14 +70,15 @@ TEST(MessageField, a_text_is_written_as_it_is_so_that_a_file_can_be_made_of_it) 
 }
 
 TEST(MessageField, a_name_that_is_none_is_refused_with_those_that_are) {
-  EXPECT_EQ(complaint<Odometry>("pose.psoe"),
+  EXPECT_EQ(complaint_of_field<Odometry>("pose.psoe"),
             "field pose.psoe: there is no 'psoe' in geometry_msgs/msg/PoseWithCovariance; did you mean 'pose'? its "
             "fields are pose, covariance");
-  EXPECT_THAT(complaint<Odometry>("nothing_like_it"), HasSubstr("its fields are header, child_frame_id, pose, twist"));
-  EXPECT_THAT(complaint<Odometry>("pose..pose"), HasSubstr("there is no ''"));
-  EXPECT_THAT(complaint<Odometry>("pose."), HasSubstr("there is no ''"));
-  EXPECT_THAT(complaint<Odometry>("child_frame_id.x"), HasSubstr("child_frame_id is a value without fields"));
-  EXPECT_THAT(complaint<tf2_msgs::msg::TFMessage>("transforms.header"), HasSubstr("transforms is a list"));
+  EXPECT_THAT(complaint_of_field<Odometry>("nothing_like_it"),
+              HasSubstr("its fields are header, child_frame_id, pose, twist"));
+  EXPECT_THAT(complaint_of_field<Odometry>("pose..pose"), HasSubstr("there is no ''"));
+  EXPECT_THAT(complaint_of_field<Odometry>("pose."), HasSubstr("there is no ''"));
+  EXPECT_THAT(complaint_of_field<Odometry>("child_frame_id.x"), HasSubstr("child_frame_id is a value without fields"));
+  EXPECT_THAT(complaint_of_field<tf2_msgs::msg::TFMessage>("transforms.header"), HasSubstr("transforms is a list"));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ Bytes conversation() {
   append_endpoint(out, {7, true, true, QoS(KeepAll{}).max_samples(3).deadline(100ms).transient_local(), "/chat",
                         "std_msgs/msg/String", "RIHS01_ab", "/writer"});
   append_endpoint(out, {8, false, false, QoS(5).best_effort(), "/chat", "std_msgs/msg/String", "RIHS01_ab", "", 500ms,
-                        "cmd_vel_timeout"});
+                        "cmd_vel_timeout", Announced::WithItsPublisher, QoS(KeepAll{}).transient_local()});
   std::uint8_t* const cdr = append_data(out, {7, 42, 1'000, 2'000, {}}, {8, 9}, 3);
   std::copy_n("abc", 3, cdr);
   append_id_and_count(out, LinkFrameKind::Taken, 8, 1);
@@ -80,6 +80,11 @@ TEST(LinkFrames, carry_every_field) {
   EXPECT_EQ(reader->command_timeout, Duration{500ms});
   EXPECT_EQ(reader->command_parameter, "cmd_vel_timeout");
   EXPECT_EQ(writer->command_timeout, Duration::zero());
+  EXPECT_EQ(reader->announced, Announced::WithItsPublisher);
+  EXPECT_EQ(writer->announced, Announced::Always);
+  ASSERT_TRUE(reader->unless_offered);
+  EXPECT_EQ(reader->unless_offered->resolved(), QoS(KeepAll{}).transient_local().resolved());
+  EXPECT_FALSE(writer->unless_offered);
   std::vector<std::uint64_t> readers;
   const auto data = read_data(frame_at(bytes, 3).payload, readers);
   ASSERT_TRUE(data);
