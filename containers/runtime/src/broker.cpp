@@ -14,6 +14,9 @@
 namespace nacelle::runtime {
 namespace {
 
+// Of a topic that has lost all its endpoints, the report shows what went over it. A caller can open any number of names.
+constexpr std::size_t kMostUnusedTopics = 256;
+
 // A message tells its writer's id wherever it goes (graph.hpp).
 std::uint64_t first_id() {
   static std::atomic<std::uint64_t> brokers{0};
@@ -34,21 +37,11 @@ class BrokerReader final : public ProxyReader {
   }
   ~BrokerReader() override {
     queue_->close();
-    const std::lock_guard lock(topic_->mutex_);
-    topic_->gone_.handed_over = handed_over(*topic_);
-    std::erase(topic_->readers_, queue_);
-    topic_->version_.fetch_add(1, std::memory_order_release);
-    for (BrokerWriter* writer : topic_->writers_) {
-      if (writer->is_read_by(*queue_)) writer->tell();
-    }
-    broker_.links_.gone(queue_->id());
-    if (is_tool(queue_->spec())) return;
-    add(topic_->gone_.read, queue_->counters());
-    if (queue_->latency().count() != 0) {
-      if (!topic_->gone_.latency) topic_->gone_.latency = std::make_unique<DurationHistogram>();
-      topic_->gone_.latency->merge(queue_->latency());
-    }
+    leave();
+    if (is_whole_) broker_.note_end(*topic_);
   }
+  /// From now on its end takes the broker's lock.
+  void be_whole() { is_whole_ = true; }
 
   Block* take() override { return queue_->take(); }
   bool has_waiting() const override { return queue_->has_waiting(); }
@@ -99,9 +92,27 @@ class BrokerReader final : public ProxyReader {
     if (!queue_->wants_history() || !queue_->is_enabled()) return;
     for (BrokerWriter* writer : topic_->writers_) writer->replay(*queue_);
   }
+  void leave() {
+    const std::lock_guard lock(topic_->mutex_);
+    topic_->gone_.handed_over = handed_over(*topic_);
+    std::erase(topic_->readers_, queue_);
+    topic_->version_.fetch_add(1, std::memory_order_release);
+    for (BrokerWriter* writer : topic_->writers_) {
+      if (writer->is_read_by(*queue_)) writer->tell();
+    }
+    broker_.links_.gone(queue_->id());
+    if (is_tool(queue_->spec())) return;
+    add(topic_->gone_.read, queue_->counters());
+    if (queue_->latency().count() != 0) {
+      if (!topic_->gone_.latency) topic_->gone_.latency = std::make_unique<DurationHistogram>();
+      topic_->gone_.latency->merge(queue_->latency());
+    }
+  }
+
   Broker& broker_;
   const std::shared_ptr<Topic> topic_;
   const std::shared_ptr<ReaderQueue> queue_;
+  bool is_whole_ = false;
 };
 
 Broker::Broker(const Clock& clock, Watching watching) : clock_(clock), next_id_(first_id()) {
@@ -131,8 +142,28 @@ std::shared_ptr<Topic> Broker::topic(const EndpointSpec& spec) {
   if (!slot) {
     pin_library_of(*spec.type);
     slot = std::make_shared<Topic>(spec.topic, *spec.type);
+  } else if (slot->place_unused_) {
+    unused_.erase(*slot->place_unused_);
+    slot->place_unused_.reset();
   }
   return slot;
+}
+
+// An endpoint has left the topic. Endpoints are made under the broker's lock: a topic that is found empty stays so meanwhile.
+void Broker::note_end(Topic& topic) {
+  const std::lock_guard lock(mutex_);
+  {
+    const std::lock_guard topic_lock(topic.mutex_);
+    if (topic.place_unused_ || !topic.writers_.empty() || !topic.readers_.empty()) return;
+  }
+  // Of two endpoints that end at once the second may find it forgotten.
+  const auto found = topics_.find({topic.name_, &topic.type_});
+  if (found == topics_.end() || found->second.get() != &topic) return;
+  topic.place_unused_ = unused_.insert(unused_.end(), &topic);
+  if (unused_.size() <= kMostUnusedTopics) return;
+  const Topic& oldest = *unused_.front();
+  unused_.pop_front();
+  topics_.erase({oldest.name_, &oldest.type_});
 }
 
 std::unique_ptr<Writer> Broker::create_writer(const EndpointSpec& spec) {
@@ -145,6 +176,7 @@ std::unique_ptr<ProxyWriter> Broker::make_writer(const EndpointSpec& spec, std::
   types_to_compare_ = true;
   auto writer = std::make_unique<BrokerWriter>(*this, topic(spec), spec, id);
   links_.made(info_of(spec, id, true, true));
+  writer->be_whole();
   return writer;
 }
 
@@ -173,6 +205,7 @@ std::unique_ptr<ProxyReader> Broker::make_reader(std::shared_ptr<ReaderQueue> qu
   auto reader = std::make_unique<BrokerReader>(*this, topic(queue->spec()), queue);
   if (!queue->is_tap() && !queue->is_witness())
     links_.made(info_of(queue->spec(), queue->id(), false, queue->is_enabled()));
+  reader->be_whole();
   return reader;
 }
 

@@ -75,10 +75,11 @@ std::unique_ptr<ProxyReader> Broker::create_tap(const EndpointInfo& writer, std:
   spec.qos = writer.spec.qos.resolved();
   spec.qos.keep_last(std::max<std::size_t>(1, spec.qos.queue_capacity()));
   spec.via = link;
+  std::unique_ptr<ProxyReader> tap;  // if something throws, it ends after the lock
   const std::lock_guard lock(mutex_);
   auto queue = std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), next_id_++);
   queue->be_tap_of(writer.id);
-  auto tap = make_reader(queue);
+  tap = make_reader(queue);
   // A process sends only what somebody here reads; nobody else is to know.
   if (writer.spec.via != 0) links_.made(info_of(spec, queue->id(), false, true), writer.spec.via);
   return tap;
@@ -88,10 +89,11 @@ std::unique_ptr<Witness> Broker::create_witness(const EndpointSpec& spec) {
   static constexpr std::atomic<bool> kClosed{false};
   EndpointSpec closed = spec;
   closed.gate = &kClosed;
+  std::unique_ptr<ProxyReader> reader;  // if something throws, it ends after the lock
   const std::lock_guard lock(mutex_);
   auto queue = std::make_shared<ReaderQueue>(closed, Taking::Share, nullptr, clock_, watchdog_.get(), next_id_++);
   queue->be_witness();
-  auto reader = make_reader(queue);
+  reader = make_reader(queue);
   return std::make_unique<BrokerWitness>(topic(closed), std::move(queue), std::move(reader));
 }
 

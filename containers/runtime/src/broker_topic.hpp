@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,8 @@ class Topic {
   std::vector<BrokerWriter*> writers_;
   std::vector<std::shared_ptr<ReaderQueue>> readers_;
   Totals gone_;  // of endpoints that were taken out
+  // Under the broker's lock: its place among the topics without an endpoint.
+  std::optional<std::list<Topic*>::iterator> place_unused_;
 };
 
 /// A look from outside the robot (topic echo): it must not change what the report says of the robot's own streams.

@@ -68,6 +68,7 @@ BrokerWriter::~BrokerWriter() {
   for (Block* block : history_) drop_reference(*block);
   broker_.retire(spec_, std::move(pool_));
   if (replay_pool_) broker_.retire(spec_, std::move(replay_pool_));
+  if (is_whole_) broker_.note_end(*topic_);
 }
 
 // From a pool with a limit, or for a reader in another process.

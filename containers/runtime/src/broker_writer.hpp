@@ -43,6 +43,8 @@ class BrokerWriter final : public ProxyWriter {
   EndpointStatus status() const override;
   std::uint64_t id() const override { return id_; }
 
+  /// From now on its end takes the broker's lock.
+  void be_whole() { is_whole_ = true; }
   /// Gives a reader what it has not seen of the history. Under the topic's lock.
   void replay(ReaderQueue& reader);
   /// Counts missed deadlines, notices a lease that ran out, drops expired history; returns when to look again.
@@ -124,6 +126,7 @@ class BrokerWriter final : public ProxyWriter {
   std::uint64_t last_relayed_ = 0;
   const bool has_contract_;  // a deadline or a lease: without one publish() does not take the lock
   const bool is_plain_;      // nothing at all but readers
+  bool is_whole_ = false;
 };
 
 }  // namespace nacelle::runtime

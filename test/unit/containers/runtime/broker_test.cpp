@@ -2,6 +2,7 @@
 #include "nacelle/runtime/broker.hpp"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <sensor_msgs/msg/image.hpp>
 #include <std_msgs/msg/header.hpp>
@@ -408,6 +409,71 @@ TEST_F(BrokerTest, says_who_still_holds_messages_of_a_node_that_is_gone) {
   EXPECT_EQ(broker.sweep("/camera"), "1 message of /image");
   drop_reference(*reader->take());
   EXPECT_EQ(broker.sweep("/camera"), "");
+}
+
+// --- topics that nothing uses any more ------------------------------------------------------------------------------------
+
+// broker.cpp keeps so many for the report.
+constexpr std::size_t kMostUnusedTopics = 256;
+
+struct UnusedTopicsTest : Fixture {
+  void open_and_close(std::size_t from, std::size_t to) {
+    EndpointSpec spec = image_spec(QoS(1), "/node");
+    for (std::size_t i = from; i < to; ++i) {
+      spec.topic = "/topic_" + std::to_string(i);
+      const auto writer = broker.create_writer(spec);
+      writer->publish(*writer->borrow());
+    }
+  }
+};
+
+TEST_F(UnusedTopicsTest, forgets_the_oldest_unused_topics_and_keeps_the_totals_of_the_others) {
+  const auto used = broker.create_writer(image_spec(QoS(1), "/camera"));
+  used->publish(*used->borrow());
+  open_and_close(0, 1000);
+
+  broker.report(report);
+
+  EXPECT_EQ(report.size(), 1 + kMostUnusedTopics);
+  EXPECT_EQ(stream("/image").published, 1U);
+  EXPECT_EQ(stream("/topic_999").published, 1U);
+  EXPECT_EQ(stream("/topic_744").published, 1U);
+  EXPECT_EQ(stream("/topic_743").name, "");
+}
+
+TEST_F(UnusedTopicsTest, counts_on_when_a_topic_is_used_again) {
+  open_and_close(0, kMostUnusedTopics);
+  open_and_close(0, 1);  // from now on the newest
+  open_and_close(kMostUnusedTopics, kMostUnusedTopics + 10);
+  EXPECT_EQ(stream("/topic_0").published, 2U);
+  EXPECT_EQ(stream("/topic_1").name, "");
+}
+
+TEST_F(UnusedTopicsTest, forgets_a_topic_although_its_two_ends_leave_at_once) {
+  open_and_close(0, kMostUnusedTopics - 1);
+  for (int i = 0; i < 300; ++i) {
+    EndpointSpec spec = image_spec(QoS(1), "/node");
+    spec.topic = "/both_" + std::to_string(i);
+    auto writer = broker.create_writer(spec);
+    auto reader = broker.create_reader(spec, Taking::Share, nullptr);
+    std::thread ending([&] { reader.reset(); });
+    writer.reset();
+    ending.join();
+  }
+  broker.report(report);
+  EXPECT_EQ(report.size(), kMostUnusedTopics);
+}
+
+TEST_F(UnusedTopicsTest, keep_no_memory_for_names_that_were_once_opened) {
+#ifdef NACELLE_SANITIZED
+  GTEST_SKIP() << "the sanitizer's heap says nothing of sizes";
+#endif
+  const auto heap_in_use = [] { return static_cast<double>(::mallinfo2().uordblks); };
+  open_and_close(0, 2000);
+  const double before = heap_in_use();
+  open_and_close(2000, 20'000);
+  // Each topic that stayed would take 400 bytes and more: 7 MB in all. Names of one digit more take a few bytes each.
+  EXPECT_LT(heap_in_use() - before, 64 * 1024);
 }
 
 }  // namespace

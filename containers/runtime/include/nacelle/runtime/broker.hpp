@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -57,6 +58,7 @@ class Broker final : public Graph {
   void note_other_type(const EndpointInfo& ours, const std::string& node, const std::string& type) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;
+  /// Topics in use, and those that lost their last endpoint: the newest 256 of these, with their totals.
   void report(std::vector<StreamReport>& out) const;
   void report(std::vector<ReaderReport>& out) const;
   [[nodiscard]] WiringReport wiring(const std::string& name, Duration age) const;
@@ -78,6 +80,7 @@ class Broker final : public Graph {
     std::unique_ptr<MessagePool> pool;
   };
   std::shared_ptr<Topic> topic(const EndpointSpec& spec);
+  void note_end(Topic& topic);
   std::unique_ptr<ProxyWriter> make_writer(const EndpointSpec& spec, std::uint64_t id);
   std::unique_ptr<ProxyReader> make_reader(std::shared_ptr<ReaderQueue> queue);
   void retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool);
@@ -90,6 +93,7 @@ class Broker final : public Graph {
   const Clock& clock_;
   mutable std::mutex mutex_;
   std::map<std::pair<std::string, const msgs::MessageType*>, std::shared_ptr<Topic>> topics_;
+  std::list<Topic*> unused_;  // those without an endpoint, which are kept for their totals; the oldest first
   std::vector<Retired> retired_;
   std::uint64_t next_id_;  // of endpoints: no other process of the host, and no other broker of this one, has the same
   std::uint32_t next_link_ = 1;
