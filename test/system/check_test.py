@@ -171,14 +171,22 @@ class Check(RobotTest):
         root = xml.etree.ElementTree.parse(svg).getroot()
         texts = ["".join(element.itertext()) for element in root.iter("{http://www.w3.org/2000/svg}text")]
         self.assertIn("/lidar", texts)
-        self.assertTrue(any(re.match(r"sensor_msgs/msg/LaserScan/scan keep_last \d+, best_effort", text) for text in texts), texts)
-        self.assertRegex(dot.read_text(), r'v\d+ -> v\d+ \[label="keep_last \d+, best_effort')
-        self.expect_exit(self.run_program("check", LAUNCH_FILE, "--graph", "robot.png"), 2)
+        self.assertTrue(any(re.match(r"keep_last \d+, best_effort", text) for text in texts), texts)
+        self.assertRegex(dot.read_text(), r'n\d+:p\d+:e -> n\d+:p\d+:w \[tooltip="/scan"\]')
+        self.expect_exit(self.run_program("check", LAUNCH_FILE, "--graph", "robot.jpeg"), 2)
+
+    def test_without_graphviz_it_writes_the_text_and_says_how_to_draw_it(self):
+        svg = self.folder / "undrawn.svg"
+        outcome = self.check(LAUNCH_FILE, "--graph", svg, env={**self.environment, "PATH": "/no/such/folder"})
+        self.assertIn(f"dot -Tsvg {self.folder}/undrawn.dot -o {svg}", outcome.stderr)
+        self.assertIn("digraph", (self.folder / "undrawn.dot").read_text())
+        self.assertFalse(svg.exists())
 
     def test_marks_pairs_that_cannot_talk_in_the_drawing(self):
         dot = self.folder / "clash.dot"
         self.check(BROKEN / "reliability.launch.yaml", "--graph", dot, code=1)
-        self.assertEqual(dot.read_text().count("color=red, fontcolor=red"), 2)
+        self.assertEqual(dot.read_text().count('color="red">/scan<'), 2)
+        self.assertEqual(dot.read_text().count("color=red];"), 1)
 
     def test_launch_says_the_same_and_starts_nothing(self):
         for name in ("unknown_parameter", "two_parents", "reliability", "program"):

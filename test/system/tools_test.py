@@ -57,7 +57,7 @@ class Tools(RunningRobotTest):
         files = {kind: self.folder / f"tree.{kind}" for kind in ("svg", "pdf", "dot")}
         outcome = self.run_program("tf", "tree", *(word for kind, file in files.items() for word in (f"--{kind}", file)))
         self.assertEqual(self.expect_exit(outcome, 0).stdout, "", "the files are what was asked for")
-        self.assertRegex(files["svg"].read_text(), r"(?s)^<svg .*>base_footprint<.*</svg>\n$")
+        self.assertRegex(files["svg"].read_text(), r"(?s)^<\?xml .*<svg .*>base_footprint<.*</svg>\n$")
         self.assertTrue(files["pdf"].read_bytes().startswith(b"%PDF-1."))
         self.assertIn('"odom" -> "base_footprint"', files["dot"].read_text())
         if shutil.which("pdftotext"):
