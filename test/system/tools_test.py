@@ -175,6 +175,27 @@ class Tools(RunningRobotTest):
                 self.assertIn("\033[K", text)
                 self.assertIn("/ekf" if command == "top" else "/odom", text)
 
+    def test_on_a_terminal_of_80_columns_no_line_is_cut_and_q_ends_it(self):
+        for command in ("streams", "top"):
+            with self.subTest(command=command):
+                master, slave = pty.openpty()
+                fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 60, 80, 0, 0))
+                before = termios.tcgetattr(slave)
+                program = subprocess.Popen([PROGRAM, command, "--interval", "0.2"], stdin=slave, stdout=slave, stderr=slave,
+                                           env=self.environment, start_new_session=True)  # fmt: skip
+                text = read_terminal(master, 20, lambda text: text.count("\033[H") >= 3)
+                os.write(master, b"xq")
+                self.assertEqual(program.wait(10 * SLOW), 0)
+                self.assertEqual(termios.tcgetattr(slave), before, "the terminal is as it was")
+                os.close(slave)
+                os.close(master)
+                shown = re.sub(r"\033\[[0-9;?]*[A-Za-z]", "", text.split("\033[H")[2])
+                lines = shown.replace("\r", "").split("\n")
+                self.assertLessEqual(max(map(len, lines)), 80)
+                for word in {"streams": ("AGE", "P99", "DROPPED"), "top": ("STATE", "MEAN", "MAX", "QUEUED")}[command]:
+                    self.assertIn(word, shown)
+                self.assertIn("(80 columns: without ", shown) if command == "streams" else None
+
     def test_answers_come_within_a_tenth_of_a_second(self):
         best = {}
         for verb in ("figures", "tf.tree"):

@@ -44,7 +44,7 @@ int run_teleop_command(TeleopWish& wish) {
   wish.settings.frame.insert(0, names.value()["frame_prefix"].get<std::string>());
   wish.settings.stamped = !wish.twist;
   const SystemClock clock;
-  return teleop::run_teleop(client.value(), wish.settings, stop, clock);
+  return teleop::run_teleop(client.value(), asking.value(), wish.settings, stop, clock);
 }
 
 struct WorldWish {
