@@ -78,7 +78,7 @@ Result<std::string, Problem> running_world() {
   if (found.size() == 1) return found.front();
   if (found.empty()) {
     return err(Problem{base, "no simulated world runs there",
-                       "start one (nacelle drive --stay), or name its folder with --dir"});
+                       "start one (`nacelle drive --stay`), or name its folder with --dir: the launch file's sim_dir"});
   }
   std::ranges::sort(found);
   return err(Problem{base, "more than one simulated world is there",
