@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "builder.hpp"
+#include "shown.hpp"
 
 namespace nacelle::launch {
 namespace {
@@ -16,6 +17,15 @@ constexpr std::size_t kMaxFiles = 200;
 bool is_prelude(const std::string& action) {
   static constexpr std::array kNames{"let", "log", "set_env", "unset_env", "group"};
   return std::ranges::find(kNames, action) != kNames.end();
+}
+
+/// The choice that a value is, or means: "True" and "1" are "true", as in every condition.
+std::optional<std::string> choice_of(const std::string& value, const std::vector<std::string>& choices) {
+  if (std::ranges::find(choices, value) != choices.end()) return value;
+  const auto meant = parse_condition(value);
+  if (!meant) return std::nullopt;
+  const auto same = std::ranges::find_if(choices, [&](const auto& choice) { return parse_condition(choice) == meant; });
+  return same == choices.end() ? std::nullopt : std::optional{*same};
 }
 
 }  // namespace
@@ -140,10 +150,13 @@ void Builder::declare_argument(const Element& element, Scope& scope) {
   } else if (given == scope.variables.end()) {
     scope.variables[*name] = *argument.default_value;
   }
-  if (const auto& value = scope.variables[*name]; value && !argument.choices.empty()) {
-    if (std::find(argument.choices.begin(), argument.choices.end(), *value) == argument.choices.end()) {
-      report(argument.where, "the argument '" + *name + "' cannot be '" + *value + "'",
+  if (auto& value = scope.variables[*name]; value && !argument.choices.empty()) {
+    if (auto choice = choice_of(*value, argument.choices)) {
+      value = std::move(choice);
+    } else {
+      report(argument.where, "the argument '" + *name + "' cannot be '" + shown(*value) + "'",
              "one of " + join(argument.choices));
+      value.reset();  // one mistake, one report: what depends on it is left out
     }
   }
   const bool known =

@@ -120,6 +120,8 @@ class Builder {
   [[nodiscard]] std::optional<std::string> evaluate(const RawText& raw, Scope& scope);
   [[nodiscard]] Result<std::string, Problem> look_up(const std::string& name, const std::vector<std::string>& arguments,
                                                      Scope& scope);
+  /// Nothing: it cannot be told, which was reported.
+  [[nodiscard]] std::optional<bool> known_flag(const Element& element, std::string_view attribute, Scope& scope);
   [[nodiscard]] bool flag(const Element& element, std::string_view attribute, bool otherwise, Scope& scope);
   [[nodiscard]] std::optional<Duration> duration(const Element& element, std::string_view attribute, Scope& scope);
   [[nodiscard]] std::optional<std::uint64_t> count(const Element& element, std::string_view attribute,

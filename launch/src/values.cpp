@@ -96,8 +96,11 @@ Result<std::string, Problem> Builder::look_up(const std::string& name, const std
     if (environment_.find_package_share) {
       if (auto share = environment_.find_package_share(arguments[0])) return *share;
     }
+    const std::string near = nearest_name(arguments[0], environment_.packages);
     return err(Problem{"", "no package has the name '" + shown(arguments[0]) + "'",
-                       suggestion(shown(arguments[0]), environment_.packages)});
+                       near.empty() ? "install it, or add the prefix that holds share/" + shown(arguments[0]) +
+                                          " to NACELLE_PREFIX_PATH"
+                                    : "did you mean '" + near + "'?"});
   }
   if (name == "dirname")
     return (std::filesystem::path(environment_.working_directory) / beside_file(".")).lexically_normal().string();
@@ -116,22 +119,34 @@ Result<std::string, Problem> Builder::look_up(const std::string& name, const std
   return text_of(name == "not" ? !any : name == "and" ? all : any);
 }
 
-bool Builder::flag(const Element& element, std::string_view attribute, bool otherwise, Scope& scope) {
+std::optional<bool> Builder::known_flag(const Element& element, std::string_view attribute, Scope& scope) {
   const auto value = text(element, attribute, scope);
-  if (!value) return otherwise;
-  if (const auto truth = parse_condition(*value)) return *truth;
-  report(at(element.find(attribute)->line),
-         "'" + std::string(attribute) + "' must be true or false, not '" + shown(*value) + "'");
-  return otherwise;
+  if (!value) return std::nullopt;
+  const auto truth = parse_condition(*value);
+  if (!truth) {
+    report(at(element.find(attribute)->line),
+           "'" + std::string(attribute) + "' must be true or false, not '" + shown(*value) + "'");
+  }
+  return truth;
+}
+
+bool Builder::flag(const Element& element, std::string_view attribute, bool otherwise, Scope& scope) {
+  return known_flag(element, attribute, scope).value_or(otherwise);
 }
 
 bool Builder::condition_holds(const Element& element, Scope& scope) {
   // An action whose condition cannot be told is left out: its fault was reported, what it does would add noise.
-  const auto holds = [&](std::string_view attribute, bool wanted) {
-    if (element.find(attribute) == nullptr) return true;
-    return flag(element, attribute, !wanted, scope) == wanted;
-  };
-  return holds("if", true) && holds("unless", false);
+  for (const auto& [attribute, wanted] : {std::pair{"if", true}, std::pair{"unless", false}}) {
+    if (element.find(attribute) == nullptr) continue;
+    const auto value = known_flag(element, attribute, scope);
+    if (value == wanted) continue;
+    // Nor is what a variable would be known then, and its use is no second fault.
+    if (!value && (element.name == "let" || element.name == "arg")) {
+      if (const auto variable = text(element, "name", scope)) scope.variables[*variable] = std::nullopt;
+    }
+    return false;
+  }
+  return true;
 }
 
 std::optional<Duration> Builder::duration(const Element& element, std::string_view attribute, Scope& scope) {

@@ -127,12 +127,19 @@ class Check(RobotTest):
         return [(f["severity"], f["about"], f["what"], f["way_out"]) for f in json.loads(outcome.stdout)["findings"]]
 
     def test_what_nobody_publishes_warns_unless_it_comes_from_outside(self):
-        ekf = "{pkg: nacelle_ekf, plugin: 'nacelle::ekf::EkfComponent', name: ekf, param: [{name: odom0, value: /odom}]}"
+        ekf = "{pkg: nacelle_ekf, plugin: 'nacelle::ekf::EkfComponent', name: ekf, param: [{name: odom0, value: /odom}, {name: odom0_config, value: [false, false, false, false, false, false, true, true, false, false, false, false, false, false, false]}]}"
         base = "{pkg: nacelle_diff_drive, plugin: 'nacelle::diff_drive::DiffDriveComponent', name: base, param: [{name: left_wheel_names, value: [a]}, {name: right_wheel_names, value: [b]}]}"
         head = "launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n"
         self.assertEqual(self.found(head + f"    - {ekf}\n"), [
-            ("warning", "stream", "/ekf reads '/odom' (nav_msgs/msg/Odometry), which nobody publishes", "of its type there is /odometry/filtered")])  # fmt: skip
+            ("warning", "stream", "/ekf reads '/odom' (nav_msgs/msg/Odometry), which nobody publishes", "fine if another container does, or if it is not needed")])  # fmt: skip
         self.assertEqual([f for f in self.found(head + f"    - {base}\n") if f[1] == "stream"], [], "commands come from people and programs")
+
+    def test_a_topic_that_a_component_publishes_is_no_slip_for_one_that_it_reads(self):
+        relay = "    - {pkg: nacelle_test_relay, plugin: 'nacelle::test::Relay', name: relay}\n"
+        head = "launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n"
+        self.assertEqual(self.found(head + relay), [])
+        other = "    - {pkg: nacelle_test_relay, plugin: 'nacelle::test::Relay', name: other, remap: [{from: chatter, to: /x}, {from: nchatter, to: /chattr}]}\n"
+        self.assertEqual([f[0::3] for f in self.found(head + relay + other)], [("warning", "did you mean '/chattr'?")])
 
     def test_what_an_optional_component_has_part_in_only_warns(self):
         text = (BROKEN / "reliability.launch.yaml").read_text()
@@ -166,14 +173,22 @@ class Check(RobotTest):
         root = xml.etree.ElementTree.parse(svg).getroot()
         texts = ["".join(element.itertext()) for element in root.iter("{http://www.w3.org/2000/svg}text")]
         self.assertIn("/lidar", texts)
-        self.assertTrue(any(re.match(r"sensor_msgs/msg/LaserScan/scan keep_last \d+, best_effort", text) for text in texts), texts)
-        self.assertRegex(dot.read_text(), r'v\d+ -> v\d+ \[label="keep_last \d+, best_effort')
-        self.expect_exit(self.run_program("check", LAUNCH_FILE, "--graph", "robot.png"), 2)
+        self.assertTrue(any(re.match(r"keep_last \d+, best_effort", text) for text in texts), texts)
+        self.assertRegex(dot.read_text(), r'n\d+:p\d+:e -> n\d+:p\d+:w \[tooltip="/scan"\]')
+        self.expect_exit(self.run_program("check", LAUNCH_FILE, "--graph", "robot.jpeg"), 2)
+
+    def test_without_graphviz_it_writes_the_text_and_says_how_to_draw_it(self):
+        svg = self.folder / "undrawn.svg"
+        outcome = self.check(LAUNCH_FILE, "--graph", svg, env={**self.environment, "PATH": "/no/such/folder"})
+        self.assertIn(f"dot -Tsvg {self.folder}/undrawn.dot -o {svg}", outcome.stderr)
+        self.assertIn("digraph", (self.folder / "undrawn.dot").read_text())
+        self.assertFalse(svg.exists())
 
     def test_marks_pairs_that_cannot_talk_in_the_drawing(self):
         dot = self.folder / "clash.dot"
         self.check(BROKEN / "reliability.launch.yaml", "--graph", dot, code=1)
-        self.assertEqual(dot.read_text().count("color=red, fontcolor=red"), 2)
+        self.assertEqual(dot.read_text().count('color="red">/scan<'), 2)
+        self.assertEqual(dot.read_text().count("color=red];"), 1)
 
     def test_launch_says_the_same_and_starts_nothing(self):
         for name in ("unknown_parameter", "two_parents", "reliability", "program"):

@@ -116,6 +116,12 @@ class Commands(RunningRobotTest):
         wrong = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "x", "-p", ":=1"), 2)
         self.assertIn(":=1", wrong.stderr)
 
+    def test_a_name_that_nobody_has_is_told_when_the_load_fails_too(self):
+        refused = self.run_program("component", "load", "nacelle::lidar::LidarComponent", "--name", "second", "-p", "port_nme:=/dev/null")
+        self.expect_exit(refused, 1)
+        self.assertIn("was taken out again", refused.stderr)
+        self.assertRegex(refused.stderr, r"'port_nme'.*did you mean 'port_name'")
+
     def test_what_a_plugin_cannot_use_is_told_to_whoever_loads_it(self):
         loaded = self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "warned", "-p", "no_such:=1", "-r", "diagnostisc:=/x",
                                   "-r", "/diagnostics:=/diagnostics_2")  # fmt: skip
@@ -201,6 +207,29 @@ class Teleop(RunningRobotTest):
 
     def ends_with_zero(self):
         return bool(self.commands) and self.commands[-1] == (0, 0)
+
+    def test_under_an_emergency_stop_it_says_so_and_shows_no_speed(self):
+        said = bytearray()
+
+        def read():
+            while piece := self.teleop.stdout.read1(4096):
+                said.extend(piece)
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        try:
+            self.expect_exit(self.run_program("estop", "set"), 0)
+            wait_for("teleop tells of the stop", lambda: b"/emergency_stop is set: stands still" in said)
+            before = len(said)
+            os.write(self.keyboard, b"i")
+            wait_for("the key is answered", lambda: b"\r" in said[before:])
+            self.assertNotIn(b"now", said[before:])
+        finally:
+            self.expect_exit(self.run_program("estop", "release"), 0)
+        wait_for("teleop tells of the release", lambda: b"now" in said[before:])
+        self.teleop.send_signal(signal.SIGTERM)
+        self.assertEqual(self.teleop.wait(10 * SLOW), 0)
+        reader.join(10)
 
     def test_a_released_key_stops_the_robot(self):
         self.drive_forward()

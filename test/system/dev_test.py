@@ -25,6 +25,30 @@ class DevTest(unittest.TestCase):
             for verb in VERBS:
                 self.assertRegex(answer.stdout, rf"(?m)^  {verb}\b")
 
+    def test_help_of_what_runs_the_program_neither_installs_nor_builds(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = Path(folder) / "dev"
+            script.write_bytes((ROOT / "dev").read_bytes())
+            script.chmod(0o755)
+            program = Path(folder) / "build/bin/nacelle"
+            for arguments, passed in ((("run", "--help"), "drive --help"), (("run", "--for", "3", "-h"), "drive --help"),
+                                      (("nacelle", "topic", "--help"), "topic --help")):  # fmt: skip
+                with self.subTest(arguments=arguments):
+                    program.unlink(missing_ok=True)
+                    answer = dev(*arguments, script=script)
+                    self.assertEqual((answer.returncode, answer.stderr), (0, ""))
+                    self.assertRegex(answer.stdout, rf"(?m)^  {arguments[0]} ")
+                    self.assertIn(f"build it first (./dev build), then ./dev nacelle {passed}", answer.stdout)
+                    self.assertFalse(program.parent.exists(), "nothing was built")
+                    program.parent.mkdir(parents=True)
+                    program.write_text('#!/bin/sh\necho "the program: $*"\n')
+                    program.chmod(0o755)
+                    answer = dev(*arguments, script=script)
+                    self.assertEqual(answer.stdout.splitlines()[-1], f"the program: {passed}")
+                    self.assertNotIn("build it first", answer.stdout)
+                    program.unlink()
+                    program.parent.rmdir()
+
     def test_an_unknown_verb_is_a_usage_error(self):
         answer = dev("biuld")
         self.assertEqual(answer.returncode, 2)

@@ -57,7 +57,7 @@ class Tools(RunningRobotTest):
         files = {kind: self.folder / f"tree.{kind}" for kind in ("svg", "pdf", "dot")}
         outcome = self.run_program("tf", "tree", *(word for kind, file in files.items() for word in (f"--{kind}", file)))
         self.assertEqual(self.expect_exit(outcome, 0).stdout, "", "the files are what was asked for")
-        self.assertRegex(files["svg"].read_text(), r"(?s)^<svg .*>base_footprint<.*</svg>\n$")
+        self.assertRegex(files["svg"].read_text(), r"(?s)^<\?xml .*<svg .*>base_footprint<.*</svg>\n$")
         self.assertTrue(files["pdf"].read_bytes().startswith(b"%PDF-1."))
         self.assertIn('"odom" -> "base_footprint"', files["dot"].read_text())
         if shutil.which("pdftotext"):
@@ -174,6 +174,27 @@ class Tools(RunningRobotTest):
                 os.close(master)
                 self.assertIn("\033[K", text)
                 self.assertIn("/ekf" if command == "top" else "/odom", text)
+
+    def test_on_a_terminal_of_80_columns_no_line_is_cut_and_q_ends_it(self):
+        for command in ("streams", "top"):
+            with self.subTest(command=command):
+                master, slave = pty.openpty()
+                fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 60, 80, 0, 0))
+                before = termios.tcgetattr(slave)
+                program = subprocess.Popen([PROGRAM, command, "--interval", "0.2"], stdin=slave, stdout=slave, stderr=slave,
+                                           env=self.environment, start_new_session=True)  # fmt: skip
+                text = read_terminal(master, 20, lambda text: text.count("\033[H") >= 3)
+                os.write(master, b"xq")
+                self.assertEqual(program.wait(10 * SLOW), 0)
+                self.assertEqual(termios.tcgetattr(slave), before, "the terminal is as it was")
+                os.close(slave)
+                os.close(master)
+                shown = re.sub(r"\033\[[0-9;?]*[A-Za-z]", "", text.split("\033[H")[2])
+                lines = shown.replace("\r", "").split("\n")
+                self.assertLessEqual(max(map(len, lines)), 80)
+                for word in {"streams": ("AGE", "P99", "DROPPED"), "top": ("STATE", "MEAN", "MAX", "QUEUED")}[command]:
+                    self.assertIn(word, shown)
+                self.assertIn("(80 columns: without ", shown) if command == "streams" else None
 
     def test_answers_come_within_a_tenth_of_a_second(self):
         best = {}

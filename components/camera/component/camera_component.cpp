@@ -30,6 +30,7 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
     : LifecycleNode("camera", options), make_port_(std::move(make_port)), options_(declare_options(*this)) {
   declare_control_overrides();
   declare_frame_use(options_.camera_frame_id, "camera_frame_id");
+  if (options_.source != "pattern") declare_device_use(options_.video_device, "video_device");
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
   if (const auto file = check_calibration(options_.camera_info_url); !file) declare_problem(file.error());
   add_on_set_parameters_callback([this](const std::vector<Parameter>& parameters) { return set_controls(parameters); });

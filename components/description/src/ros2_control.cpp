@@ -61,6 +61,7 @@ class Reader {
     for (const auto* child = root.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
       const std::string_view tag = child->Name();
       if (tag == "joint") result_.joints.push_back(robot_joint(*child));
+      if (tag == "link") read_radius(*child);
       if (tag == "ros2_control") blocks_.push_back(child);
     }
     for (const XMLElement* const block : blocks_) result_.blocks.push_back(read_block(*block));
@@ -95,6 +96,21 @@ class Reader {
       joint.rpy_rad = three_numbers(attribute(*origin, "rpy"));
     }
     return joint;
+  }
+
+  void read_radius(const XMLElement& link) {
+    for (const char* const part : {"collision", "visual"}) {
+      const XMLElement* const body = link.FirstChildElement(part);
+      const XMLElement* const geometry = body == nullptr ? nullptr : body->FirstChildElement("geometry");
+      if (geometry == nullptr) continue;
+      for (const char* const shape : {"cylinder", "sphere"}) {
+        const XMLElement* const round = geometry->FirstChildElement(shape);
+        double radius_m = 0;
+        if (round == nullptr || round->QueryDoubleAttribute("radius", &radius_m) != tinyxml2::XML_SUCCESS) continue;
+        if (std::isfinite(radius_m) && radius_m > 0) result_.radii_m.emplace(attribute(link, "name"), radius_m);
+        return;
+      }
+    }
   }
 
   void warn_of_strangers(const XMLElement& element) {
@@ -262,6 +278,46 @@ Result<Wheels, Problem> wheels_of(const ControlDescription& description) {
     }
   }
   return wheels;
+}
+
+WheelLengths wheel_lengths_of(const ControlDescription& description, const Wheels& wheels) {
+  WheelLengths lengths;
+  std::vector<std::string> all = wheels.left;
+  all.insert(all.end(), wheels.right.begin(), wheels.right.end());
+  const auto is_wheel = [&](const ControlJoint& joint) { return std::ranges::find(all, joint.name) != all.end(); };
+  for (const ControlBlock& block : description.blocks) {
+    if (!std::ranges::any_of(block.joints, is_wheel)) continue;
+    for (const ControlParam& param : block.params) {
+      char* end = nullptr;
+      const double value_m = std::strtod(param.value.c_str(), &end);
+      if (param.value.empty() || *end != '\0' || !std::isfinite(value_m) || value_m <= 0) continue;
+      if (param.name == "wheel_separation") lengths.separation_m = value_m;
+      if (param.name == "wheel_radius") lengths.radius_m = value_m;
+    }
+  }
+  const auto mean_y = [&](const std::vector<std::string>& names) -> std::optional<double> {
+    double sum_m = 0;
+    for (const auto& name : names) {
+      const RobotJoint* const joint = description.joint(name);
+      const auto y_m = joint == nullptr ? std::nullopt : description.y_of(*joint);
+      if (!y_m) return std::nullopt;
+      sum_m += *y_m;
+    }
+    return names.empty() ? std::nullopt : std::optional{sum_m / static_cast<double>(names.size())};
+  };
+  const auto left_m = mean_y(wheels.left), right_m = mean_y(wheels.right);
+  constexpr double kLeast_m = 1e-3;  // joints without places stand in one point
+  if (!lengths.separation_m && left_m && right_m && *left_m - *right_m > kLeast_m)
+    lengths.separation_m = *left_m - *right_m;
+  std::optional<double> radius_m;
+  for (const auto& name : all) {
+    const RobotJoint* const joint = description.joint(name);
+    const auto found = joint == nullptr ? description.radii_m.end() : description.radii_m.find(joint->child);
+    if (found == description.radii_m.end() || (radius_m && *radius_m != found->second)) return lengths;
+    radius_m = found->second;
+  }
+  if (!lengths.radius_m) lengths.radius_m = radius_m;
+  return lengths;
 }
 
 }  // namespace nacelle::description

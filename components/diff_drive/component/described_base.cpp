@@ -62,6 +62,7 @@ class Reading {
 
   DescribedBase read() {
     take_wheels();
+    take_lengths();
     for (const ControlBlock& block : description_.blocks) {
       if (!has_a_wheel(block)) continue;
       take_plugin(block);
@@ -83,6 +84,14 @@ class Reading {
     if (wheels->left.empty() && wheels->right.empty()) return;  // blocks of an arm, or none at all
     base_.defaults.left_wheel_names = std::move(wheels->left);
     base_.defaults.right_wheel_names = std::move(wheels->right);
+  }
+
+  void take_lengths() {
+    const auto lengths = description::wheel_lengths_of(
+        description_, {given_.left_wheels ? *given_.left_wheels : base_.defaults.left_wheel_names,
+                       given_.right_wheels ? *given_.right_wheels : base_.defaults.right_wheel_names});
+    base_.defaults.wheel_separation_m = lengths.separation_m.value_or(base_.defaults.wheel_separation_m);
+    base_.defaults.wheel_radius_m = lengths.radius_m.value_or(base_.defaults.wheel_radius_m);
   }
 
   [[nodiscard]] bool is_wheel(const std::string& joint) const {

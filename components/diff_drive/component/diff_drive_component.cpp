@@ -84,6 +84,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   for (const auto& problem : described_.problems) declare_problem(problem);
   for (const auto& warning : described_.warnings) declare_warning(warning);
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
+  if (options_.hardware == "waveshare") declare_device_use(options_.serial_port, "serial_port");
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
   if (get<bool>("publish_limited_velocity")) {

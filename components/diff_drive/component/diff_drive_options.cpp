@@ -188,8 +188,7 @@ std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, cons
   }
   if (options.hardware != "waveshare") return std::nullopt;
   if (options.serial_port.empty()) {
-    return Problem{fmt::format("node {}, parameter serial_port", node), "no path",
-                   "see `ls /dev/serial/by-id`, or start with sim:=true"};
+    return Problem{fmt::format("node {}, parameter serial_port", node), "no path", "see `ls -l /dev/serial/by-id`"};
   }
   if (options.baud_rate <= 0 || options.baud_rate > 10'000'000 ||
       !io::is_standard_baud(static_cast<unsigned>(options.baud_rate))) {

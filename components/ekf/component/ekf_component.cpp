@@ -39,6 +39,11 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
   for (const auto& [name, input] : parameters_of_absent_inputs(*this))
     declare_problem({"parameter " + name, fmt::format("parameter '{}' belongs to {}, which is not given", name, input),
                      "give " + input + " its topic, or leave it out"});
+  for (const auto& input : inputs_without_config(*this))
+    declare_problem({"parameter " + input, fmt::format("'{0}' has no '{0}_config': nothing of it is fused", input),
+                     fmt::format("give {}_config 15 booleans (x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, "
+                                 "ax ay az), or leave the input out",
+                                 input)});
   buffer_ =
       shared_object<spatial::TransformBuffer>(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer);
   skews_ = shared_object<ClockSkews>(kClockSkewsName, &make_clock_skews);

@@ -92,6 +92,16 @@ std::vector<std::string> inputs_behind_a_gap(const Node& node) {
   return behind;
 }
 
+std::vector<std::string> inputs_without_config(const Node& node) {
+  std::vector<std::string> found;
+  const auto& given = node.parameters().overrides();
+  for (NamedInput& input : named_inputs(node)) {
+    if (given.count(input.name) != 0 && given.count(input.name + "_config") == 0)
+      found.push_back(std::move(input.name));
+  }
+  return found;
+}
+
 std::vector<std::pair<std::string, std::string>> parameters_of_absent_inputs(const Node& node) {
   std::vector<std::pair<std::string, std::string>> found;
   for (const std::string& name : node.parameters().unused_overrides()) {

@@ -22,6 +22,8 @@ struct NamedInput {
 /// What is behind the last gap in a numbering ("odom2" without "odom1"): misspelt, most likely.
 [[nodiscard]] std::vector<std::string> inputs_behind_a_gap(const Node& node);
 
+/// Inputs that are given without saying what to fuse of them ("imu0" without "imu0_config").
+[[nodiscard]] std::vector<std::string> inputs_without_config(const Node& node);
 /// Parameters of inputs that are not given ("imu0_config" without "imu0"), each with its input's name.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> parameters_of_absent_inputs(const Node& node);
 

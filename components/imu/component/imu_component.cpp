@@ -41,6 +41,7 @@ ImuComponent::ImuComponent(const NodeOptions& options, OpenLine open_line)
     : LifecycleNode("imu", options), open_line_(std::move(open_line)) {
   declare_imu_parameters(*this);
   declare_frame_use(frame_name(*this, "frame_id"), "frame_id");
+  declare_device_use(get<std::string>("port"), "port");
   if (const auto read = read_imu_parameters(*this); !read) declare_problem(read.error());
   const QoS qos = QoS(10).best_effort();
   publishers_.raw = create_publisher<sensor_msgs::msg::Imu>("imu/data_raw", qos);

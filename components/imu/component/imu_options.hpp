@@ -14,7 +14,7 @@ namespace nacelle::imu {
 
 /// The parameters of the component.
 struct ImuOptions {
-  std::string port = "/dev/ttyUSB0";
+  std::string port = "/dev/ttyUSB1";  // the LiDAR's default is ttyUSB0
   unsigned baudrate = 115200;
   std::string frame_id = "imu_link";
   double rate_hz = 100.0;

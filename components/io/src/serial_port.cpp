@@ -87,7 +87,7 @@ Problem explain(const SerialSettings& settings, OpenFault fault, Duration patien
   } else if (fault.os_code == ENOENT || fault.os_code == ENXIO || fault.os_code == ENODEV || fault.os_code == ENOTDIR) {
     problem.what = "no such device";
     if (patience > Duration::zero()) problem.what += fmt::format(" (waited {:.1f} s for it)", to_seconds(patience));
-    problem.way_out = "is it plugged in? `ls -l /dev/serial/by-id` lists what is; sim:=true drives a simulated robot";
+    problem.way_out = "is it plugged in? `ls -l /dev/serial/by-id` lists what is";
   } else if (fault.os_code == EACCES || fault.os_code == EPERM) {
     problem.what = "no right to open it";
     problem.way_out = "`sudo usermod -aG dialout $USER`, then log in again";

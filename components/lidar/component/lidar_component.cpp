@@ -33,6 +33,7 @@ LidarComponent::LidarComponent(const NodeOptions& options, OpenLine open_line)
     : LifecycleNode("lidar", options), open_line_(std::move(open_line)) {
   declare_lidar_parameters(*this);
   declare_frame_use(frame_name(*this, "frame_id"), "frame_id");
+  declare_device_use(get<std::string>("port_name"), "port_name");
   if (const auto read = read_lidar_parameters(*this); !read) declare_problem(read.error());
   publisher_ = create_publisher<sensor_msgs::msg::LaserScan>(get<std::string>("topic_name"), QoS(5).best_effort());
 }

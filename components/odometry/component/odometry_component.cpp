@@ -7,6 +7,7 @@
 #include "nacelle/node/frame_name.hpp"
 #include "nacelle/qos/presets.hpp"
 #include "nacelle/spatial/rotation.hpp"
+#include "odometry/component/described_wheels.hpp"
 
 namespace nacelle::odometry {
 namespace {
@@ -25,7 +26,9 @@ void write_rotation(double yaw_rad, geometry_msgs::msg::Quaternion& out) {
 }  // namespace
 
 OdometryComponent::OdometryComponent(const NodeOptions& options) : LifecycleNode("odometry", options) {
-  declare_odometry_parameters(*this);
+  const DescribedWheels described = read_described_wheels(*this);
+  for (const auto& problem : described.problems) declare_problem(problem);
+  declare_odometry_parameters(*this, described.defaults);
   odometry_ = create_publisher<nav_msgs::msg::Odometry>("odom", QoS(10));
   transforms_ = create_publisher<tf2_msgs::msg::TFMessage>("/tf", DynamicTransformQoS());
   // Best effort reads from either kind of publisher, as robot_state_publisher does.

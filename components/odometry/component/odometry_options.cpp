@@ -65,8 +65,7 @@ Result<OdometryOptions, Problem> validated(OdometryOptions o) {
   return o;
 }
 
-void declare_odometry_parameters(Node& node) {
-  const OdometryOptions d;
+void declare_odometry_parameters(Node& node, const OdometryOptions& d) {
   const auto say = [](const char* text) { return ParameterDescriptor{.description = text, .read_only = true}; };
   node.declare_parameter("left_wheel_names", d.left_wheel_names, say("Joints of the left wheels; their mean counts."));
   node.declare_parameter("right_wheel_names", d.right_wheel_names, say("Joints of the right wheels."));

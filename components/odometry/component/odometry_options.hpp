@@ -36,7 +36,7 @@ struct OdometryOptions {
 /// Errors: one sentence about the first parameter that is wrong.
 [[nodiscard]] Result<OdometryOptions, Problem> validated(OdometryOptions options);
 
-void declare_odometry_parameters(Node& node);
+void declare_odometry_parameters(Node& node, const OdometryOptions& defaults = {});
 /// Errors: as validated().
 [[nodiscard]] Result<OdometryOptions, Problem> read_odometry_parameters(const Node& node);
 

@@ -313,10 +313,12 @@ Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock&
   const io::Descriptor directory{::open(options.directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   if (!directory.is_open()) {
     return err(Problem{options.directory, fmt::format("cannot be used ({})", std::strerror(errno)),
-                       "choose another with --dir"});
+                       "choose another folder: sim_dir:=FOLDER of a launch file, --dir FOLDER of `nacelle sim world`"});
   }
   if (::flock(directory.number(), LOCK_EX | LOCK_NB) != 0) {
-    return err(Problem{options.directory, "another world runs here", "end it, or choose another directory with --dir"});
+    return err(Problem{
+        options.directory, "another world runs here",
+        "end it, or choose another folder: sim_dir:=FOLDER of a launch file, --dir FOLDER of `nacelle sim world`"});
   }
   const std::string ready_path = options.directory + "/ready";
   ::unlink(ready_path.c_str());  // of a world that was killed

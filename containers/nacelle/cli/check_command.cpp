@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
+#include "nacelle/drawing/graphviz.hpp"
 #include "nacelle/launch/parameter_value.hpp"
 #include "nacelle/proof/drawing.hpp"
 #include "program.hpp"
@@ -49,10 +49,6 @@ int answer(const CheckWish& wish, const std::vector<proof::Finding>& findings, s
   return failed ? kFailed : kDone;
 }
 
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 /// Red are the ends of pairs that cannot talk.
 Result<void, Problem> write_graph(const std::string& path, runtime::Container& container) {
   std::vector<std::string> bad;
@@ -60,17 +56,15 @@ Result<void, Problem> write_graph(const std::string& path, runtime::Container& c
     bad.push_back(clash.topic + " " + clash.writer_node);
     bad.push_back(clash.topic + " " + clash.reader_node);
   }
-  const proof::Drawing drawing = proof::draw(proof::endpoints_of(container.graph()), bad);
-  std::ofstream file{path, std::ios::trunc};
-  file << (ends_with(path, ".svg") ? proof::to_svg(drawing) : proof::to_dot(drawing));
-  file.flush();
-  if (!file) return err(Problem{path, "the drawing cannot be written", "is the folder there, and yours?"});
+  auto told = drawing::write_drawing(path, proof::to_dot(proof::endpoints_of(container.graph()), bad));
+  if (!told) return err(told.error());
+  if (!told.value().empty()) std::fprintf(stderr, "nacelle: %s\n", told.value().c_str());
   return {};
 }
 
 int check_launch_file(const CheckWish& wish) {
-  if (!wish.graph.empty() && !ends_with(wish.graph, ".svg") && !ends_with(wish.graph, ".dot")) {
-    complain({"--graph " + wish.graph, "is neither an .svg nor a .dot file", "name it so, e.g. robot.svg"});
+  if (!wish.graph.empty() && !drawing::drawing_format(wish.graph)) {
+    complain({"--graph " + wish.graph, "is no .svg, .pdf, .png or .dot file", "name it so, e.g. robot.svg"});
     return kUsage;
   }
   const auto arguments = parse_or_complain(wish.arguments);
@@ -154,7 +148,9 @@ void add_check_commands(Command& root) {
   check.option("launch_file", wish->file, "a .launch.yaml or .launch.xml file").required().names_a(Names::File);
   check.option("arguments", wish->arguments, "name:=value for its arguments");
   check.flag("--json", wish->as_json, "print one JSON object: verdict, findings");
-  check.option("--graph", wish->graph, "draw the pipeline with the QoS on its edges, to FILE.svg or FILE.dot")
+  check
+      .option("--graph", wish->graph,
+              "draw the pipeline with each end's QoS, to FILE.svg, .pdf, .png (by Graphviz) or .dot")
       .names_a(Names::File);
   check.note(
       "Makes every component, which declares what it needs and touches no hardware, and looks at types, quality of\n"

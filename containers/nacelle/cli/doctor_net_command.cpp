@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -110,15 +111,23 @@ std::string words_of_container(const json& container) {
   return text;
 }
 
-// "two of /lidar: also in nacelle (process 77 on laptop)"
-std::string words_of_namesake(const json& other) {
-  const auto said = [&](const char* key, const char* otherwise) {
-    const auto text = other[key].get<std::string>();
-    return text.empty() ? std::string(otherwise) : text;
-  };
-  return fmt::format("two of {}: also in {} (process {} on {}); put one into a namespace or another ROS_DOMAIN_ID",
-                     other["node"].get<std::string>(), said("process", "a program that does not say its name"),
-                     said("pid", "?"), said("host", "a host that does not say its name"));
+// "two of /ekf, /lidar: also in nacelle (process 77 on laptop)": a line for each other program, a second robot has all names.
+std::vector<std::string> words_of_namesakes(const json& others) {
+  std::map<std::string, std::vector<std::string>> nodes_of;
+  for (const auto& other : others) {
+    const auto said = [&](const char* key, const char* otherwise) {
+      const auto text = other[key].get<std::string>();
+      return text.empty() ? std::string(otherwise) : text;
+    };
+    nodes_of[fmt::format("{} (process {} on {})", said("process", "a program that does not say its name"),
+                         said("pid", "?"), said("host", "a host that does not say its name"))]
+        .push_back(other["node"].get<std::string>());
+  }
+  std::vector<std::string> lines;
+  for (const auto& [program, nodes] : nodes_of)
+    lines.push_back(
+        fmt::format("two of {}: also in {}; put one into a namespace or another ROS_DOMAIN_ID", join(nodes), program));
+  return lines;
 }
 
 void print(const json& net) {
@@ -132,7 +141,7 @@ void print(const json& net) {
   for (const auto& container : net["containers"]) row("container", words_of_container(container));
   for (const auto& container : net["containers"]) {
     const auto rows_of = [&](const char* key) { return container.value(key, json::array()); };
-    for (const auto& other : rows_of("namesakes")) row("node", words_of_namesake(other));
+    for (const auto& line : words_of_namesakes(rows_of("namesakes"))) row("node", line);
     for (const auto& skew : rows_of("clock_skews"))
       row("clock", container["name"].get<std::string>() + ": " + skew["text"].get<std::string>() +
                        "; synchronise both (chrony, or timedatectl set-ntp true)");

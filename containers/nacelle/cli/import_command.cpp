@@ -80,8 +80,8 @@ void add_import_command(Command& root) {
   Command& command = root.add("import", "make a parameter file of ones written for ROS 2 drivers");
   command
       .option("files", wish->files,
-              "parameter files of diff_drive_controller and ros2_control, robot_localization,\n"
-              "teleop_twist_joy, v4l2_camera, usb_cam or an LD06 driver")
+              "parameter files of diff_drive_controller and ros2_control, twist_mux,\n"
+              "robot_localization, teleop_twist_joy, v4l2_camera, usb_cam or an LD06 driver")
       .required()
       .names_a(Names::File);
   command.option("-o,--output", wish->output, "write the parameters to this file instead of to stdout")
@@ -91,7 +91,7 @@ void add_import_command(Command& root) {
       "What became of each key goes to stderr, a line each: kept, translated, dropped, doubted, or added (ROS's "
       "default\n"
       "where Nacelle's is another). A doubted one needs a person; where it is written at all, it may be as a comment.\n"
-      "Exit codes: 0 done, 1 a file is no parameter file, 2 wrong usage.");
+      "Exit codes: 0 done, 1 a file is no parameter file or holds no known driver, 2 wrong usage.");
   command.runs([wish] { return run(*wish); });
 }
 

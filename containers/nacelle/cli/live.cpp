@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
 
 #include "output.hpp"
@@ -40,12 +41,44 @@ void LiveText::add(const std::string& text) {
   is_lost_ = !flush_output();
 }
 
-bool LiveText::wait(Duration limit, int descriptor) const {
+std::size_t LiveText::columns() const {
+  if (!on_terminal_) return 0;
+  winsize size{};
+  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+void LiveText::end_on_q() {
+  if (!on_terminal_) return;
+  keys_.emplace();
+  if (!keys_->is_on()) keys_.reset();
+}
+
+bool LiveText::wait(Duration limit, int descriptor) {
   if (is_lost_) return false;
-  std::array<pollfd, 2> waits{pollfd{stop_.descriptor(), POLLIN, 0}, pollfd{descriptor, POLLIN, 0}};
-  const auto milliseconds = std::max<Duration::rep>(0, (limit + 999us) / 1ms);
-  ::poll(waits.data(), waits.size(), static_cast<int>(milliseconds));
+  const SystemClock clock;
+  const MonotonicTime until = clock.now() + limit;
+  do {
+    std::array<pollfd, 3> waits{pollfd{stop_.descriptor(), POLLIN, 0}, pollfd{descriptor, POLLIN, 0},
+                                pollfd{keys_ ? STDIN_FILENO : -1, POLLIN, 0}};
+    const auto milliseconds = std::max<Duration::rep>(0, (until - clock.now() + 999us) / 1ms);
+    ::poll(waits.data(), waits.size(), static_cast<int>(milliseconds));
+    if (waits[2].revents != 0) {
+      read_keys();
+      continue;  // another key changes nothing
+    }
+    break;
+  } while (!is_to_end() && clock.now() < until);
   return !is_to_end();
+}
+
+void LiveText::read_keys() {
+  std::array<char, 64> typed{};
+  const ssize_t got = ::read(STDIN_FILENO, typed.data(), typed.size());
+  if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) keys_.reset();  // the terminal is gone
+  for (ssize_t i = 0; i < got; ++i) {
+    const char key = typed[static_cast<std::size_t>(i)];
+    has_typed_q_ = has_typed_q_ || key == 'q' || key == 'Q';
+  }
 }
 
 std::string fit_to_terminal(const std::string& text, std::size_t rows, std::size_t columns) {

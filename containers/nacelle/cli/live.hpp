@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 
 #include "nacelle/base/time.hpp"
+#include "nacelle/session/key_mode.hpp"
 #include "nacelle/session/stop_signal.hpp"
 
 namespace nacelle::cli {
@@ -19,17 +22,24 @@ class LiveText {
   ~LiveText();
 
   [[nodiscard]] bool is_on_terminal() const { return on_terminal_; }
+  /// The terminal's width in characters; 0: the text goes elsewhere, and may be as wide as it is.
+  [[nodiscard]] std::size_t columns() const;
+  /// Ends it when the user presses q, too, if stdin and stdout are a terminal.
+  void end_on_q();
   /// Lines beyond the terminal's height and letters beyond its width are left out while it is redrawn.
   void show(const std::string& text);
   /// A text that stays, below the last one.
   void add(const std::string& text);
   /// False when somebody wants it to end, or nobody takes what is shown any more. `descriptor`: returns early when it is readable; -1: none.
-  [[nodiscard]] bool wait(Duration limit, int descriptor = -1) const;
-  [[nodiscard]] bool is_to_end() const { return stop_.is_raised() || is_lost_; }
+  [[nodiscard]] bool wait(Duration limit, int descriptor = -1);
+  [[nodiscard]] bool is_to_end() const { return stop_.is_raised() || is_lost_ || has_typed_q_; }
 
  private:
   session::StopSignal stop_;
-  bool on_terminal_, begun_ = false, is_lost_ = false;
+  void read_keys();
+
+  std::optional<session::KeyMode> keys_;
+  bool on_terminal_, begun_ = false, is_lost_ = false, has_typed_q_ = false;
 };
 
 /// The text cut to so many lines of so many letters (of UTF-8), each line with what clears the rest of it. Pure.

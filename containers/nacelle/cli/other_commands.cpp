@@ -44,7 +44,7 @@ int run_teleop_command(TeleopWish& wish) {
   wish.settings.frame.insert(0, names.value()["frame_prefix"].get<std::string>());
   wish.settings.stamped = !wish.twist;
   const SystemClock clock;
-  return teleop::run_teleop(client.value(), wish.settings, stop, clock);
+  return teleop::run_teleop(client.value(), asking.value(), wish.settings, stop, clock);
 }
 
 struct WorldWish {
@@ -78,7 +78,7 @@ Result<std::string, Problem> running_world() {
   if (found.size() == 1) return found.front();
   if (found.empty()) {
     return err(Problem{base, "no simulated world runs there",
-                       "start one (nacelle drive --stay), or name its folder with --dir"});
+                       "start one (`nacelle drive --stay`), or name its folder with --dir: the launch file's sim_dir"});
   }
   std::ranges::sort(found);
   return err(Problem{base, "more than one simulated world is there",

@@ -8,7 +8,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 
+#include "nacelle/control/other_users.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/qos/profiles.hpp"
 
@@ -62,6 +65,18 @@ std::string first_existing(const std::vector<fs::path>& candidates) {
     if (fs::exists(candidate, ignored)) return candidate.string();
   }
   return {};
+}
+
+/// Packages of ROS's form: those with a package.xml.
+std::vector<std::string> packages_in(const std::vector<std::string>& prefixes) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& prefix : prefixes) {
+    for (const auto& entry : fs::directory_iterator(fs::path{prefix} / "share", ignored)) {
+      if (fs::exists(entry.path() / "package.xml", ignored)) names.push_back(entry.path().filename().string());
+    }
+  }
+  return names;
 }
 
 }  // namespace
@@ -120,6 +135,8 @@ launch::Environment launch_environment(const session::ProgramPlaces& places) {
     if (found.empty()) return std::nullopt;
     return found;
   };
+  environment.packages = packages_in(places.prefixes);
+  if (!source.empty()) environment.packages.emplace_back("nacelle_launch");
   std::vector<fs::path> profiles{prefix() / "share/nacelle_qos/profiles/robot.yaml"};
   if (!source.empty()) profiles.push_back(source / "qos_profiles/profiles/robot.yaml");
   if (const std::string file = first_existing(profiles); !file.empty()) {
@@ -153,7 +170,14 @@ Result<control::Client, int> connect(const std::string& container_option) {
   auto found =
       control::choose_container(control::running_containers(control::socket_places_from_environment()), wanted);
   if (!found) {
-    complain(found.error().problem);
+    Problem problem = found.error().problem;
+    if (found.error().fault == control::ChoiceFault::NoContainer) {
+      std::ostringstream sockets;
+      sockets << std::ifstream{"/proc/net/unix"}.rdbuf();
+      const auto others = control::containers_of_others(sockets.str(), ::geteuid());
+      if (!others.empty()) problem = control::problem_of_others(others);
+    }
+    complain(problem);
     return err(found.error().fault == control::ChoiceFault::NoContainer ? kNoContainer : kUsage);
   }
   auto client = control::Client::connect(found.value().path);

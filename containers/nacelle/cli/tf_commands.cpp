@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include "commands.hpp"
 #include "live.hpp"
 #include "nacelle/drawing/frame_tree.hpp"
+#include "nacelle/drawing/graphviz.hpp"
 #include "nacelle/report/frame_delays.hpp"
 #include "nacelle/spatial/rigid_transform.hpp"
 #include "program.hpp"
@@ -38,13 +38,20 @@ std::vector<drawing::FrameEdge> edges_of(const json& frames) {
   return edges;
 }
 
-int write_drawing(const std::string& path, const Result<std::string, Problem>& drawing) {
+int draw_tree(const std::string& path, const std::string& dot_text) {
   if (path.empty()) return kDone;
-  if (!drawing) return complain(drawing.error());
-  std::ofstream file{path, std::ios::binary | std::ios::trunc};
-  file << drawing.value();
-  file.flush();
-  return file ? kDone : complain({path, "the drawing cannot be written", "is the folder there, and yours?"});
+  const auto told = drawing::write_drawing(path, dot_text);
+  if (!told) return complain(told.error());
+  if (!told.value().empty()) std::fprintf(stderr, "nacelle: %s\n", told.value().c_str());
+  return kDone;
+}
+
+/// What the option's file has to be called, so that the option and the name ask for one format.
+bool is_named_for(const std::string& path, const char* format) {
+  if (path.empty() || drawing::drawing_format(path) == format) return true;
+  complain({"--" + std::string{format} + " " + path, "is no ." + std::string{format} + " file",
+            "name it so, e.g. tree." + std::string{format}});
+  return false;
 }
 
 /// A line for each machine whose stamps do not fit ours, with what it sends.
@@ -60,15 +67,15 @@ std::string skews_text(const json& frames) {
 }
 
 int tree(const TfWish& wish) {
+  if (!is_named_for(wish.svg, "svg") || !is_named_for(wish.pdf, "pdf") || !is_named_for(wish.dot, "dot")) return kUsage;
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto reply = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
   if (!reply) return complain(reply.error());
   const auto edges = edges_of(reply.value()["frames"]);
+  const std::string dot_text = drawing::tree_dot(edges);
   int worst = kDone;
-  if (!wish.svg.empty()) worst = std::max(worst, write_drawing(wish.svg, drawing::tree_svg(edges)));
-  if (!wish.pdf.empty()) worst = std::max(worst, write_drawing(wish.pdf, drawing::tree_pdf(edges)));
-  if (!wish.dot.empty()) worst = std::max(worst, write_drawing(wish.dot, drawing::tree_dot(edges)));
+  for (const auto* const path : {&wish.svg, &wish.pdf, &wish.dot}) worst = std::max(worst, draw_tree(*path, dot_text));
   if (wish.as_json) {
     std::printf("%s\n", json{{"frames", reply.value()["frames"]}}.dump().c_str());
   } else if (wish.svg.empty() && wish.pdf.empty() && wish.dot.empty()) {
@@ -166,7 +173,8 @@ Result<Watched, Problem> watched_by(const std::vector<std::string>& wanted, cons
     const std::string child = row["child"];
     const bool is_shown = wanted.empty() || std::find(shown.begin(), shown.end(), child) != shown.end();
     // The chain's topmost frame hangs from one that is not of the chain.
-    const bool leaves_chain = wanted.size() == 2 && std::find(shown.begin(), shown.end(), row["parent"].get<std::string>()) == shown.end();
+    const bool leaves_chain =
+        wanted.size() == 2 && std::find(shown.begin(), shown.end(), row["parent"].get<std::string>()) == shown.end();
     if (is_shown && !leaves_chain) watched.frames.push_back(child);
   }
   return watched;
@@ -286,9 +294,9 @@ void add_tf_commands(Command& root) {
       root.add("tf", "the tree of frames of a running container: who broadcasts what, how often, how late");
 
   Command& tree_command = group.add("tree", "every frame with the owner, rate and age of its transform");
-  tree_command.option("--svg", wish->svg, "draw it").value("FILE").names_a(Names::File);
-  tree_command.option("--pdf", wish->pdf, "draw it").value("FILE").names_a(Names::File);
-  tree_command.option("--dot", wish->dot, "write it for graphviz").value("FILE").names_a(Names::File);
+  tree_command.option("--svg", wish->svg, "draw it with Graphviz").value("FILE").names_a(Names::File);
+  tree_command.option("--pdf", wish->pdf, "draw it with Graphviz").value("FILE").names_a(Names::File);
+  tree_command.option("--dot", wish->dot, "write it in Graphviz's language").value("FILE").names_a(Names::File);
   add_common_options(tree_command, wish->container, wish->as_json);
   tree_command.note("Red in a drawing: a transform that is older than a second.");
   tree_command.runs([wish] { return tree(*wish); });

@@ -24,12 +24,13 @@ struct WatchWish {
 /// What a command shows of two answers to "figures".
 struct View {
   json (*between)(const json& before, const json& after);
-  std::string (*text)(const json& table);
+  std::string (*text)(const json& table, std::size_t width);
 };
 
-/// Live on a terminal, else one table.
+/// Live on a terminal until Ctrl-C or q, else one table.
 int watch(const WatchWish& wish, const View& view) {
   LiveText live;
+  live.end_on_q();
   auto client = connect(wish.container);
   if (!client) return client.error();
   auto before = client.value().call({{"verb", "figures"}}, kAnswerLimit);
@@ -41,7 +42,7 @@ int watch(const WatchWish& wish, const View& view) {
     if (wish.as_json) {
       live.add(table.dump() + "\n");
     } else {
-      live.show(view.text(table));
+      live.show(view.text(table, live.columns()));
     }
     if (wish.once || !live.is_on_terminal()) break;
     before = std::move(after);

@@ -9,10 +9,12 @@
 #include <map>
 #include <set>
 
+#include "nacelle/drawing/graphviz.hpp"
+
 namespace nacelle::drawing {
 namespace {
 
-constexpr double kStale_s = 1.0;  // older than this an edge is drawn red: whoever owns it has fallen silent
+constexpr double kStale_s = 1.0;  // an edge that is older is drawn red: its owner has fallen silent
 
 bool is_stale(const FrameEdge& edge) { return !edge.is_static && std::abs(edge.age_s) > kStale_s; }
 
@@ -54,89 +56,6 @@ std::vector<Twig> forest_of(const std::vector<FrameEdge>& edges) {
     if (seen.count(name) == 0) grow(name, nullptr, 0);  // a circle
   }
   return twigs;
-}
-
-constexpr double kMargin = 16, kHigh = 26, kGap = 14, kAcross = 90;
-
-/// Roots on the left; a frame stands at the middle of its children.
-struct Layout {
-  std::vector<Twig> twigs;
-  std::vector<Point> corners;
-  std::vector<double> widths;
-  double width = 0, height = 0;
-
-  explicit Layout(const std::vector<FrameEdge>& edges)
-      : twigs(forest_of(edges)), corners(twigs.size()), widths(twigs.size()) {
-    std::map<std::size_t, double> column_widths;
-    for (std::size_t i = 0; i < twigs.size(); ++i) {
-      widths[i] = width_of(name_spans(twigs[i]));
-      if (twigs[i].edge != nullptr) widths[i] = std::max(widths[i], width_of(detail_spans(*twigs[i].edge)));
-      widths[i] += 20;
-      double& column = column_widths[twigs[i].depth];
-      column = std::max(column, widths[i]);
-    }
-    std::map<std::size_t, double> lefts;
-    double x = kMargin;
-    for (const auto& [depth, wide] : column_widths) {
-      lefts[depth] = x;
-      x += wide + kAcross;
-    }
-    width = twigs.empty() ? 2 * kMargin : x - kAcross + kMargin;
-    double y = kMargin;
-    for (std::size_t i = 0; i < twigs.size(); ++i) {
-      if (twigs[i].depth == 0) place(i, y);
-    }
-    for (std::size_t i = 0; i < twigs.size(); ++i) corners[i].x = lefts[twigs[i].depth];
-    height = y + kMargin;
-  }
-
-  static double high(const Twig& twig) { return twig.edge == nullptr ? kHigh : kHigh + 14; }
-  static std::vector<Span> name_spans(const Twig& twig) { return {{twig.name, 12, true, Ink::Black}}; }
-  static std::vector<Span> detail_spans(const FrameEdge& edge) {
-    return {{describe(edge), 9, false, is_stale(edge) ? Ink::Red : Ink::Grey}};
-  }
-
- private:
-  void place(std::size_t i, double& y) {
-    if (twigs[i].children.empty()) {
-      corners[i].y = y;
-      y += high(twigs[i]) + kGap;
-      return;
-    }
-    for (const std::size_t child : twigs[i].children) place(child, y);
-    const auto middle = [&](std::size_t of) { return corners[of].y + high(twigs[of]) / 2; };
-    corners[i].y = (middle(twigs[i].children.front()) + middle(twigs[i].children.back())) / 2 - high(twigs[i]) / 2;
-  }
-};
-
-Result<std::string, Problem> draw(const Layout& layout, Canvas& canvas) {
-  const auto& twigs = layout.twigs;
-  for (std::size_t i = 0; i < twigs.size(); ++i) {
-    const Point corner = layout.corners[i];
-    for (const std::size_t child : twigs[i].children) {
-      const Point to = layout.corners[child];
-      canvas.curve({corner.x + layout.widths[i], corner.y + Layout::high(twigs[i]) / 2},
-                   {to.x, to.y + Layout::high(twigs[child]) / 2}, is_stale(*twigs[child].edge) ? Ink::Red : Ink::Grey);
-    }
-  }
-  for (std::size_t i = 0; i < twigs.size(); ++i) {
-    const Point corner = layout.corners[i];
-    const double middle = corner.x + layout.widths[i] / 2;
-    canvas.box(corner, layout.widths[i], Layout::high(twigs[i]));
-    canvas.text({middle, corner.y + 17}, Anchor::Middle, Layout::name_spans(twigs[i]));
-    if (twigs[i].edge != nullptr)
-      canvas.text({middle, corner.y + 32}, Anchor::Middle, Layout::detail_spans(*twigs[i].edge));
-  }
-  return canvas.finish();
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + "\"";
 }
 
 }  // namespace
@@ -186,22 +105,12 @@ std::string tree_text(const std::vector<FrameEdge>& edges) {
 std::string tree_dot(const std::vector<FrameEdge>& edges) {
   std::string out = "digraph frames {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\"];\n";
   for (const Twig& twig : forest_of(edges)) {
-    out += fmt::format("  {};\n", quoted(twig.name));
+    out += fmt::format("  {};\n", dot_quoted(twig.name));
     if (twig.edge == nullptr) continue;
-    out += fmt::format("  {} -> {} [label={}{}];\n", quoted(twig.edge->parent), quoted(twig.name),
-                       quoted(describe(*twig.edge)), is_stale(*twig.edge) ? ", color=red, fontcolor=red" : "");
+    out += fmt::format("  {} -> {} [label={}{}];\n", dot_quoted(twig.edge->parent), dot_quoted(twig.name),
+                       dot_quoted(describe(*twig.edge)), is_stale(*twig.edge) ? ", color=red, fontcolor=red" : "");
   }
   return out + "}\n";
-}
-
-Result<std::string, Problem> tree_svg(const std::vector<FrameEdge>& edges) {
-  const Layout layout{edges};
-  return draw(layout, *make_svg_canvas(layout.width, layout.height));
-}
-
-Result<std::string, Problem> tree_pdf(const std::vector<FrameEdge>& edges) {
-  const Layout layout{edges};
-  return draw(layout, *make_pdf_canvas(layout.width, layout.height));
 }
 
 }  // namespace nacelle::drawing

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
-
-#include "nacelle/drawing/canvas.hpp"
 
 namespace nacelle::drawing {
 
@@ -27,9 +24,7 @@ struct FrameEdge {
 
 /// With lines of box characters, for a terminal.
 [[nodiscard]] std::string tree_text(const std::vector<FrameEdge>& edges);
-/// For graphviz.
+/// In the DOT language, for write_drawing().
 [[nodiscard]] std::string tree_dot(const std::vector<FrameEdge>& edges);
-[[nodiscard]] Result<std::string, Problem> tree_svg(const std::vector<FrameEdge>& edges);
-[[nodiscard]] Result<std::string, Problem> tree_pdf(const std::vector<FrameEdge>& edges);
 
 }  // namespace nacelle::drawing

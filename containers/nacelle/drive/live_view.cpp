@@ -68,10 +68,17 @@ double RateMeter::hz(const std::string& stream) const {
 void LiveView::show(const nlohmann::json& stats, const std::string& activity, MonotonicTime now) {
   for (const auto& stream : stats["streams"]) rates_.note(key_of(stream), stream["published"], now);
   if (on_terminal_) {
-    // Neither wrapped nor scrolled, or the way back up would be another one.
-    std::string text = "\033[?7l" + first_lines(block(stats, activity, now), terminal_rows() - 1) + "\033[?7h";
-    if (lines_shown_ > 0) text = fmt::format("\033[{}F\033[J", lines_shown_) + text;
-    lines_shown_ = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+    // Neither wrapped nor scrolled, or the way back up would be another one. Each line clears its own rest: terminals keep what
+    // an erasure from the first line of the screen takes away in their scrollback.
+    const std::string lines = first_lines(block(stats, activity, now), terminal_rows() - 1);
+    std::string text = "\033[?7l";
+    if (lines_shown_ > 0) text += fmt::format("\033[{}F", lines_shown_);
+    for (const char c : lines) {
+      if (c == '\n') text += "\033[K";
+      text += c;
+    }
+    text += "\033[J\033[?7h";  // what a longer block left below
+    lines_shown_ = static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
     std::fwrite(text.data(), 1, text.size(), stdout);
   } else {
     const std::string phase = stats.value("phase", "");
@@ -86,7 +93,13 @@ void LiveView::show(const nlohmann::json& stats, const std::string& activity, Mo
 }
 
 void LiveView::clear() {
-  if (on_terminal_ && lines_shown_ > 0) std::printf("\033[%zuF\033[J", lines_shown_);
+  if (on_terminal_ && lines_shown_ > 0) {
+    const std::string up = fmt::format("\033[{}F", lines_shown_);
+    std::string text = up;
+    for (std::size_t i = 0; i < lines_shown_; ++i) text += "\033[K\n";
+    text += up;
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  }
   lines_shown_ = 0;
   std::fflush(stdout);
 }

@@ -8,29 +8,11 @@
 
 namespace nacelle::proof {
 
-/// The pipeline as nodes and topics, with the QoS of each end on its edge. Ends that do not fit (`bad` holds
-/// "topic node") are red.
-struct Drawing {
-  struct Vertex {
-    std::string name, detail;  ///< detail: a topic's type
-    bool is_topic = false;
-    int column = 0;  ///< From the sources on the left; what flows in a circle is cut at one place.
-  };
-  struct Edge {
-    std::size_t from = 0, to = 0;
-    std::string label;  ///< "keep_last 10, reliable, volatile"
-    bool bad = false;
-  };
-  std::vector<Vertex> vertices;
-  std::vector<Edge> edges;
-};
-
-/// Pure; the same endpoints give the same drawing.
-[[nodiscard]] Drawing draw(const std::vector<Endpoint>& endpoints, const std::vector<std::string>& bad = {});
-/// For graphviz.
-[[nodiscard]] std::string to_dot(const Drawing& drawing);
-/// Complete, with a layout of its own: one column per step of the pipeline; a node's box lists the ends of its streams, a hollow
-/// dot is an end without another one.
-[[nodiscard]] std::string to_svg(const Drawing& drawing);
+/// Returns the pipeline in the DOT language: a box for each node with the ends of its streams and their QoS, what it reads above
+/// what it publishes, and an edge from each publisher to each subscription of its topic.
+///
+/// An action is one end. An end that meets no other one is grey; ends that do not fit (`bad` holds "topic node") are red.
+/// Pure; the same endpoints give the same text.
+[[nodiscard]] std::string to_dot(const std::vector<Endpoint>& endpoints, const std::vector<std::string>& bad = {});
 
 }  // namespace nacelle::proof

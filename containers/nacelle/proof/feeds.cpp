@@ -89,13 +89,15 @@ void check_subscriptions(Evidence& evidence) {
     std::vector<std::string> others;
     for (const Endpoint& writer : all) {
       if (!writer.publishes || writer.type != reader.type) continue;
+      // A component that reads one name and publishes the other has written both on purpose.
+      if (writer.node == reader.node) continue;
       // Beside a command's topic others of its type are what one expects; one that nobody hears is not.
       if (!outside || !on(writer.topic, false, any)) others.push_back(writer.topic);
     }
     const std::string near = slip_of(reader.topic, others);
     if (near.empty() && (outside || missing)) continue;
     told = reader.topic + " " + reader.node;
-    const Severity severity = near.empty() ? Severity::Warning : severity_of(*component->plan);
+    const Severity severity = near.empty() || outside ? Severity::Warning : severity_of(*component->plan);
     evidence.find(About::Stream,
                   {place_of_name(*component->plan, reader.topic),
                    reader.node + " reads '" + reader.topic + "' (" + reader.type + "), which nobody publishes",

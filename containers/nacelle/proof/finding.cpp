@@ -15,6 +15,7 @@ const char* to_text(About about) {
     case About::Program: return "program";
     case About::Plugin: return "plugin";
     case About::Parameter: return "parameter";
+    case About::Device: return "device";
     case About::Type: return "type";
     case About::Qos: return "qos";
     case About::Stream: return "stream";

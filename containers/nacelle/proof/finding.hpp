@@ -21,6 +21,7 @@ enum class About : std::uint8_t {
   Program,     ///< A program that is to be started beside the container.
   Plugin,      ///< A class, its library, its constructor.
   Parameter,   ///< A value, a name that nobody has, a section for nobody, a file that a parameter names.
+  Device,      ///< A device that two components open.
   Type,        ///< Two ends of a topic with two types.
   Qos,         ///< Two ends whose quality of service does not fit, or a `qos:` of no topic.
   Stream,      ///< A subscription that nobody feeds.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 
@@ -104,19 +105,58 @@ void check_circles(const std::vector<ClaimedFrame>& claims, Evidence& evidence) 
   }
 }
 
+/// The frame above which nothing is broadcast.
+std::string root_above(const std::string& frame, const std::vector<ClaimedFrame>& claims) {
+  std::string at = frame;
+  for (std::size_t steps = 0; steps < claims.size(); ++steps) {  // a circle ends, too
+    const auto above = std::ranges::find(claims, at, &ClaimedFrame::child);
+    if (above == claims.end()) return at;
+    at = above->parent;
+  }
+  return frame;
+}
+
+/// A filter that moves base_link where the description hangs it below base_footprint: the filter has to move base_footprint.
+/// Empty: the conflict is another one.
+std::string way_out_by_root(const std::string& child, const std::vector<ClaimedFrame>& claims,
+                            const Evidence& evidence) {
+  static constexpr std::array<std::string_view, 4> kAboveAnyRobot{"map", "odom", "world", "earth"};  // REP 105
+  const auto claim_of = [&](bool fixed) {
+    return std::ranges::find_if(claims, [&](const ClaimedFrame& claim) {
+      return claim.child == child && (claim.kind == FrameClaimKind::Fixed) == fixed;
+    });
+  };
+  const auto fixed = claim_of(true), moving = claim_of(false);
+  if (fixed == claims.end() || moving == claims.end()) return {};
+  const std::string root = root_above(fixed->parent, claims);
+  if (root == child || root == moving->parent || std::ranges::find(kAboveAnyRobot, root) != kAboveAnyRobot.end())
+    return {};
+  for (const LoadedComponent& component : evidence.loaded) {
+    if (!component.declared || component.plan->full_name() != moving->node) continue;
+    const auto& uses = component.declared->frame_uses;
+    const auto use = std::ranges::find(uses, child, &FrameUse::frame);
+    if (use != uses.end())
+      return fmt::format("write {}: {} for {}, the root of the robot's own frames", use->parameter, root, moving->node);
+  }
+  return {};
+}
+
 }  // namespace
 
 void check_frames(Evidence& evidence) {
   const std::vector<ClaimedFrame> claims = evidence.container.frames();
   if (claims.empty()) return;  // whoever knows where things are, it is not this plan
   for (auto& conflict : evidence.container.frame_conflicts()) {
-    std::string where = conflict.where;
+    std::string where = conflict.where, child;
     for (const auto& claim : claims) {
       if (conflict.where != "frame '" + claim.child + "'") continue;
+      child = claim.child;
       where = place_of_claim(evidence.plan, claim);
       // A joint's line is not known: the other end's is more use.
       if (claim.kind != FrameClaimKind::Fixed) break;
     }
+    if (auto way_out = way_out_by_root(child, claims, evidence); !way_out.empty())
+      conflict.way_out = std::move(way_out);
     evidence.find(About::Frame, {where, conflict.where + " " + conflict.what, conflict.way_out});
   }
   check_circles(claims, evidence);

@@ -105,6 +105,8 @@ std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlace
   check_clients(evidence);
   check_exports(evidence);
   check_budgets(evidence);
+  check_devices(evidence);
+  check_wheels(evidence);
   check_frames(evidence);
   check_order(evidence);
   return std::move(evidence.findings);

@@ -47,6 +47,9 @@ void check_budgets(Evidence& evidence);
 void check_subscriptions(Evidence& evidence);
 void check_clients(Evidence& evidence);
 void check_exports(Evidence& evidence);
+// hardware.cpp
+void check_devices(Evidence& evidence);
+void check_wheels(Evidence& evidence);
 // order.cpp
 void check_order(Evidence& evidence);
 // frames.cpp

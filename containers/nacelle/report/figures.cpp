@@ -8,6 +8,7 @@
 
 #include "nacelle/report/lateness.hpp"
 #include "nacelle/report/stream_rows.hpp"
+#include "nacelle/report/text_table.hpp"
 
 namespace nacelle::report {
 namespace {
@@ -146,51 +147,60 @@ json components_between(const json& before, const json& after) {
           {"other_threads", std::move(others)}};
 }
 
-std::string streams_text(const json& streams) {
-  const auto rows = rows_of(streams["streams"]);
-  std::size_t widest = 6;
-  for (const auto& row : rows) widest = std::max(widest, row.label.size());
-  std::string out = fmt::format("{:<{}} {:>8} {:>8} {:>10} {:>7} {:>7} {:>9}  {}\n", "STREAM", widest, "HZ", "AGE",
-                                "PUBLISHED", "READERS", "COPIES", "P99", "DROPPED");
-  for (const auto& row : rows) {
+std::string streams_text(const json& streams, std::size_t width) {
+  TextTable table{{{"STREAM", false, 4},
+                   {"HZ", true, 4},
+                   {"AGE", true, 3},
+                   {"PUBLISHED", true, 0},
+                   {"READERS", true, 2},
+                   {"COPIES", true, 1},
+                   {"P99", true, 3},
+                   {"DROPPED", false, 4}}};
+  for (const auto& row : rows_of(streams["streams"])) {
     const json& stream = *row.stream;
     const auto& age = stream["age_s"];
-    out += fmt::format(
-        "{:<{}} {:>8.2f} {:>8} {:>10} {:>7} {:>7} {:>9}  {}{}\n", row.label, widest, stream["hz"].get<double>(),
-        age.is_null() ? "-" : time_text(age.get<double>() * 1e6), stream["published"].get<std::uint64_t>(),
-        stream["readers"].get<std::size_t>(), stream["copies"].get<std::uint64_t>(),
-        stream["delivered"] == 0 ? "-" : time_text(stream["latency_p99_us"].get<double>()), drops(stream),
-        stream["dropped_per_s"] > 0.0 ? fmt::format(" ({:.1f}/s)", stream["dropped_per_s"].get<double>()) : "");
+    table.add_row(
+        {row.label, fmt::format("{:.2f}", stream["hz"].get<double>()),
+         age.is_null() ? "-" : time_text(age.get<double>() * 1e6),
+         std::to_string(stream["published"].get<std::uint64_t>()), std::to_string(stream["readers"].get<std::size_t>()),
+         std::to_string(stream["copies"].get<std::uint64_t>()),
+         stream["delivered"] == 0 ? "-" : time_text(stream["latency_p99_us"].get<double>()),
+         drops(stream) +
+             (stream["dropped_per_s"] > 0.0 ? fmt::format(" ({:.1f}/s)", stream["dropped_per_s"].get<double>()) : "")});
     for (const auto& late : stream["late"])
-      out += fmt::format("  {} is late: {}\n", late["node"].get<std::string>(), late["why"].get<std::string>());
+      table.add_line(fmt::format("  {} is late: {}", late["node"].get<std::string>(), late["why"].get<std::string>()));
   }
-  return out;
+  return table.text(width);
 }
 
-std::string components_text(const json& components) {
-  std::size_t widest = 9;
-  for (const auto& row : components["components"])
-    widest = std::max(widest, row["node"].get_ref<const std::string&>().size());
-  std::string out = fmt::format("{}: {:.1f} % of a core, {:.1f} MB, {} threads\n",
-                                components["container"].get<std::string>(), components["cpu_percent"].get<double>(),
-                                components["rss_mb"].get<double>(), components["threads"].get<std::size_t>());
-  out += fmt::format("{:<{}} {:<12} {:>6} {:<10} {:>11} {:>8} {:>8} {:>9} {:>9}\n", "COMPONENT", widest, "STATE",
-                     "CPU %", "BY", "CALLBACKS/S", "MEAN", "MAX", "QUEUED", "MEMORY");
+std::string components_text(const json& components, std::size_t width) {
+  TextTable table{{{"COMPONENT", false, 4},
+                   {"STATE", false, 3},
+                   {"CPU %", true, 4},
+                   {"BY", false, 0},
+                   {"CALLBACKS/S", true, 2},
+                   {"MEAN", true, 3},
+                   {"MAX", true, 3},
+                   {"QUEUED", true, 3},
+                   {"MEMORY", true, 1}}};
   for (const auto& row : components["components"]) {
     const auto& memory = row["rss_mb"];
-    out += fmt::format("{:<{}} {:<12} {:>6} {:<10} {:>11} {:>8} {:>8} {:>9} {:>9}\n", row["node"].get<std::string>(),
-                       widest, row["state"].get<std::string>(), cell(row["cpu_percent"], "{:.1f}"),
-                       row.value("cpu_by", "-"), cell(row["callbacks_per_s"], "{:.1f}"), time_cell(row["mean_us"]),
-                       time_cell(row["max_us"]),
-                       fmt::format("{}/{}", row["waiting"].get<std::size_t>(), row["depth"].get<std::size_t>()),
-                       memory.is_null() ? "shared" : fmt::format("{:.1f} MB", memory.get<double>()));
+    table.add_row({row["node"].get<std::string>(), row["state"].get<std::string>(), cell(row["cpu_percent"], "{:.1f}"),
+                   row.value("cpu_by", "-"), cell(row["callbacks_per_s"], "{:.1f}"), time_cell(row["mean_us"]),
+                   time_cell(row["max_us"]),
+                   fmt::format("{}/{}", row["waiting"].get<std::size_t>(), row["depth"].get<std::size_t>()),
+                   memory.is_null() ? "shared" : fmt::format("{:.1f} MB", memory.get<double>())});
   }
   std::string others;
   for (const auto& thread : components["other_threads"]) {
     others += fmt::format("{}{} {:.1f} %", others.empty() ? "" : ", ", thread["name"].get<std::string>(),
                           thread["cpu_percent"].get<double>());
   }
-  return others.empty() ? out : out + "other threads: " + others + "\n";
+  if (!others.empty()) table.add_line("other threads: " + others);
+  return fmt::format("{}: {:.1f} % of a core, {:.1f} MB, {} threads\n", components["container"].get<std::string>(),
+                     components["cpu_percent"].get<double>(), components["rss_mb"].get<double>(),
+                     components["threads"].get<std::size_t>()) +
+         table.text(width);
 }
 
 }  // namespace nacelle::report

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -18,8 +19,8 @@ namespace nacelle::report {
 /// "callbacks" (it shares a thread: about one callback in 128 is measured).
 [[nodiscard]] nlohmann::json components_between(const nlohmann::json& before, const nlohmann::json& after);
 
-/// As tables for people.
-[[nodiscard]] std::string streams_text(const nlohmann::json& streams);
-[[nodiscard]] std::string components_text(const nlohmann::json& components);
+/// As tables for people. Columns that do not fit into so many characters are left out, the least important first; 0: none is.
+[[nodiscard]] std::string streams_text(const nlohmann::json& streams, std::size_t width = 0);
+[[nodiscard]] std::string components_text(const nlohmann::json& components, std::size_t width = 0);
 
 }  // namespace nacelle::report

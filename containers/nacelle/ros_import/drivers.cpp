@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sources: ros2_controllers jazzy (diff_drive_controller_parameter.yaml) and its older releases, robot_localization ros2
-// (ros_filter.cpp, params/ekf.yaml), teleop_twist_joy, v4l2_camera 0.7, usb_cam 0.8, ldlidar_stl_ros2, ldrobot-lidar-ros2.
+// (ros_filter.cpp, params/ekf.yaml), teleop_twist_joy, twist_mux (rolling, config/twist_mux_topics.yaml and _locks.yaml), v4l2_camera 0.7,
+// usb_cam 0.8, ldlidar_stl_ros2, ldrobot-lidar-ros2.
 #include "nacelle/ros_import/drivers.hpp"
 
 #include <array>
@@ -87,6 +88,20 @@ constexpr std::array kDiffDrive{
 };
 constexpr std::array kDiffDriveDefaults{
     Default{"odometry", "velocity_rolling_window_size", "10", "diff_drive_controller's default; Nacelle's is 1"},
+};
+
+// The base takes the place of the multiplexer: its inputs and locks have the same structure.
+constexpr std::array kTwistMux{
+    Key{"topics.*.topic", Translated, "diff_drive"},
+    Key{"topics.*.timeout", Translated, "diff_drive"},
+    Key{"topics.*.priority", Translated, "diff_drive"},
+    Key{"topics.*.short_desc", Dropped, "", "", "the input's own name says it"},
+    Key{"locks.*.topic", Translated, "diff_drive"},
+    Key{"locks.*.timeout", Translated, "diff_drive"},
+    Key{"locks.*.priority", Translated, "diff_drive"},
+    Key{"locks.*.short_desc", Dropped, "", "", "the lock's own name says it"},
+    Key{"use_stamped", Dropped, "", "", "the base takes Twist and TwistStamped alike"},
+    Key{"output_stamped", Dropped, "", "", "the base takes Twist and TwistStamped alike"},
 };
 
 constexpr std::array kControllerManager{
@@ -366,17 +381,18 @@ constexpr std::array kLd06{
 };
 
 constexpr std::array kDrivers{
-    Driver{"diff_drive_controller", "diff_drive diffdrive diffbot base_controller", "diff_drive", kDiffDrive,
-           kDiffDriveDefaults},
-    Driver{"controller_manager", "controller_manager", "diff_drive", kControllerManager},
-    Driver{"joint_state_broadcaster", "joint_state_broadcaster joint_broad", "", kJointStateBroadcaster},
-    Driver{"robot_localization", "ekf ukf robot_localization", "ekf", kEkf},
-    Driver{"navsat_transform", "navsat", "", kNavsat},
-    Driver{"teleop_twist_joy", "teleop", "", kTeleop},
-    Driver{"joy", "joy_node game_controller", "", kJoy},
-    Driver{"v4l2_camera", "v4l2", "camera", kV4l2},
-    Driver{"usb_cam", "usb_cam", "camera", kUsbCam},
-    Driver{"an LD06 driver", "ld06 ldlidar ld19 lidar", "lidar", kLd06},
+    Driver{"diff_drive_controller", "diff_drive_controller diffdrive_controller",
+           "diff_drive diffdrive diffbot base_controller", "diff_drive", kDiffDrive, kDiffDriveDefaults},
+    Driver{"twist_mux", "twist_mux", "mux", "diff_drive", kTwistMux},
+    Driver{"controller_manager", "controller_manager", "", "diff_drive", kControllerManager},
+    Driver{"joint_state_broadcaster", "joint_state_broadcaster joint_broad", "", "", kJointStateBroadcaster},
+    Driver{"robot_localization", "ekf_filter ukf_filter robot_localization", "ekf ukf", "ekf", kEkf},
+    Driver{"navsat_transform", "navsat_transform", "navsat", "", kNavsat},
+    Driver{"teleop_twist_joy", "teleop_twist_joy", "teleop", "", kTeleop},
+    Driver{"joy", "joy_node game_controller", "joy", "", kJoy},
+    Driver{"v4l2_camera", "v4l2_camera", "v4l2", "camera", kV4l2},
+    Driver{"usb_cam", "usb_cam", "", "camera", kUsbCam},
+    Driver{"an LD06 driver", "ld06 ldlidar ld19", "ldrobot", "lidar", kLd06},
 };
 
 /// '#' stands for one digit or more, '*' for anything, the empty text included.

@@ -28,7 +28,8 @@ struct Default {
 
 struct Driver {
   std::string_view name;        ///< "robot_localization"
-  std::string_view node_words;  ///< What names of its nodes hold, in lower case: "ekf ukf"
+  std::string_view full_names;  ///< What only names of its nodes hold, in lower case: "ekf_filter ukf_filter"
+  std::string_view node_words;  ///< What names of its nodes hold, and of others': "ekf ukf"
   std::string_view nacelle_node;
   std::span<const Key> keys;
   std::span<const Default> defaults{};

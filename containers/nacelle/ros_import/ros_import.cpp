@@ -8,9 +8,11 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/ros_import/drivers.hpp"
+#include "nacelle/ros_import/identify.hpp"
 
 namespace nacelle::ros_import {
 namespace {
@@ -45,29 +47,6 @@ std::pair<std::string, std::string> split_name(const std::string& pattern) {
   // A wildcard, or what no namespace may be called, is no place to put a node.
   if (prefix == "/" || !validate_namespace(prefix.substr(0, slash))) prefix.clear();
   return {prefix, pattern.substr(slash + 1)};
-}
-
-/// The driver whose keys these are; among equals the one whose name the node has. Null if nothing fits.
-const Driver* driver_of(const ParameterSection& section) {
-  const std::string name = lower(split_name(section.pattern).second);
-  const Driver* best = nullptr;
-  std::size_t best_score = 0;
-  for (const Driver& driver : drivers()) {
-    std::size_t score = 0;
-    for (const auto& word : words_of(driver.node_words)) {
-      if (name.find(word) != std::string::npos) score = 5;
-    }
-    // A table of '*' fits everything and proves nothing.
-    for (const auto& parameter : section.parameters) {
-      const Key* const key = find_key(driver, parameter.name);
-      if (key != nullptr && key->name.front() != '*') score += 2;
-    }
-    if (score > best_score) {
-      best = &driver;
-      best_score = score;
-    }
-  }
-  return best;
 }
 
 class Translator {
@@ -352,6 +331,20 @@ class Translator {
   std::optional<std::int64_t> width_, height_;
 };
 
+void note_widened(const ParameterSection& section, const std::set<ListPlace>& changed, Imported& into) {
+  for (const Parameter& parameter : section.parameters) {
+    if (changed.count({parameter.where.line, last_part_of(parameter.name)}) == 0) continue;
+    into.notes.push_back({Fate::Doubted, parameter.where.text(), section.pattern, parameter.name,
+                          "holds whole numbers, which are written as 1.0 here: ROS 2 refuses the list as it is"});
+  }
+}
+
+std::string names_of_drivers() {
+  std::vector<std::string> names;
+  for (const Driver& driver : drivers()) names.emplace_back(driver.name);
+  return join(names);
+}
+
 }  // namespace
 
 const char* to_text(Fate fate) {
@@ -384,18 +377,36 @@ std::string Imported::yaml() const {
 }
 
 Result<void, std::vector<Problem>> import_file(std::string_view text, const std::string& file_name, Imported& into) {
-  const auto file = launch::parse_parameter_file(text, file_name);
+  auto root = parse_yaml(text, file_name);
+  if (!root) return err(std::vector<Problem>{root.error()});
+  std::set<ListPlace> widened;
+  widen_lists(*root, widened);
+  const auto file = launch::read_parameter_tree(*root, file_name);
   if (!file) return err(file.error());
+  std::vector<const ParameterSection*> unknown;
+  std::size_t translated = 0;
   for (const ParameterSection& section : file.value().sections()) {
-    if (const Driver* const driver = driver_of(section)) {
+    if (const Driver* const driver = driver_of(section, split_name(section.pattern).second)) {
       Translator{*driver, section, into}.run();
-      continue;
+      note_widened(section, widened, into);
+      ++translated;
+    } else if (!is_of_every_node(section)) {
+      unknown.push_back(&section);
     }
-    std::vector<std::string> names;
-    for (const Driver& driver : drivers()) names.emplace_back(driver.name);
-    for (const Parameter& parameter : section.parameters) {
-      into.notes.push_back({Fate::Doubted, parameter.where.text(), section.pattern, parameter.name,
-                            "the node is none of " + join(names) + ": not translated"});
+  }
+  if (translated == 0 && !unknown.empty()) {
+    std::vector<Problem> problems;
+    for (const ParameterSection* const section : unknown)
+      problems.push_back(
+          {section->where.text(),
+           "the driver of '" + section->pattern + "' is unknown: it is none of " + names_of_drivers(),
+           "write the parameters of the Nacelle component yourself; `nacelle params --explain` lists them"});
+    return err(std::move(problems));
+  }
+  for (const ParameterSection* const section : unknown) {
+    for (const Parameter& parameter : section->parameters) {
+      into.notes.push_back({Fate::Doubted, parameter.where.text(), section->pattern, parameter.name,
+                            "the node's driver is unknown: not translated"});
     }
   }
   return {};

@@ -50,9 +50,9 @@ struct Imported {
   [[nodiscard]] std::string yaml() const;
 };
 
-/// Translates the sections of a parameter file written for diff_drive_controller and ros2_control, robot_localization,
-/// teleop_twist_joy, v4l2_camera, usb_cam or an LD06 driver. Which one a section is for is told by its keys, then by its name.
-/// Errors: what is no parameter file, with file:line. Never throws. Pure.
+/// Translates the sections of a parameter file written for diff_drive_controller and ros2_control, twist_mux, robot_localization,
+/// teleop_twist_joy, v4l2_camera, usb_cam or an LD06 driver. Its name and its keys tell which one a section is for (driver_of()).
+/// Errors: what is no parameter file, and a file without any known driver, with file:line. Never throws. Pure.
 [[nodiscard]] Result<void, std::vector<Problem>> import_file(std::string_view text, const std::string& file_name,
                                                              Imported& into);
 

@@ -203,9 +203,10 @@ json info_to_json(const runtime::ComponentInfo& info) {
               {"services", info.declared->services},
               {"used_remaps", info.declared->used_remaps},
               {"package", info.declared->package}};
-  declared["names"] = declared["frames"] = json::array();
+  declared["names"] = declared["frames"] = declared["devices"] = json::array();
   for (const auto& parameter : info.declared->parameters) declared["names"].push_back(parameter.name);
   for (const auto& use : info.declared->frame_uses) declared["frames"].push_back({use.frame, use.parameter});
+  for (const auto& use : info.declared->device_uses) declared["devices"].push_back({use.path, use.parameter});
   return row;
 }
 
@@ -229,6 +230,8 @@ runtime::ComponentInfo info_from_json(const json& row) {
   declared->package = from.at("package").get<std::string>();
   for (const auto& use : from.at("frames"))
     declared->frame_uses.push_back({use.at(0).get<std::string>(), use.at(1).get<std::string>()});
+  for (const auto& use : from.at("devices"))
+    declared->device_uses.push_back({use.at(0).get<std::string>(), use.at(1).get<std::string>()});
   info.declared = std::move(declared);
   return info;
 }

@@ -84,6 +84,8 @@ json load(Session& session, const runtime::LoadRequest& request, launch::TargetS
     session.composition_changed();
     Problem problem = done.error();
     problem.way_out += problem.way_out.empty() ? "it was taken out again" : "; it was taken out again";
+    // A name that nobody has may be why: with its default the component looked for another device.
+    for (const auto& warning : warnings) problem.way_out += "; " + warning;
     return reply_of(problem);
   }
   session.composition_changed();
@@ -248,6 +250,7 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb == "lifecycle.get") return lifecycle_get(session, request);
   if (verb == "lifecycle.set") return lifecycle_set(session, request);
   if (verb == "faults") return session.faults();
+  if (verb == "estop.list") return json{{"ok", true}, {"set", session.emergency_stops().set()}};
   if (verb == "topic.list") return list_topics(session);
   if (verb == "graph") return graph_of(session);
   if (verb == "component.info") return component_info(session, request);

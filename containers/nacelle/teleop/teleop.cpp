@@ -3,15 +3,17 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
 
 #include "nacelle/drive/velocity_sender.hpp"
+#include "nacelle/session/key_mode.hpp"
 
 namespace nacelle::teleop {
 namespace {
@@ -23,51 +25,75 @@ constexpr std::string_view kHelp = R"(Drive with the keys, as in teleop_twist_ke
    m    ,    .        e / c   turning speed only
 
 k, space or any other key stops; so does letting go for half a second. Ctrl-C ends.
+Under an emergency stop the wheels stand; `nacelle estop release` releases it.
 
 )";
 
-/// Keys one by one and unseen, for as long as it lives; nothing if stdin is no terminal.
-class KeyMode {
+constexpr Duration kStopsPeriod = 200ms;
+
+/// Asks again and again which emergency stops are set, and waits for no answer: the keys come first.
+class StopWatch {
  public:
-  KeyMode() {
-    if (::tcgetattr(STDIN_FILENO, &before_) != 0) return;
-    is_terminal_ = true;
-    termios raw = before_;
-    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // ISIG stays: Ctrl-C is a signal
-    raw.c_cc[VMIN] = 1;
-    raw.c_cc[VTIME] = 0;
-    ::tcsetattr(STDIN_FILENO, TCSANOW, &raw);
+  StopWatch(control::Client& client, const Clock& clock) : client_(client), clock_(clock) {}
+
+  /// Asks if it is time. Returns whether the answer has changed.
+  bool look() {
+    if (is_lost_) return false;
+    if (!is_asked_ && clock_.now() >= next_) {
+      is_asked_ = client_.send(control::FrameKind::Request, R"({"verb":"estop.list"})").has_value();
+      is_lost_ = !is_asked_;
+      next_ = clock_.now() + kStopsPeriod;
+    }
+    if (!is_asked_) return false;
+    const auto frame = client_.receive(0ns);
+    is_lost_ = !frame.has_value();  // the connection of the commands says why
+    if (is_lost_ || !frame.value()) return false;
+    is_asked_ = false;
+    const auto reply = nlohmann::json::parse(as_text(frame.value()->payload), nullptr, false);
+    std::string set;
+    if (reply.is_object()) {
+      for (const auto& topic : reply.value("set", nlohmann::json::array()))
+        set += (set.empty() ? "" : ", ") + topic.get<std::string>();
+    }
+    const bool changed = set != set_;
+    set_ = std::move(set);
+    return changed;
   }
-  KeyMode(const KeyMode&) = delete;
-  KeyMode& operator=(const KeyMode&) = delete;
-  ~KeyMode() {
-    if (is_terminal_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
-  }
+  /// "/emergency_stop"; empty: none is set.
+  [[nodiscard]] const std::string& set() const { return set_; }
 
  private:
-  bool is_terminal_ = false;
-  termios before_{};
+  control::Client& client_;
+  const Clock& clock_;
+  MonotonicTime next_{};
+  std::string set_;
+  bool is_asked_ = false, is_lost_ = false;
 };
 
-void show(const TeleopKeys& keys, const char* note) {
-  std::printf("\r\033[Kspeed %.2f m/s  turn %.2f rad/s   now %+.2f m/s %+.2f rad/s%s", keys.speed_mps(),
-              keys.yaw_rate_rps(), keys.command().speed_mps, keys.command().yaw_rate_rps, note);
+void show(const TeleopKeys& keys, const std::string& stops, const char* note) {
+  std::printf("\r\033[Kspeed %.2f m/s  turn %.2f rad/s   ", keys.speed_mps(), keys.yaw_rate_rps());
+  if (stops.empty()) {
+    std::printf("now %+.2f m/s %+.2f rad/s%s", keys.command().speed_mps, keys.command().yaw_rate_rps, note);
+  } else {
+    std::printf("%s is set: stands still", stops.c_str());
+  }
   std::fflush(stdout);
 }
 
 }  // namespace
 
-int run_teleop(control::Client& client, const TeleopSettings& settings, const session::StopSignal& stop,
-               const Clock& clock) {
+int run_teleop(control::Client& client, control::Client& asking, const TeleopSettings& settings,
+               const session::StopSignal& stop, const Clock& clock) {
   auto sender = drive::VelocitySender::open(client, settings.topic, settings.stamped, settings.frame);
   if (!sender) {
     std::fprintf(stderr, "nacelle: %s\n", sender.error().text().c_str());
     return 1;
   }
-  const KeyMode mode;
+  const session::KeyMode mode;
+  StopWatch stops{asking, clock};
   TeleopKeys keys{settings.keys};
   std::fwrite(kHelp.data(), 1, kHelp.size(), stdout);
-  show(keys, "");
+  show(keys, stops.set(), "");
 
   std::optional<Problem> failure;
   bool ended = false;
@@ -83,9 +109,10 @@ int run_teleop(control::Client& client, const TeleopSettings& settings, const se
       if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) ended = true;  // the terminal is gone
       for (ssize_t i = 0; i < got; ++i) {
         const KeyEffect effect = keys.press(typed[static_cast<std::size_t>(i)], clock.now());
-        show(keys, effect == KeyEffect::Holonomic ? "   (this base can neither slide nor lift)" : "");
+        show(keys, stops.set(), effect == KeyEffect::Holonomic ? "   (this base can neither slide nor lift)" : "");
       }
     }
+    if (stops.look()) show(keys, stops.set(), "");
     if (waits[2].revents != 0) {
       // Only refusals come unasked.
       auto frame = client.receive(0ns);
@@ -98,7 +125,7 @@ int run_teleop(control::Client& client, const TeleopSettings& settings, const se
     if (const auto command = keys.due(clock.now()); command && !ended && !failure) {
       if (auto sent = sender.value().send(command->speed_mps, command->yaw_rate_rps, clock.wall_now()); !sent)
         failure = sent.error();
-      if (*command == TeleopCommand{}) show(keys, "");
+      if (*command == TeleopCommand{}) show(keys, stops.set(), "");
     }
   }
   // Whatever ended it: the robot stops.

@@ -17,9 +17,10 @@ struct TeleopSettings {
   TeleopOptions keys;
 };
 
-/// Drives from the keys of stdin until Ctrl-C, a signal, or the end of the terminal; sends a zero whatever the end is.
+/// Drives from the keys of stdin until Ctrl-C, a signal, or the end of the terminal; sends a zero whatever the end is. `asking`, a
+/// second connection, asks which emergency stops are set; while one is, the line shows that in the place of a speed.
 /// Returns the process's exit code; the terminal is as it was before.
-[[nodiscard]] int run_teleop(control::Client& client, const TeleopSettings& settings, const session::StopSignal& stop,
-                             const Clock& clock);
+[[nodiscard]] int run_teleop(control::Client& client, control::Client& asking, const TeleopSettings& settings,
+                             const session::StopSignal& stop, const Clock& clock);
 
 }  // namespace nacelle::teleop

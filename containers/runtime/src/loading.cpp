@@ -113,6 +113,7 @@ std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Recor
     all->parameters.push_back({name, store.get(name), store.overrides().count(name) != 0});
   all->unknown_parameters = store.unused_overrides();
   all->frame_uses = record.node->frame_uses();
+  all->device_uses = record.node->device_uses();
   all->used_remaps = record.used_remaps;
   all->package = record.package;
   std::vector<CallbackReport> callbacks;

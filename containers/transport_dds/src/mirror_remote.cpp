@@ -6,8 +6,10 @@
 #include <array>
 #include <cerrno>
 #include <climits>
+#include <map>
 
 #include "mirror_impl.hpp"
+#include "nacelle/base/problem.hpp"
 #include "nacelle/msgs/message_type.hpp"
 
 namespace nacelle {
@@ -111,12 +113,20 @@ void DdsMirror::Impl::look_for_namesakes() {
         found.push_back({std::move(name), node.host, node.process, node.pid, node.participant.text()});
     }
   }
+  // A second robot has the names of all: one line for each other program.
+  std::map<std::string, std::vector<std::string>> names_of;
+  for (const Namesake& one : found) names_of[one.participant].push_back(one.node);
   for (const Namesake& one : found) {
-    tell_once("node " + one.node + " " + one.participant,
-              {one.node,
-               "two nodes of this name are on the network: one here, " + this_program() + ", and one in " +
-                   program_of(one) + ": tools take one for the other",
-               "put one of them into a namespace, or into another ROS_DOMAIN_ID"});
+    std::vector<std::string>& names = names_of[one.participant];
+    if (names.empty()) continue;
+    tell_once("nodes of " + one.participant,
+              {join(names),
+               (names.size() == 1 ? "two nodes of this name are on the network: one here, "
+                                  : "two nodes of each of these names are on the network: one here, ") +
+                   this_program() + ", and one in " + program_of(one) + ": tools take one for the other",
+               "put one program into a namespace (namespace:=NAME), or into another ROS_DOMAIN_ID; `nacelle doctor "
+               "net` lists them"});
+    names.clear();
   }
   *namesakes.lock() = std::move(found);
 }

@@ -179,6 +179,22 @@ TEST(Mistakes, of_substitutions_are_told_even_where_a_condition_is_false) {
             "a.launch.yaml:2: $(not) needs true or false, not 'perhaps'\n");
 }
 
+TEST(Mistakes, a_package_that_is_nowhere_has_a_way_out) {
+  EXPECT_EQ(told("launch:\n- log: {message: $(find-pkg-share slam_toolbox)}"),
+            "a.launch.yaml:2: no package has the name 'slam_toolbox'; install it, or add the prefix that holds "
+            "share/slam_toolbox to NACELLE_PREFIX_PATH\n");
+}
+
+TEST(Mistakes, a_choice_that_means_the_same_is_taken_and_a_wrong_one_is_told_once) {
+  const std::string file =
+      "launch:\n- arg: {name: sim, default: 'true', choice: [{value: 'true'}, {value: 'false'}]}\n"
+      "- let: {name: port, value: $(var sim), if: $(var sim)}\n- let: {name: port, value: real, unless: $(var sim)}\n"
+      "- log: {message: '$(var port) $(var sim)'}\n";
+  for (const char* const value : {"True", "TRUE", "1", "true", "False", "0"})
+    EXPECT_EQ(told(file, {{"sim", value}}), "ok") << value;
+  EXPECT_EQ(told(file, {{"sim", "yes"}}), "a.launch.yaml:2: the argument 'sim' cannot be 'yes'; one of true, false\n");
+}
+
 TEST(Mistakes, of_arguments_are_told_once) {
   EXPECT_EQ(told("launch:\n- arg: {name: port}\n- log: {message: $(var port)}\n- log: {message: $(var port)}"),
             "a.launch.yaml:2: the argument 'port' has no value and no default; give it: port:=...\n");

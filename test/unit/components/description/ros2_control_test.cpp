@@ -94,6 +94,21 @@ TEST(Ros2Control, each_mistake_is_told_with_its_line_and_a_way_out) {
                   "<hardware><plugin>nacelle/waveshare</plugin></hardware>"});
 }
 
+TEST(Ros2Control, wheels_are_as_far_apart_as_their_joints_and_as_large_as_their_links) {
+  const Wheels wheels{{"near"}, {"far"}};
+  const auto joints_only = wheel_lengths_of(read(block(joint("near") + joint("far"))), wheels);
+  EXPECT_DOUBLE_EQ(joints_only.separation_m.value(), 0.3);
+  EXPECT_FALSE(joints_only.radius_m) << "the links have no shape";
+  EXPECT_FALSE(wheel_lengths_of(read(""), {{"mast_joint"}, {"mast_joint"}}).separation_m) << "one place is no distance";
+  const std::string given =
+      "<ros2_control name=\"w\" type=\"system\"><hardware><plugin>a/B</plugin><param "
+      "name=\"wheel_separation\">0.28</param>"
+      "<param name=\"wheel_radius\">0.04</param></hardware>" +
+      joint("near") + joint("far") + "</ros2_control>";
+  EXPECT_DOUBLE_EQ(wheel_lengths_of(read(given), wheels).separation_m.value(), 0.28);
+  EXPECT_DOUBLE_EQ(wheel_lengths_of(read(given), wheels).radius_m.value(), 0.04);
+}
+
 TEST(Ros2Control, unknown_tags_are_a_warning) {
   const auto all = read(block(joint("near", "<command_interfaces name=\"velocity\"/>") +
                               "<controller name=\"c\"/>\n<sensor name=\"imu\">"

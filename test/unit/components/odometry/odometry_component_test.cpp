@@ -99,6 +99,33 @@ TEST_F(OdometryNode, yields_to_nobody_where_the_transform_is_asked_for) {
   EXPECT_EQ(context_.frames()[0].kind, FrameClaimKind::Primary);
 }
 
+// Wheels of 5 cm radius, 40 cm apart.
+constexpr const char* kRobot = R"(<robot name="r"><link name="base"/>
+<link name="l"><collision><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision></link>
+<link name="r"><visual><geometry><sphere radius="0.05"/></geometry></visual></link>
+<joint name="near" type="continuous"><parent link="base"/><child link="l"/><origin xyz="0 0.2 0"/></joint>
+<joint name="far" type="continuous"><parent link="base"/><child link="r"/><origin xyz="0 -0.2 0"/></joint>
+<ros2_control name="w" type="system"><hardware><plugin>a/B</plugin></hardware>
+<joint name="near"><command_interface name="velocity"/></joint>
+<joint name="far"><command_interface name="velocity"/></joint></ros2_control></robot>)";
+
+TEST_F(OdometryNode, has_its_wheels_from_the_description) {
+  options_.append_parameter_override("robot_description", std::string{kRobot});
+  start();
+  EXPECT_EQ(node_->get<std::vector<std::string>>("left_wheel_names"), std::vector<std::string>{"near"});
+  EXPECT_EQ(node_->get<std::vector<std::string>>("right_wheel_names"), std::vector<std::string>{"far"});
+  EXPECT_DOUBLE_EQ(node_->get<double>("wheel_separation"), 0.4);
+  EXPECT_DOUBLE_EQ(node_->get<double>("wheel_radius"), 0.05);
+}
+
+TEST_F(OdometryNode, a_parameter_stands_above_the_description) {
+  options_.append_parameter_override("robot_description", std::string{kRobot});
+  options_.append_parameter_override("wheel_separation", 0.38);
+  start();
+  EXPECT_DOUBLE_EQ(node_->get<double>("wheel_separation"), 0.38);
+  EXPECT_DOUBLE_EQ(node_->get<double>("wheel_radius"), 0.05);
+}
+
 TEST_F(OdometryNode, broadcasts_nothing_when_told_so) {
   options_.append_parameter_override("enable_odom_tf", false);
   start();

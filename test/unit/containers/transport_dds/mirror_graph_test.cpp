@@ -42,6 +42,21 @@ TEST_F(Mirror, names_a_node_that_another_participant_has_too_once_with_its_progr
   EXPECT_TRUE(there.problems.lock()->empty());
 }
 
+TEST_F(Mirror, tells_of_a_second_robot_with_the_same_nodes_in_one_line) {
+  test::MirroredBroker twin{"talker"};
+  std::vector<std::unique_ptr<Writer>> writers;
+  for (auto* const side : {&here, &twin}) {
+    for (const char* const node : {"/ekf", "/imu", "/lidar"}) {
+      EndpointSpec spec = side->spec(std::string{"/topic_of"} + node + (side == &here ? "/here" : "/twin"));
+      spec.node = node;
+      writers.push_back(side->broker.create_writer(spec));
+    }
+  }
+  ASSERT_TRUE(until([&] { return here.mirror->namesakes().size() == 3; }));
+  ASSERT_EQ(here.problems.lock()->size(), 1U);
+  EXPECT_THAT(here.problems.lock()->front(), HasSubstr("ROS_DOMAIN_ID; `nacelle doctor net` lists them"));
+}
+
 TEST_F(Mirror, counts_readers_and_writers_of_other_participants) {
   auto writer = here.writer("/counted");
   {

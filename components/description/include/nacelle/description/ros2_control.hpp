@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,8 @@ struct RobotJoint {
 struct ControlDescription {
   std::vector<ControlBlock> blocks;
   std::vector<RobotJoint> joints;
+  std::map<std::string, double>
+      radii_m;  ///< Of the links that are a cylinder or a sphere: of the collision's, else the visual's.
   std::vector<Problem>
       errors;  ///< What cannot be meant: a joint that the robot does not have, an interface without a name.
   std::vector<Problem> warnings;  ///< Tags that ros2_control does not know.
@@ -67,5 +70,14 @@ struct Wheels {
 };
 /// Errors: a wheel whose side cannot be told.
 [[nodiscard]] Result<Wheels, Problem> wheels_of(const ControlDescription& description);
+
+/// What the description says of the wheels' sizes, as far as it does.
+struct WheelLengths {
+  std::optional<double> separation_m;  ///< Between the middles of left and right wheels.
+  std::optional<double> radius_m;      ///< If all wheels have one.
+};
+/// Returns the parameters wheel_separation and wheel_radius of the hardware that has a wheel; else what the joints' places and
+/// the links' cylinders give. Pure.
+[[nodiscard]] WheelLengths wheel_lengths_of(const ControlDescription& description, const Wheels& wheels);
 
 }  // namespace nacelle::description

@@ -80,6 +80,7 @@ struct Declarations {
   std::vector<Value> parameters;
   std::vector<std::string> unknown_parameters;  ///< Given, and nobody's.
   std::vector<FrameUse> frame_uses;
+  std::vector<DeviceUse> device_uses;
   std::vector<std::string> services;  ///< Full names of those that it offers.
   std::vector<bool> used_remaps;      ///< By the place in LoadRequest::remaps: the rule changed a name.
   std::string package;                ///< That registers the class.

@@ -25,6 +25,10 @@ namespace nacelle {
 struct FrameUse {
   std::string frame, parameter;
 };
+/// A device that a node opens for itself alone, and the parameter that names it.
+struct DeviceUse {
+  std::string path, parameter;
+};
 
 /// Told before a lifecycle node's gate closes, while what it publishes and answers still leaves. Runs on the node's executor, alone.
 class GateListener {
@@ -180,11 +184,16 @@ class Node {
   void declare_frame_use(const std::string& frame, const std::string& parameter) {
     frame_uses_.push_back({frame, parameter});
   }
+  /// Says that this node opens `path`, which `parameter` names, for itself alone: no other component may open it.
+  void declare_device_use(const std::string& path, const std::string& parameter) {
+    device_uses_.push_back({path, parameter});
+  }
   /// Says what is wrong with the parameters beyond type and range; on_configure refuses it, a check of the launch file shows it.
   void declare_problem(const Problem& problem) const;
   /// The same of what is worth a look and keeps nothing from working.
   void declare_warning(const Problem& problem) const;
   [[nodiscard]] const std::vector<FrameUse>& frame_uses() const { return frame_uses_; }
+  [[nodiscard]] const std::vector<DeviceUse>& device_uses() const { return device_uses_; }
 
   /// The container's one object of that name, e.g. the transform buffer. `make` lives in a library that is never unloaded.
   template <typename T>
@@ -232,6 +241,7 @@ class Node {
   std::vector<QosOverride> qos_overrides_;
   ParameterStore parameters_;
   std::vector<FrameUse> frame_uses_;
+  std::vector<DeviceUse> device_uses_;
   std::vector<GateListener*> gate_listeners_;
   std::unique_ptr<NodeHost> host_;
 };

@@ -132,11 +132,85 @@ diffbot_base_controller: {ros__parameters: {wheel_radius: 0.1}}
               HasSubstr("diff_drive:\n  ros__parameters:\n    update_rate: 30\n    wheel_radius: 0.1\n"));
 }
 
-TEST(RosImport, keys_of_a_node_that_is_none_of_the_drivers_are_named) {
-  const Imported result = imported("slam_toolbox: {ros__parameters: {solver_plugin: x, resolution: 0.05}}");
-  EXPECT_TRUE(result.yaml().empty());
-  ASSERT_EQ(result.notes.size(), 2U);
-  for (const auto& note : result.notes) EXPECT_THAT(note.text, HasSubstr("not translated"));
+std::string refusal(const std::string& text) {
+  Imported result;
+  const auto done = import_file(text, "old.yaml", result);
+  return done ? "imported: " + result.yaml() : done.error().front().text();
+}
+
+TEST(RosImport, refuses_a_file_of_unknown_drivers_and_names_them) {
+  EXPECT_THAT(
+      refusal("slam_toolbox: {ros__parameters: {solver_plugin: x, resolution: 0.05}}"),
+      HasSubstr(
+          "old.yaml:1: the driver of '/slam_toolbox' is unknown: it is none of diff_drive_controller, twist_mux, "));
+}
+
+TEST(RosImport, keys_that_many_drivers_have_identify_none) {
+  for (const char* text :
+       {"mpu6050driver_node: {ros__parameters: {frequency: 100, frame_id: imu_link, range_max: 2}}",
+        "slam_toolbox: {ros__parameters: {odom_frame: odom, map_frame: map, base_frame: base_link, transform_timeout: "
+        "0.2, mode: "
+        "mapping}}",
+        "rplidar_node: {ros__parameters: {serial_port: /dev/ttyUSB0, serial_baudrate: 115200, frame_id: laser}}",
+        "ekf_localizer: {ros__parameters: {publish_tf: true, tf_rate: 50.0, predict_frequency: 50.0, pose_frame_id: "
+        "map}}",
+        "amcl: {ros__parameters: {odom_frame_id: odom, base_frame_id: base, alpha1: 0.2}}",
+        "imu_filter: {ros__parameters: {world_frame: enu, publish_tf: false, gain: 0.1, frequency: 30.0}}"}) {
+    EXPECT_THAT(refusal(text), HasSubstr("is unknown")) << text;
+  }
+}
+
+TEST(RosImport, keys_that_one_driver_has_identify_it_whatever_its_name) {
+  EXPECT_THAT(imported("fusion: {ros__parameters: {frequency: 30.0, odom0: odom, odom0_config: [true]}}").yaml(),
+              HasSubstr("ekf:\n"));
+  EXPECT_THAT(imported("laser: {ros__parameters: {product_name: LDLiDAR_LD06, laser_scan_dir: true}}").yaml(),
+              HasSubstr("lidar:\n"));
+}
+
+TEST(RosImport, keys_of_an_unknown_driver_beside_a_known_one_are_doubted) {
+  const Imported result =
+      imported("ekf: {ros__parameters: {frequency: 30.0}}\nslam_toolbox: {ros__parameters: {resolution: 0.05}}");
+  EXPECT_THAT(note_of(result, "resolution"),
+              HasSubstr("doubted: old.yaml:2: /slam_toolbox.resolution: the node's driver is unknown"));
+}
+
+TEST(RosImport, what_every_node_has_is_no_unknown_driver) {
+  EXPECT_EQ(imported("/**: {ros__parameters: {use_sim_time: false}}").yaml(), "");
+}
+
+TEST(RosImport, gives_the_inputs_and_locks_of_a_multiplexer_to_the_base) {
+  const Imported result = imported(R"(
+twist_mux:
+  ros__parameters:
+    use_stamped: true
+    topics:
+      navigation: {topic: nav_vel, timeout: 0.5, priority: 10, short_desc: by itself}
+    locks:
+      pause: {topic: pause_navigation, timeout: 0.0, priority: 100}
+)");
+  EXPECT_EQ(result.yaml(), R"(diff_drive:
+  ros__parameters:
+    topics.navigation.topic: nav_vel
+    topics.navigation.timeout: 0.5
+    topics.navigation.priority: 10
+    locks.pause.topic: pause_navigation
+    locks.pause.timeout: 0.0
+    locks.pause.priority: 100
+)");
+  EXPECT_THAT(note_of(result, "use_stamped"), HasSubstr("dropped: "));
+}
+
+TEST(RosImport, widens_a_list_of_doubles_that_holds_whole_numbers_and_warns) {
+  const Imported result = imported("ekf: {ros__parameters: {initial_state: [1, 1.0, 0], frequency: 30.0}}");
+  EXPECT_THAT(result.yaml(), HasSubstr("    initial_state: [1.0, 1.0, 0.0]\n"));
+  EXPECT_EQ(result.notes.back().line().find("added: "), std::string::npos)
+      << "the warning is the last word of the section";
+  EXPECT_THAT(result.notes.back().line(),
+              testing::AllOf(HasSubstr("doubted: old.yaml:1: /ekf.initial_state"), HasSubstr("ROS 2 refuses")));
+}
+
+TEST(RosImport, refuses_a_mixed_list_of_an_unknown_type) {
+  EXPECT_THAT(refusal("ekf: {ros__parameters: {odom0: odom, odom0_mix: [1, 1.0]}}"), HasSubstr("mixes int and double"));
 }
 
 TEST(RosImport, what_is_no_parameter_file_is_a_problem_with_its_line) {

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "nacelle/launch/parameter_file.hpp"
+#include "nacelle/qos/yaml_tree.hpp"
+#include "nacelle/ros_import/drivers.hpp"
+
+namespace nacelle::ros_import {
+
+/// Returns the driver that a section is for, or null.
+///
+/// A node with the driver's own name is its. A node whose name hints at the driver needs a key of it, any other node two keys that
+/// other drivers do not share; and the driver has to know half of the keys at least. Pure.
+[[nodiscard]] const Driver* driver_of(const launch::ParameterSection& section, std::string_view node_name);
+
+/// Returns whether the section holds only what every node has (`use_sim_time`). Pure.
+[[nodiscard]] bool is_of_every_node(const launch::ParameterSection& section);
+
+/// A list of a file: its line, and the last part of its parameter's name.
+using ListPlace = std::pair<int, std::string>;
+/// Rewrites whole numbers as 1.0 in lists of parameters that are double[]. ROS 2 refuses such lists. `changed`: where it did so.
+void widen_lists(YamlNode& root, std::set<ListPlace>& changed);
+/// Returns the last part of a parameter's name: "initial_state". Pure.
+[[nodiscard]] std::string last_part_of(std::string_view name);
+
+}  // namespace nacelle::ros_import
