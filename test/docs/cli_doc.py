@@ -36,8 +36,7 @@ class Example:
     """One command line behind `nacelle`, in the words of a shell."""
 
     line: str
-    before: tuple = ()  # lines that are run first and not shown
-    after: tuple = ()  # lines that put back what it has changed
+    then: tuple = ()  # lines that follow in the same block: what puts it back, or what later examples need
     ends: float | None = None  # Ctrl-C after so many seconds; None: it ends by itself
     keys: str | None = None  # typed on a terminal, one each tenth of a second; then Ctrl-C
     stdin: str = ""
@@ -46,24 +45,22 @@ class Example:
     silent: bool = False  # it prints nothing when all is well
 
 
-# In the order of the document; the command's path is what stands in front of options and names. A command that this program
-# does not have is left out, so that the table may run ahead of it. One line is one example.
-# Where the robot itself has none of its kind: components of the tests.
-CHAOS, NO_CHAOS = ("component load nacelle::test::Chaos --name chaos",), ("component unload chaos",)
-SERIES = ("component load nacelle::test::Series --name series",)
+# In the order of the document, in which the tests run them, so that each finds what those above it have left. The command's path is
+# what stands in front of options and names. A command that this program does not have is left out, so that the table may run ahead
+# of it.
 EXAMPLES = (
-    Example("launch launch/robot.launch.yaml sim:=true sim_dir:=launch-sim --name second -v", ends=4, lines=14),
+    Example("launch launch/robot.launch.yaml sim_dir:=second-sim namespace:=second --name second -v", ends=4, lines=14),
     Example("container --name empty -v", ends=1),
     Example("drive --for 3 --seed 1"),
     Example("component list"),
     Example("component info lidar", lines=40),
     Example("component types"),
-    Example("component unload camera", after=("component load camera",)),
-    Example("component load camera", before=("component unload camera",)),
+    Example("component unload camera"),
+    Example("component load camera", then=("component load nacelle::examples::Series",)),
     Example("lifecycle nodes"),
     Example("lifecycle get lidar"),
     Example("lifecycle list lidar"),
-    Example("lifecycle set monitor_2 deactivate", after=("lifecycle set monitor_2 activate",)),
+    Example("lifecycle set monitor_2 deactivate", then=("lifecycle set monitor_2 activate",)),
     Example("node list"),
     Example("node info /lidar", lines=40),
     Example("topic list -t"),
@@ -79,19 +76,19 @@ EXAMPLES = (
     Example("service type /robot/_container/list_nodes"),
     Example("service find std_srvs/srv/Empty"),
     Example("service call /robot/_container/list_nodes composition_interfaces/srv/ListNodes"),
-    Example("action list -t", before=SERIES, after=("component unload series",)),
-    Example("action info /series/series -t", before=SERIES, after=("component unload series",)),
-    Example("action type /series/series", before=SERIES, after=("component unload series",)),
-    Example("action find example_interfaces/action/Fibonacci", before=SERIES, after=("component unload series",)),
-    Example("action send_goal /series/series example_interfaces/action/Fibonacci '{order: 5}' --feedback", before=SERIES,
-            after=("component unload series",), lines=40),
+    Example("action list -t"),
+    Example("action info /series/series -t"),
+    Example("action type /series/series"),
+    Example("action find example_interfaces/action/Fibonacci"),
+    Example("action send_goal /series/series example_interfaces/action/Fibonacci '{order: 5}' --feedback",
+            lines=40),
     Example("param list lidar"),
     Example("param get lidar frame_id"),
     Example("param describe lidar frame_id range_max"),
-    Example("param set chaos share 0.75", before=CHAOS, after=NO_CHAOS),
+    Example("param set series share 0.75"),
     Example("param dump lidar"),
-    Example("param load chaos chaos.yaml", before=CHAOS, after=NO_CHAOS),
-    Example("param delete chaos loose", before=CHAOS, after=NO_CHAOS),
+    Example("param load series docs/examples/series.yaml"),
+    Example("param delete series note"),
     Example("tf tree"),
     Example("tf echo odom lidar_link --once"),
     Example("tf monitor odom lidar_link --once --interval 2"),
@@ -100,31 +97,31 @@ EXAMPLES = (
     Example("faults", lines=40),
     Example("check launch/robot.launch.yaml"),
     Example("params --explain lidar launch/robot.launch.yaml"),
-    Example("import driver.yaml"),
+    Example("import docs/examples/ros2_drivers.yaml", lines=40),
     Example("qos check launch/robot.launch.yaml"),
     Example("qos explain --offered reliability=best_effort --requested reliability=reliable"),
     Example("doctor", exit_codes=(0, 1), lines=40),  # what is wrong with the machine that wrote this page is its own affair
     Example("doctor net", lines=40),
-    Example("export on", after=("export off",)),
+    Example("export on"),
     Example("export off"),
     Example("security create-keystore keys"),
     Example("security create-enclave keys /robot"),
     Example("security list-enclaves keys"),
     Example("security generate-policy policy.xml --enclave /robot"),
     Example("security create-permission keys /robot policy.xml"),
-    Example("estop set", after=("estop release",)),
-    Example("estop release", before=("estop set",)),
+    Example("estop set"),
+    Example("estop release"),
     Example("teleop", keys="iik", lines=20),
     Example("sim world --dir world -v", ends=2),
-    Example("sim truth --dir sim"),
-    Example("sim unplug --dir sim imu", after=("sim plug --dir sim imu",), silent=True),
-    Example("sim plug --dir sim imu", before=("sim unplug --dir sim imu",), silent=True),
+    Example("sim truth"),
+    Example("sim unplug imu", silent=True),
+    Example("sim plug imu", silent=True),
     Example("interface list --package std_srvs"),
     Example("interface show std_srvs/srv/SetBool"),
     Example("interface hash sensor_msgs/msg/Imu"),
     Example("interface encode std_msgs/msg/Bool", stdin='{"data": true}'),
     Example("interface decode std_msgs/msg/Bool", stdin="0001000001"),
-    Example("xacro robot.xacro width:=0.3"),
+    Example("xacro docs/examples/robot.xacro width:=0.3"),
     Example("completion bash", lines=8),
 )
 
@@ -135,8 +132,9 @@ HEADINGS = {
 
 INTRODUCTION = """# Every command
 
-One example of each, with what it printed on the simulated robot of `./dev nacelle launch launch/robot.launch.yaml`. This page is
-written by `test/docs/cli_doc.py --write`; the tests run every line of it. Words, options and output follow `ros2`'s.
+One example of each, with what it printed in the folder of the sources, beside the simulated robot that
+`./dev nacelle launch launch/robot.launch.yaml` starts there. This page is written by `test/docs/cli_doc.py --write`; the tests run
+every line of it, from the first to the last. `nacelle` is `./dev nacelle`, or `build/bin/nacelle`. Words, options and output follow `ros2`'s.
 
 Every command has `--help`, and a word that is wrong is told with the nearest that is right. Those that ask a container have `--json`
 and `--container NAME`; `topic`, `node`, `service`, `param`, `lifecycle`, `component` and `action` ask ROS 2 nodes of the network with `--remote`
@@ -163,7 +161,7 @@ def command_of(line, known):
 
 
 class Robot(RunningRobotTest):
-    """A robot with a folder to work in, in which the examples' files lie."""
+    """A robot, and a folder to work in that looks like the sources."""
 
     @classmethod
     def setUpClass(cls):
@@ -171,46 +169,30 @@ class Robot(RunningRobotTest):
         super().setUpClass()
         cls.home = cls.folder / "home"
         cls.home.mkdir()
-        (cls.home / "launch").symlink_to(ROOT / "launch")
-        (cls.home / "sim").symlink_to(cls.folder / "sim")
-        (cls.home / "driver.yaml").write_text("ekf_filter_node:\n  ros__parameters:\n    frequency: 30.0\n    two_d_mode: true\n")
-        (cls.home / "chaos.yaml").write_text("/chaos:\n  ros__parameters:\n    share: 0.25\n")
-        (cls.home / "robot.xacro").write_text(
-            '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n  <xacro:arg name="width" default="0.2"/>\n'
-            '  <link name="base"/>\n  <!-- ${2 * 0.1} -->\n  <link name="wheel_${1 + 1}_$(arg width)"/>\n</robot>\n'
-        )
+        for part in ("launch", "docs", "test"):
+            (cls.home / part).symlink_to(ROOT / part)
+        # Where a launch file puts it that is given no sim_dir.
+        (cls.folder / "nacelle-sim").symlink_to(cls.folder / "sim")
         tree = json.loads(cls.run_program("command-tree").stdout)
         cls.known = leaves(tree)
         cls.examples = [example for example in EXAMPLES if command_of(example.line, cls.known)]
 
     @classmethod
     def run_line(cls, line, **options):
-        return cls.run_program(*shlex.split(line), cwd=cls.home, limit_s=90, env=cls.environment_of(line), **options)
-
-    @classmethod
-    def environment_of(cls, line):
-        """A second robot on the domain of the first would be heard by it, and hear it."""
-        starts_one = shlex.split(line)[0] in ("launch", "drive", "container")
-        return {**cls.environment, "ROS_DOMAIN_ID": "1"} if starts_one else cls.environment
+        return cls.run_program(*shlex.split(line.replace("$PWD", str(cls.home)), comments=True), cwd=cls.home, limit_s=90, **options)
 
     def run_example(self, example):
         """What it printed. Fails if it did not exit as it should."""
-        for line in example.before:
-            self.expect_exit(self.run_line(line), 0)
-        try:
-            if example.keys is not None:
-                return self.run_on_terminal(example)
-            if example.ends is not None:
-                return self.run_until_interrupted(example)
-            outcome = self.run_line(example.line, input=example.stdin)
-            self.assertIn(outcome.returncode, example.exit_codes, f"{example.line}\n{outcome.stdout}\n{outcome.stderr}")
-            return outcome.stdout + outcome.stderr
-        finally:
-            for line in example.after:
-                self.expect_exit(self.run_line(line), 0)
+        if example.keys is not None:
+            return self.run_on_terminal(example)
+        if example.ends is not None:
+            return self.run_until_interrupted(example)
+        outcome = self.run_line(example.line, input=example.stdin)
+        self.assertIn(outcome.returncode, example.exit_codes, f"{example.line}\n{outcome.stdout}\n{outcome.stderr}")
+        return outcome.stdout + outcome.stderr
 
     def run_until_interrupted(self, example):
-        program = self.start_program(*shlex.split(example.line), cwd=self.home, env=self.environment_of(example.line))
+        program = self.start_program(*shlex.split(example.line, comments=True), cwd=self.home)
         # A person's patience, not a synchronisation: the command has no end of its own.
         timer = threading.Timer(example.ends, program.send_signal, [signal.SIGINT])
         timer.start()
@@ -267,20 +249,77 @@ class Document(Robot):
         self.assertEqual(missing, [], "give each a line in EXAMPLES, then run cli_doc.py --write")
 
     def test_the_document_is_that_of_the_table(self):
-        self.assertEqual(lines_of(DOCUMENT.read_text()), [example.line for example in self.examples], "run cli_doc.py --write")
+        lines = [line for example in self.examples for line in (example.line, *example.then)]
+        self.assertEqual(lines_of(DOCUMENT.read_text()), lines, "run cli_doc.py --write")
 
-    def test_every_example_runs(self):
-        for example in self.examples:
-            with self.subTest(line=example.line):
+    def test_every_line_of_the_page_runs_from_the_first_to_the_last(self):
+        how = {example.line: example for example in self.examples}
+        for line in lines_of(DOCUMENT.read_text()):
+            with self.subTest(line=line):
+                example = how.get(line, Example(line))
                 self.assertEqual(self.run_example(example).strip() == "", example.silent, "what it prints")
+
+
+# Lines of other pages that do not simply run and end: how they are tried here.
+ELSEWHERE = {
+    # No serial lines are here: the plan is proved.
+    "launch launch/robot.launch.yaml sim:=false lidar_port:=/dev/ttyUSB0 imu_port:=/dev/ttyUSB1 base_port:=/dev/ttyACM0":
+        Example("check launch/robot.launch.yaml sim:=false lidar_port:=/dev/ttyUSB0 imu_port:=/dev/ttyUSB1 base_port:=/dev/ttyACM0"),
+    "launch launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1": Example("check launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1"),
+    "topic hz /scan": Example("topic hz /scan", ends=3),
+    "teleop": Example("teleop", keys="k"),
+    # The component of README is compiled as it stands there (test/docs/CMakeLists.txt); loading it takes a package of the reader's.
+    "component load nacelle::obstacle_stop::ObstacleStopComponent --name obstacle_stop -p distance_m:=0.5": None,
+    "topic echo /blocked": None,
+    # A second robot is put apart from the one that runs.
+    "launch launch/robot.launch.yaml --resume":
+        Example("launch launch/robot.launch.yaml --resume sim_dir:=resumed-sim namespace:=resumed --name resumed", ends=6),
+    "container --name lab": Example("container --name lab", ends=2),
+    "container --name lab --resume": Example("container --name lab --resume", ends=2),
+    "launch launch/robot.launch.yaml sim:=true network:=local --report report.json":
+        Example("launch launch/robot.launch.yaml sim_dir:=local-sim namespace:=local network:=local --report report.json --name local", ends=6),
+    # With a keystore, or asked over the network from another machine: test/system/security_test.py and remote_test.py.
+    "launch launch/robot.launch.yaml network:=export": None,
+    "topic echo /scan --remote": None,
+    "param get /ekf frequency --remote --domain 7": None,
+    "topic hz /odom --remote --network local": None,
+    "topic hz /camera/image_raw --remote --network local": None,
+}  # fmt: skip
+
+
+class OtherPages(Robot):
+    def test_every_command_of_every_page_runs(self):
+        tried = set()
+        for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+            if page == DOCUMENT:
+                continue
+            for line in commands_of(page.read_text()):
+                words = shlex.split(line, comments=True)
+                with self.subTest(page=page.name, line=line):
+                    example = ELSEWHERE.get(" ".join(words), Example(line))
+                    tried.add(" ".join(words))
+                    if example is not None:
+                        self.run_example(example)
+        self.assertEqual(set(ELSEWHERE) - tried, set(), "these stand in no page any more")
 
 
 def lines_of(document):
     return re.findall(r"^\$ (?:echo '.*' \| )?nacelle (.*)$", document, re.MULTILINE)
 
 
+def commands_of(page):
+    """The command lines in a page's blocks of shell text, behind `nacelle`."""
+    blocks = re.findall(r"^```(?:sh|console|bash)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    return [line for block in blocks for line in re.findall(r"^(?:\$ )?(?:\./dev )?nacelle (.*)$", block, re.MULTILINE)]
+
+
 class Writer(Robot):
     """Not a test: uses what the tests use."""
+
+    def block(self, example):
+        line = (f"$ echo '{example.stdin}' | nacelle " if example.stdin else "$ nacelle ") + example.line
+        print(line, file=sys.stderr)
+        return "\n".join(filter(None, (line, self.shown(example, self.run_example(example)))))
 
     def runTest(self):
         parts, seen = [INTRODUCTION], set()
@@ -289,9 +328,7 @@ class Writer(Robot):
             if command[0] in HEADINGS and command[0] not in seen:
                 parts.append(f"\n## {HEADINGS[command[0]]}\n")
             seen.add(command[0])
-            line = (f"$ echo '{example.stdin}' | nacelle " if example.stdin else "$ nacelle ") + example.line
-            print(line, file=sys.stderr)
-            said = "\n".join(filter(None, (line, self.shown(example, self.run_example(example)))))
+            said = "\n".join(self.block(one) for one in (example, *map(Example, example.then)))
             what = self.known[command][:1].upper() + self.known[command][1:]
             parts.append(f"\n### {' '.join(command)}\n\n{what}.\n\n```console\n{said}\n```\n")
         DOCUMENT.write_text("".join(parts))
