@@ -154,6 +154,7 @@ CallbackReturn EkfComponent::on_configure(const State&) {
 
 CallbackReturn EkfComponent::on_activate(const State&) {
   for (const auto& input : inputs_) input->begin();
+  filter_->resume();
   watch_.emplace(inputs_, *filter_, skews_);
   next_look_ = get_clock().now() + kLookPeriod;
   return CallbackReturn::SUCCESS;

@@ -12,6 +12,8 @@ namespace {
 constexpr int kUsualIntervals = 10;
 // And never more than this, however slow the inputs are.
 constexpr Duration kMostSlack = 1s;
+// After a longer pause between two steps the motion before it says nothing about the time since.
+constexpr Duration kLongestPause = 10s;
 // Farther behind the filter than this, the clock was set back.
 constexpr Duration kClockStep = 1s;
 
@@ -201,6 +203,10 @@ bool Filter::initialise_from(const Reading& reading) {
   belief_ = first;
   initialised_ = true;
   return true;
+}
+
+bool Filter::is_timed() const {
+  return beat_ != MonotonicTime{} && last_beat_ != MonotonicTime{} && beat_ - last_beat_ <= kLongestPause;
 }
 
 // Since a step last moved or corrected the belief; if nothing tells, as long as that may take.

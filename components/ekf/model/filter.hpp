@@ -54,6 +54,9 @@ class Filter {
   /// zero: nothing does (simulated time), then only the rates tell a gap from a clock that was set.
   void step(WallTime now, MonotonicTime beat = {});
 
+  /// Steps begin again after a time without them, in which nobody knows how the robot moved.
+  void resume() { beat_ = last_beat_ = {}; }
+
   /// A commanded velocity (vx vy vz vroll vpitch vyaw), for FilterOptions::control.
   void command(const std::array<double, ControlOptions::kAxes>& velocity, WallTime stamp);
 
@@ -80,7 +83,7 @@ class Filter {
   [[nodiscard]] std::uint64_t repairs() const { return repairs_; }
   /// How many measurements there is room for; grows with the inputs' rates.
   [[nodiscard]] std::size_t queue_places() const { return queue_.places(); }
-  /// How often the wall clock was seen to be set.
+  /// How often the wall clock was seen to be set (or no step came for more than ten seconds).
   [[nodiscard]] std::uint64_t clock_steps() const { return clock_steps_; }
 
  private:
@@ -103,7 +106,7 @@ class Filter {
   void carry(Belief& belief, double dt_s, WallTime to) const;
   void differentiate(WallTime now);
   [[nodiscard]] Duration slack_of_rates() const;
-  [[nodiscard]] bool is_timed() const { return beat_ != MonotonicTime{} && last_beat_ != MonotonicTime{}; }
+  [[nodiscard]] bool is_timed() const;
   [[nodiscard]] Duration passed() const;
   void drop_waiting(Rejection cause);
   void follow_clock_back(WallTime now);

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
+
 #include "ekf/model/covariance_parameter.hpp"
 #include "ekf/model/filter.hpp"
 

@@ -180,6 +180,25 @@ TEST_F(FilterTest, a_step_that_comes_a_second_late_carries_the_robot_on_for_that
   EXPECT_EQ(filter_.clock_steps(), 0U);
 }
 
+TEST_F(FilterTest, a_pause_in_which_nobody_knows_how_the_robot_moved_does_not_carry_it_on) {
+  for (const bool told : {true, false}) {
+    Filter filter{options()};
+    const Duration pause = told ? 5s : 60s;
+    for (int i = 0; i <= 100; ++i) {
+      const Duration later = i < 50 ? 0s : pause;
+      if (i == 50 && told) filter.resume();
+      const WallTime now = at_ms(20 * i) + later;
+      filter.offer(0, now, now, [](Reading& r) -> Prepared {
+        r.rows = 0;
+        r.add(kVx, 1.0, 1e-4);
+        return {};
+      });
+      filter.step(now, MonotonicTime{1s + 20ms * i + later});
+    }
+    EXPECT_NEAR(filter.belief().mean[kX], 2.0, 0.1) << told;
+  }
+}
+
 TEST_F(FilterTest, stamps_that_stand_still_do_not_put_the_pose_seconds_ahead_and_are_counted) {
   for (int i = 0; i <= 500; ++i) {
     tell_at(20 * i, 0, 0, kVx, 0.5);
