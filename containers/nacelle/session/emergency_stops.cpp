@@ -2,6 +2,8 @@
 #include "nacelle/session/emergency_stops.hpp"
 
 #include <std_msgs/msg/bool.hpp>
+#include <system_error>
+#include <utility>
 
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/session/robot_service.hpp"
@@ -19,7 +21,12 @@ bool EmergencyStops::look() {
     if (!is_emergency_stop(stream.name, stream.type) || topics_.count(stream.name) != 0) continue;
     const msgs::MessageType* const type = container_.topic_type(stream.name);
     if (type == nullptr || type->name != kEmergencyStopType) continue;
-    topics_[stream.name].tap = std::make_unique<TopicTap>(container_.transport(), stream.name, *type, 100);
+    try {
+      auto tap = std::make_unique<TopicTap>(container_.transport(), stream.name, *type, 100);
+      topics_[stream.name].tap = std::move(tap);
+    } catch (const std::system_error&) {
+      continue;  // out of descriptors; the stop is latched, so that the next look finds it
+    }
   }
   bool changed = false;
   for (auto& [name, topic] : topics_) {
