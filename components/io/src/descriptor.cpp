@@ -9,8 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <ctime>
-
-#include "nacelle/base/expect.hpp"
+#include <system_error>
 
 namespace nacelle::io {
 namespace {
@@ -40,7 +39,7 @@ Descriptor::~Descriptor() {
 }
 
 Bell::Bell() : event_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-  NACELLE_EXPECT(event_.is_open(), "the process has no descriptor left for an eventfd");
+  if (!event_.is_open()) throw std::system_error{errno, std::generic_category(), "no eventfd"};
 }
 
 void Bell::ring() noexcept {

@@ -27,11 +27,12 @@ struct ComponentWish {
 };
 
 /// One request; on success `show` prints the reply.
-int ask(const ComponentWish& wish, json request, const std::function<void(const json&)>& show) {
+int ask(const ComponentWish& wish, json request, const std::function<void(const json&)>& show,
+        Duration limit = kComponentLimit) {
   if (wish.whom.is_remote()) request["container"] = wish.whom.container;
   auto client = connect(wish.whom);
   if (!client) return client.error();
-  auto reply = client.value().call(request, kComponentLimit);
+  auto reply = client.value().call(request, limit);
   if (!reply) return complain(reply.error());
   for (const auto& warning : reply.value().value("warnings", json::array()))
     std::fprintf(stderr, "nacelle: warning: %s\n", warning.get<std::string>().c_str());
@@ -45,7 +46,7 @@ int ask(const ComponentWish& wish, json request, const std::function<void(const 
 }
 
 int list(const ComponentWish& wish) {
-  return ask(wish, {{"verb", "component.list"}}, [&](const json& reply) {
+  const auto show = [&](const json& reply) {
     std::printf("/%s\n", text_of(reply, "container").c_str());
     for (const auto& row : reply["components"]) {
       std::printf("  %d  %s", row["id"].get<int>(), text_of(row, "node").c_str());
@@ -59,7 +60,8 @@ int list(const ComponentWish& wish) {
       std::printf("  image kept: %s of %s, held by %s\n", text_of(image, "library").c_str(),
                   text_of(image, "node").c_str(), text_of(image, "held_by").c_str());
     }
-  });
+  };
+  return ask(wish, {{"verb", "component.list"}}, show, kAnswerLimit);
 }
 
 int load(const ComponentWish& wish) {

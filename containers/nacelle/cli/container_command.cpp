@@ -34,6 +34,7 @@ Result<void, Problem> take_arguments(const std::vector<std::string>& words, laun
 }
 
 int run(const ContainerWish& wish) {
+  if (auto enough = session::Session::check_descriptor_limit(); !enough) return complain(enough.error());
   session::StopSignal stop{session::leave_at_once};
   launch::Plan plan;
   if (const auto taken = take_arguments(wish.arguments, plan.network); !taken) return complain_of_usage(taken.error());

@@ -5,7 +5,6 @@
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
-#include "nacelle/control/socket_path.hpp"
 #include "nacelle/doctor/checks.hpp"
 #include "program.hpp"
 
@@ -36,7 +35,7 @@ doctor::Wanted wanted_by(const InertLaunch& robot) {
 
 /// What the robots that run on this machine say of themselves.
 void ask_containers(Findings& findings) {
-  for (const auto& found : control::running_containers(control::socket_places_from_environment())) {
+  for (const auto& found : trusted_containers()) {
     Finding finding{Severity::Fine, "robot", "", {"container " + found.name, "", ""}};
     auto client = control::Client::connect(found.path);
     auto reply = client ? client.value().call({{"verb", "component.list"}}, 2s) : err(client.error());

@@ -8,7 +8,6 @@
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
-#include "nacelle/control/socket_path.hpp"
 #include "nacelle/session/network.hpp"
 #include "nacelle/session/network_links.hpp"
 #include "nacelle/session/network_wish.hpp"
@@ -36,7 +35,7 @@ json links_json() {
 /// What the robots that run on this machine are shown to, and where it is something else than `here`.
 json containers_json(const json& here) {
   json rows = json::array();
-  for (const auto& found : control::running_containers(control::socket_places_from_environment())) {
+  for (const auto& found : trusted_containers()) {
     json row{{"name", found.name}, {"differs", json::array()}};
     auto client = control::Client::connect(found.path);
     auto reply = client ? client.value().call({{"verb", "network"}}, 2s) : err(client.error());

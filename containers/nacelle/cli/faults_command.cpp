@@ -41,6 +41,10 @@ void show(const json& reply) {
     std::printf("the robot was stopped by %s\n", reply["robot_stopped_by"].get<std::string>().c_str());
   if (!reply["last_crash"].is_null())
     std::printf("a run before crashed: %s\n", reply["last_crash"]["text"].get<std::string>().c_str());
+  if (const json own = reply.value("container", json(nullptr)); !own.is_null()) {
+    std::printf("the container is faulted: %s: %s\n", own["code"].get<std::string>().c_str(),
+                own["text"].get<std::string>().c_str());
+  }
   bool any = false;
   for (const auto& row : reply["components"]) {
     const bool faulted = row.contains("fault");

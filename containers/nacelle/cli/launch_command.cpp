@@ -63,6 +63,7 @@ void show_arguments(const launch::Plan& plan) {
 }
 
 int run(const LaunchWish& wish) {
+  if (auto enough = session::Session::check_descriptor_limit(); !enough) return complain(enough.error());
   // First of all: from here on no signal ends the process half way.
   session::StopSignal stop{session::leave_at_once};
   die_with_parent(wish.parent_pid);

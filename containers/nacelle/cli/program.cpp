@@ -150,6 +150,13 @@ launch::Environment launch_environment(const session::ProgramPlaces& places) {
   return environment;
 }
 
+std::vector<control::FoundContainer> trusted_containers() {
+  std::vector<Problem> ignored;
+  auto found = control::running_containers(control::socket_places_from_environment(), &ignored);
+  for (const Problem& problem : ignored) complain(problem);
+  return found;
+}
+
 Result<control::Client, int> connect(const Whom& whom) {
   if (const auto wrong = whom.misuse()) return err(complain_of_usage(*wrong));
   if (whom.is_remote()) {
@@ -167,8 +174,7 @@ Result<control::Client, int> connect(const std::string& container_option) {
   } else if (const char* const variable = std::getenv("NACELLE_CONTAINER"); variable != nullptr && *variable != '\0') {
     wanted = variable;
   }
-  auto found =
-      control::choose_container(control::running_containers(control::socket_places_from_environment()), wanted);
+  auto found = control::choose_container(trusted_containers(), wanted);
   if (!found) {
     Problem problem = found.error().problem;
     if (found.error().fault == control::ChoiceFault::NoContainer) {

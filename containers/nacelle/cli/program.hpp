@@ -10,6 +10,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/control/client.hpp"
+#include "nacelle/control/socket_path.hpp"
 #include "nacelle/launch/load_plan.hpp"
 #include "nacelle/session/program_places.hpp"
 #include "whom.hpp"
@@ -33,6 +34,9 @@ int complain_of_usage(const Problem& problem);
 [[nodiscard]] std::string default_launch_file();
 /// The environment of launch files: variables, packages' folders, the robot's QoS profiles.
 [[nodiscard]] launch::Environment launch_environment(const session::ProgramPlaces& places);
+
+/// The containers that run and that this user may trust (control/trust.hpp). Says on stderr what was left aside, and why.
+[[nodiscard]] std::vector<control::FoundContainer> trusted_containers();
 
 /// A connection to whom the options mean: to the nodes of the network with --remote, else to a container: --container, else
 /// NACELLE_CONTAINER, else the only one.

@@ -4,19 +4,44 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "nacelle/control/trust.hpp"
 
 namespace nacelle::control {
 namespace {
 
 // An image as JSON is a few megabytes; nothing that a container says is longer than this.
 constexpr std::size_t kLongestReply = 64U << 20U;
+// For a place in the queue of the socket, and for room in its buffer.
+constexpr Duration kSocketLimit = 10s;
+// A container that is at work may take its time; one that is stopped never answers.
+constexpr Duration kLookPeriod = 2s;
+
+void limit_sending(int socket) {
+  timeval limit{};
+  limit.tv_sec = std::chrono::duration_cast<std::chrono::seconds>(kSocketLimit).count();
+  ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+}
+
+/// The letter of proc_pid_stat(5): R, S, D, T (stopped), t (by a debugger), Z; '?' where there is none.
+char state_of(int process) {
+  std::ifstream file{"/proc/" + std::to_string(process) + "/stat"};
+  std::string text;
+  std::getline(file, text);
+  const auto end_of_name = text.rfind(") ");  // a name may hold brackets
+  return end_of_name == std::string::npos || end_of_name + 2 >= text.size() ? '?' : text[end_of_name + 2];
+}
 
 }  // namespace
 
@@ -28,12 +53,14 @@ Client::Client(int fd) : fd_(fd), reader_(kLongestReply) {}
 Client::Client(Client&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)),
       patience_(other.patience_),
+      process_(other.process_),
       is_container_(other.is_container_),
       reader_(std::move(other.reader_)),
       out_(std::move(other.out_)) {}
 Client& Client::operator=(Client&& other) noexcept {
   std::swap(fd_, other.fd_);
   std::swap(patience_, other.patience_);
+  std::swap(process_, other.process_);
   std::swap(is_container_, other.is_container_);
   std::swap(reader_, other.reader_);
   std::swap(out_, other.out_);
@@ -46,6 +73,24 @@ Client::~Client() {
 Problem Client::gone(const char* what) const {
   if (!is_container_) return {"--remote", what, "try again"};
   return {"container", what, "look at the container's own output"};
+}
+
+Problem Client::farewell(const char* what) {
+  while (true) {
+    auto frame = receive(0ns);
+    if (!frame || !frame.value()) return gone(what);
+    if (frame.value()->kind == FrameKind::Fault)
+      return {is_container_ ? "container" : "", std::string{as_text(frame.value()->payload)}, ""};
+  }
+}
+
+std::optional<Problem> Client::is_stopped() const {
+  const char state = process_ > 0 ? state_of(process_) : '?';
+  if (state != 'T' && state != 't') return std::nullopt;
+  const std::string process = std::to_string(process_);
+  const bool is_traced = state == 't';
+  return Problem{"container", "its process " + process + " is stopped" + (is_traced ? " by a debugger" : ""),
+                 is_traced ? "resume it there" : "resume it with `kill -CONT " + process + "`"};
 }
 
 Client Client::over(int descriptor, Duration patience) {
@@ -63,9 +108,21 @@ Result<Client, Problem> Client::connect(const std::string& path) {
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return err(Problem{path, std::strerror(errno), ""});
   Client client{fd};
+  limit_sending(fd);
   if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    if (errno == EAGAIN)
+      return err(
+          Problem{path, "connecting timed out", "the container may hang or be stopped: see `ps -o pid,stat,args`"});
     return err(Problem{path, std::strerror(errno), "is the container running?"});
   }
+  // The kernel's word on the listener: the path may have become another one since it was looked at.
+  const auto peer = peer_of(fd);
+  if (!peer || !may_answer(*peer, path)) {
+    const std::string user = peer ? "user " + std::to_string(peer->user) : "an unknown user";
+    return err(Problem{path, "the listener belongs to " + user + ", not to this user or root",
+                       "no request was sent; remove the socket"});
+  }
+  client.process_ = peer->process;
   return client;
 }
 
@@ -76,7 +133,8 @@ Result<void, Problem> Client::send(FrameKind kind, std::string_view payload) {
   while (!rest.empty()) {
     const ssize_t sent = ::send(fd_, rest.data(), rest.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) return err(gone("it ended while it was asked"));
+    if (sent < 0 && errno == EAGAIN) return err(is_stopped().value_or(gone("sending the request timed out")));
+    if (sent <= 0) return err(farewell("it ended while it was asked"));
     rest.remove_prefix(static_cast<std::size_t>(sent));
   }
   return {};
@@ -108,9 +166,10 @@ Result<Frame, Problem> Client::expect(FrameKind kind, Duration limit) {
   const SystemClock clock;
   const MonotonicTime until = clock.now() + limit + patience_;
   while (true) {
-    auto frame = receive(until - clock.now());
+    auto frame = receive(std::min(until - clock.now(), kLookPeriod));
     if (!frame) return err(frame.error());
     if (!frame.value()) {
+      if (auto stopped = is_stopped()) return err(std::move(*stopped));
       if (clock.now() < until) continue;
       return err(gone("it did not answer in time"));
     }

@@ -21,6 +21,7 @@ namespace nacelle::control {
 /// Threads: one at a time.
 class Client {
  public:
+  /// Errors: no listener, a listener of another user, or a time-out of 10 s.
   [[nodiscard]] static Result<Client, Problem> connect(const std::string& path);
   /// Over a connected socket, which it takes over, to this process instead of a container: what is refused there is told as it is
   /// said. `patience`: every answer may take so much longer than its limit.
@@ -52,8 +53,13 @@ class Client {
 
   int fd_ = -1;
   [[nodiscard]] Problem gone(const char* what) const;
+  /// Why the container ended the connection, if it has said so.
+  [[nodiscard]] Problem farewell(const char* what);
+  /// What is to be said of a container whose process does not run: stopped by a signal or a debugger.
+  [[nodiscard]] std::optional<Problem> is_stopped() const;
 
   Duration patience_{};
+  int process_ = 0;  // of the container; 0: unknown
   bool is_container_ = true;
   FrameReader reader_;
   std::string out_;

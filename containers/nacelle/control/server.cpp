@@ -1,92 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/control/server.hpp"
 
-#include <fmt/format.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <pthread.h>
-#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <cstring>
+#include <exception>
 #include <utility>
+
+#include "nacelle/control/trust.hpp"
 
 namespace nacelle::control {
 namespace {
 
-constexpr std::size_t kMaxClients = 64;
+constexpr std::size_t kStopPlaces = 4;
 constexpr std::size_t kSpareConnections = 4;
-// Room for the live figures of a large robot, so that answering never grows it.
-constexpr std::size_t kOutReserve = 64U << 10U;
+// A reserved connection without a writer may be closed for the next one after this silence.
+constexpr Duration kStopPatience = 250ms;
+constexpr Duration kDescriptorPeriod = 1s;
 
-void signal_event(int descriptor) {
-  const std::uint64_t one = 1;
-  // It can only fail when the counter is full, and then the other side has been woken already.
-  static_cast<void>(!::write(descriptor, &one, sizeof one));
-}
+constexpr const char* kOnlyStops =
+    "only emergency stops and shutdown are accepted now: all client connections or file descriptors are in use; close "
+    "another client and retry";
 
-void drain_event(int descriptor) {
-  std::uint64_t count = 0;
-  static_cast<void>(!::read(descriptor, &count, sizeof count));
-}
+int open_any() { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
 
 }  // namespace
 
-Connection::Connection(int descriptor) : descriptor_(descriptor) { out.reserve(kOutReserve); }
-Connection::~Connection() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-void Connection::reuse_for(int descriptor) {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = descriptor;
-  in.forget();
-  out.clear();
-  sent_ = 0;
-}
-
-bool Connection::read_some() {
-  const ByteSpan room = in.room();
-  const ssize_t got = ::recv(descriptor_, room.data(), room.size(), MSG_DONTWAIT);
-  if (got > 0) {
-    in.filled(static_cast<std::size_t>(got));
-    return true;
-  }
-  return got < 0 && (errno == EAGAIN || errno == EINTR);
-}
-
-bool Connection::write_some() {
-  while (wants_to_write()) {
-    const ssize_t sent = ::send(descriptor_, out.data() + sent_, out.size() - sent_, MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (sent < 0) return errno == EAGAIN || errno == EINTR;
-    sent_ += static_cast<std::size_t>(sent);
-  }
-  out.clear();  // keeps its capacity
-  sent_ = 0;
-  return true;
-}
-
-ControlServer::ControlServer(SocketClaim claim, FastService& service)
-    : claim_(std::move(claim)),
-      service_(service),
-      stop_event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      handed_over_event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  clients_.reserve(kMaxClients);
+ControlServer::ControlServer(SocketClaim claim, FastService& service, const Clock& clock, ServerLimits limits)
+    : claim_(std::move(claim)), service_(service), clock_(clock), limits_(limits) {
+  clients_.reserve(limits_.guests + kStopPlaces);
   spare_.reserve(kSpareConnections);
   while (spare_.size() < kSpareConnections) spare_.push_back(std::make_unique<Connection>(-1));
   thread_ = std::thread{[this] { run(); }};
 }
 
 ControlServer::~ControlServer() {
-  signal_event(stop_event_);
+  is_ending_ = true;
+  stop_event_.set();
   thread_.join();
-  ::close(stop_event_);
-  ::close(handed_over_event_);
 }
 
 std::vector<ControlServer::HandedOver> ControlServer::take_handed_over() {
-  drain_event(handed_over_event_);
+  handed_over_event_.clear();
   return std::exchange(*handed_over_.lock(), {});
 }
 
@@ -94,65 +54,224 @@ ControlServer::Stats ControlServer::stats() const { return {accepted_, turned_aw
 
 void ControlServer::run() {
   ::pthread_setname_np(::pthread_self(), "control");
+  descriptor_kept_ = open_any();
   std::vector<pollfd> waits;
-  waits.reserve(kMaxClients + 2);
-  while (true) {
+  waits.reserve(limits_.guests + kStopPlaces + 2);
+  bool was_lost = false;
+  while (!is_ending_) {
+    now_ = clock_.now();
     waits.clear();
-    waits.push_back({stop_event_, POLLIN, 0});
-    waits.push_back({claim_.listening_descriptor(), POLLIN, 0});
+    waits.push_back({was_lost ? -1 : stop_event_.descriptor(), POLLIN, 0});
+    waits.push_back({listens_ && !accept_again_ ? claim_.listening_descriptor() : -1, POLLIN, 0});
     for (const Client& client : clients_) {
       // A slow client is only written to: what it asks for next stays in the kernel's buffer, and that is bounded.
       const int events =
           (client.connection->is_slow() ? 0 : POLLIN) | (client.connection->wants_to_write() ? POLLOUT : 0);
       waits.push_back({client.connection->descriptor(), static_cast<short>(events), 0});
     }
-    if (::poll(waits.data(), waits.size(), -1) < 0 && errno != EINTR) break;
-    if (waits[0].revents != 0) break;
-    for (std::size_t i = clients_.size(); i-- > 0;) {
-      Client& client = clients_[i];
-      if (waits[i + 2].revents == 0 || serve(client, waits[i + 2].revents)) continue;
-      close(client);
-      std::swap(client, clients_.back());
-      clients_.pop_back();
+    // Without its event the thread has to poll whether it should end.
+    const int limit = was_lost ? static_cast<int>(limits_.without_descriptors / 1ms) : limit_ms();
+    if (::poll(waits.data(), waits.size(), limit) < 0) {
+      if (errno == EINTR) continue;
+      // More connections than the limit of open files allows now (EINVAL), or no memory for so many.
+      if (!clients_.empty()) {
+        Client* const longest = most_idle(false, 0ns);
+        dismiss(longest != nullptr ? *longest : clients_.front(),
+                "closed: too many connections for the limit of open files");
+      } else {
+        ::poll(waits.data(), 1, static_cast<int>(limits_.without_descriptors / 1ms));
+      }
+      continue;
     }
-    if (waits[1].revents != 0) accept_all();
+    now_ = clock_.now();
+    if (((waits[0].revents | waits[1].revents) & (POLLNVAL | POLLERR)) != 0) {
+      listens_ = listens_ && (waits[1].revents & (POLLNVAL | POLLERR)) == 0;
+      was_lost = was_lost || waits[0].revents != 0;
+      service_.descriptor_was_lost();
+    }
+    serve_all(waits.data() + 2);
+    send_the_idle_away();
+    if (accept_again_ && *accept_again_ <= now_) accept_again_.reset();
+    if ((waits[1].revents & POLLIN) != 0) accept_all();
+    look_at_descriptors();
   }
-  for (Client& client : clients_) close(client);
-  clients_.clear();
+  while (!clients_.empty()) remove(clients_.back());
+  if (descriptor_kept_ >= 0) ::close(descriptor_kept_);
+}
+
+void ControlServer::serve_all(const pollfd* waits) {
+  for (std::size_t i = clients_.size(); i-- > 0;) {
+    Client& client = clients_[i];
+    if (waits[i].revents == 0) continue;
+    bool stays = false;
+    try {
+      stays = serve(client, waits[i].revents);
+    } catch (const std::exception& failure) {
+      // No memory, thread or descriptor is left for it. Only its own connection ends.
+      if (client.connection) client.connection->say_farewell(failure.what());
+    }
+    if (!stays) remove(client);
+  }
+}
+
+void ControlServer::remove(Client& client) {
+  close(client);
+  if (&client != &clients_.back()) std::swap(client, clients_.back());
+  clients_.pop_back();
+  if (descriptor_kept_ < 0) descriptor_kept_ = open_any();  // its place is free again
 }
 
 void ControlServer::close(Client& client) {
   for (const std::uint16_t handle : client.writers) service_.close_writer(handle);
-  if (!client.connection || spare_.size() == kSpareConnections) return;
+  if (!client.connection || spare_.size() == kSpareConnections) return client.connection.reset();
   client.connection->reuse_for(-1);
   spare_.push_back(std::move(client.connection));
 }
 
+void ControlServer::dismiss(Client& client, const char* why) {
+  ++turned_away_;
+  client.connection->say_farewell(why);
+  remove(client);
+}
+
+// --- admission and idle connections --------------------------------------------------------------------------------------
+
 void ControlServer::accept_all() {
   while (true) {
     const int descriptor = ::accept4(claim_.listening_descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (descriptor < 0) return;
-    if (clients_.size() == kMaxClients) {
-      ::close(descriptor);
-      ++turned_away_;
+    if (descriptor >= 0) {
+      admit(descriptor, false);
       continue;
     }
-    std::unique_ptr<Connection> connection;
-    if (spare_.empty()) {
-      connection = std::make_unique<Connection>(descriptor);
-    } else {
-      connection = std::move(spare_.back());
-      spare_.pop_back();
-      connection->reuse_for(descriptor);
-    }
-    clients_.push_back({std::move(connection), {}});
-    ++accepted_;
+    if (errno == EINTR || errno == ECONNABORTED) continue;
+    if (errno != EMFILE && errno != ENFILE && errno != ENOMEM && errno != ENOBUFS) return;
+    note_shortage(true);
+    if (!make_room_for_descriptors()) return;
   }
 }
 
+bool ControlServer::make_room_for_descriptors() {
+  if (Client* const idle = most_idle(false, limits_.makes_room_after); idle != nullptr) {
+    dismiss(*idle, "closed as the longest idle connection: the container is out of file descriptors");
+    return true;
+  }
+  if (descriptor_kept_ >= 0) {
+    ::close(std::exchange(descriptor_kept_, -1));
+    const int descriptor = ::accept4(claim_.listening_descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (descriptor >= 0) {
+      admit(descriptor, true);
+      return true;
+    }
+  } else if (Client* const idle = most_idle(true, kStopPatience); idle != nullptr) {
+    dismiss(*idle, kOnlyStops);
+    return true;
+  }
+  // The listener stays readable, so the loop would spin.
+  accept_again_ = now_ + limits_.without_descriptors;
+  return false;
+}
+
+void ControlServer::admit(int descriptor, bool for_stops) {
+  std::unique_ptr<Connection> connection;
+  if (spare_.empty()) {
+    connection = std::make_unique<Connection>(descriptor);
+  } else {
+    connection = std::move(spare_.back());
+    spare_.pop_back();
+    connection->reuse_for(descriptor);
+  }
+  if (!is_welcome(*connection)) {
+    ++turned_away_;
+    connection->say_farewell("refused: the container accepts its own user, root and its group only");
+    return;
+  }
+  const auto reserved = static_cast<std::size_t>(std::ranges::count_if(clients_, &Client::for_stops));
+  if (!for_stops && clients_.size() - reserved >= limits_.guests) {
+    if (Client* const idle = most_idle(false, limits_.makes_room_after); idle != nullptr) {
+      dismiss(*idle, "closed as the longest idle connection: all client connections are in use");
+    } else {
+      for_stops = true;
+    }
+  }
+  if (for_stops && reserved >= kStopPlaces) {
+    if (Client* const idle = most_idle(true, 0ns); idle != nullptr) dismiss(*idle, kOnlyStops);
+  }
+  clients_.push_back({std::move(connection), {}, now_, for_stops});
+  ++accepted_;
+}
+
+bool ControlServer::is_welcome(Connection& connection) {
+  const auto peer = peer_of(connection.descriptor());
+  return peer && may_ask(connection.descriptor(), *peer, claim_.group());
+}
+
+ControlServer::Client* ControlServer::most_idle(bool for_stops, Duration at_least) {
+  Client* found = nullptr;
+  // Reserved connections with a writer, which send a stop, are closed last.
+  const auto goes_first = [&](const Client& one, const Client& other) {
+    if (for_stops && one.writers.empty() != other.writers.empty()) return one.writers.empty();
+    return one.said_at < other.said_at;
+  };
+  for (Client& client : clients_) {
+    // A client with a writer may publish at a low rate, so it counts as idle later.
+    const Duration needed = for_stops || client.writers.empty() ? at_least : std::max(at_least, limits_.idle);
+    if (client.for_stops != for_stops || now_ - client.said_at < needed) continue;
+    if (found == nullptr || goes_first(client, *found)) found = &client;
+  }
+  return found;
+}
+
+std::optional<MonotonicTime> ControlServer::end_of(const Client& client) const {
+  if (client.for_stops) return client.said_at + limits_.stop;
+  if (!client.writers.empty()) return std::nullopt;  // it may publish at a low rate
+  return client.said_at + limits_.idle;
+}
+
+void ControlServer::send_the_idle_away() {
+  for (std::size_t i = clients_.size(); i-- > 0;) {
+    const auto end = end_of(clients_[i]);
+    if (end && *end <= now_) dismiss(clients_[i], "closed after being idle for too long");
+  }
+}
+
+int ControlServer::limit_ms() const {
+  std::optional<MonotonicTime> next;
+  const auto consider = [&](const std::optional<MonotonicTime>& due) {
+    if (due && (!next || *due < *next)) next = due;
+  };
+  for (const Client& client : clients_) consider(end_of(client));
+  consider(accept_again_);
+  consider(look_again_);
+  if (!next) return -1;
+  return static_cast<int>(std::clamp<Duration>((*next - now_) / 1ms * 1ms + 1ms, 0ns, 1h) / 1ms);
+}
+
+void ControlServer::note_shortage(bool ran_out) {
+  if (ran_out == look_again_.has_value()) return;
+  service_.descriptors_ran_out(ran_out);
+  look_again_.reset();
+  if (ran_out) look_again_ = now_ + kDescriptorPeriod;
+}
+
+// The shortage is over once one more descriptor than the spare can be opened.
+void ControlServer::look_at_descriptors() {
+  if (!look_again_ || now_ < *look_again_) return;
+  look_again_ = now_ + kDescriptorPeriod;
+  if (descriptor_kept_ < 0) descriptor_kept_ = open_any();
+  const int one_more = descriptor_kept_ < 0 ? -1 : open_any();
+  if (one_more < 0) return;
+  ::close(one_more);
+  note_shortage(false);
+}
+
+// --- frames --------------------------------------------------------------------------------------------------------------
+
 bool ControlServer::serve(Client& client, short events) {
   if ((events & (POLLERR | POLLNVAL)) != 0) return false;
-  if ((events & (POLLIN | POLLHUP)) != 0 && !client.connection->read_some()) return false;
+  if ((events & (POLLIN | POLLHUP)) != 0) {
+    if (!client.connection->read_some()) return false;
+    client.said_at = now_;
+  }
   Connection* const connection = client.connection.get();
   while (true) {
     bool drained = false;
@@ -166,6 +285,10 @@ bool ControlServer::serve(Client& client, short events) {
       }
       if (!frame.value()) {
         drained = true;
+      } else if (client.for_stops && !may_have(client, *frame.value())) {
+        refuse(client, kOnlyStops);
+        static_cast<void>(connection->write_some());
+        return false;
       } else if (!answer(client, *frame.value())) {
         return false;
       }
@@ -175,21 +298,45 @@ bool ControlServer::serve(Client& client, short events) {
   }
 }
 
+bool ControlServer::may_have(const Client& client, const Frame& frame) const {
+  switch (frame.kind) {
+    case FrameKind::Stats:
+    case FrameKind::Shutdown: return true;
+    case FrameKind::Publish: return !client.writers.empty();
+    case FrameKind::OpenWriter: {
+      const auto names = read_name_pair(frame.payload);
+      return names && service_.is_emergency_stop(*names);
+    }
+    default: return false;
+  }
+}
+
+// False: the connection is the main thread's now.
+bool ControlServer::hand_over(Client& client, const Frame& frame) {
+  if (!client.writers.empty()) {
+    refuse(client, "a connection that publishes does not take requests; open another one");
+    return true;
+  }
+  HandedOver handed{nullptr, std::string{as_text(frame.payload)}};
+  {
+    auto waiting = handed_over_.lock();
+    if (waiting->size() >= limits_.guests) {
+      refuse(client, "refused: too many requests are pending; retry later");
+      return true;
+    }
+    waiting->reserve(waiting->size() + 1);
+    handed.connection = std::move(client.connection);
+    waiting->push_back(std::move(handed));
+  }
+  ++handed_over_count_;
+  handed_over_event_.set();
+  return false;
+}
+
 bool ControlServer::answer(Client& client, const Frame& frame) {
   std::string& out = client.connection->out;
   switch (frame.kind) {
-    case FrameKind::Request: {
-      if (!client.writers.empty()) {
-        refuse(client, "a connection that publishes does not take requests; open another one");
-        return true;
-      }
-      HandedOver handed{nullptr, std::string{as_text(frame.payload)}};
-      handed.connection = std::move(client.connection);
-      handed_over_.lock()->push_back(std::move(handed));
-      ++handed_over_count_;
-      signal_event(handed_over_event_);
-      return false;
-    }
+    case FrameKind::Request: return hand_over(client, frame);
     case FrameKind::OpenWriter: {
       const auto names = read_name_pair(frame.payload);
       if (!names) {

@@ -16,10 +16,13 @@
 #include <filesystem>
 #include <utility>
 
+#include "nacelle/control/trust.hpp"
+
 namespace nacelle::control {
 namespace {
 
 constexpr const char* kSuffix = ".sock";
+constexpr int kBacklog = 64;
 
 std::optional<sockaddr_un> address_of(const std::string& path) {
   sockaddr_un address{};
@@ -41,26 +44,37 @@ bool answers(const std::string& path) {
   return alive;
 }
 
-/// Makes the folder ours, or says why it is not.
-std::optional<std::string> refusal_of(const std::string& folder, bool must_be_private) {
-  if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return std::strerror(errno);
-  struct stat seen {};
-  // lstat: in /tmp, a symbolic link of that name may be somebody else's trap.
-  if (::lstat(folder.c_str(), &seen) != 0) return std::strerror(errno);
-  if (!S_ISDIR(seen.st_mode)) return "not a folder";
-  if (must_be_private && seen.st_uid != ::geteuid()) return fmt::format("owned by user {}", seen.st_uid);
-  if (must_be_private && (seen.st_mode & 0077) != 0) return "open to other users (chmod 700 it)";
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
+struct Candidate {
+  std::string folder;
+  FolderKind kind;
+};
+
+std::vector<Candidate> candidates(const SocketPlaces& places) {
+  std::vector<Candidate> folders;
+  if (!places.xdg_runtime_dir.empty()) folders.push_back({places.xdg_runtime_dir + "/nacelle", FolderKind::Private});
+  if (!places.system_dir.empty()) folders.push_back({places.system_dir, FolderKind::System});
+  if (!places.fallback_dir.empty()) folders.push_back({places.fallback_dir, FolderKind::Private});
+  return folders;
+}
+
+/// Makes the folder, or says why no socket can be put there.
+std::optional<std::string> refusal_of(const Candidate& candidate) {
+  if (::mkdir(candidate.folder.c_str(), 0700) != 0 && errno != EEXIST) return std::strerror(errno);
+  if (auto distrust = distrust_of_folder(candidate.folder, candidate.kind)) return distrust;
+  if (::access(candidate.folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
   return std::nullopt;
 }
 
-std::vector<std::pair<std::string, bool>> candidates(const SocketPlaces& places) {
-  std::vector<std::pair<std::string, bool>> folders;  // and: must nobody else see into it?
-  if (!places.xdg_runtime_dir.empty()) folders.emplace_back(places.xdg_runtime_dir + "/nacelle", true);
-  // A package may make /run/nacelle with a group of operators, so only writing matters there.
-  if (!places.system_dir.empty()) folders.emplace_back(places.system_dir, false);
-  if (!places.fallback_dir.empty()) folders.emplace_back(places.fallback_dir, true);
-  return folders;
+/// The folder of a new socket, with its kind.
+Result<Candidate, Problem> place_for_socket(const SocketPlaces& places) {
+  std::string tried;
+  for (const auto& candidate : candidates(places)) {
+    const auto refusal = refusal_of(candidate);
+    if (!refusal) return candidate;
+    tried += fmt::format("{}{}: {}", tried.empty() ? "" : ", ", candidate.folder, *refusal);
+  }
+  return err(
+      Problem{"control socket", "no folder to put it in (" + tried + ")", "set XDG_RUNTIME_DIR to a folder of yours"});
 }
 
 }  // namespace
@@ -87,14 +101,9 @@ Result<void, Problem> validate_container_name(const std::string& name) {
 }
 
 Result<std::string, Problem> folder_for_socket(const SocketPlaces& places) {
-  std::string tried;
-  for (const auto& [folder, must_be_private] : candidates(places)) {
-    const auto refusal = refusal_of(folder, must_be_private);
-    if (!refusal) return folder;
-    tried += fmt::format("{}{}: {}", tried.empty() ? "" : ", ", folder, *refusal);
-  }
-  return err(
-      Problem{"control socket", "no folder to put it in (" + tried + ")", "set XDG_RUNTIME_DIR to a folder of yours"});
+  auto place = place_for_socket(places);
+  if (!place) return err(place.error());
+  return place.value().folder;
 }
 
 Result<std::string, Problem> socket_path_of(const SocketPlaces& places, const std::string& name) {
@@ -103,17 +112,37 @@ Result<std::string, Problem> socket_path_of(const SocketPlaces& places, const st
   return folder.value() + "/" + name + kSuffix;
 }
 
-std::vector<FoundContainer> running_containers(const SocketPlaces& places) {
+std::vector<FoundContainer> running_containers(const SocketPlaces& places, std::vector<Problem>* ignored) {
   std::vector<FoundContainer> found;
-  for (const auto& [folder, must_be_private] : candidates(places)) {
-    std::error_code ignored;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+  for (const auto& [folder, kind] : candidates(places)) {
+    const auto ignore = [&, &folder = folder](std::string what) {
+      if (ignored != nullptr)
+        ignored->push_back({folder, "ignored: " + std::move(what), "another user may have created it; remove it"});
+    };
+    // One that is not there, or that is not for this user, holds nothing of interest.
+    if (::access(folder.c_str(), F_OK) != 0) continue;
+    if (kind == FolderKind::System && ::access(folder.c_str(), R_OK | X_OK) != 0) continue;
+    if (const auto distrust = distrust_of_folder(folder, kind)) {
+      ignore(*distrust);
+      continue;
+    }
+    std::size_t odd = 0;
+    std::string first_odd;
+    std::error_code unreadable;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable)) {
       if (entry.path().extension() != kSuffix) continue;
       FoundContainer container{entry.path().stem().string(), entry.path().string()};
+      std::optional<std::string> distrust = distrust_of_socket(container.path, kind);
+      if (!distrust && !validate_container_name(container.name)) distrust = "no name of a container";
+      if (distrust) {
+        if (odd++ == 0) first_odd = fmt::format("{} ({})", entry.path().filename().string(), *distrust);
+        continue;
+      }
       const auto same = [&](const FoundContainer& other) { return other.name == container.name; };
-      if (answers(container.path) && std::none_of(found.begin(), found.end(), same))
+      if (std::none_of(found.begin(), found.end(), same) && answers(container.path))
         found.push_back(std::move(container));
     }
+    if (odd != 0) ignore(first_odd + (odd > 1 ? fmt::format(" and {} more", odd - 1) : std::string{}));
   }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   return found;
@@ -146,17 +175,18 @@ Result<FoundContainer, NoChoice> choose_container(const std::vector<FoundContain
 
 Result<SocketClaim, Problem> SocketClaim::take(const SocketPlaces& places, const std::string& name) {
   if (auto valid = validate_container_name(name); !valid) return err(valid.error());
-  auto folder = folder_for_socket(places);
-  if (!folder) return err(folder.error());
+  auto place = place_for_socket(places);
+  if (!place) return err(place.error());
+  const auto& [folder, kind] = place.value();
 
   SocketClaim claim;
-  const std::string path = folder.value() + "/" + name + kSuffix;
+  const std::string path = folder + "/" + name + kSuffix;
   const auto address = address_of(path);
   if (!address) {
     return err(Problem{"control socket " + path, "the path is longer than a socket's may be (107 bytes)",
                        "use a shorter container name or another XDG_RUNTIME_DIR"});
   }
-  const std::string lock_path = folder.value() + "/" + name + ".lock";
+  const std::string lock_path = folder + "/" + name + ".lock";
   // The lock, not the socket's file, says whether the owner lives: a file survives kill -9, a lock does not.
   while (claim.lock_ < 0) {
     const int fd = ::open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
@@ -178,10 +208,19 @@ Result<SocketClaim, Problem> SocketClaim::take(const SocketPlaces& places, const
   }
   ::unlink(path.c_str());
   claim.listen_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (claim.listen_ < 0 || ::bind(claim.listen_, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0 ||
-      ::listen(claim.listen_, 16) != 0) {
+  // The mode of a socket that is not bound yet becomes that of its file: at no time may others connect.
+  if (claim.listen_ < 0 || ::fchmod(claim.listen_, 0600) != 0 ||
+      ::bind(claim.listen_, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0) {
     return err(Problem{"control socket " + path, std::strerror(errno), "set XDG_RUNTIME_DIR to a folder of yours"});
   }
+  struct stat of_folder {};
+  if (kind == FolderKind::System && ::stat(folder.c_str(), &of_folder) == 0 && (of_folder.st_mode & 0010U) != 0) {
+    if (::chown(path.c_str(), static_cast<uid_t>(-1), of_folder.st_gid) != 0 || ::chmod(path.c_str(), 0660) != 0)
+      return err(Problem{"control socket " + path, std::strerror(errno), "start it as root, or in the folder's group"});
+    claim.group_ = of_folder.st_gid;
+  }
+  if (::listen(claim.listen_, kBacklog) != 0)
+    return err(Problem{"control socket " + path, std::strerror(errno), "set XDG_RUNTIME_DIR to a folder of yours"});
   claim.path_ = path;
   return claim;
 }
@@ -190,7 +229,8 @@ SocketClaim::SocketClaim(SocketClaim&& other) noexcept
     : lock_(std::exchange(other.lock_, -1)),
       listen_(std::exchange(other.listen_, -1)),
       path_(std::exchange(other.path_, {})),
-      lock_path_(std::exchange(other.lock_path_, {})) {}
+      lock_path_(std::exchange(other.lock_path_, {})),
+      group_(other.group_) {}
 
 SocketClaim::~SocketClaim() {
   if (listen_ >= 0) ::close(listen_);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,7 +24,7 @@ struct SocketPlaces {
 [[nodiscard]] Result<void, Problem> validate_container_name(const std::string& name);
 
 /// The folder for a new socket, made (mode 0700) if need be: the first of $XDG_RUNTIME_DIR/nacelle, /run/nacelle and
-/// /tmp/nacelle-<uid> that we may write to. One that somebody else owns or may look into is refused.
+/// /tmp/nacelle-<uid> that is trusted (trust.hpp) and that this user may write to.
 [[nodiscard]] Result<std::string, Problem> folder_for_socket(const SocketPlaces& places);
 
 /// Where the socket of a container of that name would be. Errors: as folder_for_socket().
@@ -34,7 +36,10 @@ struct FoundContainer {
   friend bool operator==(const FoundContainer&, const FoundContainer&) = default;
 };
 /// Every container that answers, by name. A socket that nobody listens on is left out (its container was killed).
-[[nodiscard]] std::vector<FoundContainer> running_containers(const SocketPlaces& places);
+/// A folder or socket that is not trusted (trust.hpp) is left out, too, and never connected to; `ignored` gets a Problem of
+/// each folder that holds such.
+[[nodiscard]] std::vector<FoundContainer> running_containers(const SocketPlaces& places,
+                                                             std::vector<Problem>* ignored = nullptr);
 
 enum class ChoiceFault { NoContainer, Ambiguous };
 struct NoChoice {
@@ -56,11 +61,14 @@ class SocketClaim {
 
   [[nodiscard]] int listening_descriptor() const { return listen_; }
   [[nodiscard]] const std::string& path() const { return path_; }
+  /// The group whose members may ask, too: that of the system's folder. None in a folder of one user.
+  [[nodiscard]] std::optional<gid_t> group() const { return group_; }
 
  private:
   SocketClaim() = default;
   int lock_ = -1, listen_ = -1;
   std::string path_, lock_path_;
+  std::optional<gid_t> group_;
 };
 
 }  // namespace nacelle::control

@@ -112,7 +112,7 @@ void RemoteDesk::run() {
         limit_ms = static_cast<int>(std::max<Duration::rep>(0, (*due - clock.now()) / 1ms + 1));
       ::poll(waits.data(), waits.size(), limit_ms);
       if (waits[0].revents != 0 || waits[1].revents != 0) break;
-      desk.serve(waits.data() + kOwn, waits.size() - kOwn);
+      desk.serve(waits.data() + kOwn);
       if (waits[2].revents == 0) continue;
       std::uint64_t count = 0;
       static_cast<void>(!::read(came_.descriptor(), &count, sizeof count));

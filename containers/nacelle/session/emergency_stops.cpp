@@ -2,6 +2,8 @@
 #include "nacelle/session/emergency_stops.hpp"
 
 #include <std_msgs/msg/bool.hpp>
+#include <system_error>
+#include <utility>
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/msgs/message_type.hpp"
@@ -52,7 +54,14 @@ bool EmergencyStops::look() {
   for (const auto& stream : streams) {
     if (!is_emergency_stop(stream.name, stream.type) || topics_.count(stream.name) != 0) continue;
     const msgs::MessageType* const type = container_.topic_type(stream.name);
-    if (type != nullptr && type->name == kEmergencyStopType) open(topics_[stream.name], stream.name, *type);
+    if (type == nullptr || type->name != kEmergencyStopType) continue;
+    try {
+      Topic topic;
+      open(topic, stream.name, *type);
+      topics_.emplace(stream.name, std::move(topic));
+    } catch (const std::system_error&) {
+      continue;  // out of descriptors; the stop is latched, so that the next look finds it
+    }
   }
   bool changed = false;
   for (auto& [name, topic] : topics_) {

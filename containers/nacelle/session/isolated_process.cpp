@@ -94,6 +94,8 @@ class IsolatedProcess {
     while (!over_ && !stop.is_raised()) {
       std::array<pollfd, 2> waits{pollfd{stop.descriptor(), POLLIN, 0}, pollfd{event_, POLLIN, 0}};
       ::poll(waits.data(), waits.size(), -1);
+      // The component closed descriptors that it does not own.
+      if (((waits[0].revents | waits[1].revents) & POLLNVAL) != 0) return;
       std::uint64_t count = 0;
       static_cast<void>(!::read(event_, &count, sizeof count));
       std::vector<std::string> notes;

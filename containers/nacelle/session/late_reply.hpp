@@ -8,21 +8,18 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/control/event.hpp"
 
 namespace nacelle::session {
 
 /// Rung by whoever has an answer ready; readable then. Threads: any.
 class Bell {
  public:
-  Bell();
-  Bell(const Bell&) = delete;
-  Bell& operator=(const Bell&) = delete;
-  ~Bell();
-  void ring() noexcept;
-  [[nodiscard]] int descriptor() const { return event_; }
+  void ring() noexcept { event_.set(); }
+  [[nodiscard]] int descriptor() const { return event_.descriptor(); }
 
  private:
-  int event_;
+  control::Event event_;
 };
 
 /// The answer to a request that has to wait for a component: the main thread goes on with others meanwhile.

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "nacelle/base/time.hpp"
+#include "nacelle/control/event.hpp"
 #include "nacelle/session/stop_signal.hpp"
 
 namespace nacelle::session {
@@ -20,7 +21,7 @@ class Lookout {
   Lookout& operator=(const Lookout&) = delete;
 
  private:
-  const int over_;  // an eventfd
+  control::Event over_;
   std::thread thread_;
 };
 

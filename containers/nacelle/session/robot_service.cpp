@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,13 @@
 #include "nacelle/session/publish_encoded.hpp"
 
 namespace nacelle::session {
+
+namespace {
+
+// Writers that only emergency stops can have.
+constexpr std::size_t kWritersForStops = 8;
+
+}  // namespace
 
 const char* to_text(Phase phase) {
   switch (phase) {
@@ -37,19 +45,43 @@ RobotService::RobotService(runtime::Container& container, const std::vector<std:
       types_(message_folders),
       on_shutdown_(on_shutdown),
       context_(context),
-      emergency_event_(emergency_event) {
+      emergency_event_(emergency_event),
+      main_thread_(::pthread_self()) {
   streams_.reserve(64);
+  // An emergency stop must work when no library can be opened any more.
+  static_cast<void>(types_.message(kEmergencyStopType));
+}
+
+void RobotService::wake() const {
+  const std::uint64_t one = 1;
+  static_cast<void>(!::write(emergency_event_, &one, sizeof one));
+}
+
+bool RobotService::is_emergency_stop(control::NamePair topic_and_type) const {
+  return session::is_emergency_stop(topic_and_type.first, topic_and_type.second);
+}
+
+void RobotService::descriptors_ran_out(bool ran_out) {
+  has_no_descriptors_ = ran_out;
+  wake();
+}
+
+void RobotService::descriptor_was_lost() {
+  has_lost_a_descriptor_ = true;
+  // The event may be closed as well. A signal interrupts the main thread's poll() in any case.
+  ::pthread_kill(main_thread_, SIGTERM);
 }
 
 Result<std::uint16_t, std::string> RobotService::open_writer(control::NamePair topic_and_type) {
   if (auto valid = validate_full_topic_name(topic_and_type.first); !valid) return err(valid.error().text());
   auto type = types_.message(topic_and_type.second);
   if (!type) return err(type.error().text());
-  const bool latched = is_emergency_stop(topic_and_type.first, topic_and_type.second);
+  const bool latched = is_emergency_stop(topic_and_type);
   for (std::size_t i = 0; latched && i < writers_.size(); ++i) {
     if (writers_[i].latched_topic == topic_and_type.first) return static_cast<std::uint16_t>(i);
   }
-  for (std::size_t i = 0; i < writers_.size(); ++i) {
+  const std::size_t most = writers_.size() - (latched ? 0 : kWritersForStops);
+  for (std::size_t i = 0; i < most; ++i) {
     if (writers_[i].writer) continue;
     // Named, so that it counts as one of the stream's writers: the command of a person at the socket is data of the robot.
     // With a '_', as the nodes of ROS 2's tools: lists leave it out.
@@ -74,10 +106,7 @@ const char* RobotService::publish(const control::Publication& publication) {
   // An emergency stop may be set, and released, at any time.
   if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or any more)";
   if (const char* const why = publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr) return why;
-  if (!open.latched_topic.empty()) {
-    const std::uint64_t one = 1;
-    static_cast<void>(!::write(emergency_event_, &one, sizeof one));
-  }
+  if (!open.latched_topic.empty()) wake();
   return nullptr;
 }
 

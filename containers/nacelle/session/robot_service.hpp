@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <pthread.h>
+
 #include <array>
 #include <atomic>
 #include <filesystem>
@@ -28,12 +30,13 @@ inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmerg
 
 /// Answers the control thread from the container: publishing, transforms, live figures.
 ///
-/// Threads: FastService's members on the control thread; set_phase() and set_nodes() from any thread.
+/// Threads: made by the main thread; FastService's members on the control thread; set_phase() and set_nodes() from any thread.
 /// Allocates: open_writer(); the first answers, until the buffers have their size.
 class RobotService final : public control::FastService {
  public:
   /// `on_shutdown` is called on the control thread when a client wants the end; it only notes it.
-  /// `emergency_event` is an eventfd that is told when a client has said something of an emergency stop; it outlives this.
+  /// `emergency_event` is an eventfd that is set when a client publishes an emergency stop, and when descriptors run out or are
+  /// available again. It outlives this.
   RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
                void (*on_shutdown)(void*), void* context, int emergency_event);
 
@@ -45,6 +48,14 @@ class RobotService final : public control::FastService {
   /// As a client would. Before there are clients. Errors: why it is not set.
   [[nodiscard]] Result<void, std::string> set_emergency_stop(const std::string& topic);
   void request_shutdown() override { on_shutdown_(context_); }
+  [[nodiscard]] bool is_emergency_stop(control::NamePair topic_and_type) const override;
+  void descriptors_ran_out(bool ran_out) override;
+  void descriptor_was_lost() override;
+
+  /// Returns whether the control thread fails to open descriptors. A change sets the emergency event. Threads: any.
+  [[nodiscard]] bool has_no_descriptors() const { return has_no_descriptors_; }
+  /// Returns whether a descriptor of the control thread was closed by other code. The main thread gets a SIGTERM then. Threads: any.
+  [[nodiscard]] bool has_lost_a_descriptor() const { return has_lost_a_descriptor_; }
 
   void set_phase(Phase phase) { phase_ = phase; }
   [[nodiscard]] Phase phase() const { return phase_; }
@@ -52,6 +63,7 @@ class RobotService final : public control::FastService {
   void set_nodes(const std::vector<runtime::ComponentInfo>& nodes);
 
  private:
+  void wake() const;
   struct OpenWriter {
     std::unique_ptr<Writer> writer;
     const msgs::MessageType* type = nullptr;
@@ -64,6 +76,8 @@ class RobotService final : public control::FastService {
   void (*on_shutdown_)(void*);
   void* context_;
   int emergency_event_;
+  const pthread_t main_thread_;
+  std::atomic<bool> has_no_descriptors_{false}, has_lost_a_descriptor_{false};
   std::atomic<Phase> phase_{Phase::Starting};
   Guarded<std::string> nodes_json_{std::in_place, "[]"};
   std::array<OpenWriter, 64> writers_;

@@ -3,15 +3,16 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/json.hpp"
@@ -46,15 +47,11 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
       options_(std::move(options)),
       clock_(clock),
       stop_(stop),
-      on_terminal_(::isatty(STDERR_FILENO) == 1),
-      fault_event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+      on_terminal_(::isatty(STDERR_FILENO) == 1) {
   report_.seed = options_.seed;
 }
 
-Session::~Session() {
-  end();
-  ::close(fault_event_);
-}
+Session::~Session() { end(); }
 
 void Session::end() {
   lookout_.reset();
@@ -70,7 +67,7 @@ void Session::end() {
 }
 
 void Session::say(const std::string& line) const {
-  std::fprintf(stderr, on_terminal_ && !options_.verbose ? "\r\033[K%s\n" : "%s\n", line.c_str());
+  std::fprintf(stderr, on_terminal_ && !options_.verbose ? "\r\033[K%s\n" : "%s\n", printable(line).c_str());
 }
 
 void Session::progress(const std::string& line) const {
@@ -83,7 +80,12 @@ void Session::progress(const std::string& line) const {
 }
 
 int Session::run() {
-  const int code = run_robot();
+  const int code = guarded_run();
+  if (lost_descriptors_) {
+    // Other files may have the closed numbers by now, and threads whose events are closed cannot be joined: no destructors.
+    std::fflush(nullptr);
+    ::_exit(code);
+  }
   if (container_ && container_->abandoned() != 0) {
     // Threads that hang in components use what destructors at exit would take away from under them.
     end();
@@ -91,6 +93,18 @@ int Session::run() {
     ::_exit(code);
   }
   return code;
+}
+
+int Session::guarded_run() {
+  try {
+    return run_robot();
+  } catch (const std::exception& failure) {
+    // The process has no descriptors, threads or memory left. The destructors clean up.
+    static_cast<void>(runtime::write_all_safe_stops());
+    say("nacelle: " +
+        Problem{"container", failure.what(), "raise what the process may have: `ulimit -n`, `ulimit -u`"}.text());
+    return 1;
+  }
 }
 
 int Session::run_robot() {
@@ -125,7 +139,7 @@ int Session::run_robot() {
     say("nacelle: " + joined.error().text());
     return 1;
   }
-  supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_);
+  supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_.descriptor());
   lookout_ = std::make_unique<Lookout>(
       stop_, [this] { return is_going_up_ ? Duration::zero() : kMainThreadLimit; },
       [this] {
@@ -135,7 +149,7 @@ int Session::run_robot() {
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
-      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_, fault_event_);
+      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_, fault_event_.descriptor());
   emergency_stops_ = std::make_unique<EmergencyStops>(*container_);
   if (auto set = set_held_stops(); !set) {
     say("nacelle: " + set.error().text());
@@ -149,11 +163,11 @@ int Session::run_robot() {
     }
     transitions_ = std::move(log).value();
   }
-  server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_);
+  server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_, clock_);
 
   desk_ = std::make_unique<VerbDesk>(*this);
 
-  auto up = bring_up();
+  auto up = guarded_bring_up();
   is_going_up_ = false;
   std::optional<Problem> failure;
   if (!up) {
@@ -241,12 +255,20 @@ void Session::composition_changed() {
   steady_from_ = clock_.now() + kSettling;
 }
 
+Result<void, Problem> Session::guarded_bring_up() {
+  try {
+    return bring_up();
+  } catch (const std::exception& failure) {
+    return err(Problem{"bring-up", failure.what(), "raise what the process may have: `ulimit -n`, `ulimit -u`"});
+  }
+}
+
 // A person who asks what a bring-up waits for is answered while it waits.
 void Session::answer_guests() {
   std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
   desk_->append_waits(waits);
   if (::poll(waits.data(), waits.size(), 0) < 0) return;
-  desk_->serve(waits.data() + 1, waits.size() - 1);
+  desk_->serve(waits.data() + 1);
   if (waits[0].revents == 0) return;
   for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
 }
@@ -257,13 +279,19 @@ std::optional<Problem> Session::serve() {
       clock_, options_.clock_alarm != nullptr ? *options_.clock_alarm : *(kernel_alarm = make_kernel_clock_alarm())};
   ClockJumpReport clock_jumps{container_->transport(), options_.container_name,
                               fully_qualified_node_name(plan_.container.namespace_, options_.container_name)};
+  // Without memory, threads or descriptors a step fails; the robot keeps running.
+  const auto attempt = [this](const char* what, const auto& act) {
+    try {
+      act();
+    } catch (const std::exception& failure) { say(fmt::format("nacelle: container: {}: {}", what, failure.what())); }
+  };
   std::vector<pollfd> waits;
   waits.reserve(64);
   while (true) {
     waits.clear();
     waits.push_back({stop_.descriptor(), POLLIN, 0});
     waits.push_back({server_->handed_over_descriptor(), POLLIN, 0});
-    waits.push_back({fault_event_, POLLIN, 0});
+    waits.push_back({fault_event_.descriptor(), POLLIN, 0});
     waits.push_back({clock_watch.descriptor(), POLLIN, 0});
     waits.push_back({network_->descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
@@ -294,14 +322,13 @@ std::optional<Problem> Session::serve() {
       const int left_ms = std::max(0, static_cast<int>(std::min<Duration>(*due - clock_.now(), 1h) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
     }
-    if (::poll(waits.data(), waits.size(), limit_ms) < 0 && errno != EINTR)
-      return Problem{"container", "poll failed", ""};
+    if (auto waited = wait(waits, guests_at, limit_ms); !waited) return waited.error();
     if (steady_from_ && !steady_.has_begun() && clock_.now() >= *steady_from_) steady_.begin(clock_.now());
     if (waits[0].revents != 0) break;
     if (waits[2].revents != 0) {
-      std::uint64_t count = 0;
-      static_cast<void>(!::read(fault_event_, &count, sizeof count));
+      fault_event_.clear();
       service_->set_nodes(container_->list());
+      attempt("descriptors", [&] { look_at_descriptors(); });
     }
     if (waits[3].revents != 0) {
       if (const auto step = clock_watch.look()) {
@@ -309,15 +336,15 @@ std::optional<Problem> Session::serve() {
         network_->note_clock_jump();
       }
     }
-    network_->serve(waits[4].revents != 0);
+    attempt("network", [&] { network_->serve(waits[4].revents != 0); });
     const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
                                            waits.begin() + static_cast<std::ptrdiff_t>(guests_at),
                                            [](const pollfd& wait) { return wait.revents != 0; });
-    if (stop_was_said && emergency_stops_->look()) keep_composition();
+    if (stop_was_said && emergency_stops_->look()) attempt("state", [&] { keep_composition(); });
     const auto due = supervision_->next_due();
     if (waits[2].revents != 0 || (due && *due <= clock_.now())) {
-      supervision_->work();
-      keep_composition();
+      attempt("faults", [&] { supervision_->work(); });
+      attempt("state", [&] { keep_composition(); });
     }
     for (const auto& program : programs_) {
       if (program->descriptor() < 0) continue;
@@ -327,7 +354,7 @@ std::optional<Problem> Session::serve() {
       if (program->spec().required) return problem;
       say("nacelle: " + problem.text());
     }
-    desk_->serve(waits.data() + guests_at, waits.size() - guests_at);
+    desk_->serve(waits.data() + guests_at);
     if (waits[1].revents != 0) {
       for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
     }
@@ -336,6 +363,8 @@ std::optional<Problem> Session::serve() {
 }
 
 void Session::take_down() {
+  // If its event is closed, the thread cannot be joined.
+  if (lost_descriptors_) static_cast<void>(lookout_.release());
   lookout_.reset();
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
@@ -372,7 +401,8 @@ void Session::take_down() {
     program->stop(clock_);
   }
   supervision_->publish();
-  if (was_running) state_->remove();
+  // After a failure of this kind `--resume` restores the composition.
+  if (was_running && !lost_descriptors_) state_->remove();
   service_->set_phase(Phase::Down);
   if (on_terminal_ && !options_.verbose) {
     std::fputs("\r\033[K", stderr);

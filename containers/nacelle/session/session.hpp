@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <poll.h>
+
 #include <atomic>
 #include <filesystem>
 #include <functional>
@@ -13,6 +15,7 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
+#include "nacelle/control/event.hpp"
 #include "nacelle/control/server.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
@@ -68,6 +71,8 @@ class Session {
   Session& operator=(const Session&) = delete;
   ~Session();
 
+  /// Checks that the process may open enough files for a session. Call it before anything is opened.
+  [[nodiscard]] static Result<void, Problem> check_descriptor_limit();
   /// Brings the robot up, runs it until a signal, a request or a program's end, and takes it down again.
   /// Returns the process's exit code; what went wrong has been said on stderr.
   [[nodiscard]] int run();
@@ -98,6 +103,9 @@ class Session {
   static constexpr Duration kShutdownStepLimit = std::chrono::seconds{3};
 
   [[nodiscard]] int run_robot();
+  /// Reports exceptions as failures.
+  [[nodiscard]] int guarded_run();
+  [[nodiscard]] Result<void, Problem> guarded_bring_up();
   /// What the destructor does but for closing what a thread that hangs may still use.
   void end();
   /// Where the state is kept, and what is there to come back to.
@@ -116,6 +124,11 @@ class Session {
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
   void answer_guests();
+  /// Reports when the process runs out of descriptors, and when that is over.
+  void look_at_descriptors();
+  /// Polls; closes connections if their number makes poll() fail. Errors: poll() fails on the robot's own descriptors, or a
+  /// component closed some.
+  [[nodiscard]] Result<void, Problem> wait(std::vector<pollfd>& waits, std::size_t guests_at, int limit_ms);
   /// Runs until it is to end. Returns what ended it if that is a failure.
   [[nodiscard]] std::optional<Problem> serve();
   void take_down();
@@ -131,7 +144,7 @@ class Session {
   const Clock& clock_;
   StopSignal& stop_;
   bool on_terminal_;
-  int fault_event_ = -1;
+  control::Event fault_event_;
 
   // Destroyed from below: the server first, so that nobody asks any more, the container before the programs it talks to.
   std::vector<std::unique_ptr<ForeignProgram>> programs_;
@@ -156,6 +169,8 @@ class Session {
   bool told_of_state_ = false;               // that the state file cannot be written
   std::atomic<bool> is_going_up_{true};      // the main thread is in bring_up()
   bool undoing_ = false;                     // a failed bring-up: no figures to take
+  bool told_of_descriptors_ = false;         // that they ran out
+  bool lost_descriptors_ = false;            // a component closed some of the container
   report::RunReport report_;
   std::string last_messages_json_;
   SteadyState steady_;

@@ -38,6 +38,15 @@ TargetState target_from(StateId from) {
   }
 }
 
+/// The container as a row among its components, for the diagnostics.
+runtime::ComponentInfo info_of_container(const runtime::Container& container, const FaultReason& fault) {
+  runtime::ComponentInfo info;
+  info.node = fully_qualified_node_name(container.options().name_space, container.options().name);
+  info.managed = false;
+  info.fault = fault;
+  return info;
+}
+
 json to_json(const runtime::FaultEvent& event) {
   return {{"number", event.number}, {"node", event.node},         {"code", event.code},
           {"text", event.text},     {"callback", event.callback}, {"time_ns", event.when.nanoseconds()}};
@@ -74,7 +83,7 @@ void Supervision::publish() {
 }
 
 void Supervision::publish(const Noted& noted) {
-  const auto components = session_.container().list();
+  auto components = session_.container().list();
   topics_.follow(components);
   for (const auto& info : components) {
     if (info.actuator) actuators_.insert(info.node);
@@ -86,6 +95,7 @@ void Supervision::publish(const Noted& noted) {
     if (change.to == StateId::Active) active_order_.push_back(change.node);
   }
   next_beat_.reset();
+  components.push_back(info_of_container(session_.container(), own_fault_));
   if (topics_.publish_diagnostics(components)) next_beat_ = clock_.now() + kDiagnosticsPeriod;
 }
 
@@ -235,6 +245,11 @@ void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
                            cause.node, cause.fault.code, cause.fault.text, order.size(), failed));
 }
 
+void Supervision::set_own_fault(const FaultReason& fault) {
+  own_fault_ = fault;
+  publish();
+}
+
 json Supervision::report() const {
   json rows = json::array(), history = json::array();
   const auto events = session_.container().faults();
@@ -255,7 +270,9 @@ json Supervision::report() const {
     rows.push_back(std::move(row));
   }
   for (const auto& event : events) history.push_back(to_json(event));
-  json answer{{"ok", true}, {"components", rows}, {"history", history}, {"robot_stopped_by", nullptr}};
+  json answer{
+      {"ok", true}, {"components", rows}, {"history", history}, {"robot_stopped_by", nullptr}, {"container", nullptr}};
+  if (!own_fault_.code.empty()) answer["container"] = {{"code", own_fault_.code}, {"text", own_fault_.text}};
   if (stopped_by_) answer["robot_stopped_by"] = *stopped_by_;
   return answer;
 }

@@ -44,6 +44,8 @@ class Supervision {
   /// It has registered a stop frame in this run, or had in the run that is resumed.
   [[nodiscard]] bool was_actuator(const std::string& node) const { return actuators_.count(node) != 0; }
   void note_actuator(const std::string& node) { actuators_.insert(node); }
+  /// Sets the fault of the container itself; an empty code clears it.
+  void set_own_fault(const FaultReason& fault);
   [[nodiscard]] nlohmann::json report() const;
 
  private:
@@ -77,6 +79,7 @@ class Supervision {
   std::vector<std::string> active_order_;                    // nodes in the order in which they became active
   std::set<std::string> actuators_;
   std::optional<std::string> stopped_by_;
+  FaultReason own_fault_;                   // of the container itself
   std::optional<MonotonicTime> next_beat_;  // of the diagnostics, while a component is faulted
 };
 

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/session/topic_tap.hpp"
 
-#include <sys/eventfd.h>
-#include <unistd.h>
-
-#include <cstdint>
-
 namespace nacelle::session {
 
 TopicTap::TopicTap(Transport& transport, const std::string& topic, const msgs::MessageType& type, std::size_t depth)
-    : type_(type), event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    : type_(type) {
   // No node name: the endpoint of a tool.
   EndpointSpec spec{topic, &type, QoS{KeepLast{depth}}.best_effort(), ""};
   reader_ = transport.create_reader(spec, Taking::Share, this);
@@ -19,28 +14,20 @@ TopicTap::TopicTap(Transport& transport, const std::string& topic, const msgs::M
   if (all != 0 && with_history->writer_count() == all) reader_ = std::move(with_history);
 }
 
-TopicTap::TopicTap(Transport& transport, const EndpointSpec& spec)
-    : type_(*spec.type), event_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+TopicTap::TopicTap(Transport& transport, const EndpointSpec& spec) : type_(*spec.type) {
   reader_ = transport.create_reader(spec, Taking::Share, this);
 }
 
-TopicTap::~TopicTap() {
-  reader_.reset();  // before the descriptor that its writers wake
-  ::close(event_);
-}
+TopicTap::~TopicTap() = default;
 
 Block* TopicTap::take() {
   Block* const block = reader_->take();
   if (block != nullptr) return block;
-  std::uint64_t count = 0;
-  static_cast<void>(!::read(event_, &count, sizeof count));
+  event_.clear();
   // A message that came between the two lines above has found the event set, and would be slept through.
   return reader_->take();
 }
 
-void TopicTap::on_ready() noexcept {
-  const std::uint64_t one = 1;
-  static_cast<void>(!::write(event_, &one, sizeof one));
-}
+void TopicTap::on_ready() noexcept { event_.set(); }
 
 }  // namespace nacelle::session

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "nacelle/control/event.hpp"
 #include "nacelle/node/transport.hpp"
 
 namespace nacelle::session {
@@ -11,6 +12,7 @@ namespace nacelle::session {
 /// A tool's look at a topic: best effort, never in the way of the robot, and not one of the stream's readers in the report.
 ///
 /// Messages of writers with a history (transient_local) come even if they are older than the tap.
+/// Errors: std::system_error if the process has no descriptor left.
 /// Threads: one, but for the writers' wake-up.
 class TopicTap final : private ReadyListener {
  public:
@@ -22,7 +24,7 @@ class TopicTap final : private ReadyListener {
   ~TopicTap() override;
 
   /// Readable when there may be something to take.
-  [[nodiscard]] int descriptor() const { return event_; }
+  [[nodiscard]] int descriptor() const { return event_.descriptor(); }
   /// The next message, or null; call until null. The block is returned with drop_reference().
   [[nodiscard]] Block* take();
   [[nodiscard]] const msgs::MessageType& type() const { return type_; }
@@ -32,7 +34,7 @@ class TopicTap final : private ReadyListener {
   void on_ready() noexcept override;
 
   const msgs::MessageType& type_;
-  int event_;
+  control::Event event_;
   std::unique_ptr<Reader> reader_;
 };
 

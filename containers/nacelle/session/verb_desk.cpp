@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 #include <iterator>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "nacelle/control/client.hpp"
@@ -47,6 +49,13 @@ std::int64_t stamp_ns(const msgs::MessageType& type, const void* message) {
   return seconds * std::int64_t{1'000'000'000} + nanoseconds;
 }
 
+constexpr const char* kTheRobotGoesOn = "the request was refused; the container keeps running";
+
+std::string reason_of(const std::exception& failure) {
+  if (dynamic_cast<const std::bad_alloc*>(&failure) != nullptr) return "out of memory";
+  return failure.what();
+}
+
 void append_hex(std::string& out, const msgs::MessageType& type, const void* message) {
   Bytes bytes(type.encoded_size(message));
   type.encode(message, bytes.data());
@@ -69,59 +78,124 @@ VerbDesk::Show VerbDesk::show_of(const std::string& word) {
   return word == "ages" ? Show::Ages : Show::Yaml;
 }
 
-VerbDesk::VerbDesk(Session& session) : own_(std::make_unique<OwnContainer>(session)), respondent_(*own_) {}
-VerbDesk::VerbDesk(Respondent& respondent) : respondent_(respondent) {}
+VerbDesk::VerbDesk(Session& session)
+    : own_(std::make_unique<OwnContainer>(session)),
+      respondent_(*own_),
+      limits_{.guests = control::most_guests(), .idle = 60s} {}
+VerbDesk::VerbDesk(Respondent& respondent, DeskLimits limits) : respondent_(respondent), limits_(limits) {}
 VerbDesk::~VerbDesk() = default;
+
+template <typename Act>
+void VerbDesk::guarded(Guest& guest, Act act) {
+  try {
+    act();
+  } catch (const std::exception& failure) { take_leave(guest, reason_of(failure).c_str()); } catch (...) {
+    take_leave(guest, "unknown exception");
+  }
+}
 
 void VerbDesk::take(std::unique_ptr<control::Connection> connection) {
   guests_.push_back({});
   guests_.back().connection = std::move(connection);
+  guests_.back().said_at = respondent_.clock().now();
 }
 
 void VerbDesk::take(control::ControlServer::HandedOver handed) {
-  guests_.push_back({});
-  guests_.back().connection = std::move(handed.connection);
-  answer(guests_.back(), handed.request);
-  read(guests_.back());  // requests that came right behind the first one
-}
-
-void VerbDesk::append_waits(std::vector<pollfd>& waits) const {
-  for (const Guest& guest : guests_) {
-    const bool slow = guest.connection->is_slow();
-    const int events = (slow || guest.late ? 0 : POLLIN) | (guest.connection->wants_to_write() ? POLLOUT : 0);
-    waits.push_back({guest.connection->descriptor(), static_cast<short>(events), 0});
-    // A slow guest's messages wait in the tap's queue, and there the oldest give way.
-    waits.push_back({guest.tap && !slow ? guest.tap->descriptor() : -1, POLLIN, 0});
-    waits.push_back({guest.late ? guest.late->bell->descriptor() : -1, POLLIN, 0});
-  }
-}
-
-void VerbDesk::serve(const pollfd* waits, std::size_t count) {
-  constexpr std::size_t kEach = 3;  // as append_waits() has them
-  for (std::size_t i = 0; i < count / kEach; ++i) {
-    Guest& guest = guests_[i];
-    const short events = waits[kEach * i].revents;
-    if ((events & (POLLERR | POLLNVAL)) != 0) guest.gone = true;
-    if (guest.late) {
-      if ((events & POLLHUP) != 0) guest.gone = true;  // nobody waits for the answer any more
-      if (!guest.gone) finish(guest, waits[kEach * i + 2].revents != 0);
-    } else if (!guest.gone && (events & (POLLIN | POLLHUP)) != 0) {
-      guest.gone = !guest.connection->read_some();
-      if (!guest.gone) read(guest);
+  const bool has_room = guests_.size() < limits_.guests || make_room();
+  take(std::move(handed.connection));
+  Guest& guest = guests_.back();
+  guarded(guest, [&] {
+    if (has_room) {
+      answer(guest, handed.request);
+      read(guest);  // requests that came right behind the first one
+      return;
     }
-    if (!guest.gone && waits[kEach * i + 1].revents != 0) stream(guest);
-    if (!guest.gone) guest.gone = !guest.connection->write_some();
+    send(guest, control::reply_of(
+                    {"container", fmt::format("all {} connections for requests are in use", limits_.guests),
+                     "close another client (topic echo, a pending call) and retry; `nacelle estop` still works"}));
+    guest.gone = true;
+  });
+  remove_the_gone();
+}
+
+bool VerbDesk::make_room() {
+  Guest* idle = nullptr;
+  for (Guest& guest : guests_) {
+    if (guest.tap || guest.late || respondent_.clock().now() - guest.said_at < limits_.makes_room_after) continue;
+    if (idle == nullptr || guest.said_at < idle->said_at) idle = &guest;
   }
+  if (idle == nullptr) return false;
+  take_leave(*idle, "closed as the longest idle connection: all client connections are in use");
+  remove_the_gone();
+  return true;
+}
+
+void VerbDesk::take_leave(Guest& guest, const char* why) {
+  guest.gone = true;
+  guest.connection->say_farewell(why);
+}
+
+void VerbDesk::remove_the_gone() {
   std::erase_if(guests_, [&](const Guest& guest) {
     if (guest.gone) respondent_.has_left(*guest.connection);
     return guest.gone;
   });
 }
 
+void VerbDesk::send_half_away(const char* why) {
+  for (std::size_t i = guests_.size() / 2; i < guests_.size(); ++i) take_leave(guests_[i], why);
+  remove_the_gone();
+}
+
+void VerbDesk::append_waits(std::vector<pollfd>& waits) {
+  for (Guest& guest : guests_) {
+    const bool slow = guest.connection->is_slow();
+    const int events = (slow || guest.late ? 0 : POLLIN) | (guest.connection->wants_to_write() ? POLLOUT : 0);
+    waits.push_back({guest.connection->descriptor(), static_cast<short>(events), 0});
+    // A slow guest's messages wait in the tap's queue, and there the oldest give way.
+    guest.waits_for_tap = guest.tap && !slow;
+    guest.waits_for_answer = guest.late != nullptr;
+    if (guest.waits_for_tap) waits.push_back({guest.tap->descriptor(), POLLIN, 0});
+    if (guest.waits_for_answer) waits.push_back({guest.late->bell->descriptor(), POLLIN, 0});
+  }
+}
+
+void VerbDesk::serve(const pollfd* waits) {
+  for (Guest& guest : guests_) {
+    const short events = (waits++)->revents;
+    const bool has_message = guest.waits_for_tap && (waits++)->revents != 0;
+    const bool has_answer = guest.waits_for_answer && (waits++)->revents != 0;
+    guarded(guest, [&] { serve(guest, events, has_message, has_answer); });
+  }
+  remove_the_gone();
+}
+
+void VerbDesk::serve(Guest& guest, short events, bool has_message, bool has_answer) {
+  if ((events & (POLLERR | POLLNVAL)) != 0) guest.gone = true;
+  if (guest.late) {
+    if ((events & POLLHUP) != 0) guest.gone = true;  // nobody waits for the answer any more
+    if (!guest.gone) finish(guest, has_answer);
+  } else if (!guest.gone && (events & (POLLIN | POLLHUP)) != 0) {
+    guest.gone = !guest.connection->read_some();
+    guest.said_at = respondent_.clock().now();
+    if (!guest.gone) read(guest);
+  } else if (const auto end = end_of(guest); !guest.gone && end && *end <= respondent_.clock().now()) {
+    take_leave(guest, "closed after being idle for too long");
+  }
+  if (!guest.gone && has_message) stream(guest);
+  if (!guest.gone) guest.gone = !guest.connection->write_some();
+}
+
+std::optional<MonotonicTime> VerbDesk::end_of(const Guest& guest) const {
+  if (guest.late) return guest.late->due;
+  if (guest.tap || limits_.idle == Duration::max()) return std::nullopt;
+  return guest.said_at + limits_.idle;
+}
+
 std::optional<MonotonicTime> VerbDesk::next_due() const {
   std::optional<MonotonicTime> next;
   for (const Guest& guest : guests_) {
-    if (guest.late && (!next || guest.late->due < *next)) next = guest.late->due;
+    if (const auto end = end_of(guest); end && (!next || *end < *next)) next = end;
   }
   return next;
 }
@@ -129,6 +203,7 @@ std::optional<MonotonicTime> VerbDesk::next_due() const {
 void VerbDesk::finish(Guest& guest, bool answered) {
   if (!answered && respondent_.clock().now() < guest.late->due) return;
   const std::unique_ptr<LateReply> late = std::move(guest.late);
+  guest.said_at = respondent_.clock().now();
   send(guest, answered ? late->finish() : control::reply_of(late->too_late));
   if (!guest.gone) read(guest);  // requests that came right behind
 }
@@ -165,7 +240,9 @@ void VerbDesk::answer(Guest& guest, const std::string& request_text) {
     const auto end = text.find("] ");
     reply = control::reply_of({"request", std::string{text.substr(end == std::string_view::npos ? 0 : end + 2)},
                                "use the `nacelle` that started the container"});
-  }
+  } catch (const std::exception& failure) {
+    reply = control::reply_of({"request", reason_of(failure), kTheRobotGoesOn});
+  } catch (...) { reply = control::reply_of({"request", "unknown exception", kTheRobotGoesOn}); }
   if (auto* const late = std::get_if<std::unique_ptr<LateReply>>(&reply)) {
     guest.late = std::move(*late);
   } else {

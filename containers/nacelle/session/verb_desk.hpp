@@ -3,6 +3,7 @@
 
 #include <poll.h>
 
+#include <limits>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -41,23 +42,36 @@ class Respondent {
   virtual void has_left(const control::Connection&) {}
 };
 
+/// Limits of a desk's connections. The default is none.
+struct DeskLimits {
+  std::size_t guests = std::numeric_limits<std::size_t>::max();
+  /// Closes a connection without a subscription or a pending answer after this idle time.
+  Duration idle = Duration::max();
+  /// If all connections are in use, the longest idle one is closed for a new one after this idle time.
+  Duration makes_room_after = 1s;
+};
+
 /// Serves JSON requests, one at a time, and streams topics to those who listen.
 ///
-/// Requests are objects with a "verb"; replies have "ok" and, if that is false, "problem".
+/// Requests are objects with a "verb"; replies have "ok" and, if that is false, "problem". An exception in a request
+/// becomes its refusal.
 /// Threads: one.
 class VerbDesk {
  public:
-  /// For the container of this process.
+  /// For the container of this process, with at most control::most_guests() connections.
   explicit VerbDesk(Session& session);
   /// `respondent` outlives it.
-  explicit VerbDesk(Respondent& respondent);
+  explicit VerbDesk(Respondent& respondent, DeskLimits limits = {});
   ~VerbDesk();
 
   void take(control::ControlServer::HandedOver handed);
   void take(std::unique_ptr<control::Connection> connection);
-  /// What to wait for; the same order is expected by serve().
-  void append_waits(std::vector<pollfd>& waits) const;
-  void serve(const pollfd* waits, std::size_t count);
+  /// Appends open descriptors only: poll() fails on more entries than the limit of open files.
+  void append_waits(std::vector<pollfd>& waits);
+  /// `waits`: as append_waits() has appended them last.
+  void serve(const pollfd* waits);
+  /// Closes the newer half of the connections with this reason.
+  void send_half_away(const char* why);
   /// When serve() has something to do though nothing happens: somebody has waited long enough.
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
 
@@ -72,10 +86,21 @@ class VerbDesk {
     Show show = Show::Yaml;
     std::optional<MessageField> field;  // of Yaml and Json: all of the message without it
     std::size_t longest = 128;
+    MonotonicTime said_at{};
+    bool waits_for_tap = false, waits_for_answer = false;  // as append_waits() has left it
     bool gone = false;
   };
 
   [[nodiscard]] static Show show_of(const std::string& word);
+  /// Calls act(). An exception closes this connection only.
+  template <typename Act>
+  void guarded(Guest& guest, Act act);
+  /// Closes the longest idle connection. Returns false if none is idle.
+  [[nodiscard]] bool make_room();
+  void take_leave(Guest& guest, const char* why);
+  [[nodiscard]] std::optional<MonotonicTime> end_of(const Guest& guest) const;
+  void serve(Guest& guest, short events, bool has_message, bool has_answer);
+  void remove_the_gone();
   void answer(Guest& guest, const std::string& request);
   [[nodiscard]] Answer reply_to(Guest& guest, const nlohmann::json& request);
   [[nodiscard]] nlohmann::json listen(Guest& guest, const nlohmann::json& request);
@@ -87,6 +112,7 @@ class VerbDesk {
 
   const std::unique_ptr<Respondent> own_;  // null: somebody else's
   Respondent& respondent_;
+  const DeskLimits limits_;
   std::vector<Guest> guests_;
   std::string text_;
 };

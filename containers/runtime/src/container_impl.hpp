@@ -130,7 +130,8 @@ struct Container::Impl final : Context {
   void make(Record& record, const LoadRequest& request);
   [[nodiscard]] static std::shared_ptr<const Declarations> declarations_of(const Record& record);
   void abandon(const std::shared_ptr<Record>& record);
-  void start_destroying(const std::shared_ptr<Record>& record);
+  /// False: no thread can be started for it.
+  [[nodiscard]] bool start_destroying(const std::shared_ptr<Record>& record);
   [[nodiscard]] UnloadOutcome finish(Record& record);
   void sweep();
 };

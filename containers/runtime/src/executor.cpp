@@ -5,6 +5,7 @@
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <system_error>
 
 #include "executor_thread.hpp"
 #include "executor_worker.hpp"
@@ -23,6 +24,17 @@ void Executable::on_ready() noexcept {
 
 Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy)
     : name_(std::move(name)), clock_(clock), policy_(std::move(policy)) {
+  try {
+    start();
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+Executor::~Executor() { stop(); }
+
+void Executor::start() {
   const std::lock_guard lock(mutex_);
   for (std::uint32_t i = 0; i < serving(); ++i) {
     start_worker();
@@ -35,7 +47,7 @@ Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy)
   workers_.back()->state = Worker::State::Spare;
 }
 
-Executor::~Executor() {
+void Executor::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
@@ -53,7 +65,12 @@ Executor::~Executor() {
 void Executor::start_worker() {
   workers_.push_back(std::make_unique<Worker>(*this, workers_.empty()));
   Worker& worker = *workers_.back();
-  worker.thread = Thread([this, &worker] { work(worker); });
+  try {
+    worker.thread = Thread([this, &worker] { work(worker); });
+  } catch (...) {
+    workers_.pop_back();
+    throw;
+  }
 }
 
 // The first ready thing that may run; what may not waits in its node's backlog.
@@ -325,8 +342,12 @@ void Executor::hand_over(Worker& late) {
   auto spare = std::ranges::find(workers_, Worker::State::Spare, [](const auto& worker) { return worker->state; });
   late.unusual |= Worker::kLate;
   if (spare == workers_.end()) {
-    start_worker();
-    ++called_;
+    try {
+      start_worker();
+      ++called_;
+    } catch (const std::system_error&) {
+      late.unusual ^= Worker::kLate;  // no thread is to be had now; the next look tries again
+    }
     return;
   }
   call(**spare);

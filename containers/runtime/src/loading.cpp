@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <system_error>
 
 #include "container_impl.hpp"
 #include "host.hpp"
@@ -82,12 +83,12 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   record.busy_with = "its constructor, which has not returned";
   Node* node = nullptr;
   std::string failed;
-  making = {&record, &executor_for(record, request), uses_sim_time(request)};
   const RemapNotes remap_notes{request.remaps.size()};
   try {
+    making = {&record, &executor_for(record, request), uses_sim_time(request)};
     node = record.made_by->create(node_options);
   } catch (const std::exception& e) { failed = e.what(); } catch (...) {
-    failed = "an exception that is no std::exception";
+    failed = "unknown exception";
   }
   making = {};
   record.used_remaps = remap_notes.used();
@@ -146,10 +147,16 @@ void Container::Impl::abandon(const std::shared_ptr<Record>& record) {
   release_name(*record);
 }
 
-void Container::Impl::start_destroying(const std::shared_ptr<Record>& record) {
+bool Container::Impl::start_destroying(const std::shared_ptr<Record>& record) {
   record->busy_with = "its destructor, which has not returned";
-  record->errand =
-      std::make_unique<Errand>("unload", [record] { record->made_by->destroy(std::exchange(record->node, nullptr)); });
+  try {
+    record->errand = std::make_unique<Errand>(
+        "unload", [record] { record->made_by->destroy(std::exchange(record->node, nullptr)); });
+    return true;
+  } catch (const std::system_error&) {
+    record->busy_with = "its destructor, for which no thread can be started";
+    return false;
+  }
 }
 
 // The node is gone: its executor goes, and the image too unless somebody holds it.
@@ -215,8 +222,8 @@ void Container::Impl::sweep() {
   for (const auto& record : returned) {
     record->errand.reset();
     if (record->node != nullptr) {
-      start_destroying(record);
-      if (!record->errand->wait(commons.clock,
+      if (!start_destroying(record) ||
+          !record->errand->wait(commons.clock,
                                 Deadline{commons.clock.now() + std::min<Duration>(1s, transition_limit())})) {
         const std::lock_guard lock(mutex);
         abandoned.push_back(record);
@@ -253,8 +260,13 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   record->package = entry->package;
   *record->request.lock() = request;
   const Deadline deadline = impl_->deadline();
-  record->errand =
-      std::make_unique<Errand>("load", [impl = impl_.get(), record, request] { impl->make(*record, request); });
+  try {
+    record->errand =
+        std::make_unique<Errand>("load", [impl = impl_.get(), record, request] { impl->make(*record, request); });
+  } catch (const std::system_error& failure) {
+    return err(Problem{where, std::string{"not loaded: cannot start a thread: "} + failure.what(),
+                       "raise `ulimit -u`, or TasksMax= of the service"});
+  }
   if (!record->errand->wait(impl_->commons.clock, deadline)) {
     const std::string busy_with = record->busy_with.load();
     impl_->abandon(record);
@@ -349,8 +361,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     impl_->abandon(record);
     return UnloadOutcome{false, record->busy_with.load()};
   }
-  impl_->start_destroying(record);
-  if (!record->errand->wait(impl_->commons.clock, impl_->deadline())) {
+  if (!impl_->start_destroying(record) || !record->errand->wait(impl_->commons.clock, impl_->deadline())) {
     impl_->abandon(record);
     return UnloadOutcome{false, record->busy_with.load()};
   }

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -119,8 +120,14 @@ Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::s
   };
   void* const handle = dlopen(image.value().c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
-    return fail(nullptr, "cannot be loaded: " + last_dl_error(),
-                "build or install it for this version of Nacelle (`ldd -r " + file + "` shows what is missing)");
+    const std::string why = last_dl_error();
+    // The library is as it should be: the process may open nothing more.
+    const bool is_our_lack =
+        why.find(std::strerror(EMFILE)) != std::string::npos || why.find(std::strerror(ENFILE)) != std::string::npos;
+    return fail(nullptr, "cannot be loaded: " + why,
+                is_our_lack
+                    ? "raise `ulimit -n`, or LimitNOFILE= of the service"
+                    : "build or install it for this version of Nacelle (`ldd -r " + file + "` shows what is missing)");
   }
   using Entry = const ComponentTable* (*)();
   const auto entry = reinterpret_cast<Entry>(dlsym(handle, kComponentEntry));

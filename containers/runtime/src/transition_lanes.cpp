@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transition_lanes.hpp"
 
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -25,9 +26,14 @@ bool TransitionLanes::push(std::uint64_t node, std::function<void()> job) {
   if (lane.waiting.size() >= kMostWaiting) return false;
   lane.waiting.push_back(std::move(job));
   if (lane.busy) return true;
-  lane.busy = true;
   // The last errand, if there was one, has nothing more to do than to end.
-  lane.errand = std::make_unique<Errand>("transition", [this, &lane] { work(lane); });
+  try {
+    lane.errand = std::make_unique<Errand>("transition", [this, &lane] { work(lane); });
+  } catch (const std::system_error&) {
+    lane.waiting.pop_back();
+    return false;  // no thread is to be had: refused as when too many wait
+  }
+  lane.busy = true;
   return true;
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "nacelle/base/printable.hpp"
+
 namespace nacelle {
 namespace {
 
@@ -40,6 +42,28 @@ std::string Problem::text() const {
   if (!where.empty()) all += where + ": ";
   all += what;
   if (!way_out.empty()) all += "; " + way_out;
+  return printable(all);
+}
+
+std::string printable(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string all;
+  all.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    // U+0080 to U+009F, C2 80 to C2 9F in UTF-8, are control characters, too: U+009B begins a sequence as ESC [ does.
+    const bool is_c1 = byte == 0xC2 && i + 1 < text.size() && (static_cast<unsigned char>(text[i + 1]) & 0xE0U) == 0x80;
+    const bool is_control = (byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7F || is_c1;
+    const auto append = [&](unsigned char code) { (((all += "\\x") += kDigits[code >> 4U]) += kDigits[code & 15U]); };
+    if (!is_control) {
+      all += text[i];
+    } else if (is_c1) {
+      append(byte);
+      append(static_cast<unsigned char>(text[++i]));
+    } else {
+      append(byte);
+    }
+  }
   return all;
 }
 

@@ -9,6 +9,8 @@
 //   flood               as many messages as fit into half a second, from a callback
 //   lie                 a publisher of /scan with another type
 //   spin                a callback that takes 100 ms of CPU, again and again
+//   close               closes every descriptor of the process that is not its own
+//   hoard               opens descriptors until there is none left
 //   reset               calm again (where that is possible)
 //
 // Its service ~/answer echoes `data`; asked for false it does not return.
@@ -24,6 +26,7 @@
 #include <thread>
 #include <vector>
 
+#include "nacelle/io/descriptor.hpp"
 #include "nacelle/io/reader_thread.hpp"
 #include "nacelle/node/component.hpp"
 
@@ -138,7 +141,16 @@ class Chaos final : public LifecycleNode {
         while (get_clock().now() < until) turns_ = turns_ + 1;
       });
     }
+    if (order == "close") {
+      for (int other = 3; other < 1024; ++other) {
+        if (other != stop_) ::close(other);
+      }
+    }
+    if (order == "hoard") {
+      for (int more = 0; (more = ::open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0;) hoard_.emplace_back(more);
+    }
     if (order == "reset") {
+      hoard_.clear();
       spin_.reset();
       lie_.reset();
       leaked_.clear();
@@ -153,6 +165,7 @@ class Chaos final : public LifecycleNode {
   NoSink sink_;
   std::unique_ptr<io::ReaderThread> reader_;
   std::vector<std::string> leaked_;
+  std::vector<io::Descriptor> hoard_;
   volatile int* nowhere_ = nullptr;
   volatile std::uint64_t turns_ = 0;
   int stop_ = -1;

@@ -38,6 +38,7 @@ enum class Wake : std::uint8_t {
 /// A bell that one thread rings to wake another out of a wait (an eventfd).
 class Bell {
  public:
+  /// Errors: std::system_error if the process has no descriptor left; in a component's transition that is its failure.
   Bell();
   /// Threads: any; also from a signal handler.
   void ring() noexcept;

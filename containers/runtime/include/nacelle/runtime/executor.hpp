@@ -99,7 +99,10 @@ class Executor {
   void work(Worker& self);
   void rest(Worker& self);
   void start_worker();
+  /// Gives its place to another thread, if there is one to be had.
   void hand_over(Worker& late);
+  void start();
+  void stop();
   void enqueue(Executable& executable) {
     executable.queued_.store(true, std::memory_order_relaxed);
     ready_.push_back(executable);

@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/control/server.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "nacelle/control/client.hpp"
 #include "nacelle/session/allocation_counter.hpp"
@@ -35,17 +42,26 @@ class FakeService final : public FastService {
   }
   void append_stats(std::string& out) override { out.append(stats_bytes, 's'); }
   void request_shutdown() override { ++shutdowns; }
+  bool is_emergency_stop(NamePair names) const override { return names.first == "/emergency_stop"; }
+  void descriptors_ran_out(bool ran_out) override {
+    ran_out_of_descriptors = ran_out;
+    ran_out_of_descriptors.notify_all();
+  }
+  void descriptor_was_lost() override {}
 
   std::atomic<int> opened{0}, closed{0}, shutdowns{0};
   std::atomic<std::size_t> published_bytes{0};
+  std::atomic<bool> ran_out_of_descriptors{false};
   std::size_t stats_bytes = 3000;
 };
 
 class ControlServerTest : public ::testing::Test {
  protected:
-  ControlServerTest() {
+  ControlServerTest() { start({}); }
+  void start(const ServerLimits& limits) {
+    server_.reset();
     auto claim = SocketClaim::take({"", "", folder_.path() + "/s"}, "test");
-    server_.emplace(std::move(claim).value(), service_);
+    server_.emplace(std::move(claim).value(), service_, clock_, limits);
   }
   Client connect() const {
     auto client = Client::connect(server_->path());
@@ -72,6 +88,7 @@ class ControlServerTest : public ::testing::Test {
   }
 
   TemporaryFolder folder_;
+  const SystemClock clock_;
   FakeService service_;
   std::optional<ControlServer> server_;
 };
@@ -199,6 +216,140 @@ TEST_F(ControlServerTest, a_client_that_never_reads_costs_a_bounded_amount_and_h
     }
   }
   ::close(fd);
+}
+
+/// As `nacelle estop set` does it.
+bool can_stop(Client& client) {
+  if (!client.stats(5s)) return false;
+  const auto handle = client.open_writer("/emergency_stop", "some/msg/Type", 5s);
+  return handle && client.publish(handle.value(), as_bytes("1")) && client.stats(5s);
+}
+
+TEST_F(ControlServerTest, accepts_a_stop_when_all_connections_are_in_use) {
+  start({.guests = 8, .makes_room_after = 1h});
+  std::vector<Client> crowd;
+  for (int i = 0; i < 8; ++i) {
+    crowd.push_back(connect());
+    ASSERT_TRUE(crowd.back().stats(5s));
+  }
+  // Silent connections on reserved places must not block it either.
+  std::vector<int> silent;
+  for (int i = 0; i < 20; ++i) silent.push_back(raw());
+
+  Client stopping = connect();
+  EXPECT_TRUE(can_stop(stopping));
+  EXPECT_EQ(service_.published_bytes, 1U);
+  EXPECT_EQ(server_->stats().turned_away, 17U) << "four are reserved";
+
+  for (const int fd : silent) ::close(fd);
+}
+
+TEST_F(ControlServerTest, refuses_other_requests_when_all_connections_are_in_use) {
+  start({.guests = 2, .makes_room_after = 1h});
+  Client one = connect(), two = connect();
+  ASSERT_TRUE(one.stats(5s) && two.stats(5s));
+  for (int i = 0; i < 2; ++i) {
+    Client third = connect();
+    const auto answer =
+        i == 0 ? third.call({{"verb", "x"}}, 5s).error() : third.open_writer("/cmd_vel", "some/msg/Type", 5s).error();
+    EXPECT_NE(answer.text().find("only emergency stops and shutdown are accepted"), std::string::npos) << answer.text();
+  }
+  EXPECT_TRUE(one.stats(5s)) << "existing connections stay";
+}
+
+TEST_F(ControlServerTest, closes_the_longest_idle_connection_for_a_new_one) {
+  start({.guests = 3, .makes_room_after = 0ns});
+  Client first = connect(), second = connect(), third = connect();
+  ASSERT_TRUE(first.stats(5s) && second.stats(5s) && third.stats(5s) && first.stats(5s));
+
+  Client fourth = connect();
+  ASSERT_TRUE(fourth.lookup("odom", "base", 5s)) << "it has an ordinary place";
+
+  const auto refused = second.stats(5s);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("closed as the longest idle connection"), std::string::npos)
+      << refused.error().text();
+  EXPECT_TRUE(first.stats(5s));
+  EXPECT_TRUE(third.stats(5s));
+}
+
+TEST_F(ControlServerTest, closes_idle_connections_but_not_publishers) {
+  start({.idle = 50ms});
+  Client publisher = connect();
+  const auto handle = publisher.open_writer("/cmd_vel", "some/msg/Type", 5s);
+  ASSERT_TRUE(handle);
+  const int silent = raw();
+  EXPECT_TRUE(is_closed_by_peer(silent));
+  ::close(silent);
+  EXPECT_TRUE(publisher.publish(handle.value(), as_bytes("x")) && publisher.stats(5s));
+}
+
+TEST_F(ControlServerTest, bounds_requests_that_the_main_thread_has_not_taken) {
+  start({.guests = 4});
+  std::vector<Client> waiting;
+  for (int i = 0; i < 4; ++i) {
+    waiting.push_back(connect());
+    ASSERT_TRUE(waiting.back().send(FrameKind::Request, "{}"));
+  }
+  // Of one connection after the other, so the fifth is behind the others.
+  while (server_->stats().handed_over < 4) ASSERT_TRUE(connect().stats(5s));
+  Client fifth = connect();
+  const auto refused = fifth.call({{"verb", "x"}}, 5s);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("too many requests are pending"), std::string::npos) << refused.error().text();
+}
+
+/// Takes every descriptor that the process may open.
+class AllDescriptors {
+ public:
+  AllDescriptors() {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit fewer = before_;
+    fewer.rlim_cur = 256;
+    ::setrlimit(RLIMIT_NOFILE, &fewer);
+    for (int fd = 0; (fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0;) taken_.push_back(fd);
+  }
+  AllDescriptors(const AllDescriptors&) = delete;
+  AllDescriptors& operator=(const AllDescriptors&) = delete;
+  ~AllDescriptors() {
+    for (const int fd : taken_) ::close(fd);
+    ::setrlimit(RLIMIT_NOFILE, &before_);
+  }
+
+ private:
+  rlimit before_{};
+  std::vector<int> taken_;
+};
+
+TEST_F(ControlServerTest, accepts_a_stop_without_a_free_descriptor) {
+  start({.makes_room_after = 1h});
+  Client first = connect();
+  ASSERT_TRUE(first.stats(5s));
+  // Sockets of the clients' side, which live in this process, too.
+  std::array<int, 3> sockets{};
+  for (int& fd : sockets) fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strcpy(address.sun_path, server_->path().c_str());
+  const auto connected = [&](int fd) {
+    EXPECT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    return Client::over(fd, 0ns);
+  };
+  {
+    const AllDescriptors all;
+    // One that asks for something else gets the kept descriptor first, and gives it away again.
+    Client other = connected(sockets[0]);
+    const auto refused = other.lookup("odom", "base", 5s);
+    ASSERT_FALSE(refused);
+    service_.ran_out_of_descriptors.wait(false);
+    Client silent = connected(sockets[1]), stopping = connected(sockets[2]);
+    EXPECT_TRUE(can_stop(stopping));
+
+    EXPECT_TRUE(first.stats(5s)) << "existing connections are served";
+  }
+  service_.ran_out_of_descriptors.wait(true);  // the service is notified of the recovery
+  Client later = connect();
+  EXPECT_TRUE(later.lookup("odom", "base", 5s));
 }
 
 TEST_F(ControlServerTest, answering_at_a_rate_allocates_nothing_on_its_thread) {

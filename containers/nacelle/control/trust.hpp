@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace nacelle::control {
+
+/// The purpose of a folder of sockets, which determines its required owner and mode.
+enum class FolderKind : std::uint8_t {
+  Private,  ///< One user's: owned by this user or root, mode 0700.
+  System,   ///< Below /run: owned by root, its group may enter it (0750), and the sockets are its group's, too (0660).
+};
+
+/// Returns why a folder is not trusted, or nothing if it exists and is trusted. Follows no symbolic link.
+[[nodiscard]] std::optional<std::string> distrust_of_folder(const std::string& folder, FolderKind kind);
+/// Returns why a socket in a trusted folder is not trusted.
+[[nodiscard]] std::optional<std::string> distrust_of_socket(const std::string& path, FolderKind kind);
+
+/// The process at the other end of a connected UNIX socket, as the kernel knows it.
+struct Peer {
+  pid_t process = 0;
+  uid_t user = 0;
+  gid_t group = 0;
+};
+[[nodiscard]] std::optional<Peer> peer_of(int socket);
+
+/// Returns whether a container accepts the peer: this user, root, or a member of `group` (supplementary ones included).
+/// Allocates: only where the user alone does not decide.
+[[nodiscard]] bool may_ask(int socket, const Peer& peer, std::optional<gid_t> group);
+/// Returns whether a command may use the container at the other end: it runs as this user or root, or root owns the folder of its
+/// socket and no other user can write there.
+[[nodiscard]] bool may_answer(const Peer& peer, const std::string& path);
+
+}  // namespace nacelle::control

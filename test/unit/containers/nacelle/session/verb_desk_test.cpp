@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/verb_desk.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <cerrno>
+#include <memory>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "nacelle/base/time.hpp"
+#include "nacelle/control/client.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using nlohmann::json;
+
+class FakeRobot final : public Respondent {
+ public:
+  [[nodiscard]] const Clock& clock() const override { return clock_; }
+  [[nodiscard]] Answer answer(const std::string& verb, const json&) override {
+    if (verb == "memory") throw std::bad_alloc{};
+    if (verb == "thread") throw std::system_error{EAGAIN, std::generic_category()};
+    if (verb == "odd") throw 7;
+    if (verb == "late") {
+      auto late = std::make_unique<LateReply>();
+      late->finish = []() -> json { throw std::bad_alloc{}; };
+      late->due = clock_.now() + 1h;
+      late->bell->ring();
+      return late;
+    }
+    return json{{"ok", true}, {"verb", verb}};
+  }
+  [[nodiscard]] Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish&) override {
+    return err(Problem{"topic", "there is none", ""});
+  }
+
+ private:
+  const SystemClock clock_;
+};
+
+class Desk : public ::testing::Test {
+ protected:
+  /// A guest whose first request it is; what the desk says to it can be read.
+  control::Client come(VerbDesk& desk, const std::string& verb) {
+    std::array<int, 2> ends{-1, -1};
+    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()), 0);
+    desk.take({std::make_unique<control::Connection>(ends[1]), json{{"verb", verb}}.dump()});
+    return control::Client::over(ends[0], 0ns);
+  }
+  /// The next thing that it was told: a reply's words, or those of a fault.
+  static std::string next_words(control::Client& client) {
+    auto frame = client.receive(0ns);
+    if (!frame) return "gone";
+    if (!frame.value()) return "nothing";
+    return std::string{as_text(frame.value()->payload)};
+  }
+  static void serve(VerbDesk& desk) {
+    std::vector<pollfd> waits;
+    desk.append_waits(waits);
+    for (const pollfd& wait : waits) EXPECT_GE(wait.fd, 0) << "each counts against the limit of the process";
+    ASSERT_GE(::poll(waits.data(), waits.size(), 0), 0);
+    desk.serve(waits.data());
+  }
+  static bool holds(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+
+  FakeRobot robot_;
+};
+
+TEST_F(Desk, refuses_a_request_that_throws) {
+  VerbDesk desk{robot_};
+  const std::vector<std::pair<std::string, const char*>> refusals{
+      {"memory", "out of memory"}, {"thread", "Resource temporarily unavailable"}, {"odd", "unknown exception"}};
+  for (const auto& [verb, why] : refusals) {
+    control::Client client = come(desk, verb);
+    const std::string refusal = next_words(client);
+    EXPECT_TRUE(holds(refusal, why) && holds(refusal, "the container keeps running")) << refusal;
+    ASSERT_TRUE(client.send(control::FrameKind::Request, R"({"verb":"good"})"));
+    serve(desk);
+    EXPECT_TRUE(holds(next_words(client), "good")) << "the connection goes on after " << verb;
+  }
+}
+
+TEST_F(Desk, closes_only_the_connection_whose_late_answer_throws) {
+  VerbDesk desk{robot_};
+  control::Client unlucky = come(desk, "late"), other = come(desk, "good");
+  serve(desk);
+  EXPECT_TRUE(holds(next_words(unlucky), "out of memory"));
+  EXPECT_EQ(next_words(unlucky), "gone");
+  EXPECT_TRUE(holds(next_words(other), "good"));
+}
+
+TEST_F(Desk, bounds_pending_requests_and_names_the_reason) {
+  VerbDesk desk{robot_, {.guests = 3}};
+  std::vector<control::Client> waiting;
+  for (int i = 0; i < 3; ++i) waiting.push_back(come(desk, "late"));
+  control::Client fourth = come(desk, "good");
+  EXPECT_TRUE(holds(next_words(fourth), "all 3 connections for requests are in use"));
+  EXPECT_EQ(next_words(fourth), "gone");
+}
+
+TEST_F(Desk, closes_the_longest_idle_connection_for_a_new_one) {
+  VerbDesk desk{robot_, {.guests = 2, .makes_room_after = 0ns}};
+  control::Client first = come(desk, "one"), second = come(desk, "two");
+  control::Client third = come(desk, "three");
+  EXPECT_TRUE(holds(next_words(third), "three"));
+  EXPECT_TRUE(holds(next_words(first), "one"));
+  EXPECT_TRUE(holds(next_words(first), "closed as the longest idle connection"));
+  EXPECT_TRUE(holds(next_words(second), "two"));
+  EXPECT_EQ(next_words(second), "nothing") << "it stays";
+}
+
+TEST_F(Desk, closes_idle_connections) {
+  VerbDesk desk{robot_, {.idle = 0ns}};
+  control::Client client = come(desk, "good");
+  ASSERT_TRUE(desk.next_due());
+  EXPECT_LE(*desk.next_due(), robot_.clock().now());
+  serve(desk);
+  EXPECT_TRUE(holds(next_words(client), "good"));
+  EXPECT_TRUE(holds(next_words(client), "idle for too long"));
+  EXPECT_FALSE(desk.next_due());
+}
+
+TEST_F(Desk, closes_the_newer_half_with_the_reason) {
+  VerbDesk desk{robot_};
+  control::Client first = come(desk, "one"), second = come(desk, "two");
+  desk.send_half_away("too many");
+  EXPECT_TRUE(holds(next_words(second), "two"));
+  EXPECT_EQ(next_words(second), "too many");
+  EXPECT_TRUE(holds(next_words(first), "one"));
+  EXPECT_EQ(next_words(first), "nothing");
+}
+
+}  // namespace
+}  // namespace nacelle::session
