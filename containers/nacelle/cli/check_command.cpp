@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
+#include "nacelle/base/files.hpp"
 #include "nacelle/launch/parameter_value.hpp"
 #include "nacelle/proof/drawing.hpp"
 #include "program.hpp"
@@ -61,11 +61,7 @@ Result<void, Problem> write_graph(const std::string& path, runtime::Container& c
     bad.push_back(clash.topic + " " + clash.reader_node);
   }
   const proof::Drawing drawing = proof::draw(proof::endpoints_of(container.graph()), bad);
-  std::ofstream file{path, std::ios::trunc};
-  file << (ends_with(path, ".svg") ? proof::to_svg(drawing) : proof::to_dot(drawing));
-  file.flush();
-  if (!file) return err(Problem{path, "the drawing cannot be written", "is the folder there, and yours?"});
-  return {};
+  return write_whole_file(path, ends_with(path, ".svg") ? proof::to_svg(drawing) : proof::to_dot(drawing));
 }
 
 int check_launch_file(const CheckWish& wish) {

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,8 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
+#include "nacelle/base/files.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/drawing/frame_tree.hpp"
 #include "nacelle/report/frame_delays.hpp"
 #include "nacelle/spatial/rigid_transform.hpp"
@@ -41,10 +42,8 @@ std::vector<drawing::FrameEdge> edges_of(const json& frames) {
 int write_drawing(const std::string& path, const Result<std::string, Problem>& drawing) {
   if (path.empty()) return kDone;
   if (!drawing) return complain(drawing.error());
-  std::ofstream file{path, std::ios::binary | std::ios::trunc};
-  file << drawing.value();
-  file.flush();
-  return file ? kDone : complain({path, "the drawing cannot be written", "is the folder there, and yours?"});
+  const auto written = write_whole_file(path, drawing.value());
+  return written ? kDone : complain(written.error());
 }
 
 /// A line for each machine whose stamps do not fit ours, with what it sends.
@@ -166,7 +165,8 @@ Result<Watched, Problem> watched_by(const std::vector<std::string>& wanted, cons
     const std::string child = row["child"];
     const bool is_shown = wanted.empty() || std::find(shown.begin(), shown.end(), child) != shown.end();
     // The chain's topmost frame hangs from one that is not of the chain.
-    const bool leaves_chain = wanted.size() == 2 && std::find(shown.begin(), shown.end(), row["parent"].get<std::string>()) == shown.end();
+    const bool leaves_chain =
+        wanted.size() == 2 && std::find(shown.begin(), shown.end(), row["parent"].get<std::string>()) == shown.end();
     if (is_shown && !leaves_chain) watched.frames.push_back(child);
   }
   return watched;
@@ -239,7 +239,7 @@ Result<void, Problem> take_in(control::Client& listener, report::FrameDelays& de
     if (!frame) return err(frame.error());
     if (!frame.value()) return {};
     if (frame.value()->kind != control::FrameKind::Item) continue;
-    for (const auto& row : json::parse(as_text(frame.value()->payload)))
+    for (const auto& row : parse_json_or_discard(as_text(frame.value()->payload)))
       delays.note(row[0], row[2].get<std::int64_t>(), row[3].get<std::int64_t>());
   }
 }
