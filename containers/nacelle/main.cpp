@@ -6,6 +6,7 @@ int main(int argc, char** argv) {
   using namespace nacelle::cli;
   open_missing_standard_streams();
   write_errors_by_whole_lines();
+  refuse_oversized_files_without_signal();
   Command root{"nacelle", "Nacelle: the whole robot in one process"};
   root.note(
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no container is running.\n"

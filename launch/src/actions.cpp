@@ -185,8 +185,8 @@ void Builder::include(const Element& element, Scope& scope) {
   }
   if (files_.size() >= kMaxIncludeDepth)
     return report(where, "includes are nested more than " + std::to_string(kMaxIncludeDepth) + " deep");
-  const auto content = environment_.read_file ? environment_.read_file(path) : std::nullopt;
-  if (!content) return report(where, "the launch file '" + path + "' cannot be read");
+  const auto content = read_file(path, "launch file", where);
+  if (!content) return;
   // What the file itself declares decides whether an argument of the include is known.
   std::set<std::string> before;
   std::swap(before, files_.back().declared);

@@ -131,6 +131,8 @@ class Builder {
                                                 const std::vector<std::string>& words, Scope& scope);
   [[nodiscard]] bool condition_holds(const Element& element, Scope& scope);
   [[nodiscard]] std::string beside_file(const std::string& path) const;
+  /// The text of a file, with its reading reported at `where` if it fails: "the <kind> '<path>' cannot be read: ...".
+  [[nodiscard]] std::optional<std::string> read_file(const std::string& path, const char* kind, const Location& where);
   [[nodiscard]] std::vector<std::string> words_of(const Element& element, std::string_view attribute, Scope& scope);
 
   // parameters.cpp

@@ -3,26 +3,12 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 
 #include "builder.hpp"
+#include "nacelle/base/files.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::launch {
-namespace {
-
-std::optional<std::string> read_system_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  // One byte more than is allowed, so that the parser can say what is wrong with a larger one.
-  std::string text(kMaxYamlBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) return std::nullopt;
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return text;
-}
-
-}  // namespace
 
 Environment system_environment() {
   Environment environment;
@@ -31,7 +17,7 @@ Environment system_environment() {
     return value == nullptr ? std::nullopt : std::optional<std::string>(value);
   };
   environment.find_package_share = [](const std::string& /*package*/) { return std::optional<std::string>(); };
-  environment.read_file = read_system_file;
+  environment.read_file = [](const std::string& path) { return read_regular_file(path, kMaxYamlBytes); };
   std::error_code gone;  // a working directory that was deleted has no name: paths stay as they are
   environment.working_directory = std::filesystem::current_path(gone).string();
   return environment;
@@ -54,10 +40,9 @@ Result<Plan, std::vector<Problem>> build(const std::string& text, const std::str
 
 Result<Plan, std::vector<Problem>> read(const std::string& file, const std::map<std::string, std::string>& arguments,
                                         const Environment& environment, Wanted wanted) {
-  const auto text = environment.read_file ? environment.read_file(file) : std::nullopt;
-  if (!text)
-    return err(
-        std::vector<Problem>{{file, "the launch file cannot be read", "is it there, and may this user read it?"}});
+  if (!environment.read_file) return err(std::vector<Problem>{{file, "the launch file cannot be read", ""}});
+  const auto text = environment.read_file(file);
+  if (!text) return err(std::vector<Problem>{{file, "the launch file " + text.error().what, text.error().way_out}});
   return build(*text, file, arguments, environment, wanted);
 }
 

@@ -80,11 +80,11 @@ void Builder::read_parameter_file(const Element& element, std::string_view attri
     if (known->second != nullptr) into.push_back({{}, known->second, path, false});
     return;
   }
-  const auto content = environment_.read_file ? environment_.read_file(path) : std::nullopt;
+  // Every component names the same file: reported once, where it is named first.
+  if (unreadable_.contains(path)) return;
+  const auto content = read_file(path, "parameter file", at(element.find(attribute)->line));
   if (!content) {
-    // Every component names the same file: told once, where it is named first.
-    if (unreadable_.insert(path).second)
-      report(at(element.find(attribute)->line), "the parameter file '" + path + "' cannot be read");
+    unreadable_.insert(path);
     return;
   }
   auto root = parse_yaml(*content, path);

@@ -192,6 +192,18 @@ std::string Builder::beside_file(const std::string& path) const {
   return joined.empty() ? "." : joined;
 }
 
+std::optional<std::string> Builder::read_file(const std::string& path, const char* kind, const Location& where) {
+  if (!environment_.read_file) return std::nullopt;
+  auto text = environment_.read_file(path);
+  if (text) return std::move(text).value();
+  std::string what = std::string("the ") + kind + " '" + path + "' " + text.error().what;
+  // A relative path is one from the working directory, which a reader of the message may not know.
+  const auto tried = (std::filesystem::path(environment_.working_directory) / path).lexically_normal().string();
+  if (tried != path) what += " (tried " + tried + ")";
+  report(where, std::move(what), text.error().way_out);
+  return std::nullopt;
+}
+
 std::vector<std::string> Builder::words_of(const Element& element, std::string_view attribute, Scope& scope) {
   std::vector<std::string> words;
   const Attribute* found = element.find(attribute);

@@ -2,6 +2,7 @@
 #include <tinyxml2.h>
 
 #include "element.hpp"
+#include "nacelle/base/xml.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::launch {
@@ -14,7 +15,7 @@ class XmlFront {
  public:
   explicit XmlFront(const std::string& file) : file_(file) {}
 
-  // The recursion is as deep as the document, which tinyxml2 bounds (TINYXML2_MAX_ELEMENT_DEPTH).
+  // The recursion is as deep as the document, which parse_xml() bounds.
   void read(const tinyxml2::XMLElement& from, Element& into) {
     if (++elements_ > kMaxXmlElements) return;
     into.name = from.Name();
@@ -53,23 +54,9 @@ Result<Element, std::vector<Problem>> read_xml(std::string_view text, const std:
     return err(std::vector<Problem>{{file, "the file has more than " + std::to_string(kMaxXmlBytes) + " bytes", ""}});
   }
   tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    std::string where = file;
-    if (document.ErrorLineNum() > 0) where += ":" + std::to_string(document.ErrorLineNum());
-    if (document.ErrorID() == tinyxml2::XML_ERROR_MISMATCHED_ELEMENT) {
-      // The line is that of the element's begin; where its end should have been nobody can know.
-      const std::string_view told = document.ErrorStr();
-      constexpr std::string_view kKey = "name=";
-      const auto at = told.find(kKey);
-      const std::string name{at == std::string_view::npos ? "" : told.substr(at + kKey.size())};
-      return err(std::vector<Problem>{
-          {where, "the element <" + name.substr(0, 60) + "> that begins here is not closed by its own </...>", ""}});
-    }
-    return err(std::vector<Problem>{{where, std::string("this is not XML: ") + document.ErrorName(), ""}});
-  }
+  if (auto parsed = parse_xml(document, text, file); !parsed) return err(std::vector<Problem>{parsed.error()});
   XmlFront front(file);
   const auto* root = document.RootElement();
-  if (root == nullptr) return err(std::vector<Problem>{{file, "the file holds no element", "start with <launch>"}});
   if (std::string_view(root->Name()) != "launch") {
     front.report(root->GetLineNum(), std::string("the root element is <") + root->Name() + ">", "it must be <launch>");
   }

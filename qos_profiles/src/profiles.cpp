@@ -2,9 +2,9 @@
 #include "nacelle/qos/profiles.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 
+#include "nacelle/base/files.hpp"
 #include "nacelle/qos/presets.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
@@ -99,10 +99,9 @@ Result<ProfileSet, std::vector<Problem>> parse_profiles(std::string_view text, c
 }
 
 Result<ProfileSet, std::vector<Problem>> load_profiles(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) return err(std::vector<Problem>{{path, "the file cannot be read", ""}});
-  return parse_profiles(text, path);
+  const auto text = read_regular_file(path, kMaxYamlBytes);
+  if (!text) return err(std::vector<Problem>{text.error()});
+  return parse_profiles(text.value(), path);
 }
 
 }  // namespace nacelle

@@ -22,6 +22,10 @@ struct Stop {
   bool may_be_syntax = false;
 };
 
+Stop too_deep(const YAML::Mark& mark) {
+  return {line_of(mark), "more than " + std::to_string(kMaxYamlDepth) + " levels of nesting", ""};
+}
+
 std::string tag_of(const std::string& tag) {
   constexpr std::string_view kStandard = "tag:yaml.org,2002:";
   if (tag == "?" || tag == "!" || tag.empty()) return {};
@@ -75,9 +79,7 @@ class TreeBuilder final : public YAML::EventHandler {
   }
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YamlNode::Kind kind) {
     refuse_anchor(mark, anchor);
-    if (levels_.size() >= static_cast<std::size_t>(kMaxYamlDepth)) {
-      throw Stop{line_of(mark), "more than " + std::to_string(kMaxYamlDepth) + " levels of nesting", ""};
-    }
+    if (levels_.size() >= static_cast<std::size_t>(kMaxYamlDepth)) throw too_deep(mark);
     if (in_key()) throw Stop{line_of(mark), "a key must be text, not a list or a map", "", true};
     Level level;
     level.node.kind = kind;
@@ -128,20 +130,20 @@ class Passer final : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
   void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                 const std::string& /*value*/) override {}
-  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                        YAML::EmitterStyle::value /*style*/) override {
-    open();
+    open(mark);
   }
   void OnSequenceEnd() override { --depth_; }
-  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                   YAML::EmitterStyle::value /*style*/) override {
-    open();
+    open(mark);
   }
   void OnMapEnd() override { --depth_; }
 
  private:
-  void open() {
-    if (++depth_ > kMaxYamlDepth) throw Stop{};
+  void open(const YAML::Mark& mark) {
+    if (++depth_ > kMaxYamlDepth) throw too_deep(mark);
   }
 
   int depth_ = 0;
@@ -151,7 +153,25 @@ Problem problem_at(const std::string& file, int line, std::string what, std::str
   return {file + ":" + std::to_string(line), std::move(what), std::move(way_out)};
 }
 
-Problem syntax_problem(const std::string& file, const YAML::Exception& fault) {
+/// The column, from 1, of a tab that indents a line (from 1); 0 for none.
+std::size_t tab_that_indents(std::string_view text, int line) {
+  for (int number = 1; number < line; ++number) {
+    const auto end = text.find('\n');
+    if (end == std::string_view::npos) return 0;
+    text.remove_prefix(end + 1);
+  }
+  const auto tab = text.find_first_not_of(' ');
+  return tab != std::string_view::npos && text[tab] == '\t' ? tab + 1 : 0;
+}
+
+Problem syntax_problem(std::string_view text, const std::string& file, const YAML::Exception& fault) {
+  // The parser's words are about what the tab hides ("end of map not found"). Within [] and {} tabs are allowed.
+  const bool in_flow = fault.msg.find("flow") != std::string::npos;
+  if (const auto tab = tab_that_indents(text, line_of(fault.mark)); tab != 0 && !in_flow) {
+    return problem_at(file, line_of(fault.mark),
+                      "this is not YAML: a tab indents the line (column " + std::to_string(tab) + ")",
+                      "indent with spaces");
+  }
   const std::string column = fault.mark.column < 0 ? "" : " (column " + std::to_string(fault.mark.column + 1) + ")";
   return problem_at(file, line_of(fault.mark), "this is not YAML: " + fault.msg + column, "");
 }
@@ -163,8 +183,8 @@ std::optional<Problem> unclosed(std::string_view text, const std::string& file) 
     YAML::Parser parser(stream);
     Passer passer;
     parser.HandleNextDocument(passer);
-  } catch (const YAML::Exception& fault) { return syntax_problem(file, fault); } catch (const Stop&) {
-    // too deep to look at
+  } catch (const YAML::Exception& fault) { return syntax_problem(text, file, fault); } catch (const Stop& stop) {
+    return problem_at(file, stop.line, stop.what, stop.way_out);
   }
   return std::nullopt;
 }
@@ -213,7 +233,7 @@ Result<YamlNode, Problem> parse_yaml(std::string_view text, const std::string& f
     }
     return err(problem_at(file_name, stop.line, stop.what, stop.way_out));
   } catch (const YAML::Exception& fault) {
-    return err(syntax_problem(file_name, fault));
+    return err(syntax_problem(text, file_name, fault));
   } catch (const std::exception& fault) {
     return err(Problem{file_name, std::string("this is not YAML: ") + fault.what(), ""});
   }

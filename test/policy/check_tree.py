@@ -32,6 +32,24 @@ REGISTRY_HOSTS = re.compile(
     r"\b(?:" + "|".join(("deb", "ftp", "security", "archive", "mirror", "snapshot")) + r")\.(?:[a-z]+\.)?(?:debian|ubuntu|raspberrypi)\.(?:org|com)\b"
     r"|\b(?:registry\.(?:npmjs|yarnpkg)\.\w+|(?:files\.python" + r"hosted|py" + r"pi)\.org|(?:static\.)?crates\.io|proxy\.golang\.org)\b"
 )
+# What turns a text from outside into a value, or opens a file by a path from outside -> where alone that is done, with a bound.
+ONE_PLACE = (
+    ("JSON", re.compile(r"json::(?:parse|accept|sax_parse)\("), ("interfaces/base/include/nacelle/base/json_text.hpp",), "parse_json()"),
+    ("XML", re.compile(r"(?:\.|->)(?:Parse|LoadFile)\("), ("interfaces/base/src/xml.cpp",), "parse_xml()"),
+    ("YAML", re.compile(r"YAML::(?:Parser|Load\w*)\b"), ("qos_profiles/src/yaml_tree.cpp",), "parse_yaml()"),
+    (
+        "a file",
+        re.compile(r"std::ifstream\b"),
+        # Files of /proc and /sys, whose names are constants.
+        (
+            "containers/nacelle/doctor/machine.cpp",
+            "containers/nacelle/session/network_wish.cpp",
+            "containers/nacelle/session/process_figures.cpp",
+            "containers/transport_iceoryx/src/daemon_process.cpp",
+        ),
+        "read_regular_file()",
+    ),
+)
 ASSERTION = re.compile(r"\b(?:EXPECT_|ASSERT_|FAIL\(|ADD_FAILURE|TYPED_TEST|static_assert|self\.assert|assert |BENCHMARK\(|LLVMFuzzerTestOneInput|expect )")
 
 
@@ -183,6 +201,16 @@ def every_link_leads_to_a_file(tree: Tree):
                 yield f"{name}: links to {link}, which is not there"
 
 
+def what_comes_from_outside_enters_at_one_place(tree: Tree):
+    for name in tree.files:
+        if not name.endswith((".cpp", ".hpp")) or name.startswith("test/") or name == "interfaces/base/cmake/fuzz_replay.cpp":
+            continue
+        for number, line in enumerate(tree.text(name).splitlines(), 1):
+            for what, pattern, places, word in ONE_PLACE:
+                if pattern.search(line) and name not in places:
+                    yield f"{name}:{number}: reads {what} without a bound of its depth or size; use {word}"
+
+
 def every_silenced_lint_has_a_reason(tree: Tree):
     argued = set(re.findall(r"^### (\S+)$", tree.text("docs/lint_suppressions.md"), re.MULTILINE))
     for check in re.findall(r"^\s+-([a-z][\w.-]*?),?$", tree.text(".clang-tidy"), re.MULTILINE):
@@ -207,6 +235,7 @@ RULES = (
     every_debian_package_is_in_the_one_list,
     every_folder_of_tests_can_fail,
     every_link_leads_to_a_file,
+    what_comes_from_outside_enters_at_one_place,
     every_silenced_lint_has_a_reason,
 )
 

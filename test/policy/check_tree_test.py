@@ -66,6 +66,10 @@ BROKEN = {
         "NOLINT(some-check)",
     ),
     "a NOLINT of everything": ("components/lidar/protocol/a.cpp", "// " + SPDX + "int a;  // NOLINT\n", "NOLINT()"),
+    "JSON without a bound": ("components/lidar/protocol/a.cpp", "// " + SPDX + "auto a = nlohmann::json::parse(t);\n", "reads JSON"),
+    "XML without a bound": ("components/lidar/protocol/a.cpp", "// " + SPDX + "document.Parse(text);\n", "reads XML"),
+    "YAML without a bound": ("components/lidar/protocol/a.cpp", "// " + SPDX + "YAML::LoadFile(path);\n", "reads YAML"),
+    "a file that may be a FIFO": ("components/lidar/protocol/a.cpp", "// " + SPDX + "std::ifstream file{path};\n", "reads a file"),
     "a test that is not built": ("test/unit/lidar/b_test.cpp", "// " + SPDX + "EXPECT_EQ(1, 1);\n", "no CMakeLists.txt builds it"),
 }
 

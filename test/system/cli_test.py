@@ -67,7 +67,7 @@ class WithoutContainer(RobotTest):
     def test_a_launch_file_that_is_not_there_is_1_and_named(self):
         for command in ("launch", "drive"):
             outcome = self.expect_exit(self.run_program(command, "/no/such/robot.launch.yaml"), 1)
-            self.assertIn("/no/such/robot.launch.yaml: the launch file cannot be read; is it there, and may this user read it?", outcome.stderr)
+            self.assertIn("/no/such/robot.launch.yaml: the launch file cannot be read: No such file or directory; is the path right?", outcome.stderr)
 
     def launch_text(self, text, *arguments):
         file = self.folder / "a.launch.yaml"
@@ -121,7 +121,7 @@ class WithoutContainer(RobotTest):
                 self.assertNotIn("UINT", said)
         # A file that is not there is no wrong usage.
         for words in (["component", "load", "a::B", "--params-file", "/no/such"],):
-            self.assertIn("/no/such: there is no such file", self.expect_exit(self.run_program(*words), 1).stderr)
+            self.assertIn("/no/such: cannot be read: No such file or directory", self.expect_exit(self.run_program(*words), 1).stderr)
 
     def test_help_speaks_to_people(self):
         rate = self.expect_exit(self.run_program("topic", "hz", "--help"), 0).stdout

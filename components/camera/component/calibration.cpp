@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <string_view>
 
 #include "camera/protocol/camera_info_yaml.hpp"
+#include "nacelle/base/files.hpp"
 
 namespace nacelle::camera {
 namespace {
 
-constexpr std::size_t kMostFileBytes = std::size_t{1} << 20U;
+constexpr std::size_t kMostCalibrationBytes = std::size_t{1} << 20U;
 
 std::string ros_home() {
   if (const char* const home = std::getenv("ROS_HOME"); home != nullptr && *home != '\0') return home;
@@ -25,14 +25,11 @@ void replace_all(std::string& text, std::string_view from, const std::string& to
     text.replace(at, from.size(), to);
 }
 
-Result<std::string, Problem> read_file(const std::string& path) {
-  std::ifstream file{path, std::ios::binary};
-  std::string text(kMostFileBytes + 1, '\0');
-  if (!file || !file.read(text.data(), static_cast<std::streamsize>(text.size())).eof() || file.bad()) {
-    return err(Problem{"parameter camera_info_url", "cannot read the calibration " + path,
-                       "does the file exist, and may this user read it?"});
-  }
-  text.resize(static_cast<std::size_t>(file.gcount()));
+Result<std::string, Problem> calibration_text(const std::string& path) {
+  auto text = read_regular_file(path, kMostCalibrationBytes);
+  if (!text)
+    return err(Problem{"parameter camera_info_url", "the calibration " + path + " " + text.error().what,
+                       text.error().way_out});
   return text;
 }
 
@@ -80,7 +77,7 @@ Result<void, Problem> check_calibration(const std::string& url) {
   if (url.empty() || url.find("${NAME}") != std::string::npos) return {};
   const auto path = calibration_path(url, "");
   if (!path) return err(path.error());
-  const auto text = read_file(*path);
+  const auto text = calibration_text(*path);
   if (!text) return err(text.error());
   const auto calibration = parse_camera_info(*text, *path);
   if (!calibration) return err(calibration.error());
@@ -91,7 +88,7 @@ Result<StreamInfo, Problem> stream_info(const std::string& url, const CaptureFor
   if (url.empty()) return StreamInfo{format.lens ? ideal_lens(format) : size_alone(format), {}};
   const auto path = calibration_path(url, format.camera_name);
   if (!path) return err(path.error());
-  const auto text = read_file(*path);
+  const auto text = calibration_text(*path);
   if (!text) return err(text.error());
   auto calibration = parse_camera_info(*text, *path);
   if (!calibration) return err(calibration.error());

@@ -4,28 +4,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
+
+#include "nacelle/base/files.hpp"
 
 #include "nacelle/description/xacro.hpp"
 
 namespace nacelle::description {
 namespace {
-
-constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20;
-
-Result<std::string, Problem> read_whole(const std::string& path) {
-  std::error_code fault;
-  if (std::filesystem::is_directory(path, fault)) return err(Problem{path, "is a folder", "give a file"});
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return err(Problem{path, "cannot be read", "is it there, and may this user read it?"});
-  std::string text;
-  for (char block[65536]; file.read(block, sizeof block) || file.gcount() > 0;) {
-    text.append(block, static_cast<std::size_t>(file.gcount()));
-    if (text.size() > kMaxFileBytes)
-      return err(Problem{path, "is larger than 16 MiB, which no robot description is", ""});
-  }
-  return text;
-}
 
 void append_folders(const char* variable, std::vector<std::string>& folders) {
   const char* const value = std::getenv(variable);
@@ -41,7 +26,7 @@ void append_folders(const char* variable, std::vector<std::string>& folders) {
 
 XacroEnvironment machine(std::vector<std::string> prefixes) {
   for (const char* const variable : {"NACELLE_PREFIX_PATH", "AMENT_PREFIX_PATH"}) append_folders(variable, prefixes);
-  return {read_whole,
+  return {[](const std::string& path) { return read_regular_file(path); },
           [prefixes = std::move(prefixes)](const std::string& package) {
             for (const auto& prefix : prefixes) {
               std::error_code fault;

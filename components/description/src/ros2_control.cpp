@@ -8,8 +8,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <set>
 #include <string_view>
 #include <tuple>
+
+#include "nacelle/base/xml.hpp"
 
 namespace nacelle::description {
 namespace {
@@ -64,6 +67,10 @@ class Reader {
       if (tag == "link") read_radius(*child);
       if (tag == "ros2_control") blocks_.push_back(child);
     }
+    for (const auto& joint : result_.joints) {
+      names_.push_back(joint.name);
+      by_name_.emplace(joint.name, &joint);
+    }
     for (const XMLElement* const block : blocks_) result_.blocks.push_back(read_block(*block));
     for (const ControlBlock& block : result_.blocks) check(block);
     return std::move(result_);
@@ -80,6 +87,8 @@ class Reader {
     return description_.place(numbers_.at(&element), element.GetLineNum());
   }
   void error(std::string where, std::string what, std::string way_out) {
+    constexpr std::size_t kMostErrors = 100;
+    if (result_.errors.size() >= kMostErrors) return;
     result_.errors.push_back({std::move(where), std::move(what), std::move(way_out)});
   }
 
@@ -189,18 +198,17 @@ class Reader {
   }
 
   void check(const ControlBlock& block) {
-    std::vector<std::string> names, seen;
-    for (const auto& joint : result_.joints) names.push_back(joint.name);
+    std::set<std::string_view> seen;
     for (const ControlJoint& joint : block.joints) {
       if (joint.name.empty()) continue;
-      if (std::ranges::find(seen, joint.name) != seen.end())
+      if (!seen.insert(joint.name).second)
         error(joint.where, fmt::format("joint '{}' is twice in this block", joint.name), "take one of them out");
-      seen.push_back(joint.name);
-      const RobotJoint* const real = result_.joint(joint.name);
-      if (real == nullptr) {
-        error(joint.where, fmt::format("the robot has no joint '{}'", joint.name), suggestion(joint.name, names));
-      } else if (real->type == "fixed" && !joint.commands.empty()) {
-        error(joint.where, fmt::format("joint '{}' is fixed ({}), and cannot be commanded", joint.name, real->where),
+      const auto real = by_name_.find(joint.name);
+      if (real == by_name_.end()) {
+        error(joint.where, fmt::format("the robot has no joint '{}'", joint.name), suggestion(joint.name, names_));
+      } else if (real->second->type == "fixed" && !joint.commands.empty()) {
+        error(joint.where,
+              fmt::format("joint '{}' is fixed ({}), and cannot be commanded", joint.name, real->second->where),
               "give it another type, or take its command interfaces out");
       }
     }
@@ -210,6 +218,8 @@ class Reader {
   std::map<const XMLElement*, std::size_t> numbers_;
   std::vector<const XMLElement*> blocks_;
   ControlDescription result_;
+  std::vector<std::string> names_;  // of the robot's joints, which stay where they are from then on
+  std::map<std::string_view, const RobotJoint*> by_name_;
 };
 
 std::array<double, 3> turned(const std::array<double, 3>& p, const std::array<double, 3>& rpy_rad) {
@@ -240,12 +250,14 @@ const ControlJoint* ControlDescription::controlled(const std::string& name) cons
 }
 
 std::optional<double> ControlDescription::y_of(const RobotJoint& wanted) const {
+  std::map<std::string_view, const RobotJoint*> by_child;
+  for (const auto& joint : joints) by_child.emplace(joint.child, &joint);
   std::array<double, 3> p = wanted.xyz_m;
   const RobotJoint* at = &wanted;
   for (std::size_t hops = 0; hops <= joints.size(); ++hops) {
-    const auto above = std::ranges::find(joints, at->parent, &RobotJoint::child);
-    if (above == joints.end()) return p[1];
-    at = &*above;
+    const auto above = by_child.find(at->parent);
+    if (above == by_child.end()) return p[1];
+    at = above->second;
     p = turned(p, at->rpy_rad);
     for (std::size_t i = 0; i < 3; ++i) p[i] += at->xyz_m[i];
   }
@@ -254,8 +266,7 @@ std::optional<double> ControlDescription::y_of(const RobotJoint& wanted) const {
 
 ControlDescription read_ros2_control(const RobotDescription& description) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(description.urdf.data(), description.urdf.size()) != tinyxml2::XML_SUCCESS) return {};
-  if (document.RootElement() == nullptr) return {};
+  if (!parse_xml(document, description.urdf, description.file)) return {};
   return Reader{description}.read(*document.RootElement());
 }
 

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "macro_parameters.hpp"
+#include "nacelle/base/xml.hpp"
 #include "places.hpp"
 #include "scope.hpp"
 #include "texts.hpp"
@@ -77,11 +78,7 @@ class Expander {
     }
     auto document = std::make_unique<XMLDocument>(true, tinyxml2::PRESERVE_WHITESPACE);
     const std::string& content = text.value();
-    if (document->Parse(content.data(), content.size()) != tinyxml2::XML_SUCCESS) {
-      throw Failure{{fmt::format("{}:{}", path, document->ErrorLineNum()),
-                     std::string{"is no well-formed XML: "} + document->ErrorName(), ""}};
-    }
-    if (document->RootElement() == nullptr) throw Failure{{path, "has no element", ""}};
+    if (auto parsed = parse_xml(*document, content, path); !parsed) throw Failure{parsed.error()};
     documents_.push_back(std::move(document));
     return *documents_.back()->RootElement();
   }

@@ -69,7 +69,7 @@ void TruthFile::write(const Truth& truth) {
 
 Result<Truth, TruthFault> read_truth(const std::string& path) {
   using Mapped = TruthFile::Mapped;
-  const io::Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  const io::Descriptor file{::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)};
   if (!file.is_open()) return err(TruthFault::NotThere);
   struct stat status {};
   if (::fstat(file.number(), &status) != 0 || status.st_size != static_cast<off_t>(sizeof(Mapped))) {

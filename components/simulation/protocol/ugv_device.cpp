@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/json_text.hpp"
+
 namespace nacelle::simulation {
 namespace {
 
@@ -29,7 +31,7 @@ void put(std::string& line, std::string_view key, double value, int decimals) {
 }  // namespace
 
 std::optional<UgvCommand> UgvLineReader::parse(std::string_view line) {
-  const auto object = nlohmann::json::parse(line, nullptr, false);
+  const auto object = parse_json_or_discard(line);
   if (!object.is_object()) return std::nullopt;
   const auto type = number(object, "T");
   if (!type || std::abs(*type) > 10000.0) return std::nullopt;

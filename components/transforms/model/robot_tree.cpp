@@ -3,6 +3,7 @@
 
 #include <console_bridge/console.h>
 #include <fmt/format.h>
+#include <tinyxml2.h>
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
@@ -11,6 +12,8 @@
 #include <exception>
 #include <map>
 #include <mutex>
+
+#include "nacelle/base/xml.hpp"
 
 namespace nacelle::transforms {
 namespace {
@@ -117,6 +120,15 @@ Result<RobotTree, Problem> read_urdf(const std::string& text, const std::string&
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     return err(Problem{where, "the robot description is empty",
                        "set robot_description to a URDF text, or robot_description_file to a file"});
+  }
+  // urdfdom's own words differ between its releases, and the older one's recursion has no bound.
+  {
+    tinyxml2::XMLDocument document;
+    if (auto parsed = parse_xml(document, text, where); !parsed) {
+      Problem problem = parsed.error();
+      if (problem.way_out.empty()) problem.way_out = way_out;
+      return err(std::move(problem));
+    }
   }
   urdf::ModelInterfaceSharedPtr model;
   std::string said;

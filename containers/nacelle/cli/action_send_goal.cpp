@@ -9,6 +9,7 @@
 
 #include "action_commands.hpp"
 #include "asking.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -115,7 +116,7 @@ Result<json, int> Errand::read_goal() {
   msgs::AnyMessage goal{type_->goal()};
   if (auto read = msgs::from_json(text.value().json, type_->goal(), goal.get()); !read)
     return err(complain_of_usage(read.error()));
-  return json::parse(msgs::to_json(type_->goal(), goal.get()));
+  return parse_json_or_discard(msgs::to_json(type_->goal(), goal.get()));
 }
 
 void Errand::warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const {
@@ -189,7 +190,7 @@ void Errand::show_feedback() {
     auto frame = listening_.receive(0ns);
     if (!frame || !frame.value()) return;
     if (frame.value()->kind != control::FrameKind::Item) continue;
-    const json message = json::parse(as_text(frame.value()->payload), nullptr, false);
+    const json message = parse_json_or_discard(as_text(frame.value()->payload));
     if (!message.is_object() || message["goal_id"] != id_json()) continue;  // another goal's
     const json& feedback = message["feedback"];
     say({{"event", "feedback"}, {"feedback", feedback}}, "Feedback:\n    " + yaml_of(type_->feedback(), feedback));
@@ -216,7 +217,7 @@ int Errand::wait_for_result() {
     // The container sends feedback that came before the result ahead of it.
     show_feedback();
     if (!frame.value() || frame.value()->kind != control::FrameKind::Reply) continue;
-    const json reply = json::parse(as_text(frame.value()->payload), nullptr, false);
+    const json reply = parse_json_or_discard(as_text(frame.value()->payload));
     if (reply.is_object() && reply.value("ok", false)) return show_result(reply["response"]);
     const json problem = reply.is_object() ? reply.value("problem", json::object()) : json::object();
     return complain({text_of(problem, "where"), text_of(problem, "what"), text_of(problem, "way_out")});

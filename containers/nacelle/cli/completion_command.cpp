@@ -2,13 +2,13 @@
 // `completion` and what it calls, and the man page: everything that is made of the tree of commands.
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "completion.hpp"
 #include "man_page.hpp"
+#include "nacelle/base/files.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
@@ -123,10 +123,8 @@ int complete(const Command& root, const CompletionWish& wish) {
 
 int write(const std::string& output, const std::string& text) {
   if (output.empty()) return std::fputs(text.c_str(), stdout) >= 0 ? kDone : kFailed;
-  std::ofstream file{output, std::ios::trunc};
-  file << text;
-  file.flush();
-  return file ? kDone : complain({output, "cannot be written", "is the folder there, and yours?"});
+  const auto written = write_whole_file(output, text);
+  return written ? kDone : complain(written.error());
 }
 
 json tree_of(const Command& command) {

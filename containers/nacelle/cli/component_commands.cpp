@@ -7,7 +7,9 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "component_info.hpp"
+#include "nacelle/base/files.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
+#include "nacelle/session/verbs.hpp"
 #include "program.hpp"
 #include "typed_value.hpp"
 
@@ -79,10 +81,13 @@ int load(const ComponentWish& wish) {
   } else {
     request = {{"verb", "component.load_plugin"}, {"plugin", wish.name},           {"name", wish.new_name},
                {"namespace", wish.name_space},    {"parameters", wish.parameters}, {"remaps", wish.remaps}};
-    if (!wish.params_file.empty() && !std::filesystem::is_regular_file(wish.params_file))
-      return complain({wish.params_file, "there is no such file", "give a parameter file in ROS 2's form"});
-    // The container reads the file, and its working directory is another one.
-    if (!wish.params_file.empty()) request["params_file"] = std::filesystem::absolute(wish.params_file).string();
+    if (!wish.params_file.empty()) {
+      const std::string path = std::filesystem::absolute(wish.params_file).string();
+      auto text = read_regular_file(path, session::kMostParamsText);
+      if (!text) return complain({path, text.error().what, "give a parameter file in ROS 2's form"});
+      request["params_file"] = path;
+      request["params_text"] = std::move(text).value();
+    }
   }
   return ask(wish, request, [](const json& reply) {
     std::printf("Loaded component %d as '%s'%s\n", reply["id"].get<int>(), text_of(reply, "node").c_str(),

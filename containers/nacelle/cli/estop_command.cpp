@@ -5,6 +5,7 @@
 #include <std_msgs/msg/bool.hpp>
 
 #include "commands.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/session/robot_service.hpp"
 #include "program.hpp"
@@ -29,7 +30,7 @@ struct Listener {
 /// Topics of an emergency stop that somebody reads.
 std::vector<Listener> listeners_in(const std::string& stats) {
   std::vector<Listener> found;
-  const json parsed = json::parse(stats, nullptr, false);
+  const json parsed = parse_json_or_discard(stats);
   for (const auto& stream : parsed.value("streams", json::array())) {
     const std::string name = stream.value("name", "");
     const auto readers = stream.value("readers", std::size_t{0});

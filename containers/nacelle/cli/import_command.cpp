@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "commands.hpp"
+#include "nacelle/base/files.hpp"
 #include "nacelle/ros_import/ros_import.hpp"
 #include "program.hpp"
 
@@ -22,15 +21,6 @@ struct ImportWish {
   bool as_json = false;
 };
 
-std::optional<std::string> text_of_file(const std::string& path) {
-  std::ifstream file{path, std::ios::binary};
-  std::string text(kLargestFile + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!file.eof() || file.bad()) return std::nullopt;
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return text;
-}
-
 std::string header(const ImportWish& wish) { return "# Written by `nacelle import " + join(wish.files, " ") + "`.\n"; }
 
 int run(const ImportWish& wish) {
@@ -38,9 +28,9 @@ int run(const ImportWish& wish) {
   ros_import::Imported imported;
   bool failed = false;
   for (const auto& path : wish.files) {
-    const auto text = text_of_file(path);
+    const auto text = read_regular_file(path, kLargestFile);
     if (!text) {
-      complain({path, "cannot be read, or has more than 1 MiB", "give a ROS 2 parameter file"});
+      complain({path, text.error().what, "give a ROS 2 parameter file"});
       failed = true;
       continue;
     }
@@ -52,10 +42,7 @@ int run(const ImportWish& wish) {
   if (failed) return kFailed;
   const std::string yaml = header(wish) + imported.yaml();
   if (!wish.output.empty()) {
-    std::ofstream file{wish.output, std::ios::trunc};
-    file << yaml;
-    file.flush();
-    if (!file) return complain({wish.output, "cannot be written", "is the folder there, and yours?"});
+    if (const auto written = write_whole_file(wish.output, yaml); !written) return complain(written.error());
   }
   if (wish.as_json) {
     json rows = json::array();

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 
@@ -32,6 +33,8 @@ int finish_output(int code) {
   std::fprintf(stderr, "nacelle: %s\n", problem.text().c_str());
   return code == 0 ? 1 : code;
 }
+
+void refuse_oversized_files_without_signal() { std::signal(SIGXFSZ, SIG_IGN); }
 
 void open_missing_standard_streams() {
   for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {

@@ -11,6 +11,10 @@ namespace nacelle::cli {
 /// else that keeps output from being written is said on stderr and makes of kDone kFailed.
 [[nodiscard]] int finish_output(int code);
 
+/// Turns a write beyond the limit of file sizes (ulimit -f) into an error (EFBIG), which is reported; the signal would end the
+/// process. Call it before there are threads. Programs that are started get the signal back.
+void refuse_oversized_files_without_signal();
+
 /// Descriptors 0, 1 and 2 that were closed at the start become /dev/null, so that no socket or device gets their numbers
 /// and is written to by a printf.
 void open_missing_standard_streams();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
+#include <filesystem>
 #include <map>
 #include <memory>
-#include <sstream>
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/base/files.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 #include "program.hpp"
 #include "typed_value.hpp"
@@ -192,11 +192,9 @@ int dump(const ParamWish& wish) {
 
 /// What a parameter file gives to a node. Errors: the exit code.
 Result<std::vector<launch::Parameter>, int> read_file(const std::string& path, const std::string& node) {
-  std::ifstream file{path};
-  if (!file) return err(complain({path, "cannot be read", "give a file that this user may read"}));
-  std::ostringstream text;
-  text << file.rdbuf();
-  auto parsed = launch::parse_parameter_file(text.str(), path);
+  const auto text = read_regular_file(std::filesystem::absolute(path).string());
+  if (!text) return err(complain(text.error()));
+  auto parsed = launch::parse_parameter_file(text.value(), path);
   if (!parsed) {
     for (const auto& problem : parsed.error()) complain(problem);
     return err(kFailed);

@@ -7,6 +7,7 @@
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -105,7 +106,7 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
     std::printf("requester: making request: %s\n\n", shown.c_str());
     std::fflush(stdout);
   }
-  const json values = json::parse(msgs::to_json(type.request(), request.get()));
+  const json values = parse_json_or_discard(msgs::to_json(type.request(), request.get()));
   auto reply = client.call({{"verb", "service.call"},
                             {"service", absolute(wish.service)},
                             {"type", type.name},

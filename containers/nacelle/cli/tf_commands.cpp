@@ -10,6 +10,8 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
+#include "nacelle/base/files.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/drawing/frame_tree.hpp"
 #include "nacelle/drawing/graphviz.hpp"
 #include "nacelle/report/frame_delays.hpp"
@@ -247,7 +249,7 @@ Result<void, Problem> take_in(control::Client& listener, report::FrameDelays& de
     if (!frame) return err(frame.error());
     if (!frame.value()) return {};
     if (frame.value()->kind != control::FrameKind::Item) continue;
-    for (const auto& row : json::parse(as_text(frame.value()->payload)))
+    for (const auto& row : parse_json_or_discard(as_text(frame.value()->payload)))
       delays.note(row[0], row[2].get<std::int64_t>(), row[3].get<std::int64_t>());
   }
 }

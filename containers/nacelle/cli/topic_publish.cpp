@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "asking.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -70,7 +71,7 @@ std::optional<Problem> clash_of(control::Client& client, const TopicWish& wish) 
   // Through the control thread, which answers though the container is busy: what is published may be what stops the robot.
   const auto stats = client.stats(kAnswerLimit);
   if (!stats) return stats.error();
-  const json parsed = json::parse(stats.value(), nullptr, false);
+  const json parsed = parse_json_or_discard(stats.value());
   if (!parsed.is_object()) return std::nullopt;
   const auto types = texts_of(parsed.value("streams", json::array()), "type", [&](const json& stream) {
     return text_of(stream, "name") == absolute(wish.topic) &&

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "nacelle/base/files.hpp"
 #include "nacelle/launch/load_plan.hpp"
 #include "program.hpp"
 
@@ -29,12 +30,13 @@ int run(const XacroWish& wish) {
   auto expanded = description::expand_xacro(wish.file, arguments.value(), description::machine(std::move(prefixes)));
   if (!expanded) return complain(expanded.error());
   for (const auto& warning : expanded.value().warnings) std::fprintf(stderr, "nacelle: %s\n", warning.c_str());
-  std::FILE* const out = wish.output.empty() ? stdout : std::fopen(wish.output.c_str(), "w");
-  if (out == nullptr) return complain({wish.output, "cannot be written", "is the folder there, and yours?"});
   const std::string& urdf = expanded.value().urdf;
-  const bool whole = std::fwrite(urdf.data(), 1, urdf.size(), out) == urdf.size() && std::fflush(out) == 0;
-  if (out != stdout) std::fclose(out);
-  return whole ? kDone : complain({wish.output.empty() ? "standard output" : wish.output, "could not take it all", ""});
+  if (!wish.output.empty()) {
+    const auto written = write_whole_file(wish.output, urdf);
+    return written ? kDone : complain(written.error());
+  }
+  const bool whole = std::fwrite(urdf.data(), 1, urdf.size(), stdout) == urdf.size() && std::fflush(stdout) == 0;
+  return whole ? kDone : complain({"standard output", "could not take it all", ""});
 }
 
 }  // namespace

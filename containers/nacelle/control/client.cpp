@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/control/trust.hpp"
 
 namespace nacelle::control {
@@ -188,7 +189,7 @@ Result<nlohmann::json, Problem> Client::call(const nlohmann::json& request, Dura
   }
   auto frame = expect(FrameKind::Reply, limit);
   if (!frame) return err(frame.error());
-  nlohmann::json reply = nlohmann::json::parse(as_text(frame.value().payload), nullptr, false);
+  nlohmann::json reply = parse_json_or_discard(as_text(frame.value().payload));
   if (!reply.is_object()) return err(gone("its answer is not an object"));
   if (reply.value("ok", false)) return reply;
   const nlohmann::json problem = reply.value("problem", nlohmann::json::object());

@@ -10,11 +10,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "nacelle/base/files.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/drive/container_process.hpp"
 #include "nacelle/drive/live_view.hpp"
@@ -217,7 +218,7 @@ class Run {
   [[nodiscard]] Result<void, Problem> look(const std::string& activity) {
     auto text = client_->stats(kAnswerLimit);
     if (!text) return err(interrupted_or(text.error()));
-    stats_ = nlohmann::json::parse(text.value(), nullptr, false);
+    stats_ = parse_json_or_discard(text.value());
     if (!stats_.is_object() || !stats_.contains("streams") || !stats_.contains("nodes"))
       return err(Problem{"container", "its figures cannot be read", ""});
     phase_ = stats_.value("phase", "");
@@ -307,8 +308,8 @@ class Run {
   }
 
   int finish() {
-    std::ifstream file{container_report()};
-    auto report = nlohmann::ordered_json::parse(file, nullptr, false);
+    const auto written = read_regular_file(container_report());
+    auto report = parse_json_or_discard<nlohmann::ordered_json>(written ? written.value() : "");
     if (how_ended_ != "exited with 0" || !report.is_object()) {
       return fail({"container", how_ended_ + (report.is_object() ? "" : ", and left no report"), ""});
     }
@@ -318,14 +319,9 @@ class Run {
     std::fputs(report::summary_of(report).c_str(), stdout);
     std::fflush(stdout);
     if (settings_.report_file.empty()) return 0;
-    std::ofstream out{settings_.report_file, std::ios::trunc};
-    out << report.dump(2) << '\n';
-    out.flush();
-    if (out) return 0;
-    std::fprintf(stderr, "nacelle: %s\n",
-                 Problem{settings_.report_file, "the report cannot be written", "is the folder there, and yours?"}
-                     .text()
-                     .c_str());
+    const auto kept = write_whole_file(settings_.report_file, report.dump(2) + "\n");
+    if (kept) return 0;
+    std::fprintf(stderr, "nacelle: the report: %s\n", kept.error().text().c_str());
     return 1;
   }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <set>
+#include <unordered_map>
 
 #include "nacelle/proof/rules.hpp"
 
@@ -32,21 +33,39 @@ struct Tree {
   std::vector<const ClaimedFrame*> claims;
 };
 
+/// Sets that are joined, by the number of a member (union by halving of paths).
+class Joined {
+ public:
+  std::size_t number_of(const std::string& frame) {
+    const auto [found, is_new] = numbers_.emplace(frame, above_.size());
+    if (is_new) above_.push_back(found->second);
+    return found->second;
+  }
+  std::size_t top_of(std::size_t number) {
+    while (above_[number] != number) number = above_[number] = above_[above_[number]];
+    return number;
+  }
+  void join(std::size_t a, std::size_t b) { above_[top_of(a)] = top_of(b); }
+
+ private:
+  std::unordered_map<std::string, std::size_t> numbers_;
+  std::vector<std::size_t> above_;
+};
+
+/// In the order of their first claims.
 std::vector<Tree> trees_of(const std::vector<ClaimedFrame>& claims) {
+  Joined joined;
+  for (const ClaimedFrame& claim : claims) joined.join(joined.number_of(claim.parent), joined.number_of(claim.child));
   std::vector<Tree> trees;
+  std::unordered_map<std::size_t, std::size_t> tree_of_top;
   for (const ClaimedFrame& claim : claims) {
-    Tree joined;
-    joined.frames = {claim.parent, claim.child};
-    joined.namespaces = {namespace_of(claim.node)};
-    joined.claims = {&claim};
-    std::erase_if(trees, [&](Tree& tree) {
-      if (tree.frames.count(claim.parent) == 0 && tree.frames.count(claim.child) == 0) return false;
-      joined.frames.merge(tree.frames);
-      joined.namespaces.merge(tree.namespaces);
-      joined.claims.insert(joined.claims.begin(), tree.claims.begin(), tree.claims.end());
-      return true;
-    });
-    trees.push_back(std::move(joined));
+    const auto top = joined.top_of(joined.number_of(claim.child));
+    const auto [found, is_new] = tree_of_top.emplace(top, trees.size());
+    if (is_new) trees.emplace_back();
+    Tree& tree = trees[found->second];
+    tree.frames.insert({claim.parent, claim.child});
+    tree.namespaces.insert(namespace_of(claim.node));
+    tree.claims.push_back(&claim);
   }
   return trees;
 }
@@ -88,8 +107,9 @@ void check_circles(const std::vector<ClaimedFrame>& claims, Evidence& evidence) 
   std::set<std::string> done;
   for (const auto& [frame, claim] : above) {
     std::vector<std::string> path;
+    std::set<std::string> on_path;
     std::string at = frame;
-    while (above.count(at) != 0 && done.count(at) == 0 && std::ranges::find(path, at) == path.end()) {
+    while (above.count(at) != 0 && done.count(at) == 0 && on_path.insert(at).second) {
       path.push_back(at);
       at = above.at(at)->parent;
     }
@@ -146,14 +166,15 @@ std::string way_out_by_root(const std::string& child, const std::vector<ClaimedF
 void check_frames(Evidence& evidence) {
   const std::vector<ClaimedFrame> claims = evidence.container.frames();
   if (claims.empty()) return;  // whoever knows where things are, it is not this plan
+  std::map<std::string, std::vector<const ClaimedFrame*>> by_conflict;
+  for (const auto& claim : claims) by_conflict["frame '" + claim.child + "'"].push_back(&claim);
   for (auto& conflict : evidence.container.frame_conflicts()) {
     std::string where = conflict.where, child;
-    for (const auto& claim : claims) {
-      if (conflict.where != "frame '" + claim.child + "'") continue;
-      child = claim.child;
-      where = place_of_claim(evidence.plan, claim);
+    for (const ClaimedFrame* const claim : by_conflict[conflict.where]) {
+      child = claim->child;
+      where = place_of_claim(evidence.plan, *claim);
       // A joint's line is not known: the other end's is more use.
-      if (claim.kind != FrameClaimKind::Fixed) break;
+      if (claim->kind != FrameClaimKind::Fixed) break;
     }
     if (auto way_out = way_out_by_root(child, claims, evidence); !way_out.empty())
       conflict.way_out = std::move(way_out);

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/network_wish.hpp"
@@ -212,7 +213,7 @@ Result<json, Problem> RemoteNetwork::call(const std::string& service, const char
     return err(Problem{"service " + service, fmt::format("has not answered within {:g} s", to_seconds(limit)), ""});
   const void* const response = call.value()->response();
   if (response == nullptr) return err(Problem{"service " + service, "its node went away before it answered", ""});
-  return json::parse(msgs::to_json(of.response(), response), nullptr, false);
+  return parse_json_or_discard(msgs::to_json(of.response(), response));
 }
 
 }  // namespace nacelle::remote

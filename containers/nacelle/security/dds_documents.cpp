@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "nacelle/base/xml.hpp"
 #include "nacelle/security/certificate.hpp"
 #include "nacelle/security/policy.hpp"
 
@@ -99,9 +100,8 @@ bool covers(const XMLElement& rule, int domain) {
 /// <dds><`name`> of a document.
 Result<const XMLElement*, Problem> content_of(tinyxml2::XMLDocument& document, const std::string& xml,
                                               const char* name) {
-  if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) return err(Problem{"", document.ErrorStr(), ""});
-  const XMLElement* const root = document.RootElement();
-  const XMLElement* const found = root == nullptr ? nullptr : root->FirstChildElement(name);
+  if (auto parsed = parse_xml(document, xml, "XML"); !parsed) return err(parsed.error());
+  const XMLElement* const found = document.RootElement()->FirstChildElement(name);
   if (found == nullptr) return err(Problem{"", std::string("it has no <") + name + ">", ""});
   return found;
 }

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "nacelle/base/files.hpp"
+
 namespace nacelle::security {
 namespace {
 
@@ -29,34 +31,11 @@ bool write_all(int file, const std::string& text) {
   return ::fsync(file) == 0;
 }
 
-Result<std::string, Problem> read_regular(int file, const fs::path& path) {
-  struct stat found {};
-  if (::fstat(file, &found) != 0) return err(problem_at(path, "cannot be read", errno));
-  if (S_ISDIR(found.st_mode)) return err(problem_at(path, "cannot be read", EISDIR));
-  if (!S_ISREG(found.st_mode)) return err(Problem{path.string(), "cannot be read: it is no regular file", ""});
-  std::string text(kMostFileBytes + 1, '\0');  // one more than may be: it may grow meanwhile
-  std::size_t done = 0;
-  while (done < text.size()) {
-    const ssize_t got = ::read(file, text.data() + done, text.size() - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return err(problem_at(path, "cannot be read", errno));
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  if (done > kMostFileBytes) return err(problem_at(path, "cannot be read", EFBIG));
-  text.resize(done);
-  text.shrink_to_fit();
-  return text;
-}
-
 }  // namespace
 
 Result<std::string, Problem> read_file(const fs::path& path) {
-  // A FIFO that nobody writes to would be waited for at open().
-  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0) return err(problem_at(path, "cannot be read", errno));
-  auto text = read_regular(file, path);
-  ::close(file);
+  auto text = read_regular_file(path.string(), kMostFileBytes);
+  if (!text) return err(Problem{path.string(), text.error().what, ""});
   return text;
 }
 

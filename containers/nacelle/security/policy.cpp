@@ -9,6 +9,8 @@
 #include <array>
 #include <string_view>
 
+#include "nacelle/base/xml.hpp"
+
 namespace nacelle::security {
 namespace {
 
@@ -52,8 +54,7 @@ class PolicyReader {
 
   Result<Policy, Problem> read(const std::string& xml, const std::string& enclave) {
     tinyxml2::XMLDocument document;
-    if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS)
-      return err(Problem{at(document.ErrorLineNum()), document.ErrorStr(), ""});
+    if (auto parsed = parse_xml(document, xml, file_); !parsed) return err(parsed.error());
     const XMLElement* const policy = document.RootElement();
     const XMLElement* const enclaves = policy == nullptr ? nullptr : policy->FirstChildElement("enclaves");
     if (enclaves == nullptr || policy->Name() != std::string_view("policy"))

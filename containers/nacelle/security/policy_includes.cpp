@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nacelle/base/xml.hpp"
 #include "nacelle/security/files.hpp"
 
 namespace nacelle::security {
@@ -86,8 +87,7 @@ Result<Document, Problem> load(const std::filesystem::path& file, int depth) {
   const auto xml = read_file(file);
   if (!xml) return err(xml.error());
   auto document = std::make_unique<tinyxml2::XMLDocument>();
-  if (document->Parse(xml.value().data(), xml.value().size()) != tinyxml2::XML_SUCCESS)
-    return err(Problem{file.string() + ":" + std::to_string(document->ErrorLineNum()), document->ErrorStr(), ""});
+  if (auto parsed = parse_xml(*document, xml.value(), file.string()); !parsed) return err(parsed.error());
   if (auto expanded = expand(*document, file, depth); !expanded) return err(expanded.error());
   return document;
 }

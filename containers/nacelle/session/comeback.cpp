@@ -3,9 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <sstream>
-
+#include "nacelle/base/files.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/session.hpp"
@@ -73,11 +71,8 @@ Composition composition_of(Session& session, const Supervision& supervision) {
 std::string crash_file_of(const std::string& state_file) { return state_file + ".crash"; }
 
 std::string summary_of_crash(const std::string& crash_file) {
-  std::ifstream file{crash_file};
-  if (!file) return {};
-  std::ostringstream text;
-  text << file.rdbuf();
-  const std::string record = text.str();
+  const std::string record = read_regular_file(crash_file).value_or("");
+  if (record.empty()) return {};
   const auto line = [&](const char* key) { return runtime::crash_record_line(record, key); };
   const std::string component = line("component"), callback = line("callback"), library = line("library");
   return fmt::format("{} in {}{}{} (all of it: {})", line("signal"), component.empty() ? library : component,

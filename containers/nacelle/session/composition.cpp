@@ -7,10 +7,13 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
+#include "nacelle/base/files.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/session/isolated_words.hpp"
 
@@ -126,7 +129,9 @@ std::string to_text(const Composition& composition) {
 
 Result<Composition, Problem> parse_composition(std::string_view text, const std::string& where) {
   const auto refuse = [&](std::string what) { return err(Problem{where, std::move(what), kWayOut}); };
-  const json all = json::parse(text, nullptr, false);
+  if (auto bounded = check_json_nesting(text); !bounded)
+    return refuse("is no state file of a container: " + bounded.error().text());
+  const json all = parse_json_or_discard(text);
   if (all.is_discarded()) return refuse("is no state file of a container: not JSON, or cut off");
   if (!all.is_object() || !all.contains(kFormat) || !all.at(kFormat).is_number_integer())
     return refuse("is no state file of a container: it has no " + std::string{kFormat});
@@ -156,19 +161,12 @@ Result<Composition, Problem> parse_composition(std::string_view text, const std:
 }
 
 Result<std::optional<Composition>, Problem> read_composition(const std::string& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0 && errno == ENOENT) return std::optional<Composition>{};
-  if (descriptor < 0) return err(Problem{file, std::string{"cannot be read: "} + std::strerror(errno), kWayOut});
-  std::string text(kLongest + 1, '\0');
-  std::size_t used = 0;
-  ssize_t n = 0;
-  while (used < text.size() && (n = ::read(descriptor, text.data() + used, text.size() - used)) > 0)
-    used += static_cast<std::size_t>(n);
-  const int code = n < 0 ? errno : 0;
-  ::close(descriptor);
-  if (code != 0) return err(Problem{file, std::string{"cannot be read: "} + std::strerror(code), kWayOut});
-  if (used > kLongest) return err(Problem{file, "is longer than 4 MiB: no state file of a container", kWayOut});
-  auto parsed = parse_composition(std::string_view{text}.substr(0, used), file);
+  std::error_code unknown;
+  if (std::filesystem::status(file, unknown).type() == std::filesystem::file_type::not_found)
+    return std::optional<Composition>{};
+  const auto text = read_regular_file(file, kLongest);
+  if (!text) return err(Problem{file, text.error().what, kWayOut});
+  auto parsed = parse_composition(text.value(), file);
   if (!parsed) return err(parsed.error());
   return std::optional<Composition>{std::move(parsed).value()};
 }

@@ -13,8 +13,10 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
-#include <fstream>
+
+#include "nacelle/base/files.hpp"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX has it in no header
 
@@ -94,7 +96,7 @@ Result<std::unique_ptr<ForeignProgram>, Problem> ForeignProgram::start(const Pro
   sigset_t none, defaults;
   sigemptyset(&none);
   sigemptyset(&defaults);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD}) sigaddset(&defaults, number);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD, SIGXFSZ}) sigaddset(&defaults, number);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   ::posix_spawnattr_setpgroup(&attributes, 0);
   ::posix_spawnattr_setsigmask(&attributes, &none);
@@ -156,9 +158,9 @@ Result<void, Problem> ForeignProgram::wait_until_ready(Duration limit, int stop_
   const MonotonicTime until = clock.now() + limit;
   while (true) {
     // A file with another number is what a killed predecessor left.
-    std::ifstream file{spec_.ready_file};
-    long number = 0;
-    if (file >> number && number == pid_) return {};
+    constexpr std::size_t kMostDigits = 64;
+    const std::string number = read_regular_file(spec_.ready_file, kMostDigits).value_or("");
+    if (!number.empty() && std::strtol(number.c_str(), nullptr, 10) == pid_) return {};
     if (const std::string how = ended(); !how.empty())
       return err(Problem{where, "ended before it was ready: " + how, "see its output above"});
     if (clock.now() > until) {

@@ -10,7 +10,9 @@
 #include <chrono>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/session/isolated_words.hpp"
 #include "nacelle/session/load_request.hpp"
 
@@ -132,7 +134,9 @@ Result<json, Problem> IsolatedComponent::call(json request) {
 // On the link's thread. The process is this very program, but nothing it says may bring the container down.
 void IsolatedComponent::on_note(const std::string& note) {
   try {
-    const json said = json::parse(note);
+    const auto parsed = parse_json(note);
+    if (!parsed) throw std::invalid_argument(parsed.error().text());
+    const json& said = parsed.value();
     std::unique_lock lock(mutex_);
     if (said.contains("fault")) {
       info_ = info_from_json(said["fault"]);

@@ -8,8 +8,10 @@
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/crash_record.hpp"
@@ -115,7 +117,7 @@ class IsolatedProcess {
 
   // On the link's thread, beside whatever the component is at: a stop does not wait for a transition to return.
   bool obeys_at_once(const std::string& note) const {
-    const json order = json::parse(note, nullptr, false);
+    const json order = parse_json_or_discard(note);
     if (!order.is_object() || !order.contains("do")) return false;
     if (order["do"] == "stop") {
       container_->stop_what_moves();
@@ -131,7 +133,9 @@ class IsolatedProcess {
   void serve(const std::string& note) {
     json answer;
     try {
-      const json request = json::parse(note);
+      const auto parsed = parse_json(note);
+      if (!parsed) throw std::invalid_argument(parsed.error().text());
+      const json& request = parsed.value();
       answer["answer"] = request.at("call");
       const std::string what = request.at("do");
       if (what == "load") {

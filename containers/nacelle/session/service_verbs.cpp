@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
@@ -39,7 +40,7 @@ Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrar
       return reply_of({"service " + name, "its node went away, or failed, before it answered", see});
     return {{"ok", true},
             {"type", type->name},
-            {"response", json::parse(msgs::to_json(type->response(), call->response()), nullptr, false)}};
+            {"response", parse_json_or_discard(msgs::to_json(type->response(), call->response()))}};
   };
   return late;
 }

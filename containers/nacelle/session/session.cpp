@@ -9,9 +9,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/files.hpp"
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
@@ -431,7 +432,7 @@ void Session::fetch_last_messages() {
     pollfd wait{tap.descriptor(), POLLIN, 0};
     if (::poll(&wait, 1, static_cast<int>(kLastMessageLimit / 1ms)) <= 0) continue;
     if (Block* const block = tap.take(); block != nullptr) {
-      last[topic] = nlohmann::ordered_json::parse(msgs::to_json(*type, block->message));
+      last[topic] = parse_json_or_discard<nlohmann::ordered_json>(msgs::to_json(*type, block->message));
       drop_reference(*block);
     }
   }
@@ -442,13 +443,10 @@ bool Session::write_report() {
   if (options_.report_file.empty()) return true;
   nlohmann::ordered_json figures = report::to_json(report_);
   if (!options_.last_messages.empty())
-    figures["last_messages"] = nlohmann::ordered_json::parse(last_messages_json_, nullptr, false);
-  std::ofstream file{options_.report_file, std::ios::trunc};
-  file << figures.dump(2) << '\n';
-  file.flush();
-  if (file) return true;
-  say("nacelle: " +
-      Problem{options_.report_file, "the report cannot be written", "is the folder there, and yours?"}.text());
+    figures["last_messages"] = parse_json_or_discard<nlohmann::ordered_json>(last_messages_json_);
+  const auto written = write_whole_file(options_.report_file, figures.dump(2) + "\n");
+  if (written) return true;
+  say("nacelle: the report: " + written.error().text());
   return false;
 }
 

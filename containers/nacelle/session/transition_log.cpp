@@ -3,15 +3,20 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <cstring>
+
 namespace nacelle::session {
 
 TransitionLog::TransitionLog(const std::string& file, const Clock& clock)
     : steps_(file, std::ios::trunc), times_(file + ".times", std::ios::trunc), begin_(clock.now()) {}
 
 Result<std::unique_ptr<TransitionLog>, Problem> TransitionLog::open(const std::string& file, const Clock& clock) {
+  errno = 0;
   std::unique_ptr<TransitionLog> log{new TransitionLog(file, clock)};
   if (log->steps_ && log->times_) return log;
-  return err(Problem{file, "the log of transitions cannot be written", "is the folder there, and yours?"});
+  return err(Problem{file, fmt::format("the log of transitions cannot be written: {}", std::strerror(errno)),
+                     "give another place"});
 }
 
 void TransitionLog::add(const lifecycle_manager::Step& step) {

@@ -10,6 +10,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/message_yaml.hpp"
@@ -226,11 +227,13 @@ void VerbDesk::read(Guest& guest) {
 }
 
 void VerbDesk::answer(Guest& guest, const std::string& request_text) {
-  const json request = json::parse(request_text, nullptr, false);
+  const auto parsed = parse_json(request_text);
   Answer reply;
   try {
-    if (request.is_object()) {
-      reply = reply_to(guest, request);
+    if (!parsed) {
+      reply = control::reply_of({"request", parsed.error().text(), ""});
+    } else if (parsed.value().is_object()) {
+      reply = reply_to(guest, parsed.value());
     } else {
       reply = control::reply_of({"request", "is not a JSON object", ""});
     }

@@ -2,9 +2,7 @@
 #include "nacelle/session/verbs.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "nacelle/control/client.hpp"
 #include "nacelle/session/figures_verb.hpp"
@@ -118,11 +116,11 @@ Result<runtime::LoadRequest, Problem> plugin_request_of(const json& request, con
   // The file first, single values over it: as ros2 component load does.
   if (request.contains("params_file")) {
     const std::string path = request["params_file"];
-    std::ifstream file{path};
-    if (!file) return err(Problem{path, "cannot be read", "give a file that this user may read"});
-    std::ostringstream text;
-    text << file.rdbuf();
-    auto parsed = launch::parse_parameter_file(text.str(), path);
+    // Opened by the command, with its rights and at its pace: the main thread waits for no file system.
+    if (!request.contains("params_text"))
+      return err(Problem{path.substr(0, 200), "comes without its text (params_text): the container opens no such file",
+                         "use the `nacelle` that started the container"});
+    auto parsed = launch::parse_parameter_file(request["params_text"].get_ref<const std::string&>(), path);
     if (!parsed) return err(parsed.error().front());
     for (const auto& parameter :
          parsed.value().parameters_for(fully_qualified_node_name(wanted.name_space, wanted.name))) {

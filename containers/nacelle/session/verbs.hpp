@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -14,8 +15,11 @@ namespace nacelle::session {
 
 class Session;
 
-/// What component.load_plugin asks for, its namespace below another; reads its parameter file. Errors: a parameter, rule or file
-/// that cannot be read.
+/// The most bytes of a parameter file that a command sends with component.load_plugin; escaped, they fit into a request.
+inline constexpr std::size_t kMostParamsText = 448U << 10U;
+
+/// Returns what component.load_plugin asks for, its namespace below another. The request holds the text of its parameter file
+/// (`params_text`; `params_file` is its name). Errors: a parameter or rule that cannot be read, a file without its text.
 [[nodiscard]] Result<runtime::LoadRequest, Problem> plugin_request_of(const nlohmann::json& request,
                                                                       const std::string& below);
 

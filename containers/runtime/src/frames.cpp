@@ -2,32 +2,40 @@
 #include "frames.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <string_view>
+#include <utility>
 
 namespace nacelle::runtime {
 
 class FrameRegistry::Claim final : public FrameClaim {
  public:
   Claim(std::shared_ptr<Claims> claims, ClaimedFrame frame) : claims_(std::move(claims)), child_(frame.child) {
-    auto list = claims_->list.lock();
-    list->push_back({std::move(frame), &owner_});
-    elect(*list, child_);
+    auto rows = claims_->rows.lock();
+    auto& entries = rows->by_child[child_];
+    entries.push_back({std::move(frame), &owner_, rows->next_number++});
+    elect(entries);
   }
   ~Claim() override { withdraw(); }
 
   bool is_owner() const override { return owner_.load(std::memory_order_relaxed); }
   std::string owner() const override {
-    auto list = claims_->list.lock();
-    for (const auto& entry : *list) {
-      if (entry.frame.child == child_ && entry.owner != &owner_ && entry.owner->load(std::memory_order_relaxed))
-        return entry.frame.node;
+    auto rows = claims_->rows.lock();
+    const auto found = rows->by_child.find(child_);
+    if (found == rows->by_child.end()) return {};
+    for (const auto& entry : found->second) {
+      if (entry.owner != &owner_ && entry.owner->load(std::memory_order_relaxed)) return entry.frame.node;
     }
     return {};
   }
   void withdraw() override {
-    auto list = claims_->list.lock();
-    std::erase_if(*list, [&](const Entry& entry) { return entry.owner == &owner_; });
+    auto rows = claims_->rows.lock();
     owner_.store(false, std::memory_order_relaxed);
-    elect(*list, child_);
+    const auto found = rows->by_child.find(child_);
+    if (found == rows->by_child.end()) return;
+    std::erase_if(found->second, [&](const Entry& entry) { return entry.owner == &owner_; });
+    elect(found->second);
+    if (found->second.empty()) rows->by_child.erase(found);
   }
 
  private:
@@ -36,18 +44,15 @@ class FrameRegistry::Claim final : public FrameClaim {
   std::atomic<bool> owner_{false};
 };
 
-// The first claim that is no fallback, else the first fallback.
-void FrameRegistry::elect(std::vector<Entry>& entries, const std::string& child) {
-  Entry* owner = nullptr;
-  for (auto& entry : entries) {
-    if (entry.frame.child != child) continue;
+// Of the claims for one child: the first that is no fallback, else the first fallback.
+void FrameRegistry::elect(std::vector<Entry>& entries) {
+  const Entry* owner = nullptr;
+  for (const auto& entry : entries) {
     if (owner == nullptr ||
         (owner->frame.kind == FrameClaimKind::Fallback && entry.frame.kind != FrameClaimKind::Fallback))
       owner = &entry;
   }
-  for (auto& entry : entries) {
-    if (entry.frame.child == child) entry.owner->store(&entry == owner, std::memory_order_relaxed);
-  }
+  for (const auto& entry : entries) entry.owner->store(&entry == owner, std::memory_order_relaxed);
 }
 
 std::unique_ptr<FrameClaim> FrameRegistry::claim(ClaimedFrame frame) {
@@ -55,33 +60,40 @@ std::unique_ptr<FrameClaim> FrameRegistry::claim(ClaimedFrame frame) {
 }
 
 std::vector<ClaimedFrame> FrameRegistry::list() const {
-  std::vector<ClaimedFrame> frames;
-  auto list = claims_->list.lock();
-  for (const auto& entry : *list) {
-    frames.push_back(entry.frame);
-    frames.back().owns = entry.owner->load(std::memory_order_relaxed);
+  std::vector<std::pair<std::uint64_t, ClaimedFrame>> numbered;
+  {
+    auto rows = claims_->rows.lock();
+    for (const auto& [child, entries] : rows->by_child) {
+      for (const auto& entry : entries) {
+        numbered.emplace_back(entry.number, entry.frame);
+        numbered.back().second.owns = entry.owner->load(std::memory_order_relaxed);
+      }
+    }
   }
+  std::ranges::sort(numbered, {}, [](const auto& one) { return one.first; });
+  std::vector<ClaimedFrame> frames;
+  frames.reserve(numbered.size());
+  for (auto& [number, frame] : numbered) frames.push_back(std::move(frame));
   return frames;
 }
 
 std::vector<std::string> FrameRegistry::claims() const {
   std::vector<std::string> texts;
-  auto list = claims_->list.lock();
-  for (const auto& entry : *list)
-    texts.push_back("claims the frame " + entry.frame.parent + " -> " + entry.frame.child);
+  for (const auto& frame : list()) texts.push_back("claims the frame " + frame.parent + " -> " + frame.child);
   return texts;
 }
 
 void FrameRegistry::withdraw(const std::string& node) {
-  auto list = claims_->list.lock();
-  std::vector<std::string> children;
-  std::erase_if(*list, [&](const Entry& entry) {
-    if (entry.frame.node != node) return false;
-    entry.owner->store(false, std::memory_order_relaxed);
-    children.push_back(entry.frame.child);
-    return true;
-  });
-  for (const auto& child : children) elect(*list, child);
+  auto rows = claims_->rows.lock();
+  for (auto row = rows->by_child.begin(); row != rows->by_child.end();) {
+    auto& entries = row->second;
+    const auto gone = std::erase_if(entries, [&](const Entry& entry) {
+      if (entry.frame.node == node) entry.owner->store(false, std::memory_order_relaxed);
+      return entry.frame.node == node;
+    });
+    if (gone != 0) elect(entries);
+    row = entries.empty() ? rows->by_child.erase(row) : std::next(row);
+  }
 }
 
 std::vector<Problem> FrameRegistry::conflicts() const {
@@ -96,11 +108,13 @@ std::vector<Problem> FrameRegistry::conflicts() const {
   };
   std::vector<Problem> found;
   const std::vector<ClaimedFrame> all = list();
+  std::unordered_map<std::string_view, std::vector<std::size_t>> by_child;
+  for (std::size_t i = 0; i < all.size(); ++i) by_child[all[i].child].push_back(i);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    for (std::size_t j = i + 1; j < all.size(); ++j) {
+    for (const std::size_t j : by_child[all[i].child]) {
       const ClaimedFrame& a = all[i];
       const ClaimedFrame& b = all[j];
-      if (a.child != b.child || fit(a, b)) continue;
+      if (j <= i || fit(a, b)) continue;
       std::string way_out = "switch one of them off";
       if (!a.origin.empty() && !b.origin.empty())
         way_out = "change " + a.origin + " of " + a.node + ", or " + b.origin + " of " + b.node;

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <atomic>
-#include <map>
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
@@ -31,12 +32,17 @@ class FrameRegistry {
   struct Entry {
     ClaimedFrame frame;
     std::atomic<bool>* owner;
+    std::uint64_t number;  ///< In the order of the claims.
   };
-  using List = Guarded<std::vector<Entry>>;
+  /// By child: a robot description may have thousands of frames, and few claims are for the same one.
   struct Claims {
-    List list;
+    struct Rows {
+      std::unordered_map<std::string, std::vector<Entry>> by_child;
+      std::uint64_t next_number = 0;
+    };
+    Guarded<Rows> rows;
   };
-  static void elect(std::vector<Entry>& entries, const std::string& child);
+  static void elect(std::vector<Entry>& entries);
   std::shared_ptr<Claims> claims_;
 };
 

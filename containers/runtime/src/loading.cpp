@@ -246,6 +246,15 @@ void Container::Impl::sweep() {
 
 Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   impl_->sweep();
+  // A name from outside may have any size, and is repeated in messages and compared with all that are known.
+  constexpr std::size_t kMostBytes = 255, kShown = 60;
+  for (const std::string* const name : {&request.plugin, &request.name}) {
+    if (name->size() > kMostBytes)
+      return err(Problem{"component " + name->substr(0, kShown) + "...",
+                         fmt::format("its {} has {} bytes; at most {} are allowed",
+                                     name == &request.plugin ? "class name" : "name", name->size(), kMostBytes),
+                         ""});
+  }
   const std::string where =
       request.name.empty() ? request.plugin : "component " + request.name + " (" + request.plugin + ")";
   const auto entry = impl_->index.find(request.plugin);

@@ -11,9 +11,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <span>
+#include <sstream>
 
+#include "nacelle/base/files.hpp"
 #include "nacelle/base/guarded.hpp"
 
 namespace nacelle::runtime {
@@ -178,7 +179,7 @@ namespace {
 // Calls `on_line(class_name, library, line)` for every plugin that an index file names, until it returns true.
 template <typename OnLine>
 bool any_line_of(const std::filesystem::path& index_file, const OnLine& on_line) {
-  std::ifstream lines(index_file);
+  std::istringstream lines(read_regular_file(index_file.string()).value_or(""));
   for (std::string line; std::getline(lines, line);) {
     const auto semicolon = line.find(';');
     if (semicolon == std::string::npos) continue;

@@ -9,6 +9,8 @@
 namespace nacelle {
 namespace {
 
+constexpr std::size_t kLongestName = 1000;  // bytes; distance() takes time and memory in proportion to the product
+
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
@@ -71,8 +73,12 @@ std::string nearest_name(std::string_view wrong, const std::vector<std::string>&
   std::string best;
   std::size_t best_distance = 0;
   for (const auto& candidate : candidates) {
+    const std::size_t near = std::max<std::size_t>(1, std::max(wrong.size(), candidate.size()) / 3);
+    // At least the difference of the lengths, whatever the texts; names from outside may have megabytes, and no two of those.
+    const std::size_t least = std::max(wrong.size(), candidate.size()) - std::min(wrong.size(), candidate.size());
+    if (least > near || std::min(wrong.size(), candidate.size()) > kLongestName) continue;
     const std::size_t d = distance(wrong, candidate);
-    if (d > std::max<std::size_t>(1, std::max(wrong.size(), candidate.size()) / 3)) continue;
+    if (d > near) continue;
     if (best.empty() || d < best_distance) {
       best = candidate;
       best_distance = d;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "utf16.hpp"
@@ -188,17 +189,10 @@ Outcome read_message(const Json& value, const MessageType& type, void* message, 
   return {};
 }
 
-/// What nlohmann's parser lets pass and a person or a stack would not: two equal names in one object (it keeps the
-/// last in silence), and nesting without end (showing such a value recurses).
+/// What nlohmann's parser lets pass and a person would not: two equal names in one object (it keeps the last in silence).
 class Guard {
  public:
-  bool operator()(int depth, Json::parse_event_t event, Json& parsed) {
-    // No message is nested that deep; the value is dropped, and so is the result.
-    constexpr int kDeepest = 100;
-    if (depth > kDeepest) {
-      complaint_ = "the text is nested deeper than any message";
-      return false;
-    }
+  bool operator()(int /*depth*/, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::object_start) names_.emplace_back();
     if (event == Json::parse_event_t::object_end) names_.pop_back();
     if (event == Json::parse_event_t::key && !names_.back().insert(parsed.get_ref<const std::string&>()).second) {
@@ -213,26 +207,15 @@ class Guard {
   std::string complaint_;
 };
 
-/// "parse error at line 1, ...", without the library's own "[json.exception.parse_error.101] ".
-std::string reason_of(const Json::exception& error) {
-  const std::string text = error.what();
-  const auto end = text.rfind('[', 0) == 0 ? text.find("] ") : std::string::npos;
-  return end == std::string::npos ? text : text.substr(end + 2);
-}
-
 }  // namespace
 
 Result<void, Problem> from_json(std::string_view text, const MessageType& type, void* message) {
-  Json value;
   Guard guard;
-  try {
-    value = Json::parse(text, std::ref(guard));
-  } catch (const Json::exception& error) {
-    return err(Problem{type.name, "the text is not JSON: " + reason_of(error), ""});
-  }
+  auto parsed = parse_json(text, std::ref(guard));
+  if (!parsed) return err(Problem{type.name, parsed.error().text(), ""});
   if (!guard.complaint().empty()) return err(Problem{type.name, guard.complaint(), ""});
   AnyMessage scratch{type};
-  if (auto done = read_message(value, type, scratch.get(), nullptr); !done) return done;
+  if (auto done = read_message(parsed.value(), type, scratch.get(), nullptr); !done) return done;
   type.move_assign(message, scratch.get());
   return {};
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 #include "nacelle/base/problem.hpp"
 
@@ -103,7 +104,9 @@ void ParameterStore::take_override(const std::string& name, Entry& entry, const 
   if (!entry.descriptor.dynamic_typing && type_of(wanted) != type) {
     std::string what = fmt::format("parameter '{}' is {} but was given {} ({})", name, to_text(type),
                                    to_text(type_of(wanted)), to_text(wanted));
-    std::string way_out = fmt::format("write a {} value", to_text(type));
+    const std::string_view wanted_type = to_text(type);
+    const bool has_vowel = std::string_view{"aeiou"}.find(wanted_type.front()) != std::string_view::npos;
+    std::string way_out = fmt::format("write {} {} value", has_vowel ? "an" : "a", wanted_type);
     if (faults_) return note_fault({name, std::move(what), std::move(way_out)});
     throw exceptions::InvalidParameterTypeException(fmt::format("node {}: {}; {}", node_, what, way_out));
   }

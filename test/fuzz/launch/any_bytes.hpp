@@ -18,7 +18,7 @@ inline void read_any_bytes(const std::string& text, const std::string& file) {
   environment.find_package_share = [](const std::string& package) {
     return std::optional<std::string>("/share/" + package);
   };
-  environment.read_file = [&text](const std::string&) { return std::optional<std::string>(text); };
+  environment.read_file = [&text](const std::string&) -> Result<std::string, Problem> { return text; };
   const auto plan = load_plan_text(text, file, {{"sim", "true"}}, environment);
   if (plan) {
     if (to_text(*plan).empty()) std::abort();

@@ -13,9 +13,10 @@ namespace nacelle::launch {
 inline Environment in_memory(std::map<std::string, std::string> files,
                              std::map<std::string, std::string> variables = {}) {
   Environment environment;
-  environment.read_file = [files = std::move(files)](const std::string& path) {
+  environment.read_file = [files = std::move(files)](const std::string& path) -> Result<std::string, Problem> {
     const auto found = files.find(path);
-    return found == files.end() ? std::nullopt : std::optional<std::string>(found->second);
+    if (found == files.end()) return err(Problem{path, "cannot be read", ""});
+    return found->second;
   };
   environment.getenv = [variables = std::move(variables)](const std::string& name) {
     const auto found = variables.find(name);

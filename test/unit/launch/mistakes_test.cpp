@@ -223,7 +223,7 @@ TEST(Mistakes, across_files_are_told_with_each_files_name) {
       "b.launch.xml:2: unknown action 'nod' in 'launch'; did you mean 'node'?\n");
   EXPECT_EQ(told("launch:\n- include: {file: b.launch.xml}", {},
                  {{"b.launch.xml", "<launch>\n  <group>\n    <node exec='a'/>\n</launch>"}}),
-            "b.launch.xml:2: the element <group> that begins here is not closed by its own </...>\n");
+            "b.launch.xml:2: the element <group> that begins here is not closed by its own </...>; close it\n");
   EXPECT_EQ(
       told("launch:\n- include: {file: b.launch.py}", {}, {{"b.launch.py", "x"}}),
       "b.launch.py: a launch file in Python is a program, which Nacelle does not run; write the same in YAML or XML\n");

@@ -41,6 +41,12 @@ TEST(YamlTree, says_that_a_list_or_a_map_is_not_closed) {
   EXPECT_EQ(parse_yaml("{a: {", "f").error().text(), "f:1: this is not YAML: end of map flow not found (column 1)");
   EXPECT_EQ(parse_yaml("a: 1\nb: [1,\n  2\n", "f").error().where, "f:4");
   EXPECT_EQ(parse_yaml("{[1]: 2}", "f").error().what, "a key must be text, not a list or a map");
+  for (const char* const text : {"a:\n  b: 1\n\tc: 2\n", "a:\n  b:\n\tc: x\n", "a:\n  b:\n\tc: x\n\td: y\n"}) {
+    EXPECT_EQ(parse_yaml(text, "f.yaml").error().text(),
+              "f.yaml:3: this is not YAML: a tab indents the line (column 1); indent with spaces");
+  }
+  EXPECT_TRUE(parse_yaml("a: [1,\n\t2]\nb:\t3\n", "f"));
+  EXPECT_EQ(parse_yaml("a: [1,\n\t2\nb: 3\n", "f").error().what.find("tab"), std::string::npos);
 }
 
 TEST(YamlTree, refuses_what_multiplies_or_nests_without_end) {
@@ -51,7 +57,7 @@ TEST(YamlTree, refuses_what_multiplies_or_nests_without_end) {
   for (const char* unit : {"[", "{a: ", "- ", "{? ", "[a, {b: "}) {
     std::string deep;
     for (int i = 0; i < 100000; ++i) deep += unit;
-    EXPECT_FALSE(parse_yaml(deep, "f")) << unit;
+    EXPECT_EQ(parse_yaml(deep, "f").error().what, "more than 64 levels of nesting") << unit;
   }
   EXPECT_FALSE(parse_yaml(std::string(kMaxYamlBytes + 1, ' '), "f"));
 }

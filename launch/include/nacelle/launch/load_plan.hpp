@@ -20,8 +20,8 @@ struct Environment {
   std::function<std::optional<std::string>(const std::string& name)> getenv;
   /// $(find-pkg-share PACKAGE): the folder with the package's data; nothing if there is no such package.
   std::function<std::optional<std::string>(const std::string& package)> find_package_share;
-  /// The text of a file; nothing if it cannot be read.
-  std::function<std::optional<std::string>(const std::string& path)> read_file;
+  /// The text of a file. Errors: `what` continues the sentence "the parameter file 'x' ...".
+  std::function<Result<std::string, Problem>(const std::string& path)> read_file;
   /// What `profile:` in a `qos:` section may name, besides ROS 2's presets.
   ProfileSet profiles;
   /// What the launch file's own path is relative to: $(dirname) is absolute, as in ROS 2, so that it can stand in any path.

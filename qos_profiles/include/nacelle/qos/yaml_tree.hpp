@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nacelle/base/nesting.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 
@@ -38,7 +39,7 @@ struct YamlNode {
 /// Limits that keep a hostile document harmless.
 inline constexpr std::size_t kMaxYamlBytes = 1U << 20U;
 inline constexpr std::size_t kMaxYamlNodes = 100'000;
-inline constexpr int kMaxYamlDepth = 64;
+inline constexpr int kMaxYamlDepth = kMostNesting;
 
 /// Reads one document. Repeated keys are kept: whether they are allowed is the reader's rule.
 ///

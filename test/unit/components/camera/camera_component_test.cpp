@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(
                       BadOption{"camera_frame_id", std::string(), "is empty"},
                       BadOption{"camera_info_url", std::string("package://robot/front.yaml"), "package index"},
                       BadOption{"camera_info_url", std::string("/etc/front.yaml"), "no URL"},
-                      BadOption{"camera_info_url", std::string("file:///no/such/file.yaml"), "cannot read"}));
+                      BadOption{"camera_info_url", std::string("file:///no/such/file.yaml"), "cannot be read"}));
 
 TEST(CameraComponent, says_that_the_device_is_absent_when_it_is_required) {
   test::RecordingContext context;

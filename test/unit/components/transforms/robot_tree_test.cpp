@@ -82,8 +82,9 @@ TEST_P(BrokenUrdf, is_refused_with_the_file_and_a_reason) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Each, BrokenUrdf,
-    ::testing::Values(Broken{"empty", "", "empty"}, Broken{"text", "not xml at all", "no robot description"},
-                      Broken{"unclosed", "<robot name=\"r\"><link name=\"a\">", "no robot description"},
+    ::testing::Values(Broken{"empty", "", "empty"}, Broken{"text", "not xml at all", "this is not XML"},
+                      Broken{"unclosed", "<robot name=\"r\">\n<link name=\"a\">",
+                             "/robots/broken.urdf:2: the element <link> that begins here is not closed"},
                       Broken{"no links", robot(""), "link"},
                       Broken{"unknown parent", robot(links({"a"}) + joint("j", "fixed", "nobody", "a")), "nobody"},
                       Broken{"two roots", robot(links({"a", "b"})), "root"},

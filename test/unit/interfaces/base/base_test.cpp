@@ -43,6 +43,8 @@ TEST(NearestName, finds_a_slip_of_the_fingers_and_nothing_else) {
   EXPECT_EQ(nearest_name("braudate", names), "baudrate");
   EXPECT_EQ(nearest_name("exposure", names), "");
   EXPECT_EQ(nearest_name("port", names), "");
+  // The distance of two texts takes memory in proportion to the product of their lengths.
+  EXPECT_EQ(nearest_name(std::string(1'000'000, 'x'), {"port_name", std::string(999'999, 'x')}), "");
   EXPECT_EQ(suggestion("port", names), "did you mean 'port_name'?") << "its first word";
   EXPECT_EQ(suggestion("exposure", {"/scan", "/cmd_vel", "/cmd_vel"}), "one of /scan, /cmd_vel") << "each once";
 }

@@ -84,7 +84,7 @@ TEST_F(Keystore, reads_no_more_of_a_file_than_may_be_in_it) {
   const fs::path huge = folder / "huge";
   ASSERT_TRUE(write_file(huge, "x", Secrecy::Public));
   fs::resize_file(huge, std::uintmax_t{3} << 30U);  // sparse
-  EXPECT_THAT(read_file(huge).error().text(), HasSubstr("huge: cannot be read: File too large"));
+  EXPECT_THAT(read_file(huge).error().text(), HasSubstr("huge: has more than 1 MiB, the limit for such a file"));
   fs::resize_file(huge, kMostFileBytes);
   EXPECT_EQ(text_at(huge).size(), kMostFileBytes);
 }
@@ -207,15 +207,15 @@ TEST_F(Keystore, tells_what_keeps_an_enclave_from_being_used_with_file_and_way_o
     EXPECT_THAT(refusal("/robot"), HasSubstr("create-enclave keys /robot"));
     fs::create_directory(robot / file);
     EXPECT_THAT(refusal("/robot"),
-                HasSubstr(std::string(file) + ": cannot be read: Is a directory; bring back the file that was there"));
+                HasSubstr(std::string(file) + ": cannot be read: it is a folder; bring back the file that was there"));
     fs::remove(robot / file);
     ASSERT_EQ(::mkfifo((robot / file).c_str(), 0600), 0);  // nobody ever writes to it
-    EXPECT_THAT(refusal("/robot"),
-                HasSubstr(std::string(file) + ": cannot be read: it is no regular file; bring back"));
+    EXPECT_THAT(refusal("/robot"), HasSubstr(std::string(file) + ": cannot be read: it is a FIFO; bring back"));
     fs::remove(robot / file);
     ASSERT_TRUE(write_file(robot / file, "", Secrecy::Private));
     fs::resize_file(robot / file, kMostFileBytes + 1);
-    EXPECT_THAT(refusal("/robot"), HasSubstr(std::string(file) + ": cannot be read: File too large; bring back"));
+    EXPECT_THAT(refusal("/robot"),
+                HasSubstr(std::string(file) + ": has more than 1 MiB, the limit for such a file; bring back"));
     fs::remove(robot / file);
     fs::rename(robot / "away", robot / file);
   }
