@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/commands.hpp"
 #include "cli/output.hpp"
+#include "nacelle/runtime/thread_guard.hpp"
 
 int main(int argc, char** argv) {
   using namespace nacelle::cli;
   open_missing_standard_streams();
   write_errors_by_whole_lines();
   refuse_oversized_files_without_signal();
+  static_cast<void>(nacelle::runtime::guard_threads());
   Command root{"nacelle", "Nacelle: the whole robot in one process"};
   root.note(
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no container is running.\n"

@@ -383,8 +383,8 @@ class Killed(StopTest):
         os.kill(self.robot.pid, signal.SIGKILL)
         cause = time.monotonic_ns()
         self.robot.wait()
-        self.zero_after(cause, WATCHDOG_S + CYCLE_S, "container SIGKILLed (board's watchdog)")
-        self.assertEqual(self.truth.watchdog_stops, watchdog_stops + 1)
+        self.zero_after(cause, CYCLE_S, "container SIGKILLed (its watcher process)")
+        self.assertEqual(self.truth.watchdog_stops, watchdog_stops, "the board's own watchdog found the wheels at rest")
         starts = self.truth.starts
         self.log.write("-- \n")
         self.log.flush()

@@ -281,7 +281,7 @@ class Crashes(ChaosTest):
         self.assertRegex(record["library"], r"/nacelle_test_chaos\.so \+0x[0-9a-f]+$")
         self.assertEqual(record["signal"], "SIGSEGV at address 0x0")
         self.assertEqual(record["safe stops written"], "2", "the crane's and the base's")
-        self.assertEqual(self.stop_file.read_text(), "STOP\n" * 2, "before and after the record")
+        wait_for("it is stopped before and after the record, and by the watcher", lambda: self.stop_file.read_text() == "STOP\n" * 3, 5)
         # After it everything is there again, what moves something at rest.
         self.log.close()
         begin = time.monotonic()

@@ -46,6 +46,10 @@ void show(const json& reply) {
                 own["text"].get<std::string>().c_str());
   }
   bool any = false;
+  for (const auto& row : reply["left_out"]) {
+    any = true;
+    std::printf("%s  left out: %s\n", row["node"].get<std::string>().c_str(), row["why"].get<std::string>().c_str());
+  }
   for (const auto& row : reply["components"]) {
     const bool faulted = row.contains("fault");
     any = any || faulted;

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -42,6 +43,17 @@ bool answers(const std::string& path) {
       ::connect(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) == 0 || errno == EAGAIN;
   ::close(fd);
   return alive;
+}
+
+// The watcher of a container that was killed holds its descriptors until it has written the last stop frames.
+constexpr int kLockTries = 20, kLockPause_ms = 10;
+
+bool lock_soon(int fd) {
+  for (int i = 0; i < kLockTries; ++i) {
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return true;
+    static_cast<void>(::poll(nullptr, 0, kLockPause_ms));
+  }
+  return false;
 }
 
 struct Candidate {
@@ -191,7 +203,7 @@ Result<SocketClaim, Problem> SocketClaim::take(const SocketPlaces& places, const
   while (claim.lock_ < 0) {
     const int fd = ::open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return err(Problem{lock_path, std::strerror(errno), "is the folder yours?"});
-    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (!lock_soon(fd)) {
       ::close(fd);
       return err(Problem{"container '" + name + "'", "it is running already (" + path + ")",
                          "stop it first, or give this one another name with --name"});

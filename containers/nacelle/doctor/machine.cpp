@@ -139,7 +139,9 @@ std::vector<Process> Machine::holders(const std::string& target) const {
     const std::string folder = "/proc/" + entry, descriptors = folder + "/fd/";
     for (const auto& descriptor : names_in(descriptors)) {
       if (link(descriptors + descriptor) != target) continue;
-      found.push_back({static_cast<int>(*pid), text(folder + "/comm").value_or("?")});
+      std::string name = text(folder + "/comm").value_or("?");
+      // A container's watcher shares its open files, and goes with it.
+      if (name != "nacelle_watcher") found.push_back({static_cast<int>(*pid), std::move(name)});
       break;
     }
   }

@@ -16,13 +16,17 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <string_view>
 
+#include "executor_thread.hpp"
 #include "nacelle/base/expect.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "safe_stop.hpp"
+#include "stop_watcher.hpp"
+#include "symbol.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -33,7 +37,8 @@ std::array<struct sigaction, kSignals.size()> before{};
 std::array<char, 4096> record_file{};
 std::array<char, 64> container_name{};
 std::atomic<bool> installed{false};
-std::atomic<pid_t> crashing{0};  // the thread that writes the record
+std::atomic<pid_t> watched_process{0};  // a child that it forks is none of ours
+std::atomic<pid_t> crashing{0};         // the thread that writes the record
 constexpr std::size_t kFrames = 48;
 constexpr unsigned kRecordSeconds = 3;  // to write the record in
 
@@ -140,17 +145,59 @@ bool show_owners(Lines& out, const Place& place) noexcept {
   return any;
 }
 
-void write_record(int number, const siginfo_t* info, const void* context, unsigned stops) noexcept {
+// Why the process ends: a signal, or a function that was called (`call`, with `status`).
+struct Cause {
+  int signal = 0;
+  const siginfo_t* info = nullptr;
+  const void* context = nullptr;
+  const char* call = "";
+  int status = 0;
+};
+
+void show_cause(Lines& out, const Cause& cause) noexcept {
+  out << "\nsignal: ";
+  if (cause.signal == 0) {
+    (out << cause.call << "(").number(static_cast<std::uint64_t>(static_cast<unsigned>(cause.status) & 0xffU))
+        << ") was called";
+    return;
+  }
+  out << name_of(cause.signal);
+  if (cause.signal != SIGABRT) (out << " at address ").hex(reinterpret_cast<std::uintptr_t>(cause.info->si_addr));
+}
+
+// How long the youngest component that `is_meant` selects has been there.
+template <typename Selects>
+void show_age(Lines& out, const timespec& now, const Selects& is_meant) noexcept {
+  const CrashEntry* youngest = nullptr;
+  for (const CrashEntry* entry = first_crash_entry(); entry != nullptr; entry = entry->next) {
+    if (is_meant(*entry) && (youngest == nullptr || entry->up_since_ns > youngest->up_since_ns)) youngest = entry;
+  }
+  if (youngest == nullptr) return;
+  const std::int64_t age_ns = std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec - youngest->up_since_ns;
+  (out << "component age: ").number(static_cast<std::uint64_t>(std::max<std::int64_t>(age_ns, 0) / 1'000'000));
+  out << (youngest->was_activated ? " ms since its activation\n" : " ms since it was loaded\n");
+}
+
+void show_symbol(Lines& out, const Place& place, const char* lead, bool is_caller) noexcept {
+  if (!place.known) return;
+  SymbolText symbol{};
+  // A return address may be the first byte of the next function.
+  if (find_symbol(*place.image != '\0' ? place.image : "/proc/self/exe", place.offset - (is_caller ? 1U : 0U), symbol))
+    out << lead << symbol.data();
+}
+
+void write_record(const Cause& cause, unsigned stops) noexcept {
   const int file = record_file[0] == '\0'
                        ? -1
                        : ::open(record_file.data(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600);
   Lines out{file};
-  timespec now{};
+  timespec now{}, steady{};
   ::clock_gettime(CLOCK_REALTIME, &now);
+  ::clock_gettime(CLOCK_MONOTONIC, &steady);
   std::array<char, 17> thread{};
   ::prctl(PR_GET_NAME, thread.data());
-  out << "nacelle crash record\ncontainer: " << container_name.data() << "\nsignal: " << name_of(number);
-  if (number != SIGABRT) (out << " at address ").hex(reinterpret_cast<std::uintptr_t>(info->si_addr));
+  out << "nacelle crash record\ncontainer: " << container_name.data();
+  show_cause(out, cause);
   (out << "\ntime: ").number(static_cast<std::uint64_t>(now.tv_sec)) << " s after 1970\nprocess: ";
   out.number(static_cast<std::uint64_t>(::getpid())) << "\nthread: " << thread.data();
   (out << "\nsafe stops written: ").number(stops) << "\n";
@@ -161,11 +208,16 @@ void write_record(int number, const siginfo_t* info, const void* context, unsign
     if (*runs.name != '\0') out << " " << runs.name;
     out << "\n";
     if (*runs.name == '/') out << "stream: " << runs.name << "\n";
+    show_age(out, steady, [&](const CrashEntry& entry) { return std::strcmp(entry.node.data(), runs.node) == 0; });
   }
-  const Place place = place_of(program_counter(context));
-  out << "library: ";
-  show(out, place);
-  out << "\n";
+  Place named;  // whose symbol the record names
+  if (cause.signal != 0) {
+    named = place_of(program_counter(cause.context));
+    out << "library: ";
+    show(out, named);
+    out << "\n";
+  }
+  bool is_caller = false;
   out.flush();  // what follows reads a stack that may be broken
   std::array<void*, kFrames> frames{};
   const int count = ::backtrace(frames.data(), kFrames);
@@ -180,21 +232,45 @@ void write_record(int number, const siginfo_t* info, const void* context, unsign
       out << "component: ";
       static_cast<void>(show_owners(out, caller));
       out << "\ncallback: thread " << thread.data() << "\n";
+      show_age(out, steady, [&](const CrashEntry& entry) { return is_component(entry, caller); });
     }
     out << "component code: ";
     show(out, caller);
     out << "\n";
+    is_caller = !named.known || caller.offset != named.offset;
+    named = caller;
     break;
   }
-  out << "calls, the innermost first:\n";
+  out.flush();
+  show_symbol(out, named, "symbol: ", is_caller);
+  out << "\ncalls, the innermost first:\n";
   for (int i = 0; i < count; ++i) {
     out << "  ";
-    show(out, place_of(frames[static_cast<std::size_t>(i)]));
+    const Place call = place_of(frames[static_cast<std::size_t>(i)]);
+    show(out, call);
+    show_symbol(out, call, " ", true);
     out << "\n";
   }
   out << "end\n";
   out.flush();
   if (file >= 0) ::close(file);
+}
+
+// All that is to be done before the process ends. The stop frames go first, and once more after the record: other threads ran on
+// meanwhile, and a control loop has written its next command over the stop.
+void stop_and_record(const Cause& cause) noexcept {
+  const unsigned stops = write_all_safe_stops();
+  // Whoever reads stderr may not; a process that is neither dead nor alive would keep the motor board content.
+  // The alarm must find a thread that does not block it, whatever this one did before.
+  ::signal(SIGALRM, SIG_DFL);
+  sigset_t alarm_only;
+  sigemptyset(&alarm_only);
+  sigaddset(&alarm_only, SIGALRM);
+  ::pthread_sigmask(SIG_UNBLOCK, &alarm_only, nullptr);
+  ::alarm(kRecordSeconds);
+  write_record(cause, stops);
+  static_cast<void>(write_all_safe_stops());
+  ::alarm(0);
 }
 
 void on_crash(int number, siginfo_t* info, void* context) {
@@ -215,19 +291,7 @@ void on_crash(int number, siginfo_t* info, void* context) {
     ::_exit(128 + number);
   }
   const int saved = errno;
-  const unsigned stops = write_all_safe_stops();
-  // Whoever reads stderr may not; a process that is neither dead nor alive would keep the motor board content.
-  // The alarm must find a thread that does not block it, whatever this one did before.
-  ::signal(SIGALRM, SIG_DFL);
-  sigset_t alarm_only;
-  sigemptyset(&alarm_only);
-  sigaddset(&alarm_only, SIGALRM);
-  ::pthread_sigmask(SIG_UNBLOCK, &alarm_only, nullptr);
-  ::alarm(kRecordSeconds);
-  write_record(number, info, context, stops);
-  // Other threads ran on meanwhile: a control loop has written its next command over the stop.
-  static_cast<void>(write_all_safe_stops());
-  ::alarm(0);
+  stop_and_record({.signal = number, .info = info, .context = context});
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
   crashing = 0;
   errno = saved;
@@ -235,9 +299,28 @@ void on_crash(int number, siginfo_t* info, void* context) {
   if (info->si_code <= 0) ::raise(number);
 }
 
+void unblock_fault_signals() noexcept {
+  sigset_t these;
+  sigemptyset(&these);
+  for (const int number : kSignals) sigaddset(&these, number);
+  ::pthread_sigmask(SIG_UNBLOCK, &these, nullptr);
+}
+
 }  // namespace
 
-CrashHandler::CrashHandler(const std::string& file, const std::string& container) {
+void record_exit(const char* call, int status) noexcept {
+  if (!installed || ::getpid() != watched_process) return;
+  pid_t nobody = 0;
+  if (const pid_t self = ::gettid(); !crashing.compare_exchange_strong(nobody, self)) {
+    if (nobody == self) return;
+    for (;;) ::pause();
+  }
+  stop_and_record({.call = call, .status = status});
+  ::_exit(status != 0 ? status : 1);
+}
+
+CrashHandler::CrashHandler(const std::string& file, const std::string& container)
+    : stack_(std::make_unique<SignalStack>()) {
   NACELLE_EXPECT(!installed.exchange(true), "one CrashHandler per process at a time");
   NACELLE_EXPECT(file.size() < record_file.size(), "the path of a crash record has less than 4096 characters");
   record_file.fill('\0');
@@ -252,9 +335,19 @@ CrashHandler::CrashHandler(const std::string& file, const std::string& container
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;
   sigemptyset(&action.sa_mask);
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before[i]);
+  // Whoever started this process may have blocked them.
+  unblock_fault_signals();
+  watched_process = ::getpid();
+  static const bool hears_of_exits = [] {
+    return ::on_exit([](int status, void*) { record_exit("exit", status); }, nullptr) == 0 &&
+           std::at_quick_exit([] { record_exit("quick_exit", 0); }) == 0;
+  }();
+  static_cast<void>(hears_of_exits);
+  watcher_ = std::make_unique<StopWatcher>();
 }
 
 CrashHandler::~CrashHandler() {
+  watcher_.reset();
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
   installed = false;
 }

@@ -429,6 +429,7 @@ void NodeRuntime::report_fault(std::string code, std::string text) {
 }
 
 void NodeRuntime::set_active(bool active) {
+  if (active) safe_stop_.note_activation();
   const std::lock_guard lock(mutex_);
   active_.store(active, std::memory_order_release);
   for (Port* port : ports_) port->set_active(active);

@@ -4,13 +4,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <ctime>
 
 #include "nacelle/base/expect.hpp"
+#include "stop_watcher.hpp"
 
 namespace nacelle::runtime {
 namespace {
 
 std::atomic<CrashEntry*> head{nullptr};
+std::atomic<std::size_t> numbers_given{0};
 static_assert(std::atomic<CrashEntry*>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 // An entry that was given back, or a new one: as many are ever made as components lived at the same time.
@@ -31,6 +34,22 @@ void copy_text(const std::string& text, std::array<char, N>& into) {
   std::copy_n(text.begin(), std::min(text.size(), N - 1), into.begin());
 }
 
+std::int64_t monotonic_ns() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+// A reader sees the frame with its descriptor, or no descriptor.
+template <typename Stop>
+void publish_frame(Stop& stop, int descriptor, ByteView frame) {
+  stop.descriptor.store(-1, std::memory_order_release);
+  std::atomic_thread_fence(std::memory_order_release);
+  std::ranges::copy(frame, stop.frame.begin());
+  stop.length = frame.size();
+  stop.descriptor.store(descriptor, std::memory_order_release);
+}
+
 bool write_frame(const CrashEntry& entry) noexcept {
   const int descriptor = entry.descriptor.load(std::memory_order_acquire);
   if (descriptor < 0) return false;
@@ -48,7 +67,19 @@ unsigned write_all_safe_stops() noexcept {
   return written;
 }
 
-SafeStop::SafeStop(const std::string& node) : entry_(take_entry()) { copy_text(node, entry_.node); }
+void mirror_safe_stops() noexcept {
+  for (const CrashEntry* entry = first_crash_entry(); entry != nullptr; entry = entry->next) {
+    const int descriptor = entry->descriptor.load(std::memory_order_acquire);
+    WatchedStop* const copy = watched_stop(entry->number);
+    if (descriptor >= 0 && copy != nullptr) publish_frame(*copy, descriptor, {entry->frame.data(), entry->length});
+  }
+}
+
+SafeStop::SafeStop(const std::string& node) : entry_(take_entry()) {
+  copy_text(node, entry_.node);
+  entry_.was_activated = false;
+  entry_.up_since_ns = monotonic_ns();
+}
 
 SafeStop::~SafeStop() {
   clear();
@@ -61,14 +92,21 @@ void SafeStop::set_image(const std::string& image) { copy_text(image, entry_.ima
 
 void SafeStop::set(int descriptor, ByteView frame) {
   NACELLE_EXPECT(frame.size() <= entry_.frame.size(), "a stop frame fits into 64 bytes");
-  entry_.descriptor.store(-1, std::memory_order_release);
-  std::ranges::copy(frame, entry_.frame.begin());
-  entry_.length = frame.size();
-  entry_.descriptor.store(descriptor, std::memory_order_release);
+  if (entry_.number == CrashEntry::kNoNumber) entry_.number = numbers_given.fetch_add(1);
+  publish_frame(entry_, descriptor, frame);
+  if (WatchedStop* const copy = watched_stop(entry_.number)) publish_frame(*copy, descriptor, frame);
   was_set_.store(true, std::memory_order_relaxed);
 }
 
-void SafeStop::clear() { entry_.descriptor.store(-1, std::memory_order_release); }
+void SafeStop::clear() {
+  entry_.descriptor.store(-1, std::memory_order_release);
+  if (WatchedStop* const copy = watched_stop(entry_.number)) copy->descriptor.store(-1, std::memory_order_release);
+}
+
+void SafeStop::note_activation() {
+  entry_.up_since_ns = monotonic_ns();
+  entry_.was_activated = true;
+}
 
 void SafeStop::write() const noexcept { static_cast<void>(write_frame(entry_)); }
 

@@ -22,10 +22,18 @@ struct CrashEntry {
   std::atomic<int> descriptor{-1};
   std::size_t length = 0;
   std::array<std::uint8_t, 64> frame{};
+  std::size_t number = kNoNumber;  // of its copy for the watcher (stop_watcher.hpp), from the first frame on
+  /// Monotonic nanoseconds of the load, or of the last activation.
+  std::atomic<std::int64_t> up_since_ns{0};
+  std::atomic<bool> was_activated{false};
+  static constexpr std::size_t kNoNumber = ~std::size_t{0};
 };
 
 /// The first entry, or null. Async-signal-safe, as everything here that only reads.
 [[nodiscard]] const CrashEntry* first_crash_entry() noexcept;
+/// Copies the frames that are registered already to a watcher that has just been started.
+void mirror_safe_stops() noexcept;
+
 /// A component's entry, from its host's construction to its end. Threads: one, but write() from any.
 class SafeStop {
  public:
@@ -35,6 +43,8 @@ class SafeStop {
   SafeStop& operator=(const SafeStop&) = delete;
 
   void set_image(const std::string& image);
+  /// Notes that the component becomes active now, for the age in a crash record.
+  void note_activation();
   void set(int descriptor, ByteView frame);
   void clear();
   /// One attempt: the line is non-blocking, and whoever calls this has nobody to tell.

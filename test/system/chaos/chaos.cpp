@@ -5,6 +5,9 @@
 //   hang                a callback that does not return
 //   thread              a reader thread ends by an exception
 //   crash, abort        SIGSEGV; std::terminate in a thread of its own
+//   blocked abort       abort() in a thread that blocks all signals
+//   overflow            a thread that blocks all signals overflows its stack
+//   exit, quick exit, _exit
 //   leak                64 MiB that nobody frees
 //   flood               as many messages as fit into half a second, from a callback
 //   lie                 a publisher of /scan with another type
@@ -18,6 +21,8 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
+#include <cstdlib>
 #include <memory>
 #include <semaphore>
 #include <std_msgs/msg/string.hpp>
@@ -53,13 +58,28 @@ class NoSink final : public io::ByteSink {
   void on_return(MonotonicTime) override {}
 };
 
+// As the threads of Cyclone DDS and iceoryx run.
+void run_with_all_signals_blocked(void (*what)()) {
+  sigset_t all;
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, nullptr);
+  std::thread{what}.join();
+}
+
+[[gnu::noinline]] std::uint64_t go_deeper(std::uint64_t depth) {
+  volatile std::uint8_t room[1024];
+  room[0] = 1;
+  return depth == ~std::uint64_t{0} ? 0 : go_deeper(depth + 1) + room[0];
+}
+
 }  // namespace
 
 class Chaos final : public LifecycleNode {
  public:
   explicit Chaos(const NodeOptions& options) : LifecycleNode("chaos", options) {
     declare_parameter("stop_file", "");  // makes an actuator of it: where its stop frame goes
-    // "configure" or "activate" throws; "activated": a fault when it is; "configure for ever", "deactivate for ever" do not return
+    // "configure" or "activate" throws; "activated": a fault when it is; "crash" at once when it is activated;
+    // "configure for ever", "deactivate for ever" do not return
     declare_parameter("fail_in", "");
     declare_parameter("note", "as launched");  // to be set at run time
     declare_parameter("share", 0.5,
@@ -93,6 +113,7 @@ class Chaos final : public LifecycleNode {
   }
   CallbackReturn on_activate(const State&) override {
     if (get<std::string>("fail_in") == "activate") throw std::runtime_error("cannot be activated");
+    if (get<std::string>("fail_in") == "crash") *nowhere_ = 1;
     if (get<std::string>("fail_in") == "activated") fault("TOLD_TO", "a fault on command");
     return CallbackReturn::SUCCESS;
   }
@@ -129,6 +150,11 @@ class Chaos final : public LifecycleNode {
     }
     if (order == "crash") *nowhere_ = 1;
     if (order == "abort") std::thread{[] { throw std::runtime_error("nobody catches this"); }}.join();
+    if (order == "blocked abort") run_with_all_signals_blocked([] { std::abort(); });
+    if (order == "overflow") run_with_all_signals_blocked([] { static_cast<void>(go_deeper(0)); });
+    if (order == "exit") std::exit(0);
+    if (order == "quick exit") std::quick_exit(0);
+    if (order == "_exit") ::_exit(0);
     if (order == "leak") leaked_.emplace_back(64UL << 20U, 'x');
     if (order == "flood") {
       const MonotonicTime until = get_clock().now() + 500ms;

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,9 +17,11 @@
 #include <functional>
 #include <semaphore>
 #include <sstream>
+#include <thread>
 
 #include "executor_fixture.hpp"
 #include "nacelle/runtime/executor.hpp"
+#include "nacelle/runtime/thread_guard.hpp"
 #include "runtime/src/safe_stop.hpp"
 
 namespace nacelle::runtime {
@@ -27,10 +30,15 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr std::uint8_t kFrame[] = {'S', 'T', 'O', 'P'};
+// Before and after the record, and when the process has ended.
+constexpr const char* kThreeStops = "STOPSTOPSTOP";
 
 struct CrashRecordTest : ::testing::Test {
   std::string folder = ::testing::TempDir() + "nacelle-crash-XXXXXX";
-  CrashRecordTest() { EXPECT_NE(::mkdtemp(folder.data()), nullptr); }
+  CrashRecordTest() {
+    static_cast<void>(guard_threads());
+    EXPECT_NE(::mkdtemp(folder.data()), nullptr);
+  }
   ~CrashRecordTest() override {
     for (const char* name : {"/record", "/line"}) ::unlink((folder + name).c_str());
     ::rmdir(folder.c_str());
@@ -42,30 +50,40 @@ struct CrashRecordTest : ::testing::Test {
     return text.str();
   }
   [[nodiscard]] std::string line(const char* key) const { return crash_record_line(text_of("/record"), key); }
-  /// Runs it in a process of its own; returns the signal that ended that.
-  int signal_of(const std::function<void()>& fatal) const {
+  /// Runs it in a process of its own; returns the signal that ended that, once the watcher of that process has ended, too.
+  int signal_of(const std::function<void()>& fatal) const { return WTERMSIG(status_of(fatal)); }
+  /// The same, as waitpid() has it.
+  int status_of(const std::function<void()>& fatal) const {
+    std::array<int, 2> lives{};  // the other end is open for as long as one of the two processes lives
+    EXPECT_EQ(::pipe2(lives.data(), O_CLOEXEC), 0);
     const pid_t child = ::fork();
     if (child == 0) {
       for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT})
         ::signal(number, SIG_DFL);  // a sanitizer's would exit
       const rlimit none{0, 0};
       ::setrlimit(RLIMIT_CORE, &none);
+      ::close(lives[0]);
       const int nowhere = ::open("/dev/null", O_WRONLY);
       ::dup2(nowhere, STDERR_FILENO);
       const CrashHandler handler{folder + "/record", "box"};
       SafeStop stop{"/base"};
-      stop.set(::open((folder + "/line").c_str(), O_WRONLY | O_CREAT, 0600), {kFrame, sizeof kFrame});
+      stop.set(::open((folder + "/line").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), {kFrame, sizeof kFrame});
       fatal();
       ::_exit(0);
     }
+    ::close(lives[1]);
+    char none = 0;
+    EXPECT_EQ(::read(lives[0], &none, 1), 0);
+    ::close(lives[0]);
     int status = 0;
     ::waitpid(child, &status, 0);
-    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    return status;
   }
 };
 
 // Runs a callback on an executor until the process ends.
 void run_on_executor(const std::function<void()>& fatal) {
+  const SafeStop known{"/lidar"};
   const SystemClock clock;
   Executor executor{"executor", clock, {}};
   NodeGroups node{executor, "/lidar", [](const auto&...) {}};
@@ -86,7 +104,7 @@ TEST_F(CrashRecordTest, names_component_callback_stream_and_place_after_the_whee
   });
 
   EXPECT_EQ(number, SIGSEGV);
-  EXPECT_EQ(text_of("/line"), "STOPSTOP") << "before and after the record";
+  EXPECT_EQ(text_of("/line"), kThreeStops);
   EXPECT_EQ(line("container"), "box");
   EXPECT_EQ(line("signal"), "SIGSEGV at address 0x0");
   EXPECT_EQ(line("thread"), "executor");
@@ -95,6 +113,7 @@ TEST_F(CrashRecordTest, names_component_callback_stream_and_place_after_the_whee
   EXPECT_EQ(line("callback"), "subscription /scan");
   EXPECT_EQ(line("stream"), "/scan");
   EXPECT_THAT(line("library"), HasSubstr(" +0x"));
+  EXPECT_THAT(line("component age"), ::testing::MatchesRegex("[0-9]+ ms since it was loaded"));
   EXPECT_THAT(text_of("/record"), HasSubstr("\nend\n"));
 }
 
@@ -107,7 +126,92 @@ TEST_F(CrashRecordTest, an_abort_and_a_signal_from_outside_take_their_course) {
   EXPECT_EQ(signal_of([] { ::raise(SIGFPE); }), SIGFPE);
 }
 
+TEST_F(CrashRecordTest, a_call_of_exit_writes_the_stops_and_a_record_and_fails) {
+  const int ended = status_of([] { run_on_executor([] { std::exit(0); }); });
+  EXPECT_TRUE(WIFEXITED(ended));
+  EXPECT_EQ(WEXITSTATUS(ended), 1) << "the container that starts it anew must see a failure";
+  EXPECT_EQ(line("signal"), "exit(0) was called");
+  EXPECT_EQ(line("component"), "/lidar");
+  EXPECT_EQ(line("callback"), "subscription /scan");
+  EXPECT_EQ(text_of("/line"), kThreeStops);
+#ifndef NACELLE_SANITIZED  // whose build has no guard, and at_quick_exit() does not tell the status
+  EXPECT_EQ(WEXITSTATUS(status_of([] { std::quick_exit(3); })), 3);
+  EXPECT_EQ(line("signal"), "quick_exit(3) was called");
+#endif
+}
+
+TEST_F(CrashRecordTest, a_process_that_is_forked_off_may_call_exit) {
+  const int ended = status_of([] {
+    const pid_t forked = ::fork();
+    if (forked == 0) std::quick_exit(0);
+    ::waitpid(forked, nullptr, 0);
+  });
+  EXPECT_EQ(ended, 0);
+  EXPECT_EQ(text_of("/record"), "");
+}
+
+TEST_F(CrashRecordTest, the_watcher_stops_the_wheels_when_no_handler_runs) {
+  EXPECT_EQ(signal_of([] { ::raise(SIGKILL); }), SIGKILL);
+  EXPECT_EQ(text_of("/line"), "STOP");
+  ::unlink((folder + "/line").c_str());
+  EXPECT_EQ(status_of([] { run_on_executor([] { ::_exit(0); }); }), 0);
+  EXPECT_EQ(text_of("/line"), "STOP");
+  EXPECT_EQ(text_of("/record"), "") << "only the watcher knew";
+}
+
+TEST_F(CrashRecordTest, the_watcher_writes_no_frame_that_was_cleared_and_ends_with_its_handler) {
+  EXPECT_EQ(status_of([this] {
+              SafeStop gone{"/gone"};
+              gone.set(::open((folder + "/line").c_str(), O_WRONLY), {kFrame, 2});
+              gone.clear();
+              { const SafeStop again{"/again"}; }
+              ::raise(SIGKILL);
+            }),
+            SIGKILL);
+  EXPECT_EQ(text_of("/line"), "STOP");
+  { const CrashHandler handler{"", "box"}; }
+  EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG | __WALL), -1) << "its process is gone";
+}
+
 #ifndef NACELLE_SANITIZED
+// As a library's threads begin that leave all signals to the main thread (Cyclone DDS, iceoryx).
+void run_with_all_signals_blocked(const std::function<void()>& fatal) {
+  sigset_t all;
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, nullptr);
+  std::thread thread{fatal};
+  thread.join();
+}
+
+TEST_F(CrashRecordTest, a_thread_that_blocks_all_signals_leaves_a_record) {
+  EXPECT_EQ(signal_of([] { run_with_all_signals_blocked([] { std::abort(); }); }), SIGABRT);
+  EXPECT_EQ(line("signal"), "SIGABRT");
+  EXPECT_EQ(text_of("/line"), kThreeStops);
+  EXPECT_EQ(signal_of([] {
+              run_with_all_signals_blocked([] {
+                sigset_t all;
+                sigfillset(&all);
+                ::sigprocmask(SIG_BLOCK, &all, nullptr);
+                volatile std::uintptr_t zero = 0;
+                *std::bit_cast<volatile int*>(std::uintptr_t{zero}) = 1;
+              });
+            }),
+            SIGSEGV);
+  EXPECT_EQ(line("signal"), "SIGSEGV at address 0x0");
+}
+
+TEST_F(CrashRecordTest, a_thread_that_the_guard_does_not_reach_is_the_watchers) {
+  EXPECT_EQ(signal_of([] {
+              std::uint64_t all = ~std::uint64_t{0};
+              ::syscall(SYS_rt_sigprocmask, SIG_SETMASK, &all, nullptr, sizeof all);
+              volatile std::uintptr_t zero = 0;
+              *std::bit_cast<volatile int*>(std::uintptr_t{zero}) = 1;
+            }),
+            SIGSEGV);
+  EXPECT_EQ(text_of("/line"), "STOP");
+  EXPECT_EQ(text_of("/record"), "");
+}
+
 [[gnu::noinline]] std::uint64_t deeper(std::uint64_t depth) {
   volatile std::uint8_t room[4096];
   room[0] = 1;
@@ -117,7 +221,15 @@ TEST_F(CrashRecordTest, an_abort_and_a_signal_from_outside_take_their_course) {
 TEST_F(CrashRecordTest, a_stack_that_is_full_leaves_a_record_too) {
   EXPECT_EQ(signal_of([] { run_on_executor([] { static_cast<void>(deeper(0)); }); }), SIGSEGV);
   EXPECT_EQ(line("component"), "/lidar");
-  EXPECT_EQ(text_of("/line"), "STOPSTOP") << "before and after the record";
+  EXPECT_EQ(text_of("/line"), kThreeStops);
+}
+
+TEST_F(CrashRecordTest, a_full_stack_of_a_foreign_thread_leaves_a_record_too) {
+  EXPECT_EQ(signal_of([] { run_with_all_signals_blocked([] { static_cast<void>(deeper(0)); }); }), SIGSEGV);
+  EXPECT_EQ(text_of("/line"), kThreeStops);
+  EXPECT_THAT(line("symbol"), HasSubstr("deeper")) << text_of("/record");
+  EXPECT_EQ(signal_of([] { static_cast<void>(deeper(0)); }), SIGSEGV) << "the main thread";
+  EXPECT_EQ(text_of("/line"), kThreeStops);
 }
 #endif
 

@@ -60,6 +60,7 @@ TEST_F(Devices, a_device_that_another_program_reads_is_told_with_its_name_and_nu
 TEST_F(Devices, a_device_that_nacelle_itself_reads_is_fine) {
   plug_in("/dev/ttyUSB0", 0666);
   run(99, "nacelle", "/dev/ttyUSB0");
+  run(100, "nacelle_watcher", "/dev/ttyUSB0");  // shares the open files of the first
   wanted.devices = {{"/dev/ttyUSB0", "/lidar, parameter port_name"}};
   EXPECT_EQ(find(check_devices, "/dev/ttyUSB0").severity, Severity::Fine);
 }
