@@ -26,8 +26,8 @@ class FaultTopics {
   struct Absent {
     std::string node, plugin, why;
   };
-  /// Publishes an error for each faulted and each absent component, and once more OK for one that is well again. Returns whether there
-  /// is an error.
+  /// Publishes an error for each component that is faulted, has an open fault or is absent, and once more OK for one that is well again.
+  /// Returns whether one is faulted or absent.
   bool publish_diagnostics(const std::vector<runtime::ComponentInfo>& components, const std::vector<Absent>& absent);
 
  private:

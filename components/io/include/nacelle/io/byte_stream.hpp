@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -16,7 +17,7 @@ enum class StreamFault : std::uint8_t {
   ReadFailed,   ///< The kernel refused the read for another reason. reopen() may help.
   WriteFailed,  ///< The kernel refused the write for another reason.
   WouldBlock,   ///< The line took only a part of the bytes in time; the rest was not sent.
-  NotFound,     ///< reopen(): the path is not there (yet).
+  NotFound,     ///< The path is not there (yet).
   NotUsable     ///< reopen(): the path is there but cannot be used (rights, in use, no terminal).
 };
 
@@ -45,12 +46,20 @@ class ByteStream {
   /// Errors: HungUp, WriteFailed, WouldBlock.
   [[nodiscard]] virtual Result<void, StreamFault> write(ByteView bytes) = 0;
 
+  /// Bytes that were written and have not left; 0 where the kernel does not say (a pty).
+  [[nodiscard]] virtual std::size_t unsent() const noexcept { return 0; }
+  /// Forgets what was written and has not left. A part may have left: what follows must not continue it.
+  virtual void drop_unsent() noexcept {}
+
   /// Makes a waiting read_until() return an empty view at once; the next read waits again.
   virtual void interrupt() noexcept = 0;
 
   /// Opens the same line again after a fault. Only from the reading thread.
   /// Errors: NotFound, NotUsable; the stream is then as before.
   [[nodiscard]] virtual Result<void, StreamFault> reopen() = 0;
+
+  /// True until reopen() has found a device that was absent from the start; all else fails with NotFound meanwhile.
+  [[nodiscard]] virtual bool is_away() const noexcept { return false; }
 
   /// The kernel's number of the line, the same for the stream's whole life (also across reopen()), or -1 without one.
   ///
