@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/drawing/graphviz.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <string_view>
+
+#include "nacelle/base/files.hpp"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX has it in no header
 
@@ -34,68 +33,26 @@ struct File {
   File& operator=(const File&) = delete;
 };
 
-bool write_all(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const auto written = ::write(descriptor, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(written));
+/// A file without a name, for a child's input or output.
+struct MemoryFile : File {
+  explicit MemoryFile(const char* name) : File(::memfd_create(name, MFD_CLOEXEC)) {}
+  bool fill(std::string_view text) const {
+    while (!text.empty()) {
+      const auto written = ::write(descriptor, text.data(), text.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) return false;
+      text.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return ::lseek(descriptor, 0, SEEK_SET) == 0;
   }
-  return true;
-}
-
-Problem not_written(const std::string& path, int code) {
-  return {path, fmt::format("the drawing cannot be written: {}", std::strerror(code)),
-          "name a file in a folder that this user may write, with space left"};
-}
-
-/// Takes the place of `path` when it is complete, and leaves nothing behind when it is not.
-class Replacement {
- public:
-  explicit Replacement(const std::string& path) : path_(path), beside_(path + ".XXXXXX") {
-    file_.descriptor = ::mkostemp(beside_.data(), O_CLOEXEC);
-    if (file_.descriptor < 0) code_ = errno;
+  [[nodiscard]] std::string text() const {
+    std::string all;
+    std::array<char, 4096> part{};
+    for (ssize_t got = 0; (got = ::pread(descriptor, part.data(), part.size(), static_cast<off_t>(all.size()))) > 0;)
+      all.append(part.data(), static_cast<std::size_t>(got));
+    return all;
   }
-  ~Replacement() {
-    if (file_.descriptor >= 0 && !is_kept_) ::unlink(beside_.c_str());
-  }
-  Replacement(const Replacement&) = delete;
-  Replacement& operator=(const Replacement&) = delete;
-
-  [[nodiscard]] bool is_open() const { return file_.descriptor >= 0; }
-  [[nodiscard]] int code() const { return code_; }
-  [[nodiscard]] int descriptor() const { return file_.descriptor; }
-  bool keep() {
-    const mode_t mask = ::umask(0);
-    ::umask(mask);
-    is_kept_ = ::fchmod(file_.descriptor, 0666 & ~mask) == 0 && ::fsync(file_.descriptor) == 0 &&
-               ::rename(beside_.c_str(), path_.c_str()) == 0;
-    if (!is_kept_) code_ = errno;
-    return is_kept_;
-  }
-
- private:
-  const std::string path_;
-  std::string beside_;
-  File file_{-1};
-  int code_ = 0;
-  bool is_kept_ = false;
 };
-
-Result<void, Problem> write_text(const std::string& path, const std::string& text) {
-  Replacement file{path};
-  if (!file.is_open()) return err(not_written(path, file.code()));
-  if (!write_all(file.descriptor(), text)) return err(not_written(path, errno));
-  if (!file.keep()) return err(not_written(path, file.code()));
-  return {};
-}
-
-std::string first_line_of(int descriptor) {
-  std::array<char, 400> text{};
-  const auto got = ::pread(descriptor, text.data(), text.size(), 0);
-  const std::string_view all{text.data(), got > 0 ? static_cast<std::size_t>(got) : 0};
-  return std::string{all.substr(0, all.find('\n'))};
-}
 
 enum class Ending { Drawn, NotInstalled, Failed };
 
@@ -153,33 +110,31 @@ std::optional<std::string> drawing_format(const std::string& path) {
 }
 
 Result<std::string, Problem> write_drawing(const std::string& path, const std::string& dot_text) {
+  const auto written = [](const std::string& file, std::string_view text,
+                          std::string remark) -> Result<std::string, Problem> {
+    if (auto done = write_whole_file(file, text); !done) return err(done.error());
+    return remark;
+  };
   const std::string format = drawing_format(path).value_or("dot");
-  if (format == "dot") {
-    if (auto written = write_text(path, dot_text); !written) return err(written.error());
-    return std::string{};
-  }
-  Replacement drawing{path};
-  if (!drawing.is_open()) return err(not_written(path, drawing.code()));
-  const File input{::memfd_create("drawing", MFD_CLOEXEC)}, complaints{::memfd_create("complaints", MFD_CLOEXEC)};
-  if (input.descriptor < 0 || complaints.descriptor < 0 || !write_all(input.descriptor, dot_text) ||
-      ::lseek(input.descriptor, 0, SEEK_SET) != 0)
-    return err(not_written(path, errno));
-  switch (run_dot(format, input.descriptor, drawing.descriptor(), complaints.descriptor)) {
-    case Ending::Drawn:
-      if (!drawing.keep()) return err(not_written(path, drawing.code()));
-      return std::string{};
+  if (format == "dot") return written(path, dot_text, "");
+  const MemoryFile input{"input"}, drawing{"drawing"}, complaints{"complaints"};
+  if (input.descriptor < 0 || drawing.descriptor < 0 || complaints.descriptor < 0 || !input.fill(dot_text))
+    return err(Problem{path, fmt::format("cannot be drawn: {}", std::strerror(errno)),
+                       "write FILE.dot and draw that yourself"});
+  switch (run_dot(format, input.descriptor, drawing.descriptor, complaints.descriptor)) {
+    case Ending::Drawn: return written(path, drawing.text(), "");
     case Ending::NotInstalled: {
       const std::string beside = std::filesystem::path(path).replace_extension(".dot").string();
-      if (auto written = write_text(beside, dot_text); !written) return err(written.error());
-      return fmt::format(
-          "wrote {0}: Graphviz, which draws it, is not installed; run `apt install graphviz`, then "
-          "`dot -T{1} {0} -o {2}`",
-          beside, format, path);
+      return written(
+          beside, dot_text,
+          fmt::format("wrote {0}: Graphviz, which draws it, is not installed; run `apt install graphviz`, then "
+                      "`dot -T{1} {0} -o {2}`",
+                      beside, format, path));
     }
     case Ending::Failed: break;
   }
-  const std::string words = first_line_of(complaints.descriptor);
-  return err(Problem{path, words.empty() ? "`dot` failed" : "`dot` failed: " + words,
+  const std::string words = complaints.text();
+  return err(Problem{path, words.empty() ? "`dot` failed" : "`dot` failed: " + words.substr(0, words.find('\n')),
                      "write FILE.dot and draw that yourself"});
 }
 
