@@ -2,6 +2,7 @@
 // DDS Security by Debian's plugins: who has keys hears who has, and nobody else.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <filesystem>
 #include <regex>
@@ -156,6 +157,24 @@ TEST(Security, tells_of_files_that_the_plugins_refuse) {
       Participant::create({.domain_id = 77, .config = test::loopback_config(test::test_domain()), .security = files});
   ASSERT_FALSE(made);
   EXPECT_THAT(made.error().text(), HasSubstr("DDS domain 77: Error occurred while validating local permissions"));
+}
+
+// Not so readers: Cyclone 0.10 announces their end on the wrong channel, and keeps the announcement itself (ADR 0020).
+TEST(Security, keeps_no_memory_of_protected_writers_that_have_ended) {
+#ifdef NACELLE_SANITIZED
+  GTEST_SKIP() << "the sanitizer's heap says nothing of sizes";
+#endif
+  Keys ours;
+  const auto participant = participant_with(ours.enclave("/robot"));
+  const auto cycle = [&](int times) {
+    for (int i = 0; i < times; ++i) static_cast<void>(writer_of(*participant));
+  };
+  cycle(100);
+  const auto before = static_cast<double>(::mallinfo2().uordblks);
+  cycle(1000);
+  const double grown = static_cast<double>(::mallinfo2().uordblks) - before;
+  RecordProperty("bytes_grown", std::to_string(grown));
+  EXPECT_LT(grown, 128 * 1024);  // each of the keys has 400 bytes
 }
 
 }  // namespace
