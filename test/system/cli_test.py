@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program without a container: usage, exit codes, messages."""
 import json
+import os
 import pathlib
+import shutil
+import signal
 import subprocess
 import unittest
 
-from robot import LAUNCH_FILE, PROGRAM, RobotTest
+from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
 
 # Two LiDARs on one topic, one of which does not offer what the reader asks for; the ports are never opened.
 CLASH = """launch:
@@ -31,6 +34,25 @@ CLASH = """launch:
       param: [{name: streams, value: [/scan]}]
       qos: {/scan: {subscription: {reliability: reliable, deadline: 150ms}}}
 """
+
+
+class OfAnotherUser(RobotTest):
+    USER = 64999  # nobody's
+
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("setpriv"), "two users need root")
+    def test_is_named_with_the_way_to_ask_it(self):
+        environment = {key: value for key, value in self.environment.items() if key != "XDG_RUNTIME_DIR"}
+        folder = pathlib.Path(f"/tmp/nacelle-{self.USER}")
+        theirs = subprocess.Popen(["setpriv", f"--reuid={self.USER}", f"--regid={self.USER}", "--clear-groups", PROGRAM, "container", "--name", "theirs"],
+                                  env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+        try:
+            wait_for("their container runs", lambda: (folder / "theirs.sock").exists())
+            outcome = self.expect_exit(self.run_program("component", "list"), 3)
+            self.assertIn(f"no container of yours is running; user #{self.USER} runs 'theirs'; ask as its user: sudo -u '#{self.USER}'", outcome.stderr)
+        finally:
+            theirs.send_signal(signal.SIGINT)
+            theirs.wait(30 * SLOW)
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 class WithoutContainer(RobotTest):

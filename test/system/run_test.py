@@ -189,6 +189,18 @@ class Broken(RobotTest):
         message = self.bring_up(text, f"sim_dir:={self.folder}/sim")
         for part in ("component lidar (nacelle::lidar::LidarComponent)", "/no/such/port", "broken.launch.yaml:", "could not configure"):
             self.assertIn(part, message)
+        self.assertNotIn("sim:=", message, "many files have no such argument")
+
+    def test_a_folder_of_a_world_that_runs_names_the_launch_files_argument(self):
+        folder = self.folder / "taken"
+        world = self.start_program("sim", "world", "--dir", folder)
+        try:
+            wait_for("the world runs", lambda: (folder / "ready").exists())
+            outcome = self.expect_exit(self.run_program("launch", LAUNCH_FILE, f"sim_dir:={folder}", "--name", "second"), 1)
+            self.assertIn("another world runs here; end it, or choose another folder: sim_dir:=FOLDER of a launch file", outcome.stderr)
+        finally:
+            world.send_signal(signal.SIGINT)
+            world.communicate(timeout=30 * SLOW)
 
     def test_a_parameter_out_of_range(self):
         text = self.robot_with("name: serial_port, value: $(var base_port_used)}", "name: serial_port, value: $(var base_port_used)}, {name: wheel_radius, value: -1.0}")

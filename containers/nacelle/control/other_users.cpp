@@ -71,8 +71,10 @@ Problem problem_of_others(const std::vector<OthersContainer>& others) {
   for (const auto& other : others)
     whose += fmt::format("{}user {} runs '{}'", whose.empty() ? "" : ", ", name_of_user(other.user), other.name);
   const OthersContainer& first = others.front();
+  std::string who = name_of_user(first.user);
+  if (who.starts_with('#')) who = "'" + who + "'";  // a shell takes it for a comment
   return {"", "no container of yours is running; " + whose,
-          fmt::format("ask as its user: sudo -u {}{} nacelle ...", name_of_user(first.user),
+          fmt::format("ask as its user: sudo -u {}{} nacelle ...", who,
                       first.runtime_dir.empty() ? "" : " XDG_RUNTIME_DIR=" + first.runtime_dir)};
 }
 

@@ -26,7 +26,7 @@ TEST(OtherUsers, containers_that_listen_are_found_by_the_paths_of_their_sockets)
 
 TEST(OtherUsers, the_problem_names_them_and_says_how_to_ask) {
   EXPECT_EQ(problem_of_others({{"arm", 4000000001U, ""}}).text(),
-            "no container of yours is running; user #4000000001 runs 'arm'; ask as its user: sudo -u #4000000001 "
+            "no container of yours is running; user #4000000001 runs 'arm'; ask as its user: sudo -u '#4000000001' "
             "nacelle ...");
   EXPECT_THAT(problem_of_others({{"robot", 4000000001U, "/run/user/4000000001"}}).way_out,
               testing::HasSubstr("XDG_RUNTIME_DIR=/run/user/4000000001 nacelle"));
