@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `nacelle doctor net` finds before a robot runs."""
 import json
+import re
 import subprocess
 import unittest
 
@@ -24,6 +25,26 @@ class Ports(NetworkTest):
         self.robot_machine.run("sh", "-c", "echo > /proc/sys/net/ipv4/ip_local_reserved_ports")
         robot = self.start_robot(ROS_DOMAIN_ID="11")
         self.assertTrue(any("UDP ports 10150 to 10225" in line for line in robot.before), robot.before)
+
+
+class OtherUsers(NetworkTest):
+    """Who can log in on the machine can do to a robot in mode local what its owner can."""
+
+    def doctor(self, network, *people):
+        launch, users = self.folder / "users.launch.yaml", self.folder / "passwd"
+        launch.write_text(f"launch:\n- network: {{{network}}}\n")
+        users.write_text("root:x:0:0::/:/bin/sh\n" + "".join(f"{name}:x:{1001 + i}:1000::/:/bin/sh\n" for i, name in enumerate(people)))
+        # In a mount namespace of its own.
+        command = self.robot_machine.within("unshare", "-m", "--propagation", "private", "sh", "-c",
+                                            f"mount --bind {users} /etc/passwd && exec {PROGRAM} doctor net {launch}")
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True).stdout
+
+    def test_other_people_of_the_machine_are_a_warning_with_the_way_to_keep_them_out(self):
+        warning = re.search(r"^warning +(.*)$", self.doctor("mode: local", "pupil", "guest"), re.MULTILINE)[1]
+        self.assertTrue(warning.startswith("guest, pupil can log in on this machine"), warning)
+        self.assertIn("network:=off or security keeps them out", warning)
+        self.assertNotIn("warning", self.doctor("mode: local"))
+        self.assertNotIn("warning", self.doctor("mode: off", "pupil"))
 
 
 class Tried(NetworkTest):

@@ -78,7 +78,7 @@ class Robot(RemoteTest):
         self.assertEqual(self.ask("node", "list").stdout, self.run_program("node", "list").stdout)
         typed = self.ask("topic", "list", "-t").stdout.splitlines()
         self.assertIn("/scan [sensor_msgs/msg/LaserScan]", typed)
-        self.assertIn("/cmd_vel [geometry_msgs/msg/Twist, geometry_msgs/msg/TwistStamped]", typed)
+        self.assertIn("/cmd_vel [geometry_msgs/msg/TwistStamped]", typed, "what nobody publishes has the type that use_stamped_vel names")
         # The odometry's topic is as the robot has it, but for what tools there read.
         self.assertEqual(self.ask("topic", "type", "/odom").stdout, "nav_msgs/msg/Odometry\n")
         self.assertIn("/odom\n", self.ask("topic", "find", "nav_msgs/msg/Odometry").stdout)
@@ -141,6 +141,38 @@ class Robot(RemoteTest):
         driver.process.send_signal(signal.SIGINT)
         self.assertEqual(driver.process.wait(10 * SLOW), 0)
         reader.wait_for("it stands", lambda line: line not in ("", "---") and float(line) < 0.01)
+
+    def test_a_command_topic_has_the_type_of_its_publishers(self):
+        """So that `echo`, `hz` and `bag record -a` of ROS 2, which refuse a name with two types, take each kind of publisher."""
+        def is_only(topic, kind):
+            return f"{topic} [geometry_msgs/msg/{kind}]" in self.ask("topic", "list", "-t").stdout.splitlines()
+
+        for topic in ("/cmd_vel", "/cmd_vel_teleop"):
+            for kind, field in (("Twist", "linear.x"), ("TwistStamped", "twist.linear.x")):
+                driver = self.listen("topic", "pub", topic, f"geometry_msgs/msg/{kind}", "{}", "--rate", "20", "-p", "0")
+                wait_for(f"{topic} is a {kind}", lambda topic=topic, kind=kind: is_only(topic, kind))
+                self.assertEqual(self.ask("topic", "echo", topic, "--once", "--field", field).stdout.splitlines()[0], "0.0")
+                driver.process.send_signal(signal.SIGINT)
+                self.assertEqual(driver.process.wait(10 * SLOW), 0)
+            wait_for("the default without one", lambda topic=topic: is_only(topic, "TwistStamped"))
+
+    def test_an_emergency_stop_of_a_volatile_publisher_is_obeyed_and_kept_and_released_by_a_latched_one(self):
+        diagnostics = self.listen("topic", "echo", "/diagnostics", "--full")
+
+        def say(data):
+            self.ask("topic", "pub", "/emergency_stop", "std_msgs/msg/Bool", f"{{data: {data}}}", "--once", "-w", "1")  # volatile, as ros2's
+
+        def publishers():
+            return [end["node"] for end in self.rows("topic", "info", "/emergency_stop")["publishers"]]
+
+        self.addCleanup(self.run_program, "estop", "release")
+        say("true")
+        diagnostics.wait_for("the base stands", lambda line: "the emergency stop is set" in line)
+        wait_for("the container keeps it for late joiners", lambda: "/_emergency_stops" in publishers())
+        say("false")
+        self.assertIn("/_emergency_stops", publishers(), "who is volatile releases nothing")
+        self.expect_exit(self.run_program("estop", "release"), 0)
+        wait_for("it is released", lambda: "/_emergency_stops" not in publishers())
 
     def test_a_stamp_is_of_the_moment_of_sending(self):
         began = time.time()

@@ -59,16 +59,19 @@ std::optional<Duration> age_of(const T& message, WallTime now) {
 
 template <typename T>
 std::shared_ptr<SubscriptionBase> subscribe(Node& node, const std::string& topic, const QoS& qos, ShareAs share_as,
-                                            StreamWatch& watch) {
+                                            Announced announced, StreamWatch& watch) {
+  SubscriptionOptions options;
+  options.announced = announced;
   const auto record = [&node, &watch](const T& message, const MessageInfo& info) {
     watch.record(info.received_time, info.writer_id, info.sequence, age_of(message, node.now()));
   };
   if (share_as == ShareAs::Reference) {
-    return node.create_subscription<T>(topic, qos,
-                                       [record](const T& message, const MessageInfo& info) { record(message, info); });
+    return node.create_subscription<T>(
+        topic, qos, [record](const T& message, const MessageInfo& info) { record(message, info); }, options);
   }
   return node.create_subscription<T>(
-      topic, qos, [record](std::shared_ptr<const T> message, const MessageInfo& info) { record(*message, info); });
+      topic, qos, [record](std::shared_ptr<const T> message, const MessageInfo& info) { record(*message, info); },
+      options);
 }
 
 #define NACELLE_READABLE(package, Type) \

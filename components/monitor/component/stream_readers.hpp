@@ -22,7 +22,7 @@ enum class ShareAs : std::uint8_t {
 
 /// Subscribes a watch to a topic as one message type.
 using Subscribe = std::shared_ptr<SubscriptionBase> (*)(Node& node, const std::string& topic, const QoS& qos,
-                                                        ShareAs share_as, StreamWatch& watch);
+                                                        ShareAs share_as, Announced announced, StreamWatch& watch);
 
 /// A message type that can be read.
 struct ReadableType {

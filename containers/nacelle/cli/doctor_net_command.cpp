@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <map>
@@ -8,6 +9,8 @@
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
+#include "nacelle/control/socket_path.hpp"
+#include "nacelle/doctor/login_users.hpp"
 #include "nacelle/session/network.hpp"
 #include "nacelle/session/network_links.hpp"
 #include "nacelle/session/network_wish.hpp"
@@ -129,6 +132,14 @@ std::vector<std::string> words_of_namesakes(const json& others) {
   return lines;
 }
 
+// A network that is on without security does not ask a program of this machine whose it is.
+std::string words_of_users(const json& net) {
+  return words_of(net["other_users"], "") +
+         " can log in on this machine, and may then set parameters, publish commands and deactivate the base of a "
+         "robot "
+         "that is started here; network:=off or security keeps them out (docs/security.md)";
+}
+
 void print(const json& net) {
   if (!net["built_in"].get<bool>())
     row("built", "without Cyclone DDS: no network; " + net["way_out"].get<std::string>());
@@ -149,6 +160,7 @@ void print(const json& net) {
     row(key, Problem{problem["where"], problem["what"], problem["way_out"]}.text());
   };
   for (const auto& remark : net["remarks"]) print_problem("remark", remark);
+  if (!net["other_users"].empty()) row("warning", words_of_users(net));
   if (!net["problem"].is_null()) print_problem("problem", net["problem"]);
 }
 
@@ -163,6 +175,12 @@ json net_of(const Result<transport_dds::NetworkSettings, Problem>& settings) {
   }
   for (const auto& remark : tried.value()) net["remarks"].push_back(session::to_json(remark));
   return net;
+}
+
+bool is_open_to_other_users(const json& net) {
+  if (net["built_in"] == false || !net.contains("mode") || net["mode"] == "off" || !net["problem"].is_null())
+    return false;
+  return net["security"].is_null() || !net["security"]["in_force"].get<bool>();
 }
 
 int examine(const NetWish& wish) {
@@ -181,6 +199,9 @@ int examine(const NetWish& wish) {
   net["built_in"] = session::network_is_built_in();
   if (!session::network_is_built_in()) net["way_out"] = session::network_is_not_built_in("").way_out;
   net["links"] = links_json();
+  net["other_users"] = is_open_to_other_users(net)
+                           ? doctor::other_login_users(doctor::Machine{doctor::real_facts("")}, ::getuid())
+                           : std::vector<std::string>{};
   net["containers"] = containers_json(net);
   if (wish.as_json) {
     std::printf("%s\n", net.dump(2).c_str());
@@ -200,7 +221,8 @@ void add_doctor_net_command(Command& doctor) {
   command.flag("--json", wish->as_json, "print one JSON object");
   command.note(
       "Mode and domain with what has set them, interfaces, peers, what is exported, what of ROS 2's variables is not\n"
-      "obeyed and why, and what the containers that run say of themselves. See docs/network.md in the source tree.\n"
+      "obeyed and why, other people who can log in here and are not kept out, and what the containers that run say of\n"
+      "themselves. See docs/network.md in the source tree.\n"
       "The network is joined for a moment, without a word, to see whether it can be had.\n"
       "Exit codes: 0 told, 1 launch file or environment cannot be obeyed or the network not be had, 2 wrong usage.");
   command.runs([wish] { return examine(*wish); });

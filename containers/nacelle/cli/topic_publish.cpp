@@ -146,12 +146,18 @@ int publish_topic(const TopicWish& asked) {
   auto connected = connect(wish.whom);
   if (!connected) return connected.error();
   control::Client& client = connected.value();
-  if (const auto clash = clash_of(client, wish)) return complain(*clash);
+  if (const auto clash = clash_of(client, wish)) {
+    if (!wish.whom.is_remote()) return complain(*clash);
+    // There a node that reads several types shows the one that is published (nacelle/qos/announced.hpp).
+    std::fprintf(stderr, "nacelle: warning: %s %s; only a node that reads both, as Nacelle's base does, hears this\n",
+                 clash->where.c_str(), clash->what.c_str());
+  }
+  // Before the wait: a reader of several types may show itself only when it sees a publisher of its type.
+  auto handle = client.open_writer(absolute(wish.topic), wish.type, kAnswerLimit);
+  if (!handle) return complain(handle.error());
   if (wish.readers != 0) {
     if (const auto ended = wait_for_readers(wish, stop, clock)) return *ended;
   }
-  auto handle = client.open_writer(absolute(wish.topic), wish.type, kAnswerLimit);
-  if (!handle) return complain(handle.error());
   if (!wish.as_json) std::printf("publisher: beginning loop\n");
   MonotonicTime next = clock.now();
   const Duration period = from_seconds(1.0 / wish.rate_hz);

@@ -75,7 +75,7 @@ constexpr std::array kDiffDrive{
     Key{"angular.z.has_velocity_limits", Translated, "diff_drive", "", "deprecated: a limit of .nan is none"},
     Key{"angular.z.has_acceleration_limits", Translated, "diff_drive", "", "deprecated: a limit of .nan is none"},
     Key{"angular.z.has_jerk_limits", Translated, "diff_drive", "", "deprecated: a limit of .nan is none"},
-    Key{"use_stamped_vel", Dropped, "", "", "the base takes Twist and TwistStamped alike"},
+    Key{"use_stamped_vel", Translated, "diff_drive"},
     Key{"open_loop", Doubted, "", "", "the odometry reads the wheels, always; true has no counterpart"},
     Key{"position_feedback", Doubted, "", "", "the odometry reads positions; false has no counterpart"},
     Key{"tf_frame_prefix_enable", Dropped, "", "", "write the prefix into odom_frame_id and base_frame_id"},

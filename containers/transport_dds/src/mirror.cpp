@@ -185,6 +185,7 @@ void DdsMirror::Impl::turn() {
     }
   }
   drop_gone();
+  choose_types();
   if (is_snapshot_new || now.discovery || now.snapshots) look_for_namesakes();
   if (is_snapshot_new) send_snapshot();
   now.events.clear();

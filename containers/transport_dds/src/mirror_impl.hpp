@@ -76,7 +76,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     std::optional<dds::Sample> head;              // taken out, and not handed on yet
     dds::ReaderCounters told;
     std::uint64_t told_lost = 0;
-    std::unique_ptr<dds::Reader> reader;
+    bool is_announced = false;
+    std::unique_ptr<dds::Reader> reader;  // null: not announced, or refused
   };
   /// A participant whose messages come here.
   struct Peer {
@@ -152,6 +153,12 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void bury(std::shared_ptr<LocalEnd> end);
   void make_writer(const EndpointInfo& info);
   void make_reader(const EndpointInfo& info);
+  void announce(LocalReader& end);
+  void withdraw(LocalReader& end);
+  /// Which of several types the network sees under a name: see Announced.
+  void choose_types();
+  void choose_type(TopicUse& use, const std::string& topic);
+  void count_readers();
   [[nodiscard]] Result<dds::EndpointOptions, Problem> options_for(const EndpointInfo& info) const;
   /// An endpoint of this node is on the network from now on, or no longer.
   void show(const std::string& node, const dds::Gid& gid, bool is_writer);
@@ -194,6 +201,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   /// Each pair once.
   void note_misfit(const EndpointInfo& ours, const dds::RemoteEndpoint& end, const std::string& type);
   void tell_other_types(const dds::RemoteEndpoint& end);
+  /// Nobody else tells of a reader elsewhere whose QoS a publisher here does not serve.
+  void tell_unserved(const dds::RemoteEndpoint& reader);
+  /// Writers of this side from which this reader gets nothing, since it asks for more.
+  [[nodiscard]] std::vector<const EndpointInfo*> those_that_do_not_serve(const dds::RemoteEndpoint& reader) const;
   /// Among the ends that are told of later; returns since when.
   MonotonicTime wait_in(std::map<dds::Gid, MonotonicTime>& those, const dds::Gid& gid);
   /// Returns when to look again.
@@ -237,8 +248,9 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::map<dds::Gid, StandIn> stand_ins;
   std::map<std::string, ClockSkew, std::less<>> told_skews;  // by host
   Guarded<std::vector<ClockSkew>> host_skews;
-  // Since when they are known: ends that are told of once the name of their node is, and those with another type than ours.
-  std::map<dds::Gid, MonotonicTime> nameless, other_types;
+  // Since when they are known: ends that are told of once the name of their node is, those with another type than ours, and
+  // readers whose QoS a writer of ours does not serve.
+  std::map<dds::Gid, MonotonicTime> nameless, other_types, unserved;
   std::set<dds::Gid> awaited;                 // whose node has had its time to be told
   MonotonicTime misfits_due = kNeverExpires;  // when to look at these
   // An end of another participant, one of ours: noted in the graph.
@@ -254,6 +266,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   dds::GraphSnapshot own_nodes;
   std::map<std::string, std::size_t> ends_of_node;
   bool is_snapshot_new = true;
+  bool are_types_new = false;  // an end of a topic came or went: choose_types()
   Guarded<dds::RemoteGraph> remote;
   Guarded<std::vector<Namesake>> namesakes;
   Noted now;

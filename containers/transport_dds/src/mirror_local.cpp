@@ -64,7 +64,8 @@ void DdsMirror::Impl::take_made(const EndpointInfo& info) {
     make_reader(info);
   }
   writer_count = writers.size();
-  reader_count = readers.size();
+  count_readers();
+  are_types_new = true;
   consider_all(info.spec.topic);
 }
 
@@ -99,25 +100,90 @@ void DdsMirror::Impl::make_writer(const EndpointInfo& info) {
   made.writer = std::move(*writer);
   show(info.spec.node, made.writer->gid(), true);
   look_at_status(made);
+  for (const auto& [gid, stand_in] : stand_ins) {
+    if (!stand_in.end.is_writer && stand_in.end.name == info.spec.topic &&
+        !those_that_do_not_serve(stand_in.end).empty())
+      wait_in(unserved, gid);
+  }
 }
 
 void DdsMirror::Impl::make_reader(const EndpointInfo& info) {
-  auto end = std::make_unique<LocalReader>(*this, info);
+  LocalReader& made = *readers.insert_or_assign(info.id, std::make_unique<LocalReader>(*this, info)).first->second;
+  topics[info.spec.topic].readers.push_back(&made);
+  if (info.spec.announced == Announced::Always) announce(made);
+}
+
+void DdsMirror::Impl::announce(LocalReader& end) {
+  const EndpointInfo& info = end.info;
+  end.is_announced = true;
   auto with = options_for(info);
   if (with) {
     with->qos.ignores_own_participant = true;
     with->most_waiting = std::max<std::size_t>(1, info.spec.qos.max_samples());
   }
-  auto reader = with ? participant->create_reader(*with, end.get()) : err(with.error());
-  LocalReader& made = *readers.insert_or_assign(info.id, std::move(end)).first->second;
-  topics[info.spec.topic].readers.push_back(&made);
+  auto reader = with ? participant->create_reader(*with, &end) : err(with.error());
   if (!reader) return tell({info.spec.topic, std::string{kNotOnTheNetwork} + reader.error().text(), ""});
-  made.reader = std::move(*reader);
-  show(info.spec.node, made.reader->gid(), false);
+  end.reader = std::move(*reader);
+  show(info.spec.node, end.reader->gid(), false);
   // What came before the end was to be found.
-  made.is_status_new = true;
-  made.queued = false;
-  note_ready(made);
+  end.is_status_new = true;
+  end.queued = false;
+  note_ready(end);
+}
+
+void DdsMirror::Impl::withdraw(LocalReader& end) {
+  end.is_announced = false;
+  if (!end.reader) return;
+  while (receive(topics.at(end.info.spec.topic))) {}
+  tell_losses(end);
+  hide(end.info.spec.node, end.reader->gid(), false);
+  end.head.reset();
+  end.told = {};
+  end.told_lost = 0;
+  std::shared_ptr<dds::Reader> last = std::move(end.reader);
+  if (lane.is_busy()) lane.add([last = std::move(last)] {});  // as bury(); the end itself is buried behind it
+}
+
+void DdsMirror::Impl::choose_types() {
+  if (!std::exchange(are_types_new, false)) return;
+  for (auto& [topic, use] : topics) {
+    const bool is_one_of_several = std::ranges::any_of(
+        use.readers, [](const LocalReader* end) { return end->info.spec.announced != Announced::Always; });
+    if (is_one_of_several) choose_type(use, topic);
+  }
+  count_readers();
+}
+
+void DdsMirror::Impl::choose_type(TopicUse& use, const std::string& topic) {
+  std::set<std::string, std::less<>> published;
+  for (const LocalWriter* writer : use.writers) published.insert(writer->info.spec.type->name);
+  for (const auto& end : remote.lock()->ends_of_topic(topic)) {
+    if (end.is_writer) published.insert(end.type);
+  }
+  const auto is_published = [&](const LocalReader* end) { return published.contains(end->info.spec.type->name); };
+  const bool any_is = std::ranges::any_of(use.readers, [&](const LocalReader* end) {
+    return end->info.spec.announced != Announced::Always && is_published(end);
+  });
+  const auto is_wanted = [&](const LocalReader* end) {
+    switch (end->info.spec.announced) {
+      case Announced::Always: return true;
+      case Announced::ByDefault: return !any_is || is_published(end);
+      case Announced::WithItsPublisher: return is_published(end);
+    }
+    return true;
+  };
+  // First those that go: two types are what nobody is to see.
+  for (LocalReader* end : use.readers) {
+    if (end->is_announced && !is_wanted(end)) withdraw(*end);
+  }
+  for (LocalReader* end : use.readers) {
+    if (!end->is_announced && is_wanted(end)) announce(*end);
+  }
+}
+
+void DdsMirror::Impl::count_readers() {
+  reader_count = static_cast<std::uint64_t>(
+      std::ranges::count_if(readers, [](const auto& each) { return each.second->is_announced; }));
 }
 
 void DdsMirror::Impl::take_gone(std::uint64_t id) {
@@ -146,7 +212,8 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
   }
   std::erase_if(misfits, [&](const auto& pair) { return pair.second == id; });
   writer_count = writers.size();
-  reader_count = readers.size();
+  count_readers();
+  are_types_new = true;
   consider_all(topic);
   const TopicUse& use = topics.at(topic);
   if (use.writers.empty() && use.readers.empty()) topics.erase(topic);

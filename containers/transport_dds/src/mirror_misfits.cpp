@@ -107,6 +107,42 @@ void DdsMirror::Impl::tell_other_types(const dds::RemoteEndpoint& end) {
   for (const EndpointInfo* one : ours) note_misfit(*one, end, end.type);
 }
 
+// --- readers elsewhere that ask for more ----------------------------------------------------------------------------
+
+// A node that hears the writer by another subscription misses nothing.
+std::vector<const EndpointInfo*> DdsMirror::Impl::those_that_do_not_serve(const dds::RemoteEndpoint& reader) const {
+  std::vector<const EndpointInfo*> out;
+  const auto use = topics.find(reader.name);
+  if (reader.is_writer || use == topics.end()) return out;
+  for (const LocalWriter* writer : use->second.writers) {
+    const EndpointSpec& spec = writer->info.spec;
+    if (spec.type->name == reader.type && !spec.node.empty() &&
+        verdict_of(spec.qos.resolved(), reader.qos) == Verdict::Error)
+      out.push_back(&writer->info);
+  }
+  if (out.empty()) return out;
+  for (const auto& other : remote.lock()->ends_of_topic(reader.name)) {
+    if (other.is_writer || other.type != reader.type || !is_of_same_node(other, reader)) continue;
+    std::erase_if(out, [&](const EndpointInfo* ours) {
+      return verdict_of(ours->spec.qos.resolved(), other.qos) != Verdict::Error;
+    });
+  }
+  return out;
+}
+
+void DdsMirror::Impl::tell_unserved(const dds::RemoteEndpoint& reader) {
+  for (const EndpointInfo* ours : those_that_do_not_serve(reader)) {
+    const auto found = check(ours->spec.qos.resolved(), reader.qos);
+    const auto worst = std::ranges::find(found.clashes, Verdict::Error, &Clash::severity);
+    if (worst == found.clashes.end()) continue;
+    tell_once(reader.name + " " + ours->spec.node + " " + reader.gid.text(),
+              {reader.name,
+               ours->spec.node + " publishes with " + worst->policy + " " + worst->offered + ", " +
+                   node_name_of(reader) + " asks for " + worst->requested + ": it gets nothing from it",
+               worst->change});
+  }
+}
+
 MonotonicTime DdsMirror::Impl::wait_in(std::map<dds::Gid, MonotonicTime>& those, const dds::Gid& gid) {
   const MonotonicTime since = those.try_emplace(gid, clock.now()).first->second;
   misfits_due = std::min(misfits_due, since + kRestIsKnown);
@@ -131,13 +167,17 @@ MonotonicTime DdsMirror::Impl::look_at_misfits() {
     }
     nameless.erase(gid);
   }
-  for (auto next = other_types.begin(); next != other_types.end();) {
-    const auto [gid, since] = *next++;
-    const auto end = remote.lock()->endpoint(gid);
-    if (end && !is_due(since)) continue;
-    if (end) tell_other_types(*end);
-    other_types.erase(gid);
-  }
+  const auto tell_of_due = [&](std::map<dds::Gid, MonotonicTime>& those, const auto& told_of) {
+    for (auto next = those.begin(); next != those.end();) {
+      const auto [gid, since] = *next++;
+      const auto end = remote.lock()->endpoint(gid);
+      if (end && !is_due(since)) continue;
+      if (end) told_of(*end);
+      those.erase(gid);
+    }
+  };
+  tell_of_due(other_types, [this](const dds::RemoteEndpoint& end) { tell_other_types(end); });
+  tell_of_due(unserved, [this](const dds::RemoteEndpoint& end) { tell_unserved(end); });
   return misfits_due = due;
 }
 

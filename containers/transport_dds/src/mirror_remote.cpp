@@ -76,11 +76,13 @@ void DdsMirror::Impl::take_discovery() {
 
 void DdsMirror::Impl::take_participant(dds::DiscoveryEvent::Kind kind, const dds::DiscoveredParticipant& found) {
   if (kind != dds::DiscoveryEvent::Kind::Gone) return remote.lock()->participant_is_there(found);
+  are_types_new = true;
   remote.lock()->participant_has_gone(found.gid);
   gone_now.insert(found.gid);
 }
 
 void DdsMirror::Impl::take_endpoint(dds::DiscoveryEvent::Kind kind, const dds::DiscoveredEndpoint& found) {
+  are_types_new = true;
   if (kind == dds::DiscoveryEvent::Kind::Gone) {
     remote.lock()->endpoint_has_gone(found.gid);
     gone_now.insert(found.gid);
@@ -165,6 +167,7 @@ void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
     return;
   }
   if (waits_for_name(end, *use, *type)) return;
+  if (!those_that_do_not_serve(end).empty()) wait_in(unserved, end.gid);
   if (fits(end, *type)) make_stand_in(end, *type);
 }
 

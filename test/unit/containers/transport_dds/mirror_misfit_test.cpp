@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <std_msgs/msg/header.hpp>
 
@@ -65,6 +66,41 @@ TEST_F(Mirror, tells_a_later_reader_at_once_of_a_misfit_that_is_known) {
   reader = there.reader("/nameless");
   ASSERT_TRUE(until([&] { return reader->status().incompatible_qos == 1; }));
   EXPECT_LT(clock.now() - made, 900ms) << "a name is waited for a second";
+}
+
+TEST_F(Mirror, tells_once_of_a_viewer_that_asks_for_more_and_does_not_count_it) {
+  auto writer = here.writer("/scan", QoS(5).best_effort());
+  auto viewer = there.reader("/scan", QoS(5).reliable());
+  ASSERT_TRUE(until([&] { return here.problems.lock()->size() == 1; }));
+  EXPECT_THAT(here.problems.lock()->front(),
+              AllOf(HasSubstr("/scan"), HasSubstr("/talker publishes with reliability best_effort"),
+                    HasSubstr("/listener asks for reliable: it gets nothing from it"), HasSubstr("best_effort")));
+  const auto readers = [&] {
+    std::vector<runtime::StreamReport> rows;
+    here.broker.report(rows);
+    return std::ranges::find(rows, "/scan", &runtime::StreamReport::name)->readers;
+  };
+  EXPECT_EQ(readers(), 0U);
+  auto fitting = there.reader("/scan", QoS(5).best_effort());
+  EXPECT_TRUE(until([&] { return readers() == 1 && writer->reader_count() == 1; }));
+  // A writer that comes later is another pair of one that is known; the same node is told of once.
+  auto later = here.writer("/scan", QoS(5).best_effort());
+  ASSERT_TRUE(until([&] { return later->status().matched == 1; }));
+  EXPECT_EQ(here.problems.lock()->size(), 1U);
+}
+
+TEST_F(Mirror, says_nothing_of_a_viewer_that_hears_the_publisher_by_another_subscription) {
+  auto writer = here.writer("/stop", QoS(5));
+  auto latched = there.reader("/stop", QoS(5).transient_local());
+  EndpointSpec spec = there.spec("/stop", QoS(5).best_effort());
+  spec.unless_offered = QoS(5).transient_local();
+  auto other = there.broker.create_reader(spec, Taking::Share, &there.bell);
+  auto unserved = there.reader("/told", QoS(5).transient_local());
+  auto marker = here.writer("/told", QoS(5));
+  ASSERT_TRUE(until([&] { return !here.problems.lock()->empty() && writer->reader_count() == 1; }));
+  EXPECT_THAT(*here.problems.lock(), ::testing::Each(HasSubstr("/told")));
+  say(*writer, "stop");
+  EXPECT_EQ(hear(there.bell, *other, 1), Texts{"stop"});
 }
 
 TEST_F(Mirror, tells_once_of_two_types_under_one_name) {

@@ -17,7 +17,7 @@ using sensor_msgs::msg::LaserScan;
 using testing::HasSubstr;
 
 template <typename T>
-std::string yaml(const T& message, const char* path, YamlOptions options = {}) {
+std::string yaml_of_field(const T& message, const char* path, YamlOptions options = {}) {
   std::string out;
   MessageField::find(T::message_type(), path).value().append_yaml(out, &message, options);
   return out;
@@ -39,10 +39,10 @@ TEST(MessageField, is_shown_alone_however_deep_it_lies) {
   odometry.pose.pose.position.y = -1.5;
   odometry.header.stamp.sec = 7;
   odometry.child_frame_id = "base_footprint";
-  EXPECT_EQ(yaml(odometry, "pose.pose.position.y"), "-1.5\n");
-  EXPECT_EQ(yaml(odometry, "pose.pose.position"), "x: 0.0\ny: -1.5\nz: 0.0\n");
-  EXPECT_EQ(yaml(odometry, "header.stamp.sec"), "7\n");
-  EXPECT_EQ(yaml(odometry, "child_frame_id"), "base_footprint\n");
+  EXPECT_EQ(yaml_of_field(odometry, "pose.pose.position.y"), "-1.5\n");
+  EXPECT_EQ(yaml_of_field(odometry, "pose.pose.position"), "x: 0.0\ny: -1.5\nz: 0.0\n");
+  EXPECT_EQ(yaml_of_field(odometry, "header.stamp.sec"), "7\n");
+  EXPECT_EQ(yaml_of_field(odometry, "child_frame_id"), "base_footprint\n");
   EXPECT_EQ(json(odometry, "pose.pose.position"), R"({"x":0.0,"y":-1.5,"z":0.0})");
   EXPECT_EQ(json(odometry, "header.stamp.sec"), "7");
   EXPECT_EQ(json(odometry, "child_frame_id"), R"("base_footprint")");
@@ -50,23 +50,23 @@ TEST(MessageField, is_shown_alone_however_deep_it_lies) {
 
 TEST(MessageField, a_list_is_one_part_long_or_short) {
   LaserScan scan;
-  EXPECT_EQ(yaml(scan, "ranges"), "[]\n");
+  EXPECT_EQ(yaml_of_field(scan, "ranges"), "[]\n");
   EXPECT_EQ(json(scan, "ranges"), "[]");
   scan.ranges = {1.0F, 2.5F};
-  EXPECT_EQ(yaml(scan, "ranges"), "- 1.0\n- 2.5\n");
-  EXPECT_EQ(yaml(scan, "ranges", {1}), "- 1.0\n- '...'\n");
+  EXPECT_EQ(yaml_of_field(scan, "ranges"), "- 1.0\n- 2.5\n");
+  EXPECT_EQ(yaml_of_field(scan, "ranges", {1}), "- 1.0\n- '...'\n");
   EXPECT_EQ(json(scan, "ranges"), "[1.0,2.5]");
 }
 
 TEST(MessageField, a_text_is_written_as_it_is_so_that_a_file_can_be_made_of_it) {
   std_msgs::msg::String text;
   text.data = "<robot name=\"r\">\n  it's\n</robot>\n";
-  EXPECT_EQ(yaml(text, "data", {0}), text.data);
+  EXPECT_EQ(yaml_of_field(text, "data", {0}), text.data);
   text.data = "5";
-  EXPECT_EQ(yaml(text, "data"), "5\n") << "no quotes";
+  EXPECT_EQ(yaml_of_field(text, "data"), "5\n") << "no quotes";
   text.data = std::string(200, 'x');
-  EXPECT_EQ(yaml(text, "data", {128}), std::string(128, 'x') + "...\n");
-  EXPECT_EQ(yaml(text, "data", {0}), text.data + "\n");
+  EXPECT_EQ(yaml_of_field(text, "data", {128}), std::string(128, 'x') + "...\n");
+  EXPECT_EQ(yaml_of_field(text, "data", {0}), text.data + "\n");
 }
 
 TEST(MessageField, a_name_that_is_none_is_refused_with_those_that_are) {
