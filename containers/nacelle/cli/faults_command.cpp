@@ -42,6 +42,10 @@ void show(const json& reply) {
   if (!reply["last_crash"].is_null())
     std::printf("a run before crashed: %s\n", reply["last_crash"]["text"].get<std::string>().c_str());
   bool any = false;
+  for (const auto& row : reply["left_out"]) {
+    any = true;
+    std::printf("%s  left out: %s\n", row["node"].get<std::string>().c_str(), row["why"].get<std::string>().c_str());
+  }
   for (const auto& row : reply["components"]) {
     const bool faulted = row.contains("fault");
     any = any || faulted;

@@ -173,6 +173,7 @@ Result<void, Problem> Session::activate() {
     say(fmt::format("{} component{} active in {:.0f} ms{}{}", count, count == 1 ? "" : "s",
                     to_milliseconds(report_.bringup), count == 0 ? "" : ":", names));
     if (const std::string network = network_->line(); !network.empty()) say(network);
+    say_what_rests();
     return {};
   }
   if (stop_.is_raised()) return err(interrupted(stop_));

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/session/comeback.hpp"
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
 #include "nacelle/base/names.hpp"
-#include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/supervision.hpp"
 
@@ -67,21 +65,24 @@ Composition composition_of(Session& session, const Supervision& supervision) {
     component.actuator = info.actuator || supervision.was_actuator(info.node);
     composition.components.push_back(std::move(component));
   }
+  // What was left out stays known, so that it can come back when it is loaded by hand and runs.
+  for (const auto& component : session.left_out()) {
+    const auto same = [&](const ComposedComponent& other) {
+      return other.plan.full_name() == component.plan.full_name();
+    };
+    if (std::ranges::none_of(composition.components, same)) composition.components.push_back(component);
+  }
   return composition;
 }
 
 std::string crash_file_of(const std::string& state_file) { return state_file + ".crash"; }
 
-std::string summary_of_crash(const std::string& crash_file) {
+std::optional<CrashFacts> read_crash(const std::string& crash_file) {
   std::ifstream file{crash_file};
-  if (!file) return {};
+  if (!file) return std::nullopt;
   std::ostringstream text;
   text << file.rdbuf();
-  const std::string record = text.str();
-  const auto line = [&](const char* key) { return runtime::crash_record_line(record, key); };
-  const std::string component = line("component"), callback = line("callback"), library = line("library");
-  return fmt::format("{} in {}{}{} (all of it: {})", line("signal"), component.empty() ? library : component,
-                     callback.empty() ? "" : ", ", callback, crash_file);
+  return crash_facts(text.str());
 }
 
 }  // namespace nacelle::session

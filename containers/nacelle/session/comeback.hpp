@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/composition.hpp"
+#include "nacelle/session/early_crashes.hpp"
 
 namespace nacelle::session {
 
@@ -20,7 +22,7 @@ class Supervision;
 
 /// Beside the state file.
 [[nodiscard]] std::string crash_file_of(const std::string& state_file);
-/// "SIGSEGV in /lidar, subscription /scan (all of it: FILE)"; empty if there is no record.
-[[nodiscard]] std::string summary_of_crash(const std::string& crash_file);
+/// Returns what the record in a file says, or nothing if there is none.
+[[nodiscard]] std::optional<CrashFacts> read_crash(const std::string& crash_file);
 
 }  // namespace nacelle::session

@@ -113,7 +113,8 @@ void FaultTopics::publish(const runtime::StateChange& change) {
   static_cast<void>(found->second->publish(*block));
 }
 
-bool FaultTopics::publish_diagnostics(const std::vector<runtime::ComponentInfo>& components) {
+bool FaultTopics::publish_diagnostics(const std::vector<runtime::ComponentInfo>& components,
+                                      const std::vector<Absent>& absent) {
   std::vector<std::string> faulted;
   std::vector<const runtime::ComponentInfo*> told;
   for (const auto& info : components) {
@@ -121,8 +122,9 @@ bool FaultTopics::publish_diagnostics(const std::vector<runtime::ComponentInfo>&
     if (!info.fault.code.empty()) faulted.push_back(info.node);
     if (was || !info.fault.code.empty()) told.push_back(&info);
   }
+  for (const auto& component : absent) faulted.push_back(component.node);
   were_faulted_ = std::move(faulted);
-  if (told.empty()) return false;
+  if (told.empty() && absent.empty()) return false;
   Block* const block = diagnostics_->borrow();
   if (block == nullptr) return !were_faulted_.empty();
   auto& message = *static_cast<DiagnosticArray*>(block->message);
@@ -133,6 +135,13 @@ bool FaultTopics::publish_diagnostics(const std::vector<runtime::ComponentInfo>&
   message.header.stamp.nanosec = static_cast<std::uint32_t>((now - seconds).count());
   const auto history = container_.faults();
   for (const auto* const info : told) message.status.push_back(status_of(*info, history));
+  for (const auto& component : absent) {
+    auto& status = message.status.emplace_back();
+    status.level = DiagnosticStatus::ERROR;
+    status.name = component.node;
+    status.hardware_id = component.plugin;
+    status.message = "LEFT_OUT: " + component.why;
+  }
   static_cast<void>(diagnostics_->publish(*block));
   return !were_faulted_.empty();
 }

@@ -22,8 +22,13 @@ class FaultTopics {
   /// Makes the topic of a managed node that has none, and takes away those of nodes that are gone.
   void follow(const std::vector<runtime::ComponentInfo>& components);
   void publish(const runtime::StateChange& change);
-  /// Error for each faulted component, and once more OK for one that is well again. Returns whether one is faulted.
-  bool publish_diagnostics(const std::vector<runtime::ComponentInfo>& components);
+  /// A component that is not there though it belongs to the robot, and why.
+  struct Absent {
+    std::string node, plugin, why;
+  };
+  /// Publishes an error for each faulted and each absent component, and once more OK for one that is well again. Returns whether there
+  /// is an error.
+  bool publish_diagnostics(const std::vector<runtime::ComponentInfo>& components, const std::vector<Absent>& absent);
 
  private:
   runtime::Container& container_;

@@ -179,13 +179,18 @@ Result<void, Problem> Session::look_at_state_file() {
     options_.state_file = folder.value() + "/" + options_.container_name + ".composition";
   }
   state_ = std::make_unique<CompositionFile>(options_.state_file);
+  const std::string crash_file = crash_file_of(state_->path());
+  const auto crash = read_crash(crash_file);
+  crashes_ = std::make_unique<EarlyCrashes>(state_->path() + ".crashes");
+  crashes_->begin(options_.resume, crash);
   if (!options_.resume) return {};
-  if (const std::string told = summary_of_crash(crash_file_of(state_->path())); !told.empty())
-    say("nacelle: the last run crashed: " + told);
+  if (crashes_->last_run_crashed())
+    say(fmt::format("nacelle: the last run crashed: {} (all of it: {})", crash->text, crash_file));
   auto held = read_composition(state_->path());
   if (!held) return err(held.error());
   if (!held.value()) {
     say(fmt::format("nacelle: nothing to resume: there is no {}; starting anew", state_->path()));
+    leave_out_what_crashes();
     return {};
   }
   if (held.value()->container != options_.container_name) {
@@ -198,8 +203,42 @@ Result<void, Problem> Session::look_at_state_file() {
   held_stops_ = held.value()->emergency_stops;
   is_resumed_ = true;
   plan_ = resumed(std::move(plan_), *held.value(), state_->path());
+  for (const auto& component : held.value()->components) {
+    const auto* const now = plan_.find(component.plan.full_name());
+    if (component.actuator && now != nullptr && now->target == launch::TargetState::Inactive)
+      resting_.push_back(component.plan.full_name());
+  }
+  leave_out_what_crashes();
   say(fmt::format("nacelle: resuming {} components from {}", plan_.components.size(), state_->path()));
   return {};
+}
+
+void Session::leave_out_what_crashes() {
+  const auto is_left_out = [this](const std::string& node) { return crashes_->is_left_out(node); };
+  for (const auto& component : plan_.components) {
+    const std::string node = component.full_name();
+    if (!is_left_out(node)) continue;
+    left_out_.push_back({component, std::ranges::find(held_actuators_, node) != held_actuators_.end()});
+    say(fmt::format(
+        "nacelle: left out: {}: {}; to try it again, load it (`nacelle component load {} --name {}`) or start "
+        "without --resume",
+        node, crashes_->reason(node), component.plugin, component.name));
+  }
+  if (left_out_.empty()) return;
+  is_resumed_ = true;
+  std::erase_if(plan_.components, [&](const auto& component) { return is_left_out(component.full_name()); });
+  std::erase_if(resting_, is_left_out);
+  for (auto& component : plan_.components)
+    std::erase_if(component.after, [&](const auto& condition) { return is_left_out(condition.node); });
+}
+
+void Session::say_what_rests() const {
+  for (const auto& node : resting_) {
+    say(
+        fmt::format("nacelle: {} moves something, so it comes back inactive on purpose; "
+                    "`nacelle lifecycle set {} activate` activates it",
+                    node, node));
+  }
 }
 
 // An emergency stop is latched: neither the end of who set it nor that of the container releases it.
@@ -225,8 +264,8 @@ nlohmann::json Session::faults() const {
   nlohmann::json answer = supervision_->report();
   answer["last_crash"] = nullptr;
   const std::string file = crash_file_of(state_->path());
-  if (const std::string told = summary_of_crash(file); !told.empty())
-    answer["last_crash"] = {{"file", file}, {"text", told}};
+  if (const auto crash = read_crash(file))
+    answer["last_crash"] = {{"file", file}, {"text", fmt::format("{} (all of it: {})", crash->text, file)}};
   return answer;
 }
 
@@ -370,7 +409,10 @@ void Session::take_down() {
     program->stop(clock_);
   }
   supervision_->publish();
-  if (was_running) state_->remove();
+  if (was_running) {
+    state_->remove();
+    crashes_->remove();
+  }
   service_->set_phase(Phase::Down);
   if (on_terminal_ && !options_.verbose) std::fprintf(stderr, "\r\033[K");
 }

@@ -22,6 +22,7 @@
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/clock_watch.hpp"
 #include "nacelle/session/composition.hpp"
+#include "nacelle/session/early_crashes.hpp"
 #include "nacelle/session/emergency_stops.hpp"
 #include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/lookout.hpp"
@@ -88,6 +89,9 @@ class Session {
   /// States changed by somebody else than the bring-up: shows them to those who watch, and begins the steady state anew.
   void composition_changed();
   void request_shutdown() { stop_.raise_by_request(); }
+  /// Components of the run that is resumed that are not loaded since they crashed again and again.
+  [[nodiscard]] const std::vector<ComposedComponent>& left_out() const { return left_out_; }
+  [[nodiscard]] EarlyCrashes& crashes() { return *crashes_; }
   /// What went wrong and what was done about it, for `nacelle faults`.
   [[nodiscard]] nlohmann::json faults() const;
   /// A line on stderr.
@@ -102,6 +106,10 @@ class Session {
   void end();
   /// Where the state is kept, and what is there to come back to.
   [[nodiscard]] Result<void, Problem> look_at_state_file();
+  /// Takes the components out of the plan that ended the last runs.
+  void leave_out_what_crashes();
+  /// Names what moves something and waits to be activated.
+  void say_what_rests() const;
   void keep_composition();
   [[nodiscard]] Result<void, Problem> set_held_stops();
   [[nodiscard]] Result<void, Problem> bring_up();
@@ -150,6 +158,9 @@ class Session {
 
   std::vector<proof::LoadedComponent> loaded_;  // until the plan is checked
   std::unique_ptr<CompositionFile> state_;
+  std::unique_ptr<EarlyCrashes> crashes_;
+  std::vector<ComposedComponent> left_out_;
+  std::vector<std::string> resting_;  // move something and come back inactive
   bool is_resumed_ = false;
   std::vector<std::string> held_actuators_;  // of the run that is resumed
   std::vector<std::string> held_stops_;      // the emergency stops that were set in it

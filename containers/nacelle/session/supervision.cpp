@@ -86,7 +86,31 @@ void Supervision::publish(const Noted& noted) {
     if (change.to == StateId::Active) active_order_.push_back(change.node);
   }
   next_beat_.reset();
-  if (topics_.publish_diagnostics(components)) next_beat_ = clock_.now() + kDiagnosticsPeriod;
+  if (topics_.publish_diagnostics(components, absent(components))) next_beat_ = clock_.now() + kDiagnosticsPeriod;
+  forget_old_crashes(components);
+}
+
+std::vector<FaultTopics::Absent> Supervision::absent(const std::vector<runtime::ComponentInfo>& components) const {
+  std::vector<FaultTopics::Absent> all;
+  for (const auto& component : session_.left_out()) {
+    const std::string node = component.plan.full_name();
+    if (std::ranges::find(components, node, &runtime::ComponentInfo::node) == components.end())
+      all.push_back({node, component.plan.plugin, session_.crashes().reason(node)});
+  }
+  return all;
+}
+
+void Supervision::forget_old_crashes(const std::vector<runtime::ComponentInfo>& components) {
+  const MonotonicTime now = clock_.now();
+  for (const auto& node : session_.crashes().nodes()) {
+    const auto found = std::ranges::find(components, node, &runtime::ComponentInfo::node);
+    if (found == components.end() || (found->managed && found->state != StateId::Active)) {
+      up_since_.erase(node);
+    } else if (now - up_since_.try_emplace(node, now).first->second >= EarlyCrashes::kEarly) {
+      up_since_.erase(node);
+      session_.crashes().forget(node);
+    }
+  }
 }
 
 void Supervision::work() {
@@ -115,6 +139,9 @@ std::string Supervision::why_to_stop() {
 std::optional<MonotonicTime> Supervision::next_due() const {
   auto next = restarts_.next_due();
   if (next_beat_ && (!next || *next_beat_ < *next)) next = next_beat_;
+  for (const auto& [node, since] : up_since_) {
+    if (const MonotonicTime due = since + EarlyCrashes::kEarly; !next || due < *next) next = due;
+  }
   return next;
 }
 
@@ -256,6 +283,9 @@ json Supervision::report() const {
   }
   for (const auto& event : events) history.push_back(to_json(event));
   json answer{{"ok", true}, {"components", rows}, {"history", history}, {"robot_stopped_by", nullptr}};
+  answer["left_out"] = json::array();
+  for (const auto& component : absent(session_.container().list()))
+    answer["left_out"].push_back({{"node", component.node}, {"plugin", component.plugin}, {"why", component.why}});
   if (stopped_by_) answer["robot_stopped_by"] = *stopped_by_;
   return answer;
 }

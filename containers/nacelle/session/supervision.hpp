@@ -66,6 +66,10 @@ class Supervision {
   void plan_restart(const std::string& node, const Patient& patient);
   void restart(const std::string& node);
   void stop_robot(const runtime::ComponentInfo& cause);
+  /// The components that were left out and are not loaded now.
+  [[nodiscard]] std::vector<FaultTopics::Absent> absent(const std::vector<runtime::ComponentInfo>& components) const;
+  /// Forgets the crashes of components that have been up long enough.
+  void forget_old_crashes(const std::vector<runtime::ComponentInfo>& components);
 
   Session& session_;
   const Clock& clock_;
@@ -77,7 +81,8 @@ class Supervision {
   std::vector<std::string> active_order_;                    // nodes in the order in which they became active
   std::set<std::string> actuators_;
   std::optional<std::string> stopped_by_;
-  std::optional<MonotonicTime> next_beat_;  // of the diagnostics, while a component is faulted
+  std::map<std::string, MonotonicTime> up_since_;  // of components whose crashes are counted
+  std::optional<MonotonicTime> next_beat_;         // of the diagnostics, while a component is faulted
 };
 
 }  // namespace nacelle::session
