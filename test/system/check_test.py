@@ -207,6 +207,11 @@ class Check(RobotTest):
         self.assertRegex(outcome.stderr, r"error: .*apart.launch.yaml:10: /lidar has no parameter 'nosuch'")
         self.assertIn("2 errors", outcome.stderr)
 
+    def test_takes_wheels_of_the_base_for_odometry_that_was_given_none(self):
+        text = (BROKEN / "wheels_of_two_sizes.launch.yaml").read_text().replace("      param: [{name: wheel_separation, value: 0.40}]\n", "")
+        self.assertNotIn("0.40", text)
+        self.assertNotIn("wheel_separation is", self.check(self.write("one_base.launch.yaml", text)).stdout.replace("# finds", ""))
+
     def test_writes_each_line_of_errors_at_once(self):
         """A packet of this socket is one system call. Two processes that share a stream would mix what is written in pieces."""
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)

@@ -21,7 +21,7 @@ std::unique_ptr<CapturePort> make_real_port(Source source, const Clock& clock) {
 }
 
 constexpr Duration kFaultAfter = 2s;  // with device_lost: fault
-constexpr Duration kTurn = 200ms;     // how long the thread looks for a frame before it looks at anything else
+constexpr Duration kTurn = 100ms;     // how long the thread looks for a frame before it looks at anything else
 
 }  // namespace
 

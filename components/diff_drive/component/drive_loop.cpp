@@ -207,7 +207,13 @@ Result<void, DriveFault> DriveLoop::cycle() {
 
   const MonotonicTime now = clock_.now();
   heed_stops();
-  if (now - std::exchange(cycled_at_, now) > absence_limit_) {
+  const Duration since_last = now - std::exchange(cycled_at_, now);
+  // What came while this loop was away was not read yet: that is no silence of the board.
+  if (since_last > 2 * settings_.period && !silent_at_) {
+    heard_at_ = std::min(now, heard_at_ + since_last);
+    written_at_ = std::min(now, written_at_ + since_last);
+  }
+  if (since_last > absence_limit_) {
     input_.forget(now);
     limiter_.reset();
     unwritten_.reset();

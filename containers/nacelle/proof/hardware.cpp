@@ -56,6 +56,12 @@ void compare_wheels(const LoadedComponent& base, const LoadedComponent& reader, 
   const std::string base_node = base.plan->full_name(), node = reader.plan->full_name();
   for (const WheelLength& length : kWheelLengths) {
     const auto driven = number_of(base, length.parameter), measured = number_of(reader, length.parameter);
+    // A reader in the container takes what it was not given from the base.
+    const bool is_given =
+        std::ranges::any_of(reader.plan->parameters, [&](const auto& given) { return given.name == length.parameter; });
+    using launch::Isolation;
+    const bool are_together = reader.plan->isolate == Isolation::None && base.plan->isolate == Isolation::None;
+    if (!is_given && are_together) continue;
     if (!driven || !measured || std::abs(*driven - *measured) <= 1e-9 * std::abs(*driven)) continue;
     const std::string topic = joint_states_between(evidence, base_node, node);
     if (topic.empty()) continue;

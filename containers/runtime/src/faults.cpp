@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What becomes of a component that cannot go on, and who is told.
+#include <algorithm>
+
 #include "container_impl.hpp"
 
 namespace nacelle::runtime {

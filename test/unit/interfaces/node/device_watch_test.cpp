@@ -77,7 +77,7 @@ TEST_F(DeviceWatchTest, its_end_closes_what_is_open) {
 }
 
 TEST_F(DeviceWatchTest, a_slow_device_may_be_silent_for_three_of_its_periods) {
-  EXPECT_EQ(silence_of(10ms), 500ms);
+  EXPECT_EQ(silence_of(10ms), 400ms);
   EXPECT_EQ(silence_of(1s), 3s);
 }
 

@@ -33,8 +33,9 @@ void declare_device_parameters(Node& node);
 /// Errors: a Problem that names the parameter, its value and the way out.
 [[nodiscard]] Result<DeviceOptions, Problem> read_device_parameters(const Node& node);
 
-/// How long a device that sends with this period may be silent: half a second, or three periods where those are longer.
-[[nodiscard]] constexpr Duration silence_of(Duration period) { return std::max<Duration>(500ms, 3 * period); }
+/// How long a device that sends with this period may be silent: three periods, and 0.4 s at least, so that a driver that looks every
+/// 0.1 s reports it within half a second.
+[[nodiscard]] constexpr Duration silence_of(Duration period) { return std::max<Duration>(400ms, 3 * period); }
 
 /// Tells whether a driver's device is there: the one place where silence becomes a fault, for every driver.
 ///
@@ -44,7 +45,7 @@ class DeviceWatch {
  public:
   struct Settings {
     std::string device{};      ///< As people know it: "/dev/ttyUSB0".
-    Duration silence = 500ms;  ///< See silence_of().
+    Duration silence = 400ms;  ///< See silence_of().
     std::string fault_code{};  ///< Of DeviceLost::Fault ...
     Duration fault_after{};    ///< ... and the silence that it takes.
   };

@@ -462,6 +462,14 @@ TEST(DriveLoop, a_line_that_takes_nothing_for_half_a_second_is_a_lost_board) {
   rests_and_moves_again(rig);
 }
 
+TEST(DriveLoop, a_loop_that_was_away_takes_its_own_absence_for_no_silence_of_the_board) {
+  LoopRig rig{waiting()};
+  rig.cycles(26);
+  rig.clock.advance(3s);
+  rig.cycles(2);
+  EXPECT_TRUE(rig.watching.losses.empty());
+}
+
 TEST(DriveLoop, begins_without_a_board_and_takes_it_when_it_speaks) {
   LoopRig rig{waiting()};
   rig.port.speaks = false;

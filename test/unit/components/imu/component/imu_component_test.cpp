@@ -224,7 +224,7 @@ TEST_F(ImuComponentTest, a_silent_device_is_set_up_again_since_its_power_may_hav
   ASSERT_TRUE(imu.trigger(Transition::Configure).success);
   line_->wait_until_read();
   const std::size_t commands = line_->written().size();
-  context_.clock().advance(501ms);
+  context_.clock().advance(401ms);
   line_->interrupt();
   context_.wait_for_open_faults(1);
   line_->wait_until_read();

@@ -147,11 +147,11 @@ TEST_F(LidarComponentTest, silence_is_an_open_fault_of_a_lidar_that_stays_active
   lidar_.play(*line_, 150);
   line_->wait_until_read();
   const std::size_t before = context_.published<LaserScan>("/scan").size();
-  context_.clock().advance(501ms);
+  context_.clock().advance(401ms);
   line_->interrupt();  // the read ends without a byte
   context_.wait_for_open_faults(1);
   EXPECT_EQ(context_.open_faults()[0].code, kDeviceLost);
-  EXPECT_NE(context_.open_faults()[0].text.find("/dev/ttyUSB0: silent for 0.5 s"), std::string::npos);
+  EXPECT_NE(context_.open_faults()[0].text.find("/dev/ttyUSB0: silent for 0.4 s"), std::string::npos);
   EXPECT_EQ(lidar.get_current_state().state(), StateId::Active);
 
   lidar_.play(*line_, 150);
