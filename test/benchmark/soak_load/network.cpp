@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "network.hpp"
 
+#include <unistd.h>
+
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -22,9 +25,12 @@ namespace {
 
 namespace dds = transport_dds;
 
-constexpr const char* kConfig =
-    R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)"
-    R"(<Discovery><ExternalDomainId>7</ExternalDomainId></Discovery>)";
+// Participants of one process have a domain each; on the network they share one that no other process has.
+std::string config() {
+  return R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)"
+         "<Discovery><ExternalDomainId>" +
+         std::to_string(100 + ::getpid() % 100) + "</ExternalDomainId></Discovery>";
+}
 constexpr Duration kStep = 100us, kUnchanged = 500ms, kPatience = 20s;
 
 [[noreturn]] void end_program(const std::string& why) {
@@ -36,7 +42,7 @@ constexpr Duration kStep = 100us, kUnchanged = 500ms, kPatience = 20s;
 class Peer {
  public:
   explicit Peer(std::uint32_t number) {
-    auto made = dds::Participant::create({.domain_id = number, .config = kConfig});
+    auto made = dds::Participant::create({.domain_id = number, .config = config()});
     if (!made) end_program(made.error().text());
     participant_ = std::move(*made);
     auto discovery = participant_->create_discovery(nullptr);
@@ -86,13 +92,13 @@ struct SoakNetwork::Impl {
   }
 };
 
+void SoakNetwork::enter() { static_cast<void>(test::enter_own_network()); }
+
 SoakNetwork::SoakNetwork(runtime::Container& container, const Clock& clock, std::size_t peers)
     : impl_(std::make_unique<Impl>()) {
-  // Of this thread and those that it starts.
-  if (!test::enter_own_network()) end_program("the kernel allows no network of its own");
   MirrorOptions options;
   options.domain_id = 7;
-  options.config = kConfig;
+  options.config = config();
   auto made = DdsMirror::start(container.graph(), clock, options, &container.service_graph());
   if (!made) end_program(made.error().text());
   impl_->mirror = std::move(*made);

@@ -9,10 +9,12 @@
 
 namespace nacelle::soak {
 
-/// Shows a container on a network of its own (a loopback interface), with other participants on it that see all of its
-/// endpoints and read two of its topics.
+/// Shows a container on the loopback interface, with other participants that see all of its endpoints and read two of its
+/// topics.
 class SoakNetwork {
  public:
+  /// Puts this process into a network of its own where the kernel allows it. Call it before there are threads.
+  static void enter();
   /// Errors: ends the program with the reason.
   SoakNetwork(runtime::Container& container, const Clock& clock, std::size_t peers);
   ~SoakNetwork();

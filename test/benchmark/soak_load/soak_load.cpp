@@ -409,5 +409,8 @@ class Soak {
 
 int main(int argc, char** argv) {
   const auto options = nacelle::soak::parse(argc, argv);
+#ifdef NACELLE_SOAK_NETWORK
+  if (options.peers) nacelle::soak::SoakNetwork::enter();
+#endif
   return std::make_unique<nacelle::soak::Soak>(options)->run();
 }
