@@ -155,6 +155,10 @@ class Robot(RemoteTest):
                 driver.process.send_signal(signal.SIGINT)
                 self.assertEqual(driver.process.wait(10 * SLOW), 0)
             wait_for("the default without one", lambda topic=topic: is_only(topic, "TwistStamped"))
+            # Who waits for a subscription before it publishes finds one: it is seen as a publisher first.
+            waited = self.ask("topic", "pub", topic, "geometry_msgs/msg/Twist", "{}", "--once", "-w", "1")
+            self.assertIn("publishing #1", waited.stdout)
+            self.assertIn(f"warning: topic {topic} has the type geometry_msgs/msg/TwistStamped", waited.stderr)
 
     def test_an_emergency_stop_of_a_volatile_publisher_is_obeyed_and_kept_and_released_by_a_latched_one(self):
         diagnostics = self.listen("topic", "echo", "/diagnostics", "--full")
