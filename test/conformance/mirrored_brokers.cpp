@@ -30,6 +30,13 @@ bool fits(const EndpointSpec& writer, const EndpointSpec& reader) {
   return same_stream(writer, reader) && verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error;
 }
 
+/// Of those that fit, a reader takes what it does not leave to another; DDS does not know of that.
+bool hears(const EndpointSpec& writer, const EndpointSpec& reader) {
+  const bool leaves_it =
+      reader.unless_offered && verdict_of(writer.qos.resolved(), reader.unless_offered->resolved()) != Verdict::Error;
+  return fits(writer, reader) && !leaves_it;
+}
+
 bool keeps(const EndpointSpec& end) { return end.qos.resolved().durability() == Durability::TransientLocal; }
 
 EndpointSpec string_spec(const std::string& topic) {
@@ -92,7 +99,7 @@ class MirroredBrokers::SettlingReader final : public Reader {
     // Cyclone sends a history to reliable readers only.
     const bool asks = keeps(spec_) && spec_.qos.resolved().reliability() == Reliability::Reliable;
     for (const SettlingWriter* writer : both_.all_writers_) {
-      if (asks && fits(writer->spec(), spec_)) expect(writer->kept());
+      if (asks && hears(writer->spec(), spec_)) expect(writer->kept());
     }
     both_.settle_graph();
   }
@@ -147,7 +154,7 @@ PublishResult MirroredBrokers::SettlingWriter::publish(Block& block) {
   ++published_;
   if (is_tapped()) ++both_.sent_;
   for (SettlingReader* reader : both_.all_readers_) {
-    if (fits(spec_, reader->spec())) reader->expect(1);
+    if (hears(spec_, reader->spec())) reader->expect(1);
   }
   both_.settle_messages();
   return result;

@@ -209,7 +209,7 @@ TYPED_TEST(QosContract, an_incompatible_pair_is_told_to_both_with_names_values_a
 }
 
 TYPED_TEST(QosContract, a_second_reader_hears_those_that_the_first_cannot_and_nothing_comes_twice) {
-  using Texts = std::vector<std::string>;
+  using Words = std::vector<std::string>;
   const QoS latched = QoS(KeepAll{}).reliable().transient_local();
   auto first = this->transport.create_reader(this->at("/base", latched), Taking::Share, nullptr);
   EndpointSpec spec = this->at("/base", QoS(10).best_effort());
@@ -222,8 +222,8 @@ TYPED_TEST(QosContract, a_second_reader_hears_those_that_the_first_cannot_and_no
   this->send(*lasting, "latched");
   this->send(*passing, "volatile");
   this->send(*careless, "best effort");
-  EXPECT_EQ(this->receive(*first), Texts{"latched"});
-  EXPECT_EQ(this->receive(*second), (Texts{"volatile", "best effort"}));
+  EXPECT_EQ(this->receive(*first), Words{"latched"});
+  EXPECT_EQ(this->receive(*second), (Words{"volatile", "best effort"}));
 }
 
 TYPED_TEST(QosContract, a_match_is_counted_and_told_and_so_is_its_end) {

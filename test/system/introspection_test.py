@@ -316,7 +316,7 @@ class Services(OnRobot):
         self.assertIn("/lidar/change_state", every)
         left_out = [row["name"] for row in self.json_of("service", "list") if row.get("standard")]
         self.assertEqual(shown.stderr, f"(and {len(left_out)} that nodes have by standard: --all shows them)\n")
-        self.assertEqual(len(left_out), 12 * (len(NODES) + 1), "ten of the robot's, and /chaos")
+        self.assertEqual(len(left_out), 12 * (len(NODES) + 1) + 7, "ten of the robot's, and /chaos; the container has no lifecycle")
         self.assertLessEqual(set(left_out), set(every))
         self.assertEqual(self.out("service", "type", "/lidar/get_state"), "lifecycle_msgs/srv/GetState\n")
         info = self.expect_exit(self.run_program("node", "info", "/lidar"), 0)

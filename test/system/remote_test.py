@@ -155,6 +155,10 @@ class Robot(RemoteTest):
                 driver.process.send_signal(signal.SIGINT)
                 self.assertEqual(driver.process.wait(10 * SLOW), 0)
             wait_for("the default without one", lambda topic=topic: is_only(topic, "TwistStamped"))
+            # Who waits for a subscription before it publishes finds one: it is seen as a publisher first.
+            waited = self.ask("topic", "pub", topic, "geometry_msgs/msg/Twist", "{}", "--once", "-w", "1")
+            self.assertIn("publishing #1", waited.stdout)
+            self.assertIn(f"warning: topic {topic} has the type geometry_msgs/msg/TwistStamped", waited.stderr)
 
     def test_an_emergency_stop_of_a_volatile_publisher_is_obeyed_and_kept_and_released_by_a_latched_one(self):
         diagnostics = self.listen("topic", "echo", "/diagnostics", "--full")
@@ -198,7 +202,7 @@ class Robot(RemoteTest):
         self.assertEqual(self.ask("param", "list", "lidar").stdout, self.run_program("param", "list", "lidar").stdout)
         self.assertEqual(self.ask("param", "dump", "/lidar").stdout, self.run_program("param", "dump", "/lidar").stdout)
         everything = self.rows("param", "list")
-        self.assertEqual(sorted(everything), [row["node"] for row in sorted(self.local("component", "list")["components"], key=lambda row: row["node"])])
+        self.assertEqual(sorted(everything), sorted(["/robot", *(row["node"] for row in self.local("component", "list")["components"])]))
         self.expect_exit(self.run_program("component", "load", CHAOS, "--name", "chaos"), 0)
         self.addCleanup(self.run_program, "component", "unload", "chaos")
         self.assertEqual(self.ask("param", "describe", "chaos", "share").stdout, self.run_program("param", "describe", "chaos", "share").stdout)

@@ -85,7 +85,8 @@ struct MirrorStats {
 /// Shows a graph on the network as ROS 2 nodes, and brings in what other participants publish (docs/adr/0012).
 ///
 /// Each writer and reader of the graph has a DDS endpoint of its own with its QoS, from when it is made to its end, whether
-/// its node is active or not. Messages of a writer are fetched and encoded while somebody on the network has matched it;
+/// its node is active or not; a reader of one of several types has it while its type is the one to show (Announced,
+/// docs/adr/0021). Messages of a writer are fetched and encoded while somebody on the network has matched it;
 /// those of a transient_local writer always, for who comes late. For each remote end of a topic with a use here the graph
 /// gets a stand-in, so that the graph's own rules judge QoS and tell what happens.
 ///
