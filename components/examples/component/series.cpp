@@ -16,11 +16,10 @@ class Series final : public LifecycleNode {
     declare_parameter("share", 0.5,
                       {.description = "of nothing", .floating_point_range = FloatingPointRange{0.0, 1.0, 0.0}});
     declare_parameter("note", "as launched", {.description = "any value, or none", .dynamic_typing = true});
-    const double period_s = declare_parameter(
-        "period", 0.05,
-        {.description = "s, between two numbers",
-         .read_only = true,
-         .floating_point_range = FloatingPointRange{0.001, 10.0, 0.0}});
+    const double period_s = declare_parameter("period", 0.05,
+                                              {.description = "s, between two numbers",
+                                               .read_only = true,
+                                               .floating_point_range = FloatingPointRange{0.001, 10.0, 0.0}});
     server_ = action::create_server<Fibonacci>(
         this, "~/series",
         [](const action::GoalUUID&, const std::shared_ptr<const Fibonacci::Goal>& goal) {

@@ -82,18 +82,24 @@ void LiveText::read_keys() {
 }
 
 std::string fit_to_terminal(const std::string& text, std::size_t rows, std::size_t columns) {
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  // The last row says what is not shown.
+  const std::size_t shown = lines > rows && rows > 0 ? rows - 1 : rows;
   std::string out;
   std::size_t row = 0, column = 0;
   for (const char c : text) {
+    if (row == shown) break;
     if (c == '\n') {
       out += "\033[K\n";
       column = 0;
-      if (++row == rows) break;
+      ++row;
       continue;
     }
     if ((static_cast<unsigned char>(c) & 0xC0U) != 0x80U) ++column;  // not in the middle of a letter
     if (column <= columns) out += c;
   }
+  if (shown < rows)
+    out += ("(" + std::to_string(lines - shown) + " more lines; --once shows all)").substr(0, columns) + "\033[K\n";
   return out;
 }
 

@@ -42,7 +42,8 @@ class LiveText {
   bool on_terminal_, begun_ = false, is_lost_ = false, has_typed_q_ = false;
 };
 
-/// The text cut to so many lines of so many letters (of UTF-8), each line with what clears the rest of it. Pure.
+/// The text cut to so many lines of so many letters (of UTF-8), each line with what clears the rest of it; if it has more lines, the
+/// last one says how many. Pure.
 [[nodiscard]] std::string fit_to_terminal(const std::string& text, std::size_t rows, std::size_t columns);
 
 }  // namespace nacelle::cli

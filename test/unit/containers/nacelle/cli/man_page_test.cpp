@@ -44,7 +44,8 @@ TEST(ManPage, takes_no_letter_for_a_request_of_roff) {
 }
 
 TEST(LiveText, is_cut_to_the_terminal_and_clears_what_a_longer_line_left) {
-  EXPECT_EQ(fit_to_terminal("one\ntwo\nthree\n", 2, 10), "one\033[K\ntwo\033[K\n");
+  EXPECT_EQ(fit_to_terminal("one\ntwo\nthree\n", 3, 10), "one\033[K\ntwo\033[K\nthree\033[K\n");
+  EXPECT_EQ(fit_to_terminal("one\ntwo\nthree\n", 2, 40), "one\033[K\n(2 more lines; --once shows all)\033[K\n");
   EXPECT_EQ(fit_to_terminal("abcdef\n", 5, 4), "abcd\033[K\n");
   EXPECT_EQ(fit_to_terminal("└─ ab\n", 5, 4), "└─ a\033[K\n") << "letters, not bytes";
 }
