@@ -75,7 +75,7 @@ struct RecordingContext::State {
   const msgs::MessageType* open_type = nullptr;
   void* open_response = nullptr;
   std::map<std::string, std::unique_ptr<Writer>> injectors;
-  std::vector<FaultReason> faults;
+  std::vector<FaultReason> faults, open_faults;
   std::vector<Claimed> frames;
   std::map<std::string, std::string> frame_owners;
   std::vector<std::uint8_t> safe_stop;
@@ -171,6 +171,19 @@ class RecordingHost final : public NodeHost {
   void report_fault(std::string code, std::string text) override {
     const std::lock_guard lock(state_.mutex);
     state_.faults.push_back({std::move(code), std::move(text)});
+    ++state_.arrivals;
+    state_.arrived.notify_all();
+  }
+  void open_fault(std::string code, std::string text) override {
+    const std::lock_guard lock(state_.mutex);
+    std::erase_if(state_.open_faults, [&](const FaultReason& fault) { return fault.code == code; });
+    state_.open_faults.push_back({std::move(code), std::move(text)});
+    ++state_.arrivals;
+    state_.arrived.notify_all();
+  }
+  void close_fault(const std::string& code) override {
+    const std::lock_guard lock(state_.mutex);
+    std::erase_if(state_.open_faults, [&](const FaultReason& fault) { return fault.code == code; });
     ++state_.arrivals;
     state_.arrived.notify_all();
   }
@@ -330,6 +343,14 @@ bool RecordingContext::call(const std::string& service, void* request, void* res
 std::vector<FaultReason> RecordingContext::faults() const {
   const std::lock_guard lock(state_->mutex);
   return state_->faults;
+}
+std::vector<FaultReason> RecordingContext::open_faults() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->open_faults;
+}
+void RecordingContext::wait_for_open_faults(std::size_t count) {
+  std::unique_lock lock(state_->mutex);
+  state_->arrived.wait(lock, [&] { return state_->open_faults.size() == count; });
 }
 std::vector<RecordingContext::Claimed> RecordingContext::frames() const { return state_->frames; }
 void RecordingContext::set_frame_owner(const std::string& child, const std::string& other_node) {

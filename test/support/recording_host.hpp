@@ -65,6 +65,10 @@ class RecordingContext final : public Context {
     FrameClaimKind kind;
   };
   [[nodiscard]] std::vector<FaultReason> faults() const;
+  /// Those that are open now.
+  [[nodiscard]] std::vector<FaultReason> open_faults() const;
+  /// Waits until so many are open.
+  void wait_for_open_faults(std::size_t count);
   [[nodiscard]] std::vector<Claimed> frames() const;
   /// Who owns a claimed frame: true (the default) for every claim until a test says that somebody else does.
   void set_frame_owner(const std::string& child, const std::string& other_node);

@@ -57,7 +57,7 @@ class NamespaceTest(RunningRobotTest):
     def check_other_plugins(self, frame):
         """One that the launch file does not name is put beside the others."""
         self.nacelle("component", "load", "nacelle::imu::ImuComponent", "--name", "imu2", "-p", f"port:={self.folder}/none",
-                     code=1)  # there is no such device
+                     "-p", "required_device:=true", code=1)  # there is no such device
         shown = self.nacelle("component", "load", "nacelle::transforms::TransformsComponent", "--name", "more", "-p",
                              "static_transforms:=[0 0 1 0 0 0 base_link mast]")
         self.assertIn("/robot1/more", shown)

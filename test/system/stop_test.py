@@ -14,7 +14,7 @@ import time
 import unittest
 
 from control import BOOL, NAN, STAMPED, TWIST, Control, Sender, boolean, stamped, twist
-from robot import LAUNCH_FILE, SLOW, RobotTest, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, interrupt, wait_for
 
 TIMEOUT_S, CYCLE_S, WATCHDOG_S, LEASE_S = 0.5, 0.02, 0.5, 0.5
 MACHINE_S = 0.03  # for being scheduled on a busy machine; not part of the promise
@@ -340,9 +340,66 @@ class Line(StopTest):
         self.rests_and_moves_again(sender, lambda: twist(SPEED))
         joints = self.topics()["/joint_states"]["published"]
         wait_for("joint states go on", lambda: self.topics()["/joint_states"]["published"] > joints)
+        self.assertEqual(self.faults()["components"], [])
+        last = self.faults()["history"][-1]
+        self.assertEqual((last["node"], last["code"], last["open"]), ("/diff_drive", "DEVICE_LOST", False))
+
+    def test_every_sensors_cable_comes_back_and_the_robot_stays_active(self):
+        for device, node, topic in (("lidar", "/lidar", "/scan"), ("imu", "/imu", "/imu/data")):
+            with self.subTest(device=device):
+                self.expect_exit(self.run_program("sim", "unplug", device, "--dir", self.sim), 0)
+                pulled = time.monotonic()
+                wait_for("the open fault", lambda: self.open_fault(node), 5)
+                TABLE.append((f"{device} unplugged: open fault (with command)", time.monotonic() - pulled, 0.5 + 0.5))
+                self.assertTrue(self.open_fault(node).startswith("DEVICE_LOST"))
+                self.assertEqual(self.state_of(node), "active")
+                wait_for("/diagnostics says so", lambda: "DEVICE_LOST" in self.run_program("topic", "echo", "/diagnostics", "--once").stdout, 10)
+                time_to_lose = 3  # the time after which it was faulted for good
+                wait_for("three seconds are over", lambda: time.monotonic() - pulled > time_to_lose)
+                heard = self.topics()[topic]["published"]
+                self.expect_exit(self.run_program("sim", "plug", device, "--dir", self.sim), 0)
+                back = time.monotonic()
+                wait_for("data flows", lambda: self.topics()[topic]["published"] > heard, 5)
+                TABLE.append((f"{device} plugged: data (with command)", time.monotonic() - back, 2.0))
+                self.assertLess(time.monotonic() - back, 2.0 * SLOW)
+                wait_for("the fault is over", lambda: not self.open_fault(node), 5)
+                self.assertEqual(self.state_of(node), "active")
+
+    def faults(self):
+        return json.loads(self.expect_exit(self.run_program("faults", "--json"), 0).stdout)
+
+    def open_fault(self, node):
+        rows = [row for row in self.faults()["components"] if row["node"] == node]
+        return "".join(f"{fault['code']}: {fault['text']}" for row in rows for fault in row.get("open_faults", []))
+
+    def state_of(self, node):
+        rows = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)["components"]
+        return next(row["state"] for row in rows if row["node"] == node)
 
     def topics(self):
         return {row["name"]: row for row in json.loads(self.expect_exit(self.run_program("topic", "list", "--json"), 0).stdout)}
+
+
+class Absent(RobotTest):
+    def test_a_robot_without_its_devices_comes_up_names_them_and_takes_them_when_they_are_there(self):
+        sim, source = self.folder / "sim", pathlib.Path(LAUNCH_FILE)
+        ports = [f"{name}_port:={sim}/{name}" for name in ("lidar", "imu", "base")]
+        with open(self.folder / "log", "w+") as log:
+            robot = self.start_program("launch", source, "sim:=false", "camera_device:=pattern", *ports, "--name", "robot", stdout=log)
+        self.addCleanup(interrupt, robot)
+        said = lambda: (self.folder / "log").read_text()
+        wait_for("the last line of the launch", lambda: "not there yet" in said(), 60)
+        last = next(line for line in said().splitlines() if "not there yet" in line)
+        for node in ("/lidar", "/imu", "/diff_drive"):
+            self.assertIn(f"{node} (DEVICE_LOST: ", last)
+        listed = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)["components"]
+        self.assertEqual({row["state"] for row in listed}, {"active"})
+
+        world = self.start_program("sim", "world", "--dir", sim)
+        self.addCleanup(interrupt, world)
+        wait_for("every device is there", lambda: not json.loads(self.run_program("faults", "--json").stdout)["components"], 20)
+        for topic in ("/scan", "/imu/data", "/joint_states"):
+            self.expect_exit(self.run_program("topic", "echo", topic, "--once"), 0)
 
 
 class Frozen(StopTest):

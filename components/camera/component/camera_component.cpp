@@ -20,7 +20,8 @@ std::unique_ptr<CapturePort> make_real_port(Source source, const Clock& clock) {
   return std::make_unique<V4l2Capture>(clock);
 }
 
-constexpr Duration kTurn = 200ms;  // how long the thread looks for a frame before it looks at anything else
+constexpr Duration kFaultAfter = 2s;  // with device_lost: fault
+constexpr Duration kTurn = 100ms;     // how long the thread looks for a frame before it looks at anything else
 
 }  // namespace
 
@@ -31,6 +32,7 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
   declare_control_overrides();
   declare_frame_use(options_.camera_frame_id, "camera_frame_id");
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
+  if (const auto device = read_device_parameters(*this); !device) declare_problem(device.error());
   if (const auto file = check_calibration(options_.camera_info_url); !file) declare_problem(file.error());
   add_on_set_parameters_callback([this](const std::vector<Parameter>& parameters) { return set_controls(parameters); });
   images_ = create_publisher<sensor_msgs::msg::Image>("~/image_raw", SensorDataQoS(QoS(2)));
@@ -63,30 +65,72 @@ CallbackReturn CameraComponent::on_configure(const State&) {
   settings.camera_info_url = options_.camera_info_url;
   settings.use_capture_time = options_.use_v4l2_buffer_timestamps;
   settings.stamp_offset = Duration{options_.timestamp_offset_ns};
+  const auto device = read_device_parameters(*this);
+  if (!device) return refuse(device.error());
+  device_ = *device;
   port_ = make_port_(source, get_clock());
-  loop_ = std::make_unique<CaptureLoop>(
-      CaptureLoop::Surroundings{*port_, get_clock(), get_logger(), *images_, *infos_, [this] { apply_controls(); }},
-      std::move(settings));
+  if (source == Source::V4l2) {
+    const auto& wish = setup->wish;
+    const Duration period =
+        wish.period_num == 0 ? Duration{} : from_seconds(double{1} * wish.period_num / wish.period_den);
+    watch_ = std::make_unique<DeviceWatch>(
+        *this, device_, DeviceWatch::Settings{wish.device, silence_of(period), "CAMERA_SILENT", kFaultAfter},
+        get_clock().now());
+  }
+  loop_ = std::make_unique<CaptureLoop>(CaptureLoop::Surroundings{*port_, get_clock(), get_logger(), *images_, *infos_,
+                                                                  [this] { on_reopened(); }, watch_.get()},
+                                        std::move(settings));
   if (auto opened = loop_->open(); !opened) {
+    if (may_wait(source, setup->wish.device)) {
+      loop_->await_device(opened.error());
+      waits_for_controls_ = true;
+      late_controls_timer_ = create_wall_timer(kTurn, [this] { declare_late_controls(); });
+      return CallbackReturn::SUCCESS;
+    }
     let_go();
     return refuse(opened.error());
   }
-  declare_controls();
+  declare_controls(port_->controls());
   const CaptureFormat& format = loop_->format();
   get_logger().info("{}: {}x{} {} as {}", format.camera_name, format.width, format.height, to_text(format.pixel_format),
                     setup->output->encoding);
   return CallbackReturn::SUCCESS;
 }
 
+// Absent is not the same as unusable: rights, another program or a wrong node are not mended by waiting.
+bool CameraComponent::may_wait(const Source source, const std::string& device) const {
+  std::error_code ignored;
+  return source == Source::V4l2 && !device_.required && !std::filesystem::exists(device, ignored);
+}
+
+void CameraComponent::on_reopened() {
+  if (!waits_for_controls_) return apply_controls();
+  *late_controls_.lock() = port_->controls();
+  waits_for_controls_ = false;
+}
+
+void CameraComponent::declare_late_controls() {
+  auto controls = std::exchange(*late_controls_.lock(), std::nullopt);
+  if (!controls) return;
+  late_controls_timer_->cancel();
+  declare_controls(std::move(*controls));
+}
+
 CallbackReturn CameraComponent::on_activate(const State&) {
   // After a deactivation the device was let go, so that others could use it.
-  if (!loop_->is_open()) {
-    if (auto opened = loop_->open(); !opened) return refuse(opened.error());
-    apply_controls();
+  if (!loop_->is_open() && !loop_->is_awaiting()) {
+    if (auto opened = loop_->open(); !opened) {
+      if (!may_wait(Source::V4l2, options_.video_device)) return refuse(opened.error());
+      loop_->await_device(opened.error());
+    } else {
+      apply_controls();
+    }
   }
-  if (auto started = loop_->start(); !started) {
-    loop_->close();
-    return refuse(started.error());
+  if (!loop_->is_awaiting()) {
+    if (auto started = loop_->start(); !started) {
+      loop_->close();
+      return refuse(started.error());
+    }
   }
   stop_ = false;
   thread_ = std::thread([this] { run(); });
@@ -96,6 +140,7 @@ CallbackReturn CameraComponent::on_activate(const State&) {
 CallbackReturn CameraComponent::on_deactivate(const State&) {
   stop_thread();
   loop_->close();
+  if (watch_) watch_->heard(get_clock().now());  // the thread does not run until the next activation
   return CallbackReturn::SUCCESS;
 }
 
@@ -105,7 +150,11 @@ CallbackReturn CameraComponent::let_go() {
   stop_thread();
   if (loop_) loop_->close();
   loop_.reset();
+  watch_.reset();
   port_.reset();
+  late_controls_timer_.reset();
+  waits_for_controls_ = false;
+  late_controls_.lock()->reset();
   undeclare_controls();
   return CallbackReturn::SUCCESS;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -23,7 +24,7 @@ namespace nacelle::camera {
 ///
 /// Parameters have v4l2_camera's names (camera_options.hpp), one more per control of the device. on_configure opens the
 /// device and agrees on a format, on_activate streams: the thread "camera_rx" captures and publishes. A pulled cable
-/// ends nothing: the thread waits for the device and goes on.
+/// ends nothing, and an absent device neither (DEVICE_LOST, an open fault): the thread waits for the device and goes on.
 /// With output_encoding equal to what the camera sends, Image.data is the driver's buffer; its release hook is code of
 /// this library, which therefore stays loaded while such an image lives.
 /// Frame:   headers are in camera_frame_id, the optical frame.
@@ -51,7 +52,11 @@ class CameraComponent final : public LifecycleNode {
  private:
   [[nodiscard]] Source choose_source(const CameraSetup& setup) const;
   void declare_control_overrides();
-  void declare_controls();
+  void declare_controls(std::vector<Control> controls);
+  void on_reopened();
+  /// The controls of a device that came late, declared on the executor.
+  void declare_late_controls();
+  [[nodiscard]] bool may_wait(const Source source, const std::string& device) const;
   void undeclare_controls();
   void apply_controls();
   SetParametersResult set_controls(const std::vector<Parameter>& parameters);
@@ -70,8 +75,13 @@ class CameraComponent final : public LifecycleNode {
       chosen_;  ///< What was set, for the next time the device opens.
   std::shared_ptr<Publisher<sensor_msgs::msg::Image>> images_;
   std::shared_ptr<Publisher<sensor_msgs::msg::CameraInfo>> infos_;
+  DeviceOptions device_;
+  std::unique_ptr<DeviceWatch> watch_;  ///< Null: of a pattern.
   std::unique_ptr<CapturePort> port_;
   std::unique_ptr<CaptureLoop> loop_;
+  std::atomic<bool> waits_for_controls_{false};
+  Guarded<std::optional<std::vector<Control>>> late_controls_;
+  std::shared_ptr<Timer> late_controls_timer_;  ///< While the device was not there yet.
   std::mutex mutex_;
   std::condition_variable stop_asked_;
   bool stop_ = false;

@@ -31,8 +31,8 @@ void CameraComponent::declare_control_overrides() {
   }
 }
 
-void CameraComponent::declare_controls() {
-  controls_ = port_->controls();
+void CameraComponent::declare_controls(std::vector<Control> controls) {
+  controls_ = std::move(controls);
   std::vector<std::string> names;
   for (const Control& control : controls_) {
     names.push_back(control.name);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::camera {
@@ -59,6 +60,7 @@ CameraOptions declare_options(Node& node) {
                                    fixed("Stamp with the kernel's time of capture; false: with the time of receipt."));
   o.timestamp_offset_ns = node.declare_parameter<std::int64_t>("timestamp_offset", o.timestamp_offset_ns,
                                                                fixed("Added to every stamp, in ns."));
+  declare_device_parameters(node);
   return o;
 }
 

@@ -43,8 +43,15 @@ Result<void, Problem> CaptureLoop::open() {
 }
 
 Result<void, Problem> CaptureLoop::start() {
-  pause_ = settings_.first_pause;
+  backoff_.reset();
   return around_.port.start();
+}
+
+void CaptureLoop::await_device(const Problem& why) {
+  if (around_.watch != nullptr) around_.watch->lose(why.what);
+  away_ = true;
+  said_why_ = true;
+  resume_at_ = around_.clock.now() + backoff_.next();
 }
 
 void CaptureLoop::close() {
@@ -67,10 +74,16 @@ CaptureLoop::Turn CaptureLoop::turn(MonotonicTime deadline) {
   }
   const auto frame = around_.port.next(deadline, room);
   if (!frame) {
-    if (frame.error() == CaptureFault::NoFrame) return Turn::Nothing;
+    if (frame.error() == CaptureFault::NoFrame) {
+      if (around_.watch != nullptr)
+        around_.watch->look(around_.clock.now(),
+                            [this] { return std::to_string(stats().published) + " frames so far"; });
+      return Turn::Nothing;
+    }
     lose(frame.error());
     return Turn::Outage;
   }
+  if (around_.watch != nullptr) around_.watch->heard(around_.clock.now());
   publish(frame.value());
   return Turn::Frame;
 }
@@ -102,14 +115,14 @@ void CaptureLoop::publish(const Frame& frame) {
 }
 
 void CaptureLoop::lose(CaptureFault fault) {
-  around_.logger.warn("{}: {}; waiting for it", settings_.wish.device, to_text(fault));
+  if (around_.watch != nullptr) around_.watch->lose(to_text(fault));
   open_.store(false, std::memory_order_release);
   around_.port.close();
   ++stats_.lock()->outages;
   away_ = true;
   said_why_ = false;
-  pause_ = settings_.first_pause;
-  resume_at_ = around_.clock.now() + pause_;
+  backoff_.reset();
+  resume_at_ = around_.clock.now() + backoff_.next();
 }
 
 bool CaptureLoop::bring_back() {
@@ -125,11 +138,11 @@ bool CaptureLoop::bring_back() {
     // Once per outage; the device's absence is what is being waited for.
     if (!said_why_) around_.logger.info("{}", opened.error().text());
     said_why_ = true;
+    if (around_.watch != nullptr) around_.watch->lose(opened.error().what);
     open_.store(false, std::memory_order_release);
     around_.port.close();
     away_ = true;
-    pause_ = std::min(2 * pause_, settings_.longest_pause);
-    resume_at_ = now + pause_;
+    resume_at_ = now + backoff_.next();
     return false;
   }
   away_ = false;

@@ -11,6 +11,8 @@
 #include "camera/port/capture_port.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/io/backoff.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/publisher.hpp"
 #include "sensor_msgs/msg/camera_info.hpp"
 #include "sensor_msgs/msg/image.hpp"
@@ -43,7 +45,6 @@ class CaptureLoop {
     bool use_capture_time = true;
     Duration stamp_offset{};
     Duration first_pause = 100ms;  ///< Before the first attempt to open a lost device; doubles after each failure.
-    Duration longest_pause = 1s;
   };
   /// What the loop needs around it. All outlive it.
   struct Surroundings {
@@ -53,10 +54,11 @@ class CaptureLoop {
     Publisher<sensor_msgs::msg::Image>& images;
     Publisher<sensor_msgs::msg::CameraInfo>& infos;
     std::function<void()> on_reopened;  ///< Sets the controls again. Called before the stream starts.
+    DeviceWatch* watch = nullptr;       ///< Hears whether frames come; may be null.
   };
 
   CaptureLoop(Surroundings surroundings, Settings settings)
-      : around_(std::move(surroundings)), settings_(std::move(settings)), pause_(settings_.first_pause) {}
+      : around_(std::move(surroundings)), settings_(std::move(settings)), backoff_(settings_.first_pause) {}
 
   /// Opens the device and checks that its pictures can become what was asked for. Says the port's remarks.
   [[nodiscard]] Result<void, Problem> open();
@@ -64,6 +66,9 @@ class CaptureLoop {
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] Result<void, Problem> start();
   void close();
+  /// Instead of open() and start(), for a device that is absent: turn() opens it when it is there.
+  void await_device(const Problem& why);
+  [[nodiscard]] bool is_awaiting() const { return away_; }
 
   enum class Turn : std::uint8_t { Frame, Nothing, Outage };
   /// Takes and publishes a frame if one comes before the deadline. While the device is away, attempts to open it when
@@ -89,7 +94,7 @@ class CaptureLoop {
   bool away_ = false;
   bool said_why_ = false;
   MonotonicTime resume_at_;
-  Duration pause_;
+  io::Backoff backoff_;
   Guarded<CaptureLoopStats> stats_;
 };
 

@@ -52,7 +52,7 @@ Hindrance hindrance_of(const DriveLoop::Look& look) {
   using diagnostic_msgs::msg::DiagnosticStatus;
   const auto held = [&](Hold why) { return (look.holds & static_cast<std::uint8_t>(why)) != 0; };
   if (held(Hold::LineLost))
-    return {"the line to the motor board is gone; it is opened again when it is back", DiagnosticStatus::ERROR};
+    return {"the motor board is gone or silent; it is tried again until it is back", DiagnosticStatus::ERROR};
   if (held(Hold::Stopped))
     return {"it was stopped from outside; deactivate it and activate it again", DiagnosticStatus::ERROR};
   if (held(Hold::EmergencyStop))
@@ -231,7 +231,8 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
   line_settings.baud = static_cast<unsigned>(options_.baud_rate);
   // A command that does not get through within half a cycle must not delay the next cycle.
   line_settings.write_timeout = setup_.loop.period / 2;
-  auto line = io::SerialPort::open(line_settings, get_clock(), setup_.loop.silence_limit);
+  auto line = options_.device.required ? io::SerialPort::open(line_settings, get_clock(), setup_.loop.silence_limit)
+                                       : io::SerialPort::open_or_await(line_settings, get_clock());
   if (!line) {
     Problem problem = line.error();
     problem.where = get_fully_qualified_name() + ", parameter serial_port: " + problem.where;
@@ -253,6 +254,9 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
   // The subscriptions are those of the constructor.
   for (std::size_t i = 0; i < options.inputs.size(); ++i) options.inputs[i].topic = options_.inputs[i].topic;
   for (std::size_t i = 0; i < options.locks.size(); ++i) options.locks[i].topic = options_.locks[i].topic;
+  const auto device = read_device_parameters(*this);
+  if (!device) return refuse(device.error());
+  options.device = *device;
   options_ = std::move(options);
   auto setup = validated(options_, get_fully_qualified_name());
   if (!setup) return refuse(setup.error());
@@ -269,17 +273,28 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
                                           DriveTopics::Settings{options_.left_wheel_names, options_.right_wheel_names,
                                                                 setup_.publish_period, setup_.battery_period},
                                           get_clock(), command_to_wheel_);
+  watch_ = std::make_unique<DeviceWatch>(
+      *this, options_.device,
+      DeviceWatch::Settings{options_.hardware == "waveshare" ? options_.serial_port : options_.hardware},
+      get_clock().now());
+  topics_->watch_with(watch_.get());
   loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, get_clock(), inbox_, *topics_);
   return CallbackReturn::SUCCESS;
 }
 
 CallbackReturn DiffDriveComponent::on_activate(const State&) {
-  if (const auto started = base_->start(); !started) {
+  const auto started = base_->start();
+  const bool is_waited_for = !options_.device.required && setup_.loop.waits_for_board;
+  if (!started && !is_waited_for) {
     return refuse(Problem{get_fully_qualified_name(), std::string(nacelle::diff_drive::explain(started.error())),
                           "check the cable, then configure and activate this node again"});
   }
   // What was sent before this instant belongs to another drive.
   loop_->arm(get_clock().now());
+  if (!started) {
+    watch_->lose(std::string(nacelle::diff_drive::explain(started.error())));
+    loop_->begin_without_board();
+  }
   loop_thread_ = std::thread{[this] { run_loop(); }};
   return CallbackReturn::SUCCESS;
 }
@@ -324,11 +339,13 @@ void DiffDriveComponent::close_base() {
   if (base_ && base_->descriptor() >= 0) clear_safe_stop();
   loop_.reset();
   topics_.reset();
+  watch_.reset();
   base_.reset();
 }
 
 CallbackReturn DiffDriveComponent::on_deactivate(const State&) {
   stop_base();
+  watch_->heard(get_clock().now());  // the loop does not run until the next activation
   return CallbackReturn::SUCCESS;
 }
 

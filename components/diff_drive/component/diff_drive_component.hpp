@@ -86,6 +86,7 @@ class DiffDriveComponent : public LifecycleNode {
   std::array<bool, 3> refusal_told_{};
 
   std::unique_ptr<BasePort> base_;
+  std::unique_ptr<DeviceWatch> watch_;
   std::unique_ptr<DriveTopics> topics_;
   std::unique_ptr<DriveLoop> loop_;
   std::thread loop_thread_;

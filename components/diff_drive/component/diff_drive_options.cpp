@@ -42,9 +42,11 @@ constexpr NumberRow kNumbers[] = {
      "joint states per second at most; 0 all of the board's"},
     {"battery_rate", &DiffDriveOptions::battery_rate_hz, 0.01, 100.0, "Hz", "battery states per second at most"},
     {"port_timeout", &DiffDriveOptions::port_timeout_s, 0.0, 60.0, "s",
-     "how long to wait for the line, and how long it may be silent; 0 no wait, no limit"},
+     "how long to wait for the line (required_device), and how long it may be silent (device_lost: fault); 0 no wait, "
+     "no "
+     "limit"},
     {"reopen_timeout", &DiffDriveOptions::reopen_timeout_s, 0.0, 86400.0, "s",
-     "how long a line that was lost is waited for; 0 a lost line is a fault at once"},
+     "with device_lost: fault, how long a line that was lost is waited for; 0 a lost line is a fault at once"},
     {"motor_watchdog", &DiffDriveOptions::motor_watchdog_s, 0.0, 60.0, "s",
      "the board stops after this silence of ours; 0 its default"},
 };
@@ -82,6 +84,7 @@ const std::vector<std::string> kHardware{"waveshare", "loopback"};
 const std::vector<std::string> kRearm{"neutral", "fresh"};
 constexpr const char* kTopics = "topics.";
 constexpr const char* kLocks = "locks.";
+constexpr Duration kFeedbackPeriod = 50ms;  // of a Waveshare UGV board, about 20 Hz
 
 /// The NAMEs of "topics.NAME.priority" and its like, in their order.
 std::vector<std::string> names_below(const Node& node, std::string_view prefix) {
@@ -301,6 +304,7 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
   node.declare_parameter("serial_port", defaults.serial_port,
                          described("path of the board's line; /dev/serial/by-id/... survives replugging"));
   node.declare_parameter("baud_rate", defaults.baud_rate, described("of the board's line"));
+  declare_device_parameters(node);
 }
 
 DiffDriveOptions read_options(const Node& node) {
@@ -358,6 +362,8 @@ Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std
   setup.loop.reopen_limit = from_seconds(options.reopen_timeout_s);
   setup.loop.motor_watchdog = from_seconds(options.motor_watchdog_s);
   setup.loop.silence_limit = from_seconds(options.port_timeout_s);
+  setup.loop.waits_for_board = options.device.lost == DeviceLost::Wait;
+  setup.loop.silence_report = silence_of(kFeedbackPeriod);
   setup.publish_period = period_of(options.publish_rate_hz);
   setup.battery_period = period_of(options.battery_rate_hz);
   return setup;

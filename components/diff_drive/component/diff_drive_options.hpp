@@ -8,6 +8,7 @@
 
 #include "diff_drive/component/drive_loop.hpp"
 #include "nacelle/base/problem.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/node.hpp"
 
 namespace nacelle::diff_drive {
@@ -65,10 +66,13 @@ struct DiffDriveOptions {
   std::string hardware = "waveshare";  ///< "waveshare" or "loopback"
   std::string serial_port = "/dev/ttyAMA0";
   std::int64_t baud_rate = 115200;
-  double port_timeout_s =
-      1.0;  ///< Configure waits so long for the line; active, the board may be silent so long. 0: no wait; no limit.
-  double reopen_timeout_s = 60.0;  ///< How long a lost line is waited for; 0: it is a fault at once.
-  double motor_watchdog_s = 0.5;   ///< The board stops by itself after this silence of ours.
+  DeviceOptions device{};
+  /// With required_device, configure waits so long for the line; with device_lost: fault, the board may be silent so long. 0: no
+  /// wait; no limit.
+  double port_timeout_s = 1.0;
+  double reopen_timeout_s =
+      60.0;  ///< With device_lost: fault, how long a lost line is waited for; 0: it is a fault at once.
+  double motor_watchdog_s = 0.5;  ///< The board stops by itself after this silence of ours.
 };
 
 /// What checked options mean: the values that the loop and the ports work with.

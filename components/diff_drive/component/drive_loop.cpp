@@ -9,9 +9,6 @@
 namespace nacelle::diff_drive {
 namespace {
 
-// udev makes a line's link some tens of milliseconds after the device; a failed attempt costs one system call.
-constexpr Duration kReopenPeriod = 100ms;
-
 /// The shortest time after which a stop is due that only a loop that runs can make.
 Duration absence_limit_of(const DriveLoop::Settings& settings) {
   Duration limit = settings.motor_watchdog > Duration::zero() ? settings.motor_watchdog : Duration::max();
@@ -55,6 +52,8 @@ void DriveLoop::arm(MonotonicTime now) {
   input_.arm(now);
   input_.release(Hold::LineLost, now);
   lost_at_.reset();
+  silent_at_.reset();
+  backoff_.reset();
   limiter_.reset();
   unwritten_.reset();
   input_.release(Hold::Stopped, now);
@@ -64,6 +63,12 @@ void DriveLoop::arm(MonotonicTime now) {
   heard_at_ = now;
   written_at_ = now;
   stop_.store(false);
+}
+
+void DriveLoop::begin_without_board() {
+  silent_at_ = cycled_at_;
+  next_attempt_ = cycled_at_ + backoff_.next();
+  input_.hold(Hold::LineLost);
 }
 
 void DriveLoop::stop() noexcept {
@@ -106,12 +111,14 @@ Result<void, DriveFault> DriveLoop::listen() {
 
 Result<void, DriveFault> DriveLoop::lose_line(BaseFault why) {
   ++stats_.lost;
-  if (settings_.reopen_limit <= Duration::zero() || why == BaseFault::NotSendable)
-    return err(DriveFault{DriveFault::Kind::SerialLost, why});
+  const bool is_waited_for = settings_.waits_for_board || settings_.reopen_limit > Duration::zero();
+  if (!is_waited_for || why == BaseFault::NotSendable) return err(DriveFault{DriveFault::Kind::SerialLost, why});
   const MonotonicTime now = clock_.now();
   lost_at_ = now;
+  silent_at_.reset();
   line_fault_ = why;
-  next_reopen_ = now + kReopenPeriod;
+  next_attempt_ = now + backoff_.next();
+  if (settings_.waits_for_board) observer_.on_board_lost(explain(why));
   input_.hold(Hold::LineLost);
   limiter_.reset();
   unwritten_.reset();
@@ -119,19 +126,69 @@ Result<void, DriveFault> DriveLoop::lose_line(BaseFault why) {
 }
 
 Result<void, DriveFault> DriveLoop::bring_line_back(MonotonicTime now) {
-  if (now >= next_reopen_) {
-    next_reopen_ = now + kReopenPeriod;
+  if (now >= next_attempt_) {
+    next_attempt_ = now + backoff_.next();
     const auto opened = port_.reopen();
     if (opened) {
       ++stats_.reopened;
       lost_at_.reset();
       heard_at_ = written_at_ = clock_.now();
-      input_.release(Hold::LineLost, heard_at_);
+      if (settings_.waits_for_board) {
+        silent_at_ = heard_at_;  // held until the board speaks
+      } else {
+        input_.release(Hold::LineLost, heard_at_);
+      }
       return {};
     }
     line_fault_ = opened.error();
+    if (settings_.waits_for_board) observer_.on_board_lost(explain(line_fault_));
   }
-  if (now - *lost_at_ > settings_.reopen_limit) return err(DriveFault{DriveFault::Kind::SerialLost, line_fault_});
+  if (!settings_.waits_for_board && now - *lost_at_ > settings_.reopen_limit)
+    return err(DriveFault{DriveFault::Kind::SerialLost, line_fault_});
+  return {};
+}
+
+void DriveLoop::lose_board(std::string_view why, MonotonicTime now) {
+  ++stats_.lost;
+  silent_at_ = now;
+  next_attempt_ = now + backoff_.next();
+  input_.hold(Hold::LineLost);
+  limiter_.reset();
+  unwritten_.reset();
+  observer_.on_board_lost(why);
+  static_cast<void>(port_.stop());
+}
+
+void DriveLoop::bring_board_back(MonotonicTime now) {
+  if (heard_at_ > *silent_at_ && now - written_at_ <= settings_.silence_report) {
+    silent_at_.reset();
+    backoff_.reset();
+    input_.release(Hold::LineLost, now);
+    observer_.on_board_back(now);
+    return;
+  }
+  if (now < next_attempt_) return;
+  next_attempt_ = now + backoff_.next();
+  // Its power may have gone and come behind a line that stayed: it has forgotten what it was asked for.
+  if (const auto started = port_.start(); !started) line_fault_ = started.error();
+}
+
+Result<void, DriveFault> DriveLoop::watch_board(MonotonicTime now) {
+  if (lost_at_) return {};
+  if (settings_.waits_for_board) {
+    if (silent_at_) {
+      bring_board_back(now);
+    } else if (now - heard_at_ > settings_.silence_report) {
+      lose_board("the motor board says nothing", now);
+    } else if (now - written_at_ > settings_.silence_report) {
+      lose_board(explain(BaseFault::LineStuck), now);
+    }
+    return {};
+  }
+  if (settings_.silence_limit > Duration::zero() && now - heard_at_ > settings_.silence_limit) {
+    static_cast<void>(port_.stop());
+    return err(DriveFault{DriveFault::Kind::FeedbackLost});
+  }
   return {};
 }
 
@@ -150,7 +207,13 @@ Result<void, DriveFault> DriveLoop::cycle() {
 
   const MonotonicTime now = clock_.now();
   heed_stops();
-  if (now - std::exchange(cycled_at_, now) > absence_limit_) {
+  const Duration since_last = now - std::exchange(cycled_at_, now);
+  // What came while this loop was away was not read yet: that is no silence of the board.
+  if (since_last > 2 * settings_.period && !silent_at_) {
+    heard_at_ = std::min(now, heard_at_ + since_last);
+    written_at_ = std::min(now, written_at_ + since_last);
+  }
+  if (since_last > absence_limit_) {
     input_.forget(now);
     limiter_.reset();
     unwritten_.reset();
@@ -168,11 +231,7 @@ Result<void, DriveFault> DriveLoop::cycle() {
   if (auto driven = drive(twist); !driven) return driven;
   observer_.on_cycle(twist, now);
 
-  if (!lost_at_ && settings_.silence_limit > Duration::zero() && now - heard_at_ > settings_.silence_limit) {
-    static_cast<void>(port_.stop());
-    return err(DriveFault{DriveFault::Kind::FeedbackLost});
-  }
-  return {};
+  return watch_board(now);
 }
 
 BodyTwist DriveLoop::next_twist(MonotonicTime now, double step_s) {
@@ -202,7 +261,8 @@ Result<void, DriveFault> DriveLoop::drive(const BodyTwist& twist) {
     return lose_line(written.error());
   }
   // A line may be stuck for a moment; the next cycle tries again, with the newest command.
-  if (settings_.silence_limit > Duration::zero() && now - written_at_ > settings_.silence_limit) {
+  if (!settings_.waits_for_board && settings_.silence_limit > Duration::zero() &&
+      now - written_at_ > settings_.silence_limit) {
     return err(DriveFault{DriveFault::Kind::SerialStuck, written.error()});
   }
   return {};

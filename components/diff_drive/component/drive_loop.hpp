@@ -3,11 +3,13 @@
 
 #include <atomic>
 #include <optional>
+#include <string_view>
 
 #include "diff_drive/model/command_input.hpp"
 #include "diff_drive/model/twist_limiter.hpp"
 #include "diff_drive/port/base_port.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/io/backoff.hpp"
 
 namespace nacelle::diff_drive {
 
@@ -24,6 +26,9 @@ class DriveObserver {
   virtual void on_cycle(const BodyTwist& commanded, MonotonicTime now) = 0;
   /// The first frame that carries a new command has been written: so long after the command was published.
   virtual void on_command_written(Duration since_published) = 0;
+  /// Settings::waits_for_board: the board is gone, silent, or takes nothing, and why; then, that it spoke again.
+  virtual void on_board_lost(std::string_view) {}
+  virtual void on_board_back(MonotonicTime) {}
 };
 
 /// Why the loop cannot go on. The wheels were told to stop, if anything could be told.
@@ -44,8 +49,9 @@ struct DriveFault {
 /// A command is followed as fast as the limits allow, a command of zero too. A stop (nobody commands any more, a hold) is no
 /// command: the wheels are told zero in that cycle. An emergency stop does not even wait for the cycle, if the loop is
 /// interrupted for it.
-/// A line that is lost is opened again as soon as it is back, for as long as Settings::reopen_limit; what was commanded
-/// before does not go on then (CommandInput).
+/// With Settings::waits_for_board a board that is lost (no line, no feedback, no byte taken) is told zero and tried again without
+/// limit; what was commanded before does not go on when it is back (CommandInput). Without, a lost line is opened again for as long
+/// as Settings::reopen_limit, and silence is a fault.
 /// A loop that was itself away (a stopped process, a starved machine) for as long as a command may be old, or as the board's own
 /// watchdog waits, begins anew: the wheels have been told zero meanwhile, or should have been.
 ///
@@ -60,6 +66,9 @@ class DriveLoop {
     TwistLimits limits;  ///< resolved()
     Duration period = 20ms;
     CommandInput::Settings input;
+    bool waits_for_board = false;  ///< A lost board is waited for; the two limits below count only without.
+    Duration silence_report =
+        500ms;  ///< With waits_for_board: after so long without feedback, or a byte taken, it is lost.
     Duration silence_limit = 1s;  ///< Zero: the board may be silent, and the line stuck, for ever.
     Duration reopen_limit{};      ///< Zero: a lost line is a fault at once.
     Duration motor_watchdog{};    ///< After so long without a command the board stops by itself; zero: it does not.
@@ -87,6 +96,8 @@ class DriveLoop {
 
   /// Commands received before this instant count no more; cycles are counted from it. Call before run().
   void arm(MonotonicTime now);
+  /// After arm(): the board did not answer; it is held and tried as a lost one. Only with waits_for_board.
+  void begin_without_board();
   /// Runs until stop() or a fault. Does not command a stop itself when it was told to end.
   [[nodiscard]] Result<void, DriveFault> run();
   /// One cycle, for run() and for tests.
@@ -119,6 +130,12 @@ class DriveLoop {
   [[nodiscard]] Result<void, DriveFault> lose_line(BaseFault why);
   /// Tries to open it again when it is time to.
   [[nodiscard]] Result<void, DriveFault> bring_line_back(MonotonicTime now);
+  /// The line is there, the board is not: silent, or it takes nothing.
+  void lose_board(std::string_view why, MonotonicTime now);
+  /// Wakes a silent board when it is time to, and notices that it speaks.
+  void bring_board_back(MonotonicTime now);
+  /// Silence, and a line that takes nothing for too long.
+  [[nodiscard]] Result<void, DriveFault> watch_board(MonotonicTime now);
   [[nodiscard]] BodyTwist next_twist(MonotonicTime now, double step_s);
 
   const Settings settings_;
@@ -130,8 +147,10 @@ class DriveLoop {
   Ears ears_{*this};
   CommandInput input_;
   TwistLimiter limiter_;
-  std::optional<MonotonicTime> lost_at_;  // the line is away since
-  MonotonicTime next_reopen_{};
+  std::optional<MonotonicTime> lost_at_;    // the line is away since
+  std::optional<MonotonicTime> silent_at_;  // the line is there, the board is lost since
+  io::Backoff backoff_;
+  MonotonicTime next_attempt_{};
   BaseFault line_fault_ = BaseFault::LineLost;
   std::optional<DriveCommand> unwritten_;  // in force, but no frame has carried it yet
   MonotonicTime due_{};

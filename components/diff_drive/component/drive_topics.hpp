@@ -11,6 +11,7 @@
 #include "diff_drive/component/drive_loop.hpp"
 #include "diff_drive/model/rate_gate.hpp"
 #include "nacelle/base/histogram.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/publisher.hpp"
 
 namespace nacelle::diff_drive {
@@ -31,12 +32,20 @@ class DriveTopics final : public DriveObserver {
     Duration publish_period{};
     Duration battery_period{};
   };
+  /// Reports the loss of the board there; null: nowhere.
+  void watch_with(DeviceWatch* watch) { watch_ = watch; }
 
   DriveTopics(Publishers publishers, Settings settings, const Clock& clock, DurationHistogram& command_to_wheel);
 
   void on_wheel_state(const WheelState& state) override;
   void on_cycle(const BodyTwist& commanded, MonotonicTime now) override;
   void on_command_written(Duration since_published) override { command_to_wheel_.record(since_published); }
+  void on_board_lost(std::string_view why) override {
+    if (watch_ != nullptr) watch_->lose(std::string(why));
+  }
+  void on_board_back(MonotonicTime now) override {
+    if (watch_ != nullptr) watch_->heard(now);
+  }
 
  private:
   /// The wall-clock time of a monotonic instant that has just been.
@@ -50,6 +59,7 @@ class DriveTopics final : public DriveObserver {
   DurationHistogram& command_to_wheel_;
   RateGate joint_gate_;
   RateGate battery_gate_;
+  DeviceWatch* watch_ = nullptr;
 };
 
 }  // namespace nacelle::diff_drive

@@ -5,7 +5,11 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 #include <utility>
+
+#include "nacelle/io/backoff.hpp"
 
 namespace nacelle::estop {
 namespace {
@@ -29,6 +33,8 @@ constexpr Duration kShowLife = 100ms;
 // A thread that has not looked at its button for so long never will.
 constexpr Duration kLookLimit = kLookPeriod + 500ms;
 
+constexpr const char* kUnreadable = "the line of the emergency button cannot be read; the emergency stop is set";
+
 QoS latched() { return QoS(KeepAll{}).reliable().transient_local(); }
 QoS promised() { return latched().liveliness(Liveliness::ManualByTopic).liveliness_lease_duration(kLease); }
 
@@ -41,6 +47,7 @@ EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenS
   declare_parameter("gpio_stop_level", "high",
                     described("high (a contact to ground that opens when pressed, or when a wire breaks) or low"));
   declare_parameter("gpio_bias", "pull_up", described("pull_up, pull_down or none"));
+  declare_device_parameters(*this);
   publisher_ = create_publisher<Bool>("emergency_stop", promised());
   button_publisher_ = create_publisher<Bool>("emergency_stop", promised());
   heard_ = create_subscription<Bool>("emergency_stop", latched(), [this](const Bool& stop) { on_heard(stop); });
@@ -51,7 +58,7 @@ EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenS
 
 // From the executor, which would have to obey the service; and only while somebody looks at the button.
 void EmergencyStopComponent::show_life() {
-  if (button_ && get_clock().now().nanoseconds() - looked_at_ns_ > kLookLimit.count()) return;
+  if (has_button_ && get_clock().now().nanoseconds() - looked_at_ns_ > kLookLimit.count()) return;
   publisher_->assert_liveliness();
   button_publisher_->assert_liveliness();
 }
@@ -106,20 +113,31 @@ Result<GpioSettings, Problem> EmergencyStopComponent::gpio_settings() const {
 CallbackReturn EmergencyStopComponent::on_configure(const State&) {
   const auto settings = gpio_settings();
   if (!settings) return refuse(settings.error());
+  const auto device = read_device_parameters(*this);
+  if (!device) return refuse(device.error());
   if (settings.value().chip.empty()) return CallbackReturn::SUCCESS;
-  auto opened = open_switch_(settings.value(), get_clock());
-  if (!opened) {
+  gpio_ = *settings;
+  device_ = *device;
+  auto opened = open_switch_(gpio_, get_clock());
+  std::error_code ignored;
+  // Absent is not the same as unusable: rights, another program or a wrong line are not mended by waiting.
+  const bool may_wait = !device_.required && !std::filesystem::exists(gpio_.chip, ignored);
+  if (!opened && !may_wait) {
     Problem problem = opened.error();
     problem.where =
         fmt::format("node {}, parameters gpio_chip and gpio_line: {}", get_fully_qualified_name(), problem.where);
     return refuse(problem);
   }
-  button_ = std::move(opened).value();
+  watch_ = std::make_unique<DeviceWatch>(*this, device_, DeviceWatch::Settings{gpio_.chip}, get_clock().now());
+  if (opened) button_ = std::move(opened).value();
+  has_button_ = true;
   return CallbackReturn::SUCCESS;
 }
 
 CallbackReturn EmergencyStopComponent::on_activate(const State&) {
-  if (!button_) return CallbackReturn::SUCCESS;
+  if (!has_button_) return CallbackReturn::SUCCESS;
+  // Said here, so that the bring-up can name what is absent; the thread sets the stop.
+  if (!button_) watch_->lose(kUnreadable);
   ended_ = false;
   looked_at_ns_ = get_clock().now().nanoseconds();
   thread_ = std::thread{[this] { watch(); }};
@@ -129,8 +147,9 @@ CallbackReturn EmergencyStopComponent::on_activate(const State&) {
 void EmergencyStopComponent::watch() noexcept {
   ::pthread_setname_np(::pthread_self(), "estop_button");
   bool told = true;
+  io::Backoff backoff{50ms, kLookPeriod};  // it goes on looking, and showing life, meanwhile
   while (!ended_) {
-    const auto pressed = button_->is_pressed();
+    const auto pressed = button_ ? button_->is_pressed() : Result<bool, SwitchFault>{err(SwitchFault::Lost)};
     looked_at_ns_ = get_clock().now().nanoseconds();
     // A button that cannot be read is pressed.
     const bool now_pressed = !pressed || pressed.value();
@@ -138,8 +157,16 @@ void EmergencyStopComponent::watch() noexcept {
     pressed_ = now_pressed;
     if (!told) told = say(*button_publisher_, true) == PublishResult::Published;
     if (!pressed && told) {
-      fault("GPIO_LOST", "the line of the emergency button cannot be read any more; the emergency stop is set");
-      return;
+      if (!bring_back(backoff.next())) return;
+      continue;
+    }
+    if (pressed) {
+      backoff.reset();
+      watch_->heard(get_clock().now());
+    }
+    if (!button_) {
+      if (!pause(kSayAgain)) return;
+      continue;
     }
     const auto changed = button_->wait_until(get_clock().now() + (told ? kLookPeriod : kSayAgain));
     // A press that was over before we looked is a press. Lost: the next read says so again.
@@ -147,21 +174,51 @@ void EmergencyStopComponent::watch() noexcept {
   }
 }
 
+bool EmergencyStopComponent::pause(Duration length) {
+  std::unique_lock lock{mutex_};
+  return !end_asked_.wait_for(lock, length, [this] { return ended_.load(); });
+}
+
+bool EmergencyStopComponent::bring_back(Duration length) {
+  if (device_.lost == DeviceLost::Fault) {
+    fault("GPIO_LOST", "the line of the emergency button cannot be read any more; the emergency stop is set");
+    return false;
+  }
+  watch_->lose(kUnreadable);
+  if (!pause(length)) return false;
+  {
+    // The old request holds the line, if the chip is still there.
+    const std::lock_guard lock{mutex_};
+    button_.reset();
+  }
+  auto opened = open_switch_(gpio_, get_clock());
+  const std::lock_guard lock{mutex_};
+  if (opened) button_ = std::move(opened).value();
+  return true;
+}
+
 void EmergencyStopComponent::end_watch() {
   if (!thread_.joinable()) return;
-  ended_ = true;
-  button_->interrupt();
+  {
+    const std::lock_guard lock{mutex_};
+    ended_ = true;
+    if (button_) button_->interrupt();
+  }
+  end_asked_.notify_all();
   thread_.join();
 }
 
 CallbackReturn EmergencyStopComponent::on_deactivate(const State&) {
   end_watch();
+  if (watch_) watch_->heard(get_clock().now());  // the thread does not run until the next activation
   return CallbackReturn::SUCCESS;
 }
 
 CallbackReturn EmergencyStopComponent::on_cleanup(const State&) {
   end_watch();
+  watch_.reset();
   button_.reset();
+  has_button_ = false;
   return CallbackReturn::SUCCESS;
 }
 

@@ -2,14 +2,17 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <std_msgs/msg/bool.hpp>
 #include <std_srvs/srv/set_bool.hpp>
 #include <string>
 #include <thread>
 
 #include "estop/port/gpio_line.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 
 namespace nacelle::estop {
@@ -18,7 +21,8 @@ namespace nacelle::estop {
 ///
 /// What is said goes to the latched topic `emergency_stop`, where also others may say it (`nacelle estop`, a remote node); the
 /// base obeys the topic. A pressed button sets it, and sets it again when anybody releases it; letting go releases nothing.
-/// A button that cannot be read any more counts as pressed and is a fault (GPIO_LOST).
+/// A button that cannot be read, or is absent, counts as pressed and is an open fault (DEVICE_LOST) until it is back; letting the
+/// robot move again is for somebody who releases the stop. With device_lost: fault it is the fault GPIO_LOST.
 /// While it is active, and its executor and its button's thread go on, it shows life (liveliness manual_by_topic, 0.5 s): a base
 /// with emergency_stop_required moves only then.
 /// Threads: the executor's; the button's thread has a publisher of its own.
@@ -51,12 +55,22 @@ class EmergencyStopComponent final : public LifecycleNode {
   void show_life();
   static PublishResult say(Publisher<Bool>& publisher, bool stop);
   void watch() noexcept;
+  /// Says what is wrong with the button, pauses, and opens it again. Returns false when the thread is to end.
+  [[nodiscard]] bool bring_back(Duration length);
+  /// Returns false when the thread is to end.
+  [[nodiscard]] bool pause(Duration length);
   void end_watch();
 
   const OpenSwitch open_switch_;
   std::shared_ptr<Publisher<Bool>> publisher_;         // the executor's
   std::shared_ptr<Publisher<Bool>> button_publisher_;  // the button's thread's, while there is one
-  std::unique_ptr<SwitchPort> button_;
+  DeviceOptions device_;
+  GpioSettings gpio_;
+  bool has_button_ = false;
+  std::unique_ptr<DeviceWatch> watch_;
+  std::mutex mutex_;  // button_ while the thread runs
+  std::condition_variable end_asked_;
+  std::unique_ptr<SwitchPort> button_;  // null: it is absent
   std::thread thread_;
   std::atomic<bool> ended_{false}, pressed_{false};
   std::shared_ptr<Subscription<Bool>> heard_;

@@ -13,13 +13,23 @@ namespace nacelle::imu {
 namespace {
 
 Result<std::unique_ptr<io::ByteStream>, Problem> open_serial(const ImuOptions& options, const Clock& clock) {
-  auto port = io::SerialPort::open({options.port, options.baudrate}, clock, options.port_timeout);
+  const io::SerialSettings settings{options.port, options.baudrate};
+  auto port = options.device.required ? io::SerialPort::open(settings, clock, options.port_timeout)
+                                      : io::SerialPort::open_or_await(settings, clock);
   if (!port) return err(std::move(port).error());
   return std::unique_ptr<io::ByteStream>{std::move(port).value()};
 }
 
+Duration period_of(const ImuOptions& options) { return from_seconds(1.0 / options.rate_hz); }
+
+/// How long configure waits for a sample of a device that is there. A slow one may need more than the limit for its first.
+Duration patience_of(const ImuOptions& options) {
+  return options.device.required ? Duration{options.silence_limit + 2 * period_of(options)}
+                                 : silence_of(period_of(options));
+}
+
 Problem no_sample(const ImuOptions& options, const ImuCounters& counters) {
-  const double seconds = to_seconds(options.silence_limit);
+  const double seconds = to_seconds(patience_of(options));
   if (counters.line.bytes == 0) {
     return {options.port, fmt::format("nothing came in {:.1f} s", seconds),
             "is the IMU connected, and is this its line?"};
@@ -57,38 +67,41 @@ CallbackReturn ImuComponent::on_configure(const State&) {
   auto line = open_line_(options_, get_clock());
   if (!line) return refuse(line.error());
   line_ = std::move(line).value();
-  if (const auto set_up = set_up_device(); !set_up) {
+  const bool is_there = !line_->is_away();
+  if (const auto set_up = is_there ? set_up_device() : Result<void, io::StreamFault>{}; !set_up) {
     close();
-    return refuse(set_up.error());
+    return refuse(Problem{options_.port, fmt::format("the IMU cannot be set up: {}", io::explain(set_up.error())),
+                          "is it connected?"});
   }
   calibrated_ = !options_.calibrate_gyro;
-  stream_ = std::make_unique<ImuStream>(
-      options_, get_clock(), publishers_, get_logger(),
-      [this](std::string code, std::string text) { fault(std::move(code), std::move(text)); });
+  watch_ = std::make_unique<DeviceWatch>(
+      *this, options_.device,
+      DeviceWatch::Settings{options_.port, silence_of(period_of(options_)), "IMU_SILENT", options_.silence_limit},
+      get_clock().now());
+  stream_ = std::make_unique<ImuStream>(options_, get_clock(), publishers_, get_logger(), *watch_);
+  if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
   // A look at the line a few times per limit is enough to tell silence in time.
   const Duration look = std::min<Duration>(options_.silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
       *line_, get_clock(), *stream_,
-      io::ReaderThread::Options{.name = "imu_rx", .silence = look, .on_exception = [this](const std::string& text) {
-                                  fault("READER_ENDED", text);
-                                }});
-  // A slow device may need more than the limit for its first samples.
-  if (!stream_->wait_for_sample(options_.silence_limit + 2 * from_seconds(1.0 / options_.rate_hz))) {
-    const Problem problem = no_sample(options_, stream_->counters());
-    close();
-    return refuse(problem);
-  }
-  return CallbackReturn::SUCCESS;
+      io::ReaderThread::Options{.name = "imu_rx",
+                                .silence = look,
+                                .set_up = [this] { return set_up_device(); },
+                                .on_exception = [this](const std::string& text) { fault("READER_ENDED", text); }});
+  if (!is_there || stream_->wait_for_sample(patience_of(options_))) return CallbackReturn::SUCCESS;
+  // Bytes that are no samples come from another device, or at another speed: no wait mends that.
+  const ImuCounters counters = stream_->counters();
+  if (!options_.device.required && counters.line.bytes == 0) return CallbackReturn::SUCCESS;
+  const Problem problem = no_sample(options_, counters);
+  close();
+  return refuse(problem);
 }
 
-Result<void, Problem> ImuComponent::set_up_device() {
+Result<void, io::StreamFault> ImuComponent::set_up_device() {
   if (!options_.configure_device) return {};
   // Not saved: the settings are given at every start, and the device's flash wears.
   for (const Wt901Command& command : {unlock_command(), mask_command(kOutputMask), *rate_command(options_.rate_hz)}) {
-    if (const auto written = line_->write(command); !written) {
-      return err(Problem{options_.port, fmt::format("the IMU cannot be set up: {}", io::explain(written.error())),
-                         "is it connected?"});
-    }
+    if (auto written = line_->write(command); !written) return written;
     if (options_.command_pause > Duration::zero()) std::this_thread::sleep_for(options_.command_pause);
   }
   return {};
@@ -126,9 +139,13 @@ Result<void, Problem> ImuComponent::calibrate() {
 }
 
 CallbackReturn ImuComponent::on_activate(const State&) {
-  if (!calibrated_) {
-    if (const auto calibrated = calibrate(); !calibrated) return refuse(calibrated.error());
+  const bool may_be_absent = !options_.device.required && options_.device.lost == DeviceLost::Wait;
+  if (!calibrated_ && !(may_be_absent && watch_->is_lost())) {
+    // It may also go away meanwhile.
+    if (const auto calibrated = calibrate(); !calibrated && !(may_be_absent && watch_->is_lost()))
+      return refuse(calibrated.error());
   }
+  if (!calibrated_) stream_->calibrate_later();
   stream_->set_active(true);
   return CallbackReturn::SUCCESS;
 }
@@ -158,6 +175,7 @@ CallbackReturn ImuComponent::on_error(const State&) {
 void ImuComponent::close() {
   reader_.reset();
   stream_.reset();
+  watch_.reset();
   line_.reset();
 }
 

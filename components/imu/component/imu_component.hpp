@@ -15,7 +15,9 @@ namespace nacelle::imu {
 ///
 /// configure opens the line, sets the device up and waits for a sample; activate waits until the gyro's bias is
 /// known, for which the robot must stand still; the thread "imu_rx" publishes. The bias is taken off both imu topics.
-/// Errors: fault IMU_SILENT when no sample came for silence_limit; a shorter loss of the line mends itself.
+/// A device that comes back is set up again; one that was absent at activation is calibrated before its samples are published.
+/// Errors: an open fault DEVICE_LOST while the device is absent or silent (0.5 s or three periods); with device_lost: fault the
+/// fault IMU_SILENT when no sample came for silence_limit.
 class ImuComponent final : public LifecycleNode {
  public:
   /// Opens the line; tests give a scripted one.
@@ -34,7 +36,7 @@ class ImuComponent final : public LifecycleNode {
   CallbackReturn on_shutdown(const State&) override;
   CallbackReturn on_error(const State&) override;
 
-  Result<void, Problem> set_up_device();
+  Result<void, io::StreamFault> set_up_device();
   Result<void, Problem> calibrate();
   void close();
   void log_counters() const;
@@ -45,6 +47,7 @@ class ImuComponent final : public LifecycleNode {
   bool calibrated_ = false;
   // In this order: the thread ends before what it reads from and writes to.
   std::unique_ptr<io::ByteStream> line_;
+  std::unique_ptr<DeviceWatch> watch_;
   std::unique_ptr<ImuStream> stream_;
   std::unique_ptr<io::ReaderThread> reader_;
 };

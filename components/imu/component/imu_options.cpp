@@ -55,9 +55,10 @@ void declare_imu_parameters(Node& node) {
   node.declare_parameter("calibration_max_bias", defaults.calibration_max_bias,
                          within("rad/s; more means that the robot turns", 0.0, 100.0));
   node.declare_parameter("port_timeout", to_seconds(defaults.port_timeout),
-                         within("s to wait for the port to appear", 0.0, 3600.0));
+                         within("s to wait for the port to appear, with required_device", 0.0, 3600.0));
   node.declare_parameter("silence_limit", to_seconds(defaults.silence_limit),
-                         within("s without a sample that are a fault", 0.01, 3600.0));
+                         within("s without a sample that are a fault, with device_lost: fault", 0.01, 3600.0));
+  declare_device_parameters(node);
 }
 
 Result<ImuOptions, Problem> read_imu_parameters(const Node& node) {
@@ -97,6 +98,9 @@ Result<ImuOptions, Problem> read_imu_parameters(const Node& node) {
   options.calibration_max_bias = node.get<double>("calibration_max_bias");
   options.port_timeout = from_seconds(node.get<double>("port_timeout"));
   options.silence_limit = from_seconds(node.get<double>("silence_limit"));
+  auto device = read_device_parameters(node);
+  if (!device) return err(device.error());
+  options.device = *device;
   return options;
 }
 

@@ -8,6 +8,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/node.hpp"
 
 namespace nacelle::imu {
@@ -29,8 +30,9 @@ struct ImuOptions {
   std::size_t calibration_samples = 100;
   double calibration_max_stddev = 0.01;  ///< rad/s; more scatter means that the robot moves.
   double calibration_max_bias = 0.1;     ///< rad/s; more means that it turns evenly.
-  Duration port_timeout = 2s;            ///< How long configure waits for the port to appear.
-  Duration silence_limit = 1s;           ///< No sample for this long is a fault. Must be positive.
+  DeviceOptions device{};
+  Duration port_timeout = 2s;   ///< With required_device: how long configure waits for the port to appear.
+  Duration silence_limit = 1s;  ///< With device_lost: fault, no sample for this long is one. Must be positive.
 };
 
 /// The frames that this component asks for and waits for: acceleration, angular velocity, angles, field, quaternion.

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "nacelle/io/serial_port.hpp"
 
 namespace nacelle::imu {
@@ -25,14 +27,14 @@ void set_vector(XYZ& target, const Vector3& source) {
 }  // namespace
 
 ImuStream::ImuStream(const ImuOptions& options, const Clock& clock, ImuPublishers publishers, const Logger& logger,
-                     OnLost on_lost)
+                     DeviceWatch& watch)
     : options_(options),
       clock_(clock),
       byte_time_(io::byte_time(options.baudrate)),
       period_(from_seconds(1.0 / options.rate_hz)),
       publishers_(std::move(publishers)),
       logger_(logger),
-      on_lost_(std::move(on_lost)),
+      watch_(watch),
       assembler_(kOutputMask, options.magnetic_field_scale),
       last_sample_(clock.now()),
       calibration_(options.calibration_samples, options.calibration_max_stddev, options.calibration_max_bias) {}
@@ -42,8 +44,7 @@ void ImuStream::on_bytes(ByteView bytes, MonotonicTime received) {
     const auto on_line = static_cast<std::int64_t>(bytes_after + wt901_layout::kFrameBytes);
     if (!assembler_.add(frame, received - byte_time_ * on_line)) return;
     last_sample_ = received;
-    lost_ = false;
-    on_sample();
+    on_sample(received);
   });
   {
     const std::lock_guard lock{mutex_};
@@ -54,24 +55,35 @@ void ImuStream::on_bytes(ByteView bytes, MonotonicTime received) {
   watch_silence(received);
 }
 
-void ImuStream::on_sample() {
+void ImuStream::on_sample(MonotonicTime received) {
   Sample sample = assembler_.sample();
   sample.captured = arrival_.settle(sample.captured, period_);
   Vector3 bias_rps{};
+  if (!calibrate(sample, bias_rps)) return;
+  watch_.heard(received);
+  if (active_.load(std::memory_order_relaxed)) publish(sample, bias_rps);
+}
+
+bool ImuStream::calibrate(const Sample& sample, Vector3& bias_rps) {
+  bool moves = false;
   {
     const std::lock_guard lock{mutex_};
     if (options_.calibrate_gyro && !calibration_.is_full()) {
       calibration_.add(sample.angular_velocity_rps);
       if (const auto result = calibration_.result(); result) {
+        if (std::exchange(waits_for_calibration_, false)) bias_rps_ = result->mean_rps;
         progress_.notify_all();
       } else if (calibration_.is_full()) {
         last_fault_ = result.error();
         calibration_.restart();
+        moves = waits_for_calibration_;
       }
     }
     bias_rps = bias_rps_;
+    if (!waits_for_calibration_) return true;
   }
-  if (active_.load(std::memory_order_relaxed)) publish(sample, bias_rps);
+  if (moves) watch_.lose("it is there, but the gyro cannot be calibrated: the robot moves or turns; keep it still");
+  return false;
 }
 
 void ImuStream::publish(const Sample& sample, const Vector3& bias_rps) {
@@ -116,21 +128,16 @@ void ImuStream::publish(const Sample& sample, const Vector3& bias_rps) {
 }
 
 void ImuStream::watch_silence(MonotonicTime now) {
-  if (lost_ || now - last_sample_ <= options_.silence_limit) return;
-  lost_ = true;  // said once; the next sample ends it
-  on_lost_(
-      "IMU_SILENT",
-      fmt::format(
-          "{}: no sample for {:.1f} s ({} bytes came so far, {} frames, {} samples); is the IMU connected, and is this "
-          "its line and baud rate?",
-          options_.port, to_seconds(now - last_sample_), decoder_.stats().bytes, decoder_.stats().frames,
-          assembler_.stats().samples));
+  watch_.look(now, [this] {
+    return fmt::format("{} bytes came so far, {} frames, {} samples", decoder_.stats().bytes, decoder_.stats().frames,
+                       assembler_.stats().samples);
+  });
 }
 
 void ImuStream::on_silence(MonotonicTime now) { watch_silence(now); }
 
 void ImuStream::on_break(io::StreamFault fault, MonotonicTime) {
-  logger_.warn("{}: {}; trying to open it again", options_.port, io::explain(fault));
+  watch_.lose(std::string(io::explain(fault)));
   decoder_.restart();
   assembler_.restart();
   arrival_.restart();
@@ -149,6 +156,13 @@ Result<GyroBias, CalibrationFault> ImuStream::take_calibration(Duration limit) {
   const auto result = calibration_.result();
   if (result) bias_rps_ = result->mean_rps;
   return result;
+}
+
+void ImuStream::calibrate_later() {
+  const std::lock_guard lock{mutex_};
+  const auto result = calibration_.result();
+  waits_for_calibration_ = !result;
+  if (result) bias_rps_ = result->mean_rps;
 }
 
 ImuCounters ImuStream::counters() const {

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "imu/protocol/wt901_decoder.hpp"
 #include "nacelle/io/arrival_filter.hpp"
 #include "nacelle/io/reader_thread.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "sensor_msgs/msg/imu.hpp"
 #include "sensor_msgs/msg/magnetic_field.hpp"
 
@@ -40,15 +40,14 @@ struct ImuCounters {
 /// Allocates: nothing once the publishers' messages have their size.
 class ImuStream final : public io::ByteSink {
  public:
-  /// Told once when no sample came for the silence limit: code and text of the fault.
-  using OnLost = std::function<void(std::string code, std::string text)>;
-
   ImuStream(const ImuOptions& options, const Clock& clock, ImuPublishers publishers, const Logger& logger,
-            OnLost on_lost);
+            DeviceWatch& watch);
 
   void on_bytes(ByteView bytes, MonotonicTime received) override;
   void on_silence(MonotonicTime now) override;
   void on_break(io::StreamFault fault, MonotonicTime now) override;
+  void on_refusal(io::StreamFault fault) override { watch_.lose(std::string(io::explain(fault))); }
+  [[nodiscard]] bool hears() const override { return clock_.now() - last_sample_ <= silence_of(period_); }
   void on_return(MonotonicTime now) override;
 
   // The rest from any thread but the reading one.
@@ -60,10 +59,14 @@ class ImuStream final : public io::ByteSink {
   /// Waits for a calibration at rest and takes its result. A robot that moves begins a new one again and again, so
   /// the first moment of rest that is long enough counts. Errors: what was wrong with the last one before the limit.
   [[nodiscard]] Result<GyroBias, CalibrationFault> take_calibration(Duration limit);
+  /// The device is absent: what it sends later is published after a calibration at rest, and its open fault lasts until then.
+  void calibrate_later();
   [[nodiscard]] ImuCounters counters() const;
 
  private:
-  void on_sample();
+  void on_sample(MonotonicTime received);
+  /// Adds to the calibration. Returns whether samples may be published.
+  bool calibrate(const Sample& sample, Vector3& bias_rps);
   void publish(const Sample& sample, const Vector3& bias_rps);
   void watch_silence(MonotonicTime now);
 
@@ -72,13 +75,12 @@ class ImuStream final : public io::ByteSink {
   const Duration byte_time_, period_;
   ImuPublishers publishers_;
   const Logger& logger_;
-  OnLost on_lost_;
+  DeviceWatch& watch_;
 
   Wt901Decoder decoder_;
   SampleAssembler assembler_;
   io::ArrivalFilter arrival_;
   MonotonicTime last_sample_;
-  bool lost_ = false;
   std::uint64_t published_ = 0;
   std::atomic<bool> active_{false};
 
@@ -88,6 +90,7 @@ class ImuStream final : public io::ByteSink {
   GyroCalibration calibration_;
   CalibrationFault last_fault_ = CalibrationFault::TooFewSamples;
   Vector3 bias_rps_{};
+  bool waits_for_calibration_ = false;
 };
 
 }  // namespace nacelle::imu

@@ -9,7 +9,12 @@
 namespace nacelle::io {
 
 ReaderThread::ReaderThread(ByteStream& stream, const Clock& clock, ByteSink& sink, Options options)
-    : stream_(stream), clock_(clock), sink_(sink), options_(std::move(options)), thread_([this] { run(); }) {}
+    : stream_(stream),
+      clock_(clock),
+      sink_(sink),
+      options_(std::move(options)),
+      backoff_(options_.first_pause, options_.longest_pause),
+      thread_([this] { run(); }) {}
 
 void ReaderThread::stop() {
   {
@@ -32,16 +37,31 @@ bool ReaderThread::pause(Duration length) {
 }
 
 bool ReaderThread::bring_back() {
-  for (Duration wait = options_.first_pause;; wait = std::min(2 * wait, options_.longest_pause)) {
+  for (;;) {
     // In pieces: a sink that watches for silence wants to hear of this one, too.
-    for (Duration left = wait; left > Duration::zero(); left -= options_.silence) {
+    for (Duration left = backoff_.next(); left > Duration::zero(); left -= options_.silence) {
       if (!pause(std::min(left, options_.silence))) return false;
       ++stats_.lock()->silences;
       sink_.on_silence(clock_.now());
     }
     if (stopping()) return false;
-    if (stream_.reopen()) return true;
+    const auto opened = reopen();
+    next_set_up_ = clock_.now() + options_.longest_pause;
+    if (opened) return true;
+    sink_.on_refusal(opened.error());
   }
+}
+
+Result<void, StreamFault> ReaderThread::reopen() {
+  if (auto opened = stream_.reopen(); !opened) return opened;
+  return options_.set_up ? options_.set_up() : Result<void, StreamFault>{};
+}
+
+// Power that went and came behind an adapter that stayed: the line never broke, but the device forgot what it was told.
+void ReaderThread::set_up_again(MonotonicTime now) {
+  if (!options_.set_up || sink_.hears() || now < next_set_up_) return;
+  static_cast<void>(options_.set_up());  // a line that breaks says so at the next read
+  next_set_up_ = clock_.now() + backoff_.next();
 }
 
 void ReaderThread::run() {
@@ -69,6 +89,7 @@ void ReaderThread::read() {
       if (stopping()) return;
       ++stats_.lock()->silences;
       sink_.on_silence(now);
+      set_up_again(now);
     } else {
       {
         auto stats = stats_.lock();
@@ -76,6 +97,8 @@ void ReaderThread::read() {
         ++stats->chunks;
       }
       sink_.on_bytes(*bytes, now);
+      if (sink_.hears()) backoff_.reset();
+      set_up_again(now);
     }
   }
 }

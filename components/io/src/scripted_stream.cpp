@@ -66,7 +66,19 @@ Result<void, StreamFault> ScriptedStream::reopen() {
     return err(StreamFault::NotFound);
   }
   broken_.reset();
+  away_ = false;
   return {};
+}
+
+bool ScriptedStream::is_away() const noexcept {
+  const std::lock_guard lock{mutex_};
+  return away_;
+}
+
+void ScriptedStream::start_away() {
+  const std::lock_guard lock{mutex_};
+  away_ = true;
+  broken_ = StreamFault::NotFound;
 }
 
 void ScriptedStream::append(Step step) {

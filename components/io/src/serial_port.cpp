@@ -124,7 +124,20 @@ Result<std::unique_ptr<SerialPort>, Problem> SerialPort::open(const SerialSettin
   }
 }
 
+Result<std::unique_ptr<SerialPort>, Problem> SerialPort::open_or_await(const SerialSettings& settings,
+                                                                       const Clock& clock) {
+  if (!is_standard_baud(settings.baud)) return open(settings, clock);  // which says so
+  auto line = open_line(settings);
+  if (line) return std::unique_ptr<SerialPort>{new SerialPort{settings, clock, std::move(line).value()}};
+  Descriptor reserved{is_missing(line.error()) ? ::open("/dev/null", O_RDWR | O_CLOEXEC) : -1};
+  if (!reserved.is_open()) return err(explain(settings, line.error(), {}));
+  std::unique_ptr<SerialPort> port{new SerialPort{settings, clock, std::move(reserved)}};
+  port->away_ = true;
+  return port;
+}
+
 Result<ByteView, StreamFault> SerialPort::read_until(MonotonicTime deadline) {
+  if (is_away()) return err(StreamFault::NotFound);
   for (;;) {
     switch (wait_readable(line_.number(), bell_, clock_, deadline)) {
       case Wake::TimedOut:
@@ -141,6 +154,7 @@ Result<ByteView, StreamFault> SerialPort::read_until(MonotonicTime deadline) {
 }
 
 Result<void, StreamFault> SerialPort::write(ByteView bytes) {
+  if (is_away()) return err(StreamFault::NotFound);
   while (!bytes.empty()) {
     const ssize_t count = ::write(line_.number(), bytes.data(), bytes.size());
     if (count > 0) {
@@ -166,6 +180,7 @@ Result<void, StreamFault> SerialPort::reopen() {
   auto fresh = open_line(settings_);
   if (!fresh) return err(is_missing(fresh.error()) ? StreamFault::NotFound : StreamFault::NotUsable);
   if (::dup3(fresh.value().number(), line_.number(), O_CLOEXEC) < 0) return err(StreamFault::NotUsable);
+  away_ = false;
   return {};
 }
 

@@ -10,13 +10,22 @@ namespace nacelle::lidar {
 namespace {
 
 Result<std::unique_ptr<io::ByteStream>, Problem> open_serial(const LidarOptions& options, const Clock& clock) {
-  auto port = io::SerialPort::open({options.port_name, options.port_baudrate}, clock, options.port_timeout);
+  const io::SerialSettings settings{options.port_name, options.port_baudrate};
+  auto port = options.device.required ? io::SerialPort::open(settings, clock, options.port_timeout)
+                                      : io::SerialPort::open_or_await(settings, clock);
   if (!port) return err(std::move(port).error());
   return std::unique_ptr<io::ByteStream>{std::move(port).value()};
 }
 
+constexpr Duration kTurn = 100ms;  // an LD06 turns at 10 Hz
+
+/// How long configure waits for a frame of a device that is there.
+Duration patience_of(const LidarOptions& options) {
+  return options.device.required ? options.silence_limit : silence_of(kTurn);
+}
+
 Problem no_frame(const LidarOptions& options, const LidarCounters& counters) {
-  const double seconds = to_seconds(options.silence_limit);
+  const double seconds = to_seconds(patience_of(options));
   if (counters.line.bytes == 0) {
     return {options.port_name, fmt::format("nothing came in {:.1f} s", seconds),
             "is the LiDAR powered and turning, and is this its line?"};
@@ -45,9 +54,13 @@ CallbackReturn LidarComponent::on_configure(const State&) {
   auto line = open_line_(*options, get_clock());
   if (!line) return refuse(line.error());
   line_ = std::move(line).value();
-  stream_ = std::make_unique<ScanStream>(
-      *options, get_clock(), publisher_, get_logger(),
-      [this](std::string code, std::string text) { fault(std::move(code), std::move(text)); });
+  watch_ = std::make_unique<DeviceWatch>(
+      *this, options->device,
+      DeviceWatch::Settings{options->port_name, silence_of(kTurn), "LIDAR_SILENT", options->silence_limit},
+      get_clock().now());
+  stream_ = std::make_unique<ScanStream>(*options, get_clock(), publisher_, get_logger(), *watch_);
+  const bool is_there = !line_->is_away();
+  if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
   // A look at the line a few times per limit is enough to tell silence in time.
   const Duration look = std::min<Duration>(options->silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
@@ -55,12 +68,13 @@ CallbackReturn LidarComponent::on_configure(const State&) {
       io::ReaderThread::Options{.name = "lidar_rx", .silence = look, .on_exception = [this](const std::string& text) {
                                   fault("READER_ENDED", text);
                                 }});
-  if (!stream_->wait_for_frame(options->silence_limit)) {
-    const Problem problem = no_frame(*options, stream_->counters());
-    close();
-    return refuse(problem);
-  }
-  return CallbackReturn::SUCCESS;
+  if (!is_there || stream_->wait_for_frame(patience_of(*options))) return CallbackReturn::SUCCESS;
+  // Bytes that are no frames come from another device, or at another speed: no wait mends that.
+  const LidarCounters counters = stream_->counters();
+  if (!options->device.required && counters.line.bytes == 0) return CallbackReturn::SUCCESS;
+  const Problem problem = no_frame(*options, counters);
+  close();
+  return refuse(problem);
 }
 
 CallbackReturn LidarComponent::on_activate(const State&) {
@@ -93,6 +107,7 @@ CallbackReturn LidarComponent::on_error(const State&) {
 void LidarComponent::close() {
   reader_.reset();
   stream_.reset();
+  watch_.reset();
   line_.reset();
 }
 

@@ -14,8 +14,9 @@ namespace nacelle::lidar {
 /// Every scan is one full turn of `scan_points` rays: angle_min 0 (the device's front mark, the x axis of frame_id),
 /// angle_increment 2 * pi / scan_points, counter-clockwise. Stamp: when the turn's first beam (ray 0) was measured. The
 /// device turns clockwise, so ray i was measured at stamp + ((scan_points - i) mod scan_points) * time_increment.
-/// configure opens the line and waits for a frame; activate lets scans out; the thread "lidar_rx" publishes them.
-/// Errors: fault LIDAR_SILENT when no frame came for silence_limit; a shorter loss of the line mends itself.
+/// configure opens the line, if it is there, and waits for a frame; activate lets scans out; the thread "lidar_rx" publishes them.
+/// Errors: an open fault DEVICE_LOST while the device is absent or silent (0.5 s); with device_lost: fault the fault LIDAR_SILENT
+/// when no frame came for silence_limit.
 class LidarComponent final : public LifecycleNode {
  public:
   /// Opens the line; tests give a scripted one.
@@ -41,6 +42,7 @@ class LidarComponent final : public LifecycleNode {
   std::shared_ptr<Publisher<sensor_msgs::msg::LaserScan>> publisher_;
   // In this order: the thread ends before what it reads from and writes to.
   std::unique_ptr<io::ByteStream> line_;
+  std::unique_ptr<DeviceWatch> watch_;
   std::unique_ptr<ScanStream> stream_;
   std::unique_ptr<io::ReaderThread> reader_;
 };

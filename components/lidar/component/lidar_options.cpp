@@ -49,9 +49,10 @@ void declare_lidar_parameters(Node& node) {
                          ParameterDescriptor{.description = "rays of every scan; 450 is one turn at 10 Hz",
                                              .integer_range = IntegerRange{1, 36000}});
   node.declare_parameter("port_timeout", to_seconds(defaults.port_timeout),
-                         within("s to wait for the port to appear", 0.0, 3600.0));
+                         within("s to wait for the port to appear, with required_device", 0.0, 3600.0));
   node.declare_parameter("silence_limit", to_seconds(defaults.silence_limit),
-                         within("s without a frame that are a fault", 0.01, 3600.0));
+                         within("s without a frame that are a fault, with device_lost: fault", 0.01, 3600.0));
+  declare_device_parameters(node);
 }
 
 Result<LidarOptions, Problem> read_lidar_parameters(const Node& node) {
@@ -96,6 +97,9 @@ Result<LidarOptions, Problem> read_lidar_parameters(const Node& node) {
   options.scan.points = static_cast<std::size_t>(node.get<std::int64_t>("scan_points"));
   options.port_timeout = from_seconds(node.get<double>("port_timeout"));
   options.silence_limit = from_seconds(node.get<double>("silence_limit"));
+  auto device = read_device_parameters(node);
+  if (!device) return err(device.error());
+  options.device = *device;
   return options;
 }
 

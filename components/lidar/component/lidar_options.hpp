@@ -7,6 +7,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/node.hpp"
 
 namespace nacelle::lidar {
@@ -19,8 +20,9 @@ struct LidarOptions {
   std::string topic_name = "scan";
   std::string product_name = "LDLiDAR_LD06";
   ScanOptions scan{};
-  Duration port_timeout = 2s;   ///< How long configure waits for the port to appear.
-  Duration silence_limit = 2s;  ///< No frame for this long is a fault. Must be positive.
+  DeviceOptions device{};
+  Duration port_timeout = 2s;   ///< With required_device: how long configure waits for the port to appear.
+  Duration silence_limit = 2s;  ///< With device_lost: fault, no frame for this long is one. Must be positive.
 };
 
 /// Declares the parameters with their defaults and ranges. Touches no hardware.

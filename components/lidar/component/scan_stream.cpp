@@ -12,15 +12,14 @@ namespace nacelle::lidar {
 
 ScanStream::ScanStream(const LidarOptions& options, const Clock& clock,
                        std::shared_ptr<Publisher<sensor_msgs::msg::LaserScan>> publisher, const Logger& logger,
-                       OnLost on_lost)
+                       DeviceWatch& watch)
     : options_(options),
       clock_(clock),
       byte_time_(io::byte_time(options.port_baudrate)),
       publisher_(std::move(publisher)),
       logger_(logger),
-      on_lost_(std::move(on_lost)),
-      assembler_(options.scan),
-      last_frame_(clock.now()) {}
+      watch_(watch),
+      assembler_(options.scan) {}
 
 void ScanStream::on_bytes(ByteView bytes, MonotonicTime received) {
   decoder_.feed(bytes, [&](const Ld06Frame& frame, std::size_t bytes_after) {
@@ -32,8 +31,7 @@ void ScanStream::on_bytes(ByteView bytes, MonotonicTime received) {
     const Duration step = frame.speed_dps == 0 ? Duration{} : from_seconds(turned_cdeg / 100.0 / frame.speed_dps);
     const MonotonicTime last_point = arrival_.settle(received - byte_time_ * on_line, step);
     assembler_.add(frame, last_point, [this](const Scan& scan) { publish(scan); });
-    last_frame_ = received;
-    lost_ = false;
+    watch_.heard(received);
   });
   {
     const std::lock_guard lock{mutex_};
@@ -70,21 +68,17 @@ void ScanStream::publish(const Scan& scan) {
 }
 
 void ScanStream::watch_silence(MonotonicTime now) {
-  if (lost_ || now - last_frame_ <= options_.silence_limit) return;
-  lost_ = true;  // said once; the next frame ends it
-  on_lost_(
-      "LIDAR_SILENT",
-      fmt::format(
-          "{}: no frame for {:.1f} s ({} bytes came so far, {} frames, {} bad checksums); is the LiDAR powered and "
-          "turning, and is this its line?",
-          options_.port_name, to_seconds(now - last_frame_), decoder_.stats().bytes, decoder_.stats().frames,
-          decoder_.stats().bad_checksums));
+  watch_.look(now, [this] {
+    const auto& line = decoder_.stats();
+    return fmt::format("{} bytes came so far, {} frames, {} bad checksums", line.bytes, line.frames,
+                       line.bad_checksums);
+  });
 }
 
 void ScanStream::on_silence(MonotonicTime now) { watch_silence(now); }
 
 void ScanStream::on_break(io::StreamFault fault, MonotonicTime) {
-  logger_.warn("{}: {}; trying to open it again", options_.port_name, io::explain(fault));
+  watch_.lose(std::string(io::explain(fault)));
   decoder_.restart();
   assembler_.restart();
   arrival_.restart();

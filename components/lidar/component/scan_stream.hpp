@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -12,6 +11,7 @@
 #include "lidar/protocol/ld06_decoder.hpp"
 #include "nacelle/io/arrival_filter.hpp"
 #include "nacelle/io/reader_thread.hpp"
+#include "nacelle/node/device_watch.hpp"
 #include "sensor_msgs/msg/laser_scan.hpp"
 
 namespace nacelle::lidar {
@@ -30,15 +30,14 @@ struct LidarCounters {
 /// Allocates: nothing once the publisher's messages have their size.
 class ScanStream final : public io::ByteSink {
  public:
-  /// Told once when no frame came for the silence limit: code and text of the fault.
-  using OnLost = std::function<void(std::string code, std::string text)>;
-
   ScanStream(const LidarOptions& options, const Clock& clock,
-             std::shared_ptr<Publisher<sensor_msgs::msg::LaserScan>> publisher, const Logger& logger, OnLost on_lost);
+             std::shared_ptr<Publisher<sensor_msgs::msg::LaserScan>> publisher, const Logger& logger,
+             DeviceWatch& watch);
 
   void on_bytes(ByteView bytes, MonotonicTime received) override;
   void on_silence(MonotonicTime now) override;
   void on_break(io::StreamFault fault, MonotonicTime now) override;
+  void on_refusal(io::StreamFault fault) override { watch_.lose(std::string(io::explain(fault))); }
   void on_return(MonotonicTime now) override;
 
   /// Scans leave only while it is set. Threads: any.
@@ -57,14 +56,12 @@ class ScanStream final : public io::ByteSink {
   const Duration byte_time_;
   std::shared_ptr<Publisher<sensor_msgs::msg::LaserScan>> publisher_;
   const Logger& logger_;
-  OnLost on_lost_;
+  DeviceWatch& watch_;
 
   Ld06Decoder decoder_;
   io::ArrivalFilter arrival_;
   ScanAssembler assembler_;
   double last_angle_cdeg_ = -1.0;
-  MonotonicTime last_frame_;
-  bool lost_ = false;
   std::uint64_t published_ = 0;
   std::atomic<bool> active_{false};
 

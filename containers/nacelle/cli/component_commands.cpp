@@ -53,6 +53,8 @@ int list(const ComponentWish& wish) {
       if (wish.details) std::printf("  %s", text_of(row, "plugin").c_str());
       if (row.contains("fault"))
         std::printf("  faulted: %s: %s", text_of(row["fault"], "code").c_str(), text_of(row["fault"], "text").c_str());
+      for (const auto& fault : row.value("open_faults", json::array()))
+        std::printf("  open fault: %s: %s", text_of(fault, "code").c_str(), text_of(fault, "text").c_str());
       std::printf("\n");
     }
     for (const auto& image : reply["kept_images"]) {

@@ -71,6 +71,8 @@ void print_own(const json& reply) {
   if (reply.contains("fault"))
     std::printf("  faulted: %s: %s\n", text_of(reply["fault"], "code").c_str(),
                 text_of(reply["fault"], "text").c_str());
+  for (const auto& fault : reply.value("open_faults", json::array()))
+    std::printf("  open fault: %s: %s\n", text_of(fault, "code").c_str(), text_of(fault, "text").c_str());
   std::printf("  faults so far: %zu\n", reply["faults"].size());
 }
 

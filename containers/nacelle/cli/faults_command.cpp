@@ -36,6 +36,14 @@ std::string where_of(const json& event) {
   return callback.empty() ? "" : "  (in " + callback + ")";
 }
 
+std::string how_it_ended(const json& event) {
+  if (!event.contains("open")) return "";
+  if (event["open"].get<bool>()) return "  (lasts)";
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "  (over after %.1f s)", event["lasted_s"].get<double>());
+  return text.data();
+}
+
 void show(const json& reply) {
   if (!reply["robot_stopped_by"].is_null())
     std::printf("the robot was stopped by %s\n", reply["robot_stopped_by"].get<std::string>().c_str());
@@ -44,13 +52,21 @@ void show(const json& reply) {
   bool any = false;
   for (const auto& row : reply["components"]) {
     const bool faulted = row.contains("fault");
-    any = any || faulted;
+    const json open_faults = row.value("open_faults", json::array());
+    any = any || faulted || !open_faults.empty();
     std::printf("%s  %s%s", row["node"].get<std::string>().c_str(), row["state"].get<std::string>().c_str(),
                 faulted ? "  faulted: " : "");
     if (faulted) {
       std::printf("%s: %s%s", row["fault"]["code"].get<std::string>().c_str(),
                   row["fault"]["text"].get<std::string>().c_str(),
                   row.contains("last") ? where_of(row["last"]).c_str() : "");
+    }
+    for (const auto& fault : open_faults)
+      std::printf("  open fault: %s: %s", fault["code"].get<std::string>().c_str(),
+                  fault["text"].get<std::string>().c_str());
+    if (!faulted && !open_faults.empty()) {
+      std::printf("\n  it mends this itself; on_fault is not applied\n");
+      continue;
     }
     std::printf("\n  on_fault: %s", row["policy"].get<std::string>().c_str());
     if (row["policy"] == "restart")
@@ -62,9 +78,9 @@ void show(const json& reply) {
   if (reply["history"].empty()) return;
   std::printf("what happened:\n");
   for (const auto& event : reply["history"]) {
-    std::printf("  %s  %s  %s: %s%s\n", clock_time(event["time_ns"].get<std::int64_t>()).c_str(),
+    std::printf("  %s  %s  %s: %s%s%s\n", clock_time(event["time_ns"].get<std::int64_t>()).c_str(),
                 event["node"].get<std::string>().c_str(), event["code"].get<std::string>().c_str(),
-                event["text"].get<std::string>().c_str(), where_of(event).c_str());
+                event["text"].get<std::string>().c_str(), where_of(event).c_str(), how_it_ended(event).c_str());
   }
 }
 

@@ -225,13 +225,18 @@ class Run {
     return {};
   }
 
+  [[nodiscard]] static bool has_fault(const nlohmann::json& node) {
+    return node.contains("fault") || node.contains("open_faults");
+  }
   [[nodiscard]] static Problem fault_of(const nlohmann::json& node) {
-    return {"component " + node["name"].get<std::string>(), "is faulted: " + node["fault"].get<std::string>(), ""};
+    const std::string where = "component " + node["name"].get<std::string>();
+    if (node.contains("fault")) return {where, "is faulted: " + node["fault"].get<std::string>(), ""};
+    return {where, "has an open fault: " + node["open_faults"].front().get<std::string>(), ""};
   }
 
   [[nodiscard]] Result<void, Problem> check_faults() const {
     for (const auto& node : stats_["nodes"]) {
-      if (node.contains("fault")) return err(fault_of(node));
+      if (has_fault(node)) return err(fault_of(node));
     }
     return check_runs();
   }
@@ -240,7 +245,7 @@ class Run {
   void tell_faults() {
     std::set<std::string> faults;
     for (const auto& node : stats_["nodes"]) {
-      if (!node.contains("fault")) continue;
+      if (!has_fault(node)) continue;
       const std::string text = fault_of(node).text();
       faults.insert(text);
       if (faults_told_.contains(text)) continue;

@@ -20,6 +20,16 @@ Problem interrupted(const StopSignal& stop) {
   return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
 }
 
+/// "/lidar (DEVICE_LOST: ...), /imu (...)"
+std::string open_faults_of(const std::vector<runtime::ComponentInfo>& components) {
+  std::vector<std::string> rows;
+  for (const auto& info : components) {
+    for (const auto& fault : info.open_faults)
+      rows.push_back(fmt::format("{} ({}: {})", info.node, fault.code, fault.text));
+  }
+  return join(rows);
+}
+
 }  // namespace
 
 Result<void, Problem> Session::bring_up() {
@@ -173,6 +183,8 @@ Result<void, Problem> Session::activate() {
     say(fmt::format("{} component{} active in {:.0f} ms{}{}", count, count == 1 ? "" : "s",
                     to_milliseconds(report_.bringup), count == 0 ? "" : ":", names));
     if (const std::string network = network_->line(); !network.empty()) say(network);
+    if (const std::string open = open_faults_of(container_->list()); !open.empty())
+      say("nacelle: not there yet: " + open + "; each comes in by itself, `nacelle faults` shows them");
     return {};
   }
   if (stop_.is_raised()) return err(interrupted(stop_));

@@ -19,19 +19,20 @@ DiagnosticStatus status_of(const runtime::ComponentInfo& info, const std::vector
   DiagnosticStatus status;
   status.name = info.node;
   status.hardware_id = info.plugin;
-  if (info.fault.code.empty()) {
+  if (info.fault.code.empty() && info.open_faults.empty()) {
     status.level = DiagnosticStatus::OK;
     status.message = nacelle::to_text(info.state);
     return status;
   }
   status.level = DiagnosticStatus::ERROR;
-  status.message = info.fault.code + ": " + info.fault.text;
+  const FaultReason& fault = info.fault.code.empty() ? info.open_faults.front() : info.fault;
+  status.message = fault.code + ": " + fault.text;
   const auto add = [&](const char* key, std::string value) {
     status.values.emplace_back();
     status.values.back().key = key;
     status.values.back().value = std::move(value);
   };
-  add("code", info.fault.code);
+  add("code", fault.code);
   add("state", nacelle::to_text(info.state));
   std::size_t count = 0;
   for (const auto& event : history) count += event.node == info.node ? 1U : 0U;
@@ -118,8 +119,9 @@ bool FaultTopics::publish_diagnostics(const std::vector<runtime::ComponentInfo>&
   std::vector<const runtime::ComponentInfo*> told;
   for (const auto& info : components) {
     const bool was = std::ranges::find(were_faulted_, info.node) != were_faulted_.end();
-    if (!info.fault.code.empty()) faulted.push_back(info.node);
-    if (was || !info.fault.code.empty()) told.push_back(&info);
+    const bool is_faulted = !info.fault.code.empty() || !info.open_faults.empty();
+    if (is_faulted) faulted.push_back(info.node);
+    if (was || is_faulted) told.push_back(&info);
   }
   were_faulted_ = std::move(faulted);
   if (told.empty()) return false;

@@ -22,7 +22,7 @@ class FaultTopics {
   /// Makes the topic of a managed node that has none, and takes away those of nodes that are gone.
   void follow(const std::vector<runtime::ComponentInfo>& components);
   void publish(const runtime::StateChange& change);
-  /// Error for each faulted component, and once more OK for one that is well again. Returns whether one is faulted.
+  /// Error for each component that is faulted or has an open fault, and once more OK for one that is well again. Returns whether one is faulted.
   bool publish_diagnostics(const std::vector<runtime::ComponentInfo>& components);
 
  private:

@@ -141,6 +141,8 @@ json component_info(Session& session, const json& request) {
   reply["library"] = info.library;
   reply["state_id"] = static_cast<int>(info.state);
   if (!info.fault.code.empty()) reply["fault"] = {{"code", info.fault.code}, {"text", info.fault.text}};
+  for (const auto& fault : info.open_faults)
+    reply["open_faults"].push_back({{"code", fault.code}, {"text", fault.text}});
   reply["faults"] = faults_of(session, info.node);
   reply["actuator"] = info.actuator;
   reply["callbacks"] = callbacks_of(session, info.node);

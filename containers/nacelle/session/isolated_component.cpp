@@ -141,6 +141,10 @@ void IsolatedComponent::on_note(const std::string& note) {
       tell_fault(faulted, said.value("callback", ""));
       return;
     }
+    if (said.contains("open_fault")) {
+      lock.unlock();
+      return on_open_fault(said["open_fault"]);
+    }
     if (said.contains("state")) {
       const json& change = said["state"];
       info_.state = static_cast<StateId>(change.at(2).get<std::uint8_t>());
@@ -158,6 +162,23 @@ void IsolatedComponent::on_note(const std::string& note) {
   } catch (const std::exception& e) {
     Logger{"session"}.error("the process of {} said something unknown: {}", plan_.full_name(), e.what());
   }
+}
+
+void IsolatedComponent::on_open_fault(const json& told) {
+  runtime::FaultEvent event{0,
+                            told.at("node").get<std::string>(),
+                            told.at("code").get<std::string>(),
+                            told.at("text").get<std::string>(),
+                            told.at("callback").get<std::string>(),
+                            WallTime{Duration{told.at("when_ns").get<std::int64_t>()}}};
+  event.is_open_fault = true;
+  if (told.contains("lasted_ns")) event.lasted = Duration{told["lasted_ns"].get<std::int64_t>()};
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(info_.open_faults, [&](const FaultReason& fault) { return fault.code == event.code; });
+    if (!event.lasted) info_.open_faults.push_back({event.code, event.text});
+  }
+  container_.tell_open_fault(event);
 }
 
 void IsolatedComponent::on_end(const Problem& problem) {
@@ -180,6 +201,7 @@ void IsolatedComponent::on_end(const Problem& problem) {
     process_ = 0;
     info_.state = info_.managed ? StateId::Finalized : StateId::Unknown;
     info_.fault = {"PROCESS_ENDED", fmt::format("its process {}", how)};
+    info_.open_faults.clear();
     faulted = info_;
     answered_.notify_all();
   }

@@ -47,6 +47,7 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   void tell(const nlohmann::json& order);
   void on_note(const std::string& note);
   void on_end(const Problem& problem);
+  void on_open_fault(const nlohmann::json& told);
   void tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback);
   void end_process();
 

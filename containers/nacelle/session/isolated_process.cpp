@@ -63,6 +63,12 @@ class IsolatedProcess {
       link_->send_note(
           json{{"fault", info_to_json(info)}, {"callback", faults.empty() ? "" : faults.back().callback}}.dump());
     });
+    container_->on_open_fault([this](const runtime::FaultEvent& event) {
+      json told{{"node", event.node}, {"code", event.code}, {"text", event.text}, {"callback", event.callback}};
+      told["when_ns"] = event.when.nanoseconds();
+      if (event.lasted) told["lasted_ns"] = event.lasted->count();
+      link_->send_note(json{{"open_fault", std::move(told)}}.dump());
+    });
     container_->on_state([this](const runtime::StateChange& change) {
       link_->send_note(json{{"state",
                              {change.node, static_cast<unsigned>(change.from), static_cast<unsigned>(change.to),
@@ -82,6 +88,7 @@ class IsolatedProcess {
     container_->give_up_transitions_after(kLeaveLimit);
     // The component first: its last messages may still be on their way when it says goodbye.
     container_->on_fault({});
+    container_->on_open_fault({});
     for (const auto& info : container_->list()) static_cast<void>(container_->unload(info.id));
     container_->on_state({});
     const bool all_returned = container_->abandoned() == 0;

@@ -197,6 +197,8 @@ json info_to_json(const runtime::ComponentInfo& info) {
            {"library", info.library},   {"state", static_cast<unsigned>(info.state)},
            {"managed", info.managed},   {"fault", {info.fault.code, info.fault.text}},
            {"warnings", info.warnings}, {"actuator", info.actuator}};
+  row["open_faults"] = json::array();
+  for (const auto& fault : info.open_faults) row["open_faults"].push_back({fault.code, fault.text});
   if (!info.declared) return row;
   json& declared = row["declared"];
   declared = {{"unknown", info.declared->unknown_parameters},
@@ -219,6 +221,8 @@ runtime::ComponentInfo info_from_json(const json& row) {
   info.fault = {row.at("fault").at(0).get<std::string>(), row.at("fault").at(1).get<std::string>()};
   info.warnings = row.at("warnings").get<std::vector<std::string>>();
   info.actuator = row.at("actuator").get<bool>();
+  for (const auto& fault : row.at("open_faults"))
+    info.open_faults.push_back({fault.at(0).get<std::string>(), fault.at(1).get<std::string>()});
   if (!row.contains("declared")) return info;
   const json& from = row.at("declared");
   auto declared = std::make_shared<runtime::Declarations>();

@@ -133,6 +133,7 @@ void RobotService::set_nodes(const std::vector<runtime::ComponentInfo>& nodes) {
     nlohmann::ordered_json row{{"name", report::component_name(node.node)},
                                {"state", node.managed ? nacelle::to_text(node.state) : "running"}};
     if (!node.fault.code.empty()) row["fault"] = node.fault.code + ": " + node.fault.text;
+    for (const auto& fault : node.open_faults) row["open_faults"].push_back(fault.code + ": " + fault.text);
     list.push_back(std::move(row));
   }
   *nodes_json_.lock() = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);

@@ -39,8 +39,11 @@ TargetState target_from(StateId from) {
 }
 
 json to_json(const runtime::FaultEvent& event) {
-  return {{"number", event.number}, {"node", event.node},         {"code", event.code},
-          {"text", event.text},     {"callback", event.callback}, {"time_ns", event.when.nanoseconds()}};
+  json row{{"number", event.number}, {"node", event.node},         {"code", event.code},
+           {"text", event.text},     {"callback", event.callback}, {"time_ns", event.when.nanoseconds()}};
+  if (event.is_open_fault) row["open"] = !event.lasted;
+  if (event.lasted) row["lasted_s"] = to_seconds(*event.lasted);
+  return row;
 }
 
 }  // namespace
@@ -241,13 +244,15 @@ json Supervision::report() const {
   for (const auto& info : session_.container().list()) {
     const runtime::FaultHandling handling = handling_of(info);
     const auto restarts = restarts_.count_of(info.node);
-    if (info.fault.code.empty() && restarts == 0) continue;
+    if (info.fault.code.empty() && info.open_faults.empty() && restarts == 0) continue;
     json row{{"node", info.node},
              {"state", info.managed ? nacelle::to_text(info.state) : ""},
              {"policy", runtime::words_of(handling.policy_for(info.actuator))},
              {"restarts", restarts},
              {"max_restarts", handling.max_restarts}};
     if (!info.fault.code.empty()) row["fault"] = {{"code", info.fault.code}, {"text", info.fault.text}};
+    for (const auto& fault : info.open_faults)
+      row["open_faults"].push_back({{"code", fault.code}, {"text", fault.text}});
     if (const auto due = restarts_.due_of(info.node))
       row["next_restart_s"] = std::max(0.0, to_seconds(*due - clock_.now()));
     const auto last = std::ranges::find(events.rbegin(), events.rend(), info.node, &runtime::FaultEvent::node);

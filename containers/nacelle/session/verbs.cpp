@@ -28,6 +28,7 @@ json to_json(const runtime::ComponentInfo& info) {
            {"plugin", info.plugin},   {"library", info.library},
            {"managed", info.managed}, {"state", info.managed ? nacelle::to_text(info.state) : ""}};
   if (!info.fault.code.empty()) row["fault"] = {{"code", info.fault.code}, {"text", info.fault.text}};
+  for (const auto& fault : info.open_faults) row["open_faults"].push_back({{"code", fault.code}, {"text", fault.text}});
   return row;
 }
 

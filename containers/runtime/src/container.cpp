@@ -65,6 +65,10 @@ ComponentInfo Container::Impl::info_of(const Record& record) {
   info.managed = record.managed != nullptr;
   info.state = record.managed != nullptr ? record.managed->get_current_state().state() : StateId::Unknown;
   info.fault = *record.fault.lock();
+  {
+    auto open = record.open_faults.lock();
+    for (const auto& fault : *open) info.open_faults.push_back(fault.reason);
+  }
   info.actuator = record.runtime->is_actuator();
   return info;
 }

@@ -38,6 +38,11 @@ struct Record {
   std::vector<bool> used_remaps;  // by its constructor
   std::mutex one_at_a_time;       // transitions and unloading of this component
   Guarded<FaultReason> fault;
+  struct OpenFault {
+    FaultReason reason;
+    MonotonicTime since;
+  };
+  Guarded<std::vector<OpenFault>> open_faults;
   Guarded<LoadRequest> request;  // as it was loaded; its parameters follow what is set
   std::atomic<bool> hung{false};
   std::shared_ptr<ParameterEvents> events;  // the node's standard topic ...
@@ -83,6 +88,7 @@ struct Container::Impl final : Context {
   std::uint64_t next_id = 1;
   Guarded<std::function<void(const ComponentInfo&)>> fault_listener;
   Guarded<std::function<void(const StateChange&)>> state_listener;
+  Guarded<std::function<void(const FaultEvent&)>> open_fault_listener;
   Guarded<std::function<void()>> change_listener;
   Guarded<FaultHistory> history;
   std::unique_ptr<ContainerServices> services;
@@ -104,6 +110,10 @@ struct Container::Impl final : Context {
   /// NodeServices::set_parameters().
   void change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
                          std::weak_ptr<void> asker, const NodeServices::Then& then);
+  void note_open_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
+  void note_closed_fault(Record& record, const std::string& code);
+  /// Notes it in history and log, and calls the listener.
+  void tell_open_fault(FaultEvent event);
   void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
   /// The first reason since it was well is the cause; false for a later one.
   bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "nacelle/base/reversed.hpp"
+
 namespace nacelle::runtime {
 
 void FaultHistory::add(FaultEvent event) {
@@ -13,6 +15,16 @@ void FaultHistory::add(FaultEvent event) {
   if (of_.size() <= kNodes) return;
   // Names that somebody makes up for every load must not fill the memory: who was faulted longest ago is forgotten.
   of_.erase(std::ranges::min_element(of_, {}, [](const auto& entry) { return entry.second.back().number; }));
+}
+
+void FaultHistory::end(const std::string& node, const std::string& code, Duration lasted) {
+  const auto found = of_.find(node);
+  if (found == of_.end()) return;
+  for (auto& event : reversed(found->second)) {
+    if (!event.is_open_fault || event.lasted || event.code != code) continue;
+    event.lasted = lasted;
+    return;
+  }
 }
 
 std::vector<FaultEvent> FaultHistory::all() const {

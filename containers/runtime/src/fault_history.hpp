@@ -17,6 +17,8 @@ class FaultHistory {
   static constexpr std::size_t kPerNode = 16, kNodes = 256;
 
   void add(FaultEvent event);
+  /// The newest open fault of that node and code is over.
+  void end(const std::string& node, const std::string& code, Duration lasted);
   /// In the order in which they happened.
   [[nodiscard]] std::vector<FaultEvent> all() const;
 

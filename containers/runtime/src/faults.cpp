@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What becomes of a component that cannot go on, and who is told.
+#include <algorithm>
+
 #include "container_impl.hpp"
 
 namespace nacelle::runtime {
@@ -58,6 +60,55 @@ void Container::Impl::note_fault(Record& record, const std::string& code, const 
     tell_listener(record);
     note_change();
   });
+}
+
+// No transition, no stop frame, no policy: the component mends it and says when.
+void Container::Impl::note_open_fault(Record& record, const std::string& code, const std::string& text,
+                                      const std::string& callback) {
+  bool is_new = false;
+  {
+    auto open = record.open_faults.lock();
+    const auto same = std::ranges::find(*open, code, [](const auto& fault) { return fault.reason.code; });
+    is_new = same == open->end();
+    if (is_new) {
+      open->push_back({{code, text}, commons.clock.now()});
+    } else {
+      same->reason.text = text;
+    }
+  }
+  if (!is_new) return note_change();
+  FaultEvent event{0, record.runtime->identity().fully_qualified(), code, text, callback, commons.clock.wall_now()};
+  event.is_open_fault = true;
+  tell_open_fault(std::move(event));
+}
+
+void Container::Impl::note_closed_fault(Record& record, const std::string& code) {
+  FaultEvent event{0, record.runtime->identity().fully_qualified(), code, {}, {}, commons.clock.wall_now()};
+  event.is_open_fault = true;
+  {
+    auto open = record.open_faults.lock();
+    const auto found = std::ranges::find(*open, code, [](const auto& fault) { return fault.reason.code; });
+    if (found == open->end()) return;
+    event.text = found->reason.text;
+    event.lasted = commons.clock.now() - found->since;
+    open->erase(found);
+  }
+  tell_open_fault(std::move(event));
+}
+
+void Container::Impl::tell_open_fault(FaultEvent event) {
+  if (event.lasted) {
+    history.lock()->end(event.node, event.code, *event.lasted);
+    log.info("{}: {} is over after {:.1f} s", event.node, event.code, to_seconds(*event.lasted));
+  } else {
+    history.lock()->add(event);
+    log.error("{}: {}: {}", event.node, event.code, event.text);
+  }
+  {
+    auto listener = open_fault_listener.lock();
+    if (*listener) (*listener)(event);
+  }
+  note_change();
 }
 
 void Container::Impl::give_up_on(Record& record) {
@@ -135,6 +186,9 @@ void Container::on_fault(std::function<void(const ComponentInfo&)> callback) {
 }
 void Container::on_state(std::function<void(const StateChange&)> callback) {
   *impl_->state_listener.lock() = std::move(callback);
+}
+void Container::on_open_fault(std::function<void(const FaultEvent&)> callback) {
+  *impl_->open_fault_listener.lock() = std::move(callback);
 }
 void Container::on_change(std::function<void()> callback) { *impl_->change_listener.lock() = std::move(callback); }
 

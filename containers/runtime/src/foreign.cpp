@@ -35,6 +35,8 @@ void Container::tell_fault(const ComponentInfo& info, const std::string& callbac
   impl_->note_change();
 }
 
+void Container::tell_open_fault(const FaultEvent& event) { impl_->tell_open_fault(event); }
+
 void Container::tell_state(const StateChange& change) {
   const std::function<void(const StateChange&)> listener = *impl_->state_listener.lock();
   if (listener) listener(change);

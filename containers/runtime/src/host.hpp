@@ -64,6 +64,8 @@ class Host final : public NodeHost {
   void report_fault(std::string code, std::string text) override {
     node_->report_fault(std::move(code), std::move(text));
   }
+  void open_fault(std::string code, std::string text) override { node_->open_fault(code, text); }
+  void close_fault(const std::string& code) override { node_->close_fault(code); }
   void set_active(bool active) override { node_->set_active(active); }
 
  private:

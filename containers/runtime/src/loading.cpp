@@ -37,6 +37,11 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
     note_fault(record, code, text, callback);
   };
   auto runtime = std::make_shared<NodeRuntime>(commons, identity, *making.executor, std::move(on_fault));
+  runtime->set_open_faults(
+      {[this, &record](const std::string& code, const std::string& text, const std::string& callback) {
+         note_open_fault(record, code, text, callback);
+       },
+       [this, &record](const std::string& code) { note_closed_fault(record, code); }});
   const std::lock_guard lock(mutex);
   if (record.given_up) throw std::runtime_error("its load was given up");
   for (const auto& [id, other] : foreign) {

@@ -415,17 +415,25 @@ void NodeRuntime::report_histograms(std::vector<HistogramReport>& out, std::size
 }
 
 // Who runs on this thread says it best; else the thread's own name, which a component gives to the threads that it makes.
-void NodeRuntime::report_fault(std::string code, std::string text) {
+std::string NodeRuntime::who_runs_here() const {
   const Executor::RunsHere runs = Executor::runs_here();
-  std::string callback;
-  if (runs.node == groups_.name()) {
-    callback = *runs.name == '\0' ? std::string{runs.what} : fmt::format("{} {}", runs.what, runs.name);
-  } else {
-    std::array<char, 17> thread{};
-    ::pthread_getname_np(::pthread_self(), thread.data(), thread.size());
-    callback = fmt::format("thread {}", thread.data());
-  }
-  on_fault_(std::move(code), std::move(text), std::move(callback));
+  if (runs.node == groups_.name())
+    return *runs.name == '\0' ? std::string{runs.what} : fmt::format("{} {}", runs.what, runs.name);
+  std::array<char, 17> thread{};
+  ::pthread_getname_np(::pthread_self(), thread.data(), thread.size());
+  return fmt::format("thread {}", thread.data());
+}
+
+void NodeRuntime::report_fault(std::string code, std::string text) {
+  on_fault_(std::move(code), std::move(text), who_runs_here());
+}
+
+void NodeRuntime::open_fault(const std::string& code, const std::string& text) {
+  if (open_faults_.open) open_faults_.open(code, text, who_runs_here());
+}
+
+void NodeRuntime::close_fault(const std::string& code) {
+  if (open_faults_.close) open_faults_.close(code);
 }
 
 void NodeRuntime::set_active(bool active) {

@@ -73,6 +73,14 @@ class NodeRuntime {
   void register_safe_stop(int descriptor, ByteView frame) { safe_stop_.set(descriptor, frame); }
   void clear_safe_stop() { safe_stop_.clear(); }
   void report_fault(std::string code, std::string text);
+  /// Where open faults go; set before the node is made.
+  struct OpenFaults {
+    std::function<void(const std::string& code, const std::string& text, const std::string& callback)> open;
+    std::function<void(const std::string& code)> close;
+  };
+  void set_open_faults(OpenFaults open_faults) { open_faults_ = std::move(open_faults); }
+  void open_fault(const std::string& code, const std::string& text);
+  void close_fault(const std::string& code);
   void set_active(bool active);
 
   /// The node is made: its callbacks may run from now on.
@@ -131,10 +139,14 @@ class NodeRuntime {
     DurationHistogram histogram;
   };
 
+  /// What runs on this thread, for people.
+  [[nodiscard]] std::string who_runs_here() const;
+
   Commons& commons_;
   const NodeIdentity identity_;
   const bool measured_;
   const OnFault on_fault_;
+  OpenFaults open_faults_;
   NodeGroups groups_;
   const std::shared_ptr<CallbackGroup> own_group_;
   std::atomic<bool> active_{true};

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "camera/component/calibration.hpp"
 #include "camera/port/pattern_source.hpp"
@@ -54,6 +55,7 @@ TEST(CameraComponent, says_that_the_device_is_absent_when_it_is_required) {
   test::RecordingContext context;
   CameraComponent camera{NodeOptions{context}
                              .append_parameter_override("source", std::string("v4l2"))
+                             .append_parameter_override("required_device", true)
                              .append_parameter_override("video_device", std::string("/dev/no-such-camera"))};
   const auto outcome = camera.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
@@ -145,6 +147,26 @@ TEST_F(CameraControls, are_set_from_the_launch_file_and_again_when_the_device_is
   device->control_values[V4L2_CID_BRIGHTNESS] = 1;  // somebody else used it meanwhile
   ASSERT_TRUE(camera.trigger(Transition::Activate).success);
   EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
+}
+
+TEST_F(CameraControls, of_a_device_that_comes_after_the_bring_up_are_parameters_then_and_its_open_fault_is_over) {
+  device->unplug();
+  auto camera = make(NodeOptions{context}
+                         .append_parameter_override("video_device", std::string("/dev/no-such-camera"))
+                         .append_parameter_override("brightness", std::int64_t{200}));
+  ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  ASSERT_EQ(context.open_faults().size(), 1U);
+  EXPECT_EQ(context.open_faults()[0].code, kDeviceLost);
+
+  device->plug();
+  while (camera.stats().returns == 0) context.clock().advance(10ms);
+  // Time flies while no frame is there, so they come all the time.
+  for (std::uint32_t frame = 0; !context.open_faults().empty(); ++frame) device->deliver(frame, 1);
+  context.advance(200ms);
+  EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
+  EXPECT_EQ(camera.get_current_state().state(), StateId::Active);
+  ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
 }
 
 TEST(CalibrationPath, replaces_the_names_that_camera_info_manager_knows) {

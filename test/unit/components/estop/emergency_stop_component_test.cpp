@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "estop/port/scripted_switch.hpp"
 #include "support/recording_host.hpp"
 
@@ -24,6 +26,7 @@ class EmergencyStopTest : public ::testing::Test {
   }
   EmergencyStopComponent::OpenSwitch opener() {
     return [this](const GpioSettings&, const Clock&) -> Result<std::unique_ptr<SwitchPort>, Problem> {
+      if (is_away_) return err(Problem{"the button", "no such chip", ""});
       auto made = std::make_unique<ScriptedSwitch>();
       button_ = made.get();
       if (pressed_at_first_) button_->press(true);
@@ -49,6 +52,7 @@ class EmergencyStopTest : public ::testing::Test {
   test::RecordingContext context_{clock_};
   ScriptedSwitch* button_ = nullptr;
   bool pressed_at_first_ = false;
+  std::atomic<bool> is_away_{false};
 };
 
 TEST_F(EmergencyStopTest, the_service_sets_and_releases) {
@@ -116,8 +120,45 @@ TEST_F(EmergencyStopTest, nobody_releases_it_while_the_button_is_pressed) {
   EXPECT_TRUE(said().back());
 }
 
-TEST_F(EmergencyStopTest, a_button_that_is_lost_stops_and_is_a_fault) {
+TEST_F(EmergencyStopTest, a_button_that_is_lost_stops_and_is_an_open_fault_until_it_is_back) {
   EmergencyStopComponent stop{with_a_button(), opener()};
+  activate(stop);
+  is_away_ = true;
+  button_->lose();
+  ASSERT_TRUE(context_.wait_for("/emergency_stop", 1));
+  context_.wait_for_open_faults(1);
+  EXPECT_EQ(context_.open_faults()[0].code, kDeviceLost);
+  EXPECT_TRUE(stop.is_pressed());
+  is_away_ = false;
+  context_.wait_for_open_faults(0);
+  EXPECT_EQ(stop.get_current_state().state(), StateId::Active);
+  EXPECT_EQ(said(), std::vector<bool>{true}) << "nobody released it";
+  EXPECT_TRUE(context_.faults().empty());
+}
+
+TEST_F(EmergencyStopTest, comes_up_without_its_chip_and_sets_the_stop) {
+  is_away_ = true;
+  auto options = with_a_button();
+  options.append_parameter_override("gpio_chip", std::string("/dev/no_gpiochip"));
+  EmergencyStopComponent stop{options, opener()};
+  activate(stop);
+  EXPECT_EQ(context_.open_faults().size(), 1U);
+  ASSERT_TRUE(context_.wait_for("/emergency_stop", 1));
+  EXPECT_TRUE(said().front());
+}
+
+TEST_F(EmergencyStopTest, a_required_chip_that_is_absent_fails_the_configuration) {
+  is_away_ = true;
+  auto options = with_a_button();
+  options.append_parameter_override("required_device", true);
+  EmergencyStopComponent stop{options, opener()};
+  EXPECT_FALSE(stop.trigger(Transition::Configure).success);
+}
+
+TEST_F(EmergencyStopTest, with_device_lost_fault_a_button_that_is_lost_stops_and_is_a_fault) {
+  auto options = with_a_button();
+  options.append_parameter_override("device_lost", std::string("fault"));
+  EmergencyStopComponent stop{options, opener()};
   activate(stop);
   button_->lose();
   ASSERT_TRUE(context_.wait_for("/emergency_stop", 1));

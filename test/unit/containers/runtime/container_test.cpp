@@ -108,6 +108,31 @@ TEST_F(ContainerTest, a_fault_that_a_component_reports_runs_error_processing) {
   EXPECT_EQ(told.get_future().get().fault.code, "BAD_WORD");
 }
 
+TEST_F(ContainerTest, an_open_fault_changes_no_state_applies_no_policy_and_ends_when_the_component_says_so) {
+  std::promise<FaultEvent> began, ended;
+  container.on_fault([&](const ComponentInfo& info) { ADD_FAILURE() << info.node << " is faulted"; });
+  container.on_open_fault([&](const FaultEvent& event) { (event.lasted ? ended : began).set_value(event); });
+  const auto sleeper = load("Sleeper");
+  bring_up(sleeper.id);
+  say("/words", "open");
+  EXPECT_EQ(began.get_future().get().code, "CABLE");
+  const auto open = container.find("sleeper").value();
+  EXPECT_EQ(open.state, StateId::Active);
+  EXPECT_EQ(open.fault.code, "");
+  ASSERT_EQ(open.open_faults.size(), 1U);
+  EXPECT_EQ(open.open_faults[0].text, "it is pulled");
+  ASSERT_EQ(container.faults().size(), 1U);
+  EXPECT_TRUE(container.faults()[0].is_open_fault);
+  EXPECT_FALSE(container.faults()[0].lasted);
+
+  say("/words", "close");
+  EXPECT_EQ(ended.get_future().get().text, "it is pulled");
+  EXPECT_TRUE(container.find("sleeper").value().open_faults.empty());
+  EXPECT_TRUE(container.faults()[0].lasted) << "the history says how long it lasted";
+  container.on_open_fault({});
+  container.on_fault({});
+}
+
 TEST_F(ContainerTest, a_reader_that_keeps_everything_faults_a_publisher_whose_pool_must_not_run_dry) {
   std::promise<ComponentInfo> told;
   container.on_fault([&](const ComponentInfo& info) { told.set_value(info); });

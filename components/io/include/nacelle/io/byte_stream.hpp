@@ -16,7 +16,7 @@ enum class StreamFault : std::uint8_t {
   ReadFailed,   ///< The kernel refused the read for another reason. reopen() may help.
   WriteFailed,  ///< The kernel refused the write for another reason.
   WouldBlock,   ///< The line took only a part of the bytes in time; the rest was not sent.
-  NotFound,     ///< reopen(): the path is not there (yet).
+  NotFound,     ///< The path is not there (yet).
   NotUsable     ///< reopen(): the path is there but cannot be used (rights, in use, no terminal).
 };
 
@@ -51,6 +51,9 @@ class ByteStream {
   /// Opens the same line again after a fault. Only from the reading thread.
   /// Errors: NotFound, NotUsable; the stream is then as before.
   [[nodiscard]] virtual Result<void, StreamFault> reopen() = 0;
+
+  /// True until reopen() has found a device that was absent from the start; all else fails with NotFound meanwhile.
+  [[nodiscard]] virtual bool is_away() const noexcept { return false; }
 
   /// The kernel's number of the line, the same for the stream's whole life (also across reopen()), or -1 without one.
   ///

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/io/backoff.hpp"
 #include "nacelle/io/byte_stream.hpp"
 
 namespace nacelle::io {
@@ -27,6 +28,10 @@ class ByteSink {
   virtual void on_silence(MonotonicTime now) = 0;
   /// The line broke. Comes once per break, before the first attempt to open it again.
   virtual void on_break(StreamFault fault, MonotonicTime now) = 0;
+  /// An attempt to open it again failed.
+  virtual void on_refusal(StreamFault) {}
+  /// False while what comes is of no use, or nothing comes: the device may have lost its settings (Options::set_up).
+  [[nodiscard]] virtual bool hears() const { return true; }
   /// The line is back; half a frame from before is not continued by what comes now.
   virtual void on_return(MonotonicTime now) = 0;
 };
@@ -40,8 +45,10 @@ class ReaderThread {
     std::string name;             ///< Of the thread, as in top and the report; the kernel keeps 15 characters.
     Duration silence = 100ms;     ///< How long a read waits before on_silence(). Must be positive.
     bool reopen = true;           ///< Try to open the line again after a break; false ends the thread.
-    Duration first_pause = 50ms;  ///< Before the first attempt; doubles after each failure.
-    Duration longest_pause = 2s;
+    Duration first_pause = 50ms;  ///< Before the first attempt; doubles after each failure, until bytes came.
+    Duration longest_pause = 1s;
+    /// Prepares the device behind a line that was opened again, and again while the sink does not hear it. Null: nothing to do.
+    std::function<Result<void, StreamFault>()> set_up{};
     /// The stream or the sink threw: the thread ends after this call, which gets the exception's text and is made on it; a
     /// component calls fault() here. Without it the exception ends the process, as in any thread.
     std::function<void(const std::string& text)> on_exception{};
@@ -65,6 +72,8 @@ class ReaderThread {
   void run();
   void read();
   bool bring_back();
+  [[nodiscard]] Result<void, StreamFault> reopen();
+  void set_up_again(MonotonicTime now);
   bool pause(Duration length);
   [[nodiscard]] bool stopping() const;
 
@@ -72,6 +81,8 @@ class ReaderThread {
   const Clock& clock_;
   ByteSink& sink_;
   const Options options_;
+  Backoff backoff_;
+  MonotonicTime next_set_up_{};
   Guarded<Stats> stats_;
   mutable std::mutex mutex_;
   std::condition_variable stop_asked_;

@@ -39,7 +39,11 @@ class ScriptedStream final : public ByteStream {
   [[nodiscard]] Result<void, StreamFault> write(ByteView bytes) override;
   void interrupt() noexcept override;
   [[nodiscard]] Result<void, StreamFault> reopen() override;
+  [[nodiscard]] bool is_away() const noexcept override;
   [[nodiscard]] int descriptor() const noexcept override { return -1; }
+
+  /// The device is not there yet: everything fails with NotFound until a reopen() that is not refused. Before reading starts.
+  void start_away();
 
   /// Adds a step to the end of the script.
   void append(Step step);
@@ -66,6 +70,7 @@ class ScriptedStream final : public ByteStream {
   std::optional<StreamFault> broken_;
   std::optional<StreamFault> write_fault_;
   std::size_t refusals_ = 0;
+  bool away_ = false;
   bool interrupted_ = false;
   bool reader_waits_ = false;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -42,11 +43,16 @@ class SerialPort final : public ByteStream {
   [[nodiscard]] static Result<std::unique_ptr<SerialPort>, Problem> open(const SerialSettings& settings,
                                                                          const Clock& clock, Duration patience = {});
 
+  /// As open(), but an absent device is no error: is_away() until reopen() finds it. Does not wait.
+  [[nodiscard]] static Result<std::unique_ptr<SerialPort>, Problem> open_or_await(const SerialSettings& settings,
+                                                                                  const Clock& clock);
+
   [[nodiscard]] Result<ByteView, StreamFault> read_until(MonotonicTime deadline) override;
   [[nodiscard]] Result<void, StreamFault> write(ByteView bytes) override;
   void interrupt() noexcept override { bell_.ring(); }
   /// Takes the path again; the new line gets the old one's number, so that descriptor() never changes.
   [[nodiscard]] Result<void, StreamFault> reopen() override;
+  [[nodiscard]] bool is_away() const noexcept override { return away_.load(std::memory_order_acquire); }
   [[nodiscard]] int descriptor() const noexcept override { return line_.number(); }
 
   [[nodiscard]] const SerialSettings& settings() const { return settings_; }
@@ -56,7 +62,8 @@ class SerialPort final : public ByteStream {
 
   SerialSettings settings_;
   const Clock& clock_;
-  Descriptor line_;
+  Descriptor line_;  // of the null device while it is away: the number is the line's for good
+  std::atomic<bool> away_{false};
   Bell bell_;
   std::array<std::uint8_t, 4096> buffer_{};  // the kernel's own line buffer has this size
 };

@@ -110,14 +110,18 @@ struct ComponentInfo {
   bool actuator = false;                           ///< It has registered a stop frame: it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
   std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
+  std::vector<FaultReason>
+      open_faults{};  ///< What it mends itself; it stays in its state meanwhile, and `fault` is empty.
 };
 
-/// A component became faulted.
+/// A component became faulted, or had an open fault.
 struct FaultEvent {
   std::uint64_t number = 0;  ///< Of the container, from 1.
   std::string node, code, text;
   std::string callback;  ///< What it happened in: "subscription /scan", "transition on_configure", "thread lidar_rx".
   WallTime when;
+  bool is_open_fault = false;        ///< LifecycleNode::open_fault(): the component stays as it is.
+  std::optional<Duration> lasted{};  ///< Of an open fault that is over.
 };
 
 /// A node entered a state; a transition makes two or three of these.
@@ -266,6 +270,8 @@ class Container final {
   [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
   /// A component of another process has become faulted.
   void tell_fault(const ComponentInfo& info, const std::string& callback = {});
+  /// An open fault of a component of another process has begun, or is over (`lasted`).
+  void tell_open_fault(const FaultEvent& event);
   /// A component of another process has entered a state: told as those of this process are.
   void tell_state(const StateChange& change);
   /// The last faults of each node, in their order; those of components that are gone too.
@@ -339,8 +345,10 @@ class Container final {
   void stop_what_moves() const;
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
-  /// As with the two below, one call at a time, and none after it was replaced.
+  /// As with those below, one call at a time, and none after it was replaced.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
+  /// Called when an open fault begins and when it is over (`lasted`), on the thread that said so; keep it short.
+  void on_open_fault(std::function<void(const FaultEvent&)> callback);
   /// Called with each state that a node enters, on the thread of its transition; keep it short, and call nothing here.
   void on_state(std::function<void(const StateChange&)> callback);
   /// Called after a load, an unload, a transition or a set parameter of whoever; keep it short, and call nothing here.

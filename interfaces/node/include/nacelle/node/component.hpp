@@ -9,7 +9,7 @@
 namespace nacelle {
 
 /// Grows when Node, LifecycleNode, NodeHost, Block or this header change in a way that old plugins cannot take.
-inline constexpr std::uint32_t kComponentAbi = 3;
+inline constexpr std::uint32_t kComponentAbi = 4;
 
 /// One class that a plugin can make.
 struct ComponentClass {

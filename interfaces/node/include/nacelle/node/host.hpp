@@ -152,6 +152,11 @@ class NodeHost {
 
   /// The component cannot go on: the host runs error processing on its executor. Threads: any.
   virtual void report_fault(std::string code, std::string text) = 0;
+  /// Something is wrong that the component mends itself: shown until close_fault() of the same code, no transition, no policy.
+  /// Again with the same code: another text. Threads: any.
+  virtual void open_fault(std::string code, std::string text) = 0;
+  /// Does nothing for a code that is not open. Threads: any.
+  virtual void close_fault(const std::string& code) = 0;
   /// Opens or closes the lifecycle gate of all endpoints of the node.
   virtual void set_active(bool active) = 0;
 };

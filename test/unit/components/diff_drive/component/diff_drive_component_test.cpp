@@ -46,6 +46,7 @@ class DriveTest : public ::testing::Test {
     options.append_parameter_override("cmd_vel_timeout", 60.0);  // a busy machine must not look like a dead sender
     options.append_parameter_override("rearm", std::string("fresh"));  // nobody waits for a minute of silence
     options.append_parameter_override("reopen_timeout", 0.0);
+    options.append_parameter_override("device_lost", std::string("fault"));
     return options;
   }
   NodeOptions on_the_loopback() {
@@ -89,6 +90,7 @@ TEST_F(DriveTest, the_constructor_touches_no_hardware) {
 TEST_F(DriveTest, a_port_that_does_not_exist_is_named) {
   auto options = on_the_board();
   options.append_parameter_override("serial_port", std::string("/nowhere/at/all"));
+  options.append_parameter_override("required_device", true);
   DiffDriveComponent drive{options};
   const auto outcome = drive.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);

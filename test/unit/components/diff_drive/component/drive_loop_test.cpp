@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "../port/base_rig.hpp"
@@ -16,7 +18,10 @@ class RecordingPort final : public BasePort {
  public:
   explicit RecordingPort(ToldClock& clock) : clock_(clock) {}
 
-  Result<void, BaseFault> start() override { return {}; }
+  Result<void, BaseFault> start() override {
+    ++starts;
+    return {};
+  }
   Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) override {
     if (read_fault) return err(*read_fault);
     clock_.set(deadline + late);
@@ -47,6 +52,7 @@ class RecordingPort final : public BasePort {
 
   std::vector<WheelRates> commands;
   int stops = 0;
+  int starts = 0;
   int reopens = 0;
   bool speaks = true;
   Duration late{};
@@ -63,7 +69,11 @@ class Watching final : public DriveObserver {
   void on_wheel_state(const WheelState&) override { ++states; }
   void on_cycle(const BodyTwist& commanded, MonotonicTime) override { twists.push_back(commanded); }
   void on_command_written(Duration since_published) override { latencies.push_back(since_published); }
+  void on_board_lost(std::string_view why) override { losses.emplace_back(why); }
+  void on_board_back(MonotonicTime) override { ++returns; }
   int states = 0;
+  std::vector<std::string> losses;
+  int returns = 0;
   std::vector<BodyTwist> twists;
   std::vector<Duration> latencies;
 };
@@ -244,7 +254,7 @@ TEST(DriveLoop, a_lost_line_is_opened_again_and_what_was_commanded_does_not_go_o
     rig.cycles(1);
   }
   EXPECT_LE(rig.port.commands.size(), written + 1) << "one attempt to stop, then nothing";
-  EXPECT_GE(rig.port.reopens, 9);
+  EXPECT_GE(rig.port.reopens, 4);
 
   rig.port.read_fault.reset();
   for (int i = 0; i < 50; ++i) {
@@ -375,6 +385,102 @@ TEST(DriveLoop, faults_and_stops_when_the_board_falls_silent) {
   EXPECT_STREQ(code_of(last.error().kind), "FEEDBACK_LOST");
   EXPECT_EQ(rig.port.commands.back(), WheelRates{});
   EXPECT_EQ(cycles, 51);
+}
+
+DriveLoop::Settings waiting() {
+  DriveLoop::Settings settings;
+  settings.waits_for_board = true;
+  settings.input.rearm = RearmRule::Neutral;
+  return settings;
+}
+
+/// Commands in every cycle, as a sender does that notices nothing.
+void drive_on(LoopRig& rig, int cycles) {
+  for (int i = 0; i < cycles; ++i) {
+    rig.command(0.5);
+    rig.cycles(1);
+  }
+}
+
+void rests_and_moves_again(LoopRig& rig) {
+  drive_on(rig, 50);
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{}) << "a sender that never rested moves nothing";
+  rig.cycles(26);
+  drive_on(rig, 1);
+  EXPECT_NE(rig.port.commands.back(), WheelRates{});
+}
+
+TEST(DriveLoop, a_silent_board_is_told_zero_woken_without_limit_and_moves_only_after_a_rest) {
+  LoopRig rig{waiting()};
+  rig.cycles(26);
+  drive_on(rig, 2);
+  ASSERT_NE(rig.port.commands.back(), WheelRates{});
+  rig.port.speaks = false;
+  drive_on(rig, 25);
+  EXPECT_TRUE(rig.watching.losses.empty()) << "half a second is not too long";
+  drive_on(rig, 1);
+  EXPECT_EQ(rig.watching.losses, std::vector<std::string>{"the motor board says nothing"});
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+
+  drive_on(rig, 5000);
+  EXPECT_GE(rig.port.starts, 99) << "once a second";
+  EXPECT_EQ(rig.port.commands.back(), WheelRates{});
+  EXPECT_EQ(rig.watching.losses.size(), 1U);
+  rig.port.speaks = true;
+  drive_on(rig, 2);
+  EXPECT_EQ(rig.watching.returns, 1);
+  rests_and_moves_again(rig);
+}
+
+TEST(DriveLoop, a_pulled_cable_is_waited_for_without_limit_and_is_back_when_the_board_speaks) {
+  LoopRig rig{waiting()};
+  rig.cycles(26);
+  drive_on(rig, 2);
+  rig.port.read_fault = BaseFault::LineLost;
+  rig.port.write_fault = BaseFault::LineLost;
+  drive_on(rig, 5000);
+  EXPECT_GE(rig.port.reopens, 99) << "once a second";
+  rig.port.read_fault.reset();
+  rig.port.write_fault.reset();
+  drive_on(rig, 100);
+  EXPECT_EQ(rig.loop.stats().reopened, 1U);
+  EXPECT_EQ(rig.watching.returns, 1);
+  rests_and_moves_again(rig);
+}
+
+TEST(DriveLoop, a_line_that_takes_nothing_for_half_a_second_is_a_lost_board) {
+  LoopRig rig{waiting()};
+  rig.cycles(26);
+  drive_on(rig, 2);
+  rig.port.write_fault = BaseFault::LineStuck;
+  drive_on(rig, 26);
+  ASSERT_EQ(rig.watching.losses.size(), 1U);
+  EXPECT_EQ(rig.watching.losses[0], explain(BaseFault::LineStuck));
+  rig.port.write_fault.reset();
+  drive_on(rig, 2);
+  EXPECT_EQ(rig.watching.returns, 1);
+  rests_and_moves_again(rig);
+}
+
+TEST(DriveLoop, a_loop_that_was_away_takes_its_own_absence_for_no_silence_of_the_board) {
+  LoopRig rig{waiting()};
+  rig.cycles(26);
+  rig.clock.advance(3s);
+  rig.cycles(2);
+  EXPECT_TRUE(rig.watching.losses.empty());
+}
+
+TEST(DriveLoop, begins_without_a_board_and_takes_it_when_it_speaks) {
+  LoopRig rig{waiting()};
+  rig.port.speaks = false;
+  rig.loop.arm(rig.clock.now());
+  rig.loop.begin_without_board();
+  drive_on(rig, 100);
+  EXPECT_GE(rig.port.starts, 1);
+  rig.port.speaks = true;
+  drive_on(rig, 2);
+  EXPECT_EQ(rig.watching.returns, 1);
+  rests_and_moves_again(rig);
 }
 
 TEST(DriveLoop, hears_every_state_that_comes_between_two_cycles) {

@@ -70,6 +70,10 @@ class ImuComponentTest : public ::testing::Test {
         if (until > context_.clock().now()) context_.clock().advance(until - context_.clock().now());
       });
       line_ = line.get();
+      if (is_away_) {
+        line->start_away();
+        line->refuse_reopen(1'000'000);
+      }
       return Result<std::unique_ptr<io::ByteStream>, Problem>{std::move(line)};
     });
     return *component_;
@@ -82,6 +86,7 @@ class ImuComponentTest : public ::testing::Test {
   RecordingContext context_;
   ScriptedImu imu_;
   io::ScriptedStream* line_ = nullptr;
+  bool is_away_ = false;
   std::unique_ptr<ImuComponent> component_;
 };
 
@@ -193,16 +198,66 @@ TEST_F(ImuComponentTest, leaves_the_device_alone_if_told_so) {
   EXPECT_TRUE(line_->written().empty());
 }
 
-TEST_F(ImuComponentTest, silence_is_a_fault) {
-  ImuComponent& imu = make(25, 0.0, {}, AtEnd::Silence);
+TEST_F(ImuComponentTest, a_cable_that_comes_back_is_an_open_fault_meanwhile_and_the_device_is_set_up_anew) {
+  ImuComponent& imu = make(25);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  line_->wait_until_read();
+  const std::size_t commands = line_->written().size();
+  const std::size_t before = context_.published<Imu>("/imu/data").size();
+  line_->refuse_reopen(1'000'000);
+  line_->append({{}, {}, io::StreamFault::HungUp});
+  context_.wait_for_open_faults(1);
+  EXPECT_EQ(context_.open_faults()[0].code, kDeviceLost);
+  EXPECT_EQ(imu.get_current_state().state(), StateId::Active);
+
+  line_->refuse_reopen(0);
+  play(10);
+  EXPECT_TRUE(context_.open_faults().empty());
+  EXPECT_TRUE(context_.faults().empty());
+  EXPECT_EQ(context_.published<Imu>("/imu/data").size(), before + 10);
+  EXPECT_EQ(line_->written().size(), 2 * commands);
+}
+
+TEST_F(ImuComponentTest, a_silent_device_is_set_up_again_since_its_power_may_have_gone) {
+  ImuComponent& imu = make(25);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  line_->wait_until_read();
+  const std::size_t commands = line_->written().size();
+  context_.clock().advance(401ms);
+  line_->interrupt();
+  context_.wait_for_open_faults(1);
+  line_->wait_until_read();
+  EXPECT_EQ(line_->written().size(), 2 * commands);
+}
+
+TEST_F(ImuComponentTest, one_that_comes_after_the_activation_is_calibrated_before_it_publishes) {
+  is_away_ = true;
+  ImuComponent& imu = make(0);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  ASSERT_EQ(context_.open_faults().size(), 1U);
+
+  line_->refuse_reopen(0);
+  play(19, 0.5);
+  EXPECT_TRUE(context_.published<Imu>("/imu/data").empty()) << "not calibrated yet";
+  EXPECT_EQ(context_.open_faults().size(), 1U);
+  play(6, 0.5);
+  EXPECT_TRUE(context_.open_faults().empty());
+  ASSERT_FALSE(context_.published<Imu>("/imu/data").empty());
+  EXPECT_NEAR(context_.published<Imu>("/imu/data").back().angular_velocity.z, 0.0, 0.07 * kDeg);
+}
+
+TEST_F(ImuComponentTest, with_device_lost_fault_silence_is_a_fault) {
+  ImuComponent& imu = make(25, 0.0, {{"device_lost", std::string{"fault"}}}, AtEnd::Silence);
   ASSERT_TRUE(imu.trigger(Transition::Configure).success);
   while (context_.faults().empty()) std::this_thread::yield();
   EXPECT_EQ(context_.faults().front().code, "IMU_SILENT");
   EXPECT_EQ(imu.process_fault(context_.faults().front()).state, StateId::Unconfigured);
 }
 
-TEST_F(ImuComponentTest, configure_fails_when_nothing_comes) {
-  ImuComponent& imu = make(0, 0.0, {{"silence_limit", 0.02}});
+TEST_F(ImuComponentTest, a_required_device_that_says_nothing_fails_the_configuration) {
+  ImuComponent& imu = make(0, 0.0, {{"silence_limit", 0.02}, {"required_device", true}});
   const auto outcome = imu.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
   EXPECT_NE(outcome.reason.find("nothing came"), std::string::npos) << outcome.reason;
@@ -219,9 +274,9 @@ std::string refusal_of(const std::map<std::string, ParameterValue>& overrides) {
 }
 
 TEST(ImuParameters, what_is_wrong_is_named_with_the_way_out) {
-  EXPECT_NE(
-      refusal_of({{"port", std::string{"/dev/no_imu"}}, {"port_timeout", 0.0}}).find("/dev/no_imu: no such device"),
-      std::string::npos);
+  EXPECT_NE(refusal_of({{"port", std::string{"/dev/no_imu"}}, {"port_timeout", 0.0}, {"required_device", true}})
+                .find("/dev/no_imu: no such device"),
+            std::string::npos);
   EXPECT_NE(refusal_of({{"rate", 60.0}}).find("no rate of 60 Hz"), std::string::npos);
   EXPECT_NE(refusal_of({{"baudrate", std::int64_t{9600}}}).find("need more than 9600 baud"), std::string::npos);
   EXPECT_NE(refusal_of({{"frame_id", std::string{}}}).find("frame_id"), std::string::npos);
@@ -237,10 +292,11 @@ TEST(ImuParameters, a_standard_deviation_of_zero_is_out_of_range) {
 TEST(ImuStream, decoding_and_joining_allocate_nothing) {
   RecordingContext context;
   const NodeOptions options{context};
-  Node node{"test", options};
+  LifecycleNode node{"test", options};
+  DeviceWatch watch{node, {}, {"imu"}, context.clock().now()};
   const ImuPublishers publishers{node.create_publisher<Imu>("a", QoS(5)), node.create_publisher<Imu>("b", QoS(5)),
                                  node.create_publisher<MagneticField>("c", QoS(5))};
-  ImuStream stream{{}, context.clock(), publishers, node.get_logger(), [](auto, auto) {}};
+  ImuStream stream{{}, context.clock(), publishers, node.get_logger(), watch};
   ScriptedImu imu;
   std::vector<Bytes> samples;
   samples.reserve(300);

@@ -59,6 +59,10 @@ class LidarComponentTest : public ::testing::Test {
         if (until > context_.clock().now()) context_.clock().advance(until - context_.clock().now());
       });
       line_ = line.get();
+      if (is_away_) {
+        line->start_away();
+        line->refuse_reopen(1'000'000);
+      }
       return Result<std::unique_ptr<io::ByteStream>, Problem>{std::move(line)};
     });
     return *component_;
@@ -77,6 +81,7 @@ class LidarComponentTest : public ::testing::Test {
   ScriptedLidar lidar_;
   io::ScriptedStream* line_ = nullptr;
   bool first_packet_ = true;
+  bool is_away_ = false;
   Bytes noise_;
   std::unique_ptr<LidarComponent> component_;
 };
@@ -136,8 +141,41 @@ TEST_F(LidarComponentTest, only_an_active_lidar_publishes) {
   EXPECT_EQ(context_.published<LaserScan>("/scan").size(), published) << "deactivated";
 }
 
-TEST_F(LidarComponentTest, silence_is_a_fault_that_is_said_once) {
-  LidarComponent& lidar = make(AtEnd::Silence, {{"silence_limit", 0.5}});
+TEST_F(LidarComponentTest, silence_is_an_open_fault_of_a_lidar_that_stays_active_and_ends_by_itself) {
+  LidarComponent& lidar = make();
+  bring_up(lidar);
+  lidar_.play(*line_, 150);
+  line_->wait_until_read();
+  const std::size_t before = context_.published<LaserScan>("/scan").size();
+  context_.clock().advance(401ms);
+  line_->interrupt();  // the read ends without a byte
+  context_.wait_for_open_faults(1);
+  EXPECT_EQ(context_.open_faults()[0].code, kDeviceLost);
+  EXPECT_NE(context_.open_faults()[0].text.find("/dev/ttyUSB0: silent for 0.4 s"), std::string::npos);
+  EXPECT_EQ(lidar.get_current_state().state(), StateId::Active);
+
+  lidar_.play(*line_, 150);
+  context_.wait_for_open_faults(0);
+  line_->wait_until_read();
+  EXPECT_GT(context_.published<LaserScan>("/scan").size(), before);
+  EXPECT_TRUE(context_.faults().empty());
+}
+
+TEST_F(LidarComponentTest, comes_up_without_its_device_and_publishes_when_it_is_there) {
+  is_away_ = true;
+  LidarComponent& lidar = make();
+  bring_up(lidar);
+  ASSERT_EQ(context_.open_faults().size(), 1U) << "told before the bring-up goes on";
+  EXPECT_EQ(context_.open_faults()[0].code, kDeviceLost);
+
+  lidar_.play(*line_, 150);
+  line_->refuse_reopen(0);
+  ASSERT_TRUE(context_.wait_for("/scan", 2));
+  EXPECT_TRUE(context_.open_faults().empty());
+}
+
+TEST_F(LidarComponentTest, with_device_lost_fault_silence_is_a_fault_that_is_said_once) {
+  LidarComponent& lidar = make(AtEnd::Silence, {{"silence_limit", 0.5}, {"device_lost", std::string{"fault"}}});
   bring_up(lidar);
   const FaultReason fault = wait_for_fault();
   EXPECT_EQ(fault.code, "LIDAR_SILENT");
@@ -157,8 +195,8 @@ TEST_F(LidarComponentTest, a_cable_that_comes_back_soon_is_no_fault) {
   EXPECT_GE(context_.published<LaserScan>("/scan").size(), 4U);
 }
 
-TEST_F(LidarComponentTest, a_cable_that_stays_away_is_a_fault) {
-  LidarComponent& lidar = make(AtEnd::HangsUp, {{"silence_limit", 0.01}});
+TEST_F(LidarComponentTest, with_device_lost_fault_a_cable_that_stays_away_is_a_fault) {
+  LidarComponent& lidar = make(AtEnd::HangsUp, {{"silence_limit", 0.01}, {"device_lost", std::string{"fault"}}});
   first_packet_ = true;
   ASSERT_TRUE(lidar.trigger(Transition::Configure).success);
   line_->refuse_reopen(1'000'000);
@@ -166,9 +204,9 @@ TEST_F(LidarComponentTest, a_cable_that_stays_away_is_a_fault) {
   EXPECT_EQ(wait_for_fault().code, "LIDAR_SILENT");
 }
 
-TEST_F(LidarComponentTest, configure_fails_when_nothing_comes) {
+TEST_F(LidarComponentTest, a_required_device_that_says_nothing_fails_the_configuration) {
   first_packet_ = false;
-  LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}});
+  LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}, {"required_device", true}});
   const auto outcome = lidar.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
   EXPECT_EQ(outcome.state, StateId::Unconfigured);
@@ -206,7 +244,7 @@ std::string refusal_of(const std::map<std::string, ParameterValue>& overrides) {
 }
 
 TEST(LidarParameters, what_is_wrong_is_named_with_the_way_out) {
-  EXPECT_NE(refusal_of({{"port_name", std::string{"/dev/no_lidar"}}, {"port_timeout", 0.0}})
+  EXPECT_NE(refusal_of({{"port_name", std::string{"/dev/no_lidar"}}, {"port_timeout", 0.0}, {"required_device", true}})
                 .find("/dev/no_lidar: no such device"),
             std::string::npos);
   EXPECT_NE(refusal_of({{"port_name", std::string{}}}).find("port_name: is empty"), std::string::npos);
@@ -230,9 +268,9 @@ TEST(LidarParameters, the_topic_can_be_named) {
 TEST(ScanStream, decoding_and_assembling_allocate_nothing) {
   RecordingContext context;
   const NodeOptions options{context};
-  Node node{"test", options};
-  ScanStream stream{
-      {}, context.clock(), node.create_publisher<LaserScan>("scan", QoS(5)), node.get_logger(), [](auto, auto) {}};
+  LifecycleNode node{"test", options};
+  DeviceWatch watch{node, {}, {"lidar"}, context.clock().now()};
+  ScanStream stream{{}, context.clock(), node.create_publisher<LaserScan>("scan", QoS(5)), node.get_logger(), watch};
   ScriptedLidar lidar;
   std::vector<Bytes> packets;
   for (int i = 0; i < 400; ++i) packets.push_back(lidar.packet().bytes);

@@ -21,6 +21,9 @@ class Sleeper final : public LifecycleNode {
                                                         [this](const std_msgs::msg::String& word) {
                                                           if (word.data == "fault")
                                                             return fault("TOLD_TO", "a fault on command");
+                                                          if (word.data == "open")
+                                                            return open_fault("CABLE", "it is pulled");
+                                                          if (word.data == "close") return close_fault("CABLE");
                                                           maybe_sleep("callback");
                                                         });
     service_ = create_service<std_srvs::srv::SetBool>(
