@@ -10,6 +10,9 @@
 namespace nacelle::diff_drive {
 namespace {
 
+// For an adapter that collects bytes, and a thread that runs late.
+constexpr Duration kTakenWithin = 10ms;
+
 BaseFault fault_of(io::StreamFault fault) {
   switch (fault) {
     case io::StreamFault::HungUp:
@@ -90,9 +93,27 @@ Result<void, BaseFault> WaveshareSerialPort::write(const WheelRates& rates) {
 Result<void, BaseFault> WaveshareSerialPort::stop() { return send_speed(kWaveshareStopFrame); }
 
 Result<void, BaseFault> WaveshareSerialPort::send_speed(ByteView frame) {
+  const bool is_stop = frame.data() == ByteView{kWaveshareStopFrame}.data();
+  const bool waits = line_->unsent() > 0;
+  const bool is_late = waits && clock_.now() > gone_by_ + kTakenWithin;
+  // A slow line is still at the last one: this one's turn is the next cycle, so that no queue grows.
+  if (waits && !is_late && (!is_stop || is_stopped_)) return {};
+  // A pty does not say what waits in it. Before the first of several stops all of it goes.
+  if (waits || (is_stop && !is_stopped_)) drop_unsent();
   const auto sent = send(frame);
-  if (sent) ++stats_.commands;
-  return sent;
+  is_stopped_ = is_stop && sent;
+  if (!sent) return sent;
+  ++stats_.commands;
+  if (!is_late) return {};
+  // The board, or the adapter, takes nothing: what was sent stands in the queue for as long as that lasts.
+  ++stats_.stuck;
+  return err(BaseFault::LineStuck);
+}
+
+void WaveshareSerialPort::drop_unsent() {
+  line_->drop_unsent();
+  line_torn_ = true;
+  gone_by_ = clock_.now();
 }
 
 Result<void, BaseFault> WaveshareSerialPort::send(ByteView frame) {
@@ -103,9 +124,14 @@ Result<void, BaseFault> WaveshareSerialPort::send(ByteView frame) {
     line_torn_ = false;
   }
   const auto sent = line_->write(frame);
+  gone_by_ = std::max(gone_by_, clock_.now()) + settings_.byte_time * static_cast<std::int64_t>(frame.size());
   if (sent) return {};
+  // Half a command must not be followed by the rest of the queue.
+  if (sent.error() == io::StreamFault::WouldBlock) {
+    ++stats_.stuck;
+    line_->drop_unsent();
+  }
   line_torn_ = true;
-  if (sent.error() == io::StreamFault::WouldBlock) ++stats_.stuck;
   return err(fault_of(sent.error()));
 }
 

@@ -16,6 +16,7 @@ namespace nacelle::diff_drive {
 ///
 /// It stands in component/ and not in port/, because it is where protocol and port meet.
 /// The board speaks of the wheel's rim in m/s and m; the radius it is given turns them into rad.
+/// Commands do not queue: the newest replaces one that has not left the line yet, and a stop goes before all that waits.
 class WaveshareSerialPort final : public BasePort {
  public:
   struct Settings {
@@ -55,6 +56,7 @@ class WaveshareSerialPort final : public BasePort {
 
   [[nodiscard]] Result<void, BaseFault> send(ByteView frame);
   [[nodiscard]] Result<void, BaseFault> send_speed(ByteView frame);
+  void drop_unsent();
   [[nodiscard]] WheelState to_wheel_state(const BaseFeedback& feedback, MonotonicTime captured_at);
   [[nodiscard]] MonotonicTime capture_time(MonotonicTime received_at, std::uint64_t chunk_end);
   void advance(const BaseFeedback& feedback, MonotonicTime captured_at);
@@ -65,7 +67,9 @@ class WaveshareSerialPort final : public BasePort {
   const Settings settings_;
   WaveshareCommandPrinter printer_;
   WaveshareLineDecoder decoder_;
-  bool line_torn_ = false;  // a command was sent in part: the next one must not continue it
+  bool line_torn_ = false;   // a command was sent in part: the next one must not continue it
+  bool is_stopped_ = false;  // a stop was the last speed that was sent
+  MonotonicTime gone_by_{};  // what was sent has left the line by then, if the line takes anything
   bool has_state_ = false;
   Travel board_;  // what the board said last
   Travel total_;  // what it adds up to

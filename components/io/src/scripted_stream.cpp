@@ -41,6 +41,10 @@ Result<void, StreamFault> ScriptedStream::write(ByteView bytes) {
   const std::lock_guard lock{mutex_};
   if (broken_) return err(*broken_);
   if (write_fault_) return err(*write_fault_);
+  if (holds_writes_) {
+    unsent_.insert(unsent_.end(), bytes.begin(), bytes.end());
+    return {};
+  }
   written_.insert(written_.end(), bytes.begin(), bytes.end());
   if (device_) {
     Bytes answer = device_(bytes);
@@ -51,6 +55,24 @@ Result<void, StreamFault> ScriptedStream::write(ByteView bytes) {
     }
   }
   return {};
+}
+
+std::size_t ScriptedStream::unsent() const noexcept {
+  const std::lock_guard lock{mutex_};
+  return unsent_.size();
+}
+
+void ScriptedStream::drop_unsent() noexcept {
+  const std::lock_guard lock{mutex_};
+  unsent_.clear();
+}
+
+void ScriptedStream::hold_writes(bool hold) {
+  const std::lock_guard lock{mutex_};
+  holds_writes_ = hold;
+  if (hold) return;
+  written_.insert(written_.end(), unsent_.begin(), unsent_.end());
+  unsent_.clear();
 }
 
 void ScriptedStream::interrupt() noexcept {

@@ -173,6 +173,13 @@ Result<void, StreamFault> SerialPort::write(ByteView bytes) {
   return {};
 }
 
+std::size_t SerialPort::unsent() const noexcept {
+  int waiting = 0;
+  return ::ioctl(line_.number(), TIOCOUTQ, &waiting) == 0 && waiting > 0 ? static_cast<std::size_t>(waiting) : 0;
+}
+
+void SerialPort::drop_unsent() noexcept { ::tcflush(line_.number(), TCOFLUSH); }
+
 Result<void, StreamFault> SerialPort::reopen() {
   // The old line's locks would refuse the new one if both are the same device.
   ::flock(line_.number(), LOCK_UN);

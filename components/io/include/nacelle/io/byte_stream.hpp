@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -44,6 +45,11 @@ class ByteStream {
   /// Sends all bytes, or says why not.
   /// Errors: HungUp, WriteFailed, WouldBlock.
   [[nodiscard]] virtual Result<void, StreamFault> write(ByteView bytes) = 0;
+
+  /// Bytes that were written and have not left; 0 where the kernel does not say (a pty).
+  [[nodiscard]] virtual std::size_t unsent() const noexcept { return 0; }
+  /// Forgets what was written and has not left. A part may have left: what follows must not continue it.
+  virtual void drop_unsent() noexcept {}
 
   /// Makes a waiting read_until() return an empty view at once; the next read waits again.
   virtual void interrupt() noexcept = 0;

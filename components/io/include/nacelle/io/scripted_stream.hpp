@@ -37,6 +37,8 @@ class ScriptedStream final : public ByteStream {
 
   [[nodiscard]] Result<ByteView, StreamFault> read_until(MonotonicTime deadline) override;
   [[nodiscard]] Result<void, StreamFault> write(ByteView bytes) override;
+  [[nodiscard]] std::size_t unsent() const noexcept override;
+  void drop_unsent() noexcept override;
   void interrupt() noexcept override;
   [[nodiscard]] Result<void, StreamFault> reopen() override;
   [[nodiscard]] bool is_away() const noexcept override;
@@ -53,7 +55,9 @@ class ScriptedStream final : public ByteStream {
   void refuse_reopen(std::size_t times);
   /// Lets every write fail from now on; nothing means it succeeds again.
   void fail_writes(std::optional<StreamFault> fault);
-  /// Everything that was written so far, in order.
+  /// From now on what is written waits in the line's queue (unsent()); false lets it, and what follows, out.
+  void hold_writes(bool hold);
+  /// Everything that was written so far, in order; without what waits or was dropped.
   [[nodiscard]] Bytes written() const;
   /// Answers a write: called with the bytes, returns what the device sends back at once. Set before reading starts.
   void answer_writes(std::function<Bytes(ByteView)> device);
@@ -67,6 +71,8 @@ class ScriptedStream final : public ByteStream {
   std::function<Bytes(ByteView)> device_;
   Bytes current_;
   Bytes written_;
+  Bytes unsent_;
+  bool holds_writes_ = false;
   std::optional<StreamFault> broken_;
   std::optional<StreamFault> write_fault_;
   std::size_t refusals_ = 0;

@@ -49,6 +49,9 @@ class SerialPort final : public ByteStream {
 
   [[nodiscard]] Result<ByteView, StreamFault> read_until(MonotonicTime deadline) override;
   [[nodiscard]] Result<void, StreamFault> write(ByteView bytes) override;
+  [[nodiscard]] std::size_t unsent() const noexcept override;
+  /// Of a pty, up to 4095 bytes are the other end's already, and stay.
+  void drop_unsent() noexcept override;
   void interrupt() noexcept override { bell_.ring(); }
   /// Takes the path again; the new line gets the old one's number, so that descriptor() never changes.
   [[nodiscard]] Result<void, StreamFault> reopen() override;

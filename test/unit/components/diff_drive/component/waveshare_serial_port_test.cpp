@@ -121,6 +121,57 @@ TEST(WaveshareSerialPort, ends_a_torn_line_before_the_next_command) {
   EXPECT_EQ(rig.written().substr(before), "\n{\"T\":1,\"L\":0,\"R\":0}\n{\"T\":1,\"L\":0,\"R\":0}\n");
 }
 
+TEST(WaveshareSerialPort, commands_do_not_queue_for_a_deaf_board_and_a_stop_goes_first) {
+  ScriptedPort rig;
+  ASSERT_TRUE(rig.port->start());
+  const std::size_t before = rig.written().size();
+  rig.line->hold_writes(true);
+  EXPECT_TRUE(rig.port->write({1.0, 1.0}));
+  for (int i = 0; i < 400; ++i) {
+    rig.clock.set(rig.clock.now() + 20ms);
+    const auto written = rig.port->write({1.0 + 0.01 * i, 1.0});
+    ASSERT_FALSE(written);
+    EXPECT_EQ(written.error(), BaseFault::LineStuck) << "the queue is full for as long as it is not taken";
+    EXPECT_LT(rig.line->unsent(), 40U) << "the newest command alone";
+  }
+  rig.clock.set(rig.clock.now() + 20ms);
+  EXPECT_FALSE(rig.port->stop());
+  rig.line->hold_writes(false);
+  EXPECT_EQ(rig.written().substr(before), "\n{\"T\":1,\"L\":0,\"R\":0}\n");
+  EXPECT_TRUE(rig.port->write({1.0, 1.0}));
+}
+
+TEST(WaveshareSerialPort, a_slow_line_gets_one_command_at_a_time_and_a_stop_at_once) {
+  ScriptedPort rig{1ms};
+  ASSERT_TRUE(rig.port->start());
+  const std::size_t before = rig.written().size();
+  rig.clock.set(rig.clock.now() + 1s);
+  rig.line->hold_writes(true);
+  ASSERT_TRUE(rig.port->write({1.0, 1.0}));
+  const std::size_t one = rig.line->unsent();
+  rig.clock.set(rig.clock.now() + 10ms);
+  EXPECT_TRUE(rig.port->write({2.0, 2.0})) << "its turn is the next cycle";
+  EXPECT_EQ(rig.line->unsent(), one);
+  EXPECT_TRUE(rig.port->stop());
+  rig.line->hold_writes(false);
+  EXPECT_EQ(rig.written().substr(before), "\n{\"T\":1,\"L\":0,\"R\":0}\n");
+}
+
+TEST(WaveshareSerialPort, a_stop_overtakes_what_a_terminal_that_nobody_reads_has_queued) {
+  WaveshareRig rig;
+  ASSERT_TRUE(rig.port().start());
+  for (int i = 0; i < 600; ++i) static_cast<void>(rig.port().write({1.0, 1.0}));
+  ASSERT_TRUE(rig.port().stop());
+  int stale = 0;
+  for (bool is_stopped = false; !is_stopped;) {
+    ASSERT_TRUE(rig.board.take_until(1));
+    const bool moves = rig.board.lines.back().find("\"L\":0,") == std::string::npos;
+    if (moves) ++stale;
+    is_stopped = !moves && stale > 0;
+  }
+  EXPECT_LE(stale, 4095 / 27) << "no more than the other end's own buffer comes before it";
+}
+
 TEST(WaveshareSerialPort, says_that_the_line_is_lost_when_the_other_end_hangs_up) {
   WaveshareRig rig;
   ASSERT_TRUE(rig.port().start());
