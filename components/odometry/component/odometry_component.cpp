@@ -56,7 +56,7 @@ CallbackReturn OdometryComponent::on_configure(const State&) {
   reader_.emplace(JointReaderOptions{options_.left_wheel_names, options_.right_wheel_names,
                                      options_.wheel_radius_m * options_.left_wheel_radius_multiplier,
                                      options_.wheel_radius_m * options_.right_wheel_radius_multiplier,
-                                     options_.max_wheel_speed_rps});
+                                     options_.max_wheel_speed_rps, options_.position_range_rad});
   velocity_.emplace(static_cast<std::size_t>(options_.velocity_rolling_window_size));
   reset_pose();
   told_owner_ = false;
@@ -84,8 +84,9 @@ void OdometryComponent::reset_pose() {
 }
 
 void OdometryComponent::on_joint_state(const sensor_msgs::msg::JointState& joints) {
-  const auto step = reader_->read(time_of(joints.header.stamp), {joints.name.data(), joints.name.size()},
-                                  {joints.position.data(), joints.position.size()});
+  const auto step =
+      reader_->read(time_of(joints.header.stamp), {joints.name.data(), joints.name.size()},
+                    {joints.position.data(), joints.position.size()}, {joints.velocity.data(), joints.velocity.size()});
   if (!step) {
     if (reader_->stats().jumps != told_jumps_) tell_jumps();
     return;
@@ -169,7 +170,9 @@ void OdometryComponent::tell_jumps() {
   // Every power of two, so that a board that restarts all day does not fill the log.
   if ((told_jumps_ & (told_jumps_ - 1)) == 0) {
     get_logger().warn(
-        "a wheel position jumped (now {} times): the board was restarted; the pose goes on from where it was",
+        "a wheel position jumped (now {} times): the board was restarted, or counts in a circle that position_range "
+        "does "
+        "not say; the pose goes on from where it was",
         told_jumps_);
   }
   velocity_->clear();

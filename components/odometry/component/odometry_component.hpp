@@ -15,7 +15,7 @@
 
 namespace nacelle::odometry {
 
-/// Wheel odometry: joint_states in, odom (one per sample, with its stamp) and the transform odom -> base out.
+/// Wheel odometry: joint_states (positions, of encoders that may count in a circle; else speeds) in, odom (one per sample, with its stamp) and the transform odom -> base out.
 ///
 /// It owns the transform only while nobody claims it with more right (an EKF); it says once who does. The service reset_odom
 /// (std_srvs/Empty, as ROS users call it) puts the pose back to the origin.

@@ -37,8 +37,10 @@ Result<OdometryOptions, Problem> validated(OdometryOptions o) {
     if (!(value > 0.0) || !std::isfinite(value))
       return err(wrong(name, fmt::format("is {}", value), "give a positive number"));
   }
-  const std::pair<const char*, double> not_negative[] = {
-      {"k_left", o.noise.k_left_m}, {"k_right", o.noise.k_right_m}, {"k_turn", o.noise.k_turn_rad}};
+  const std::pair<const char*, double> not_negative[] = {{"k_left", o.noise.k_left_m},
+                                                         {"k_right", o.noise.k_right_m},
+                                                         {"k_turn", o.noise.k_turn_rad},
+                                                         {"position_range", o.position_range_rad}};
   for (const auto& [name, value] : not_negative) {
     if (!(value >= 0.0) || !std::isfinite(value))
       return err(wrong(name, fmt::format("is {}", value), "give 0 or more"));
@@ -93,8 +95,13 @@ void declare_odometry_parameters(Node& node) {
   node.declare_parameter("k_left", d.noise.k_left_m, say("Variance of the left distance per metre, m^2/m."));
   node.declare_parameter("k_right", d.noise.k_right_m, say("Variance of the right distance per metre, m^2/m."));
   node.declare_parameter("k_turn", d.noise.k_turn_rad, say("Variance of the heading per radian turned, rad^2/rad."));
-  node.declare_parameter("max_wheel_speed", d.max_wheel_speed_rps,
-                         say("rad/s; a faster change of a position is a restart of the board."));
+  node.declare_parameter(
+      "max_wheel_speed", d.max_wheel_speed_rps,
+      say("rad/s; a faster change of a position is the end of a circle, or a restart of the board."));
+  node.declare_parameter(
+      "position_range", d.position_range_rad,
+      say("rad after which a wheel's position begins anew: 6.2832, or a counter's steps times the size of "
+          "one; 0: found out for one turn and for counters of 2^n steps."));
 }
 
 Result<OdometryOptions, Problem> read_odometry_parameters(const Node& node) {
@@ -123,6 +130,7 @@ Result<OdometryOptions, Problem> read_odometry_parameters(const Node& node) {
   o.velocity_rolling_window_size = static_cast<int>(node.get<std::int64_t>("velocity_rolling_window_size"));
   o.noise = {real("k_left"), real("k_right"), real("k_turn")};
   o.max_wheel_speed_rps = real("max_wheel_speed");
+  o.position_range_rad = real("position_range");
   return validated(std::move(o));
 }
 

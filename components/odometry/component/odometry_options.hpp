@@ -29,6 +29,7 @@ struct OdometryOptions {
   int velocity_rolling_window_size = 1;
   StepNoise noise;
   double max_wheel_speed_rps = 40.0;
+  double position_range_rad = 0.0;  ///< Wheel positions count in a circle of so much; 0: found out.
 
   [[nodiscard]] double separation_m() const { return wheel_separation_m * wheel_separation_multiplier; }
 };

@@ -8,66 +8,112 @@ namespace nacelle::odometry {
 namespace {
 
 constexpr double kShortestStep_s = 1e-4;  // diff_drive_controller: shorter ones divide noise by nothing
+constexpr double kLongestBlind_s = 0.5;   // speeds alone: what happened in a longer gap is not known
 
 }  // namespace
 
 JointReader::JointReader(const JointReaderOptions& options)
-    : left_{options.left_names, std::vector<std::size_t>(options.left_names.size(), 0), options.left_radius_m},
-      right_{options.right_names, std::vector<std::size_t>(options.right_names.size(), 0), options.right_radius_m},
+    : left_(side_of(options.left_names, options.left_radius_m, options.position_range_rad)),
+      right_(side_of(options.right_names, options.right_radius_m, options.position_range_rad)),
       max_wheel_speed_rps_(options.max_wheel_speed_rps) {}
 
-bool JointReader::mean_of(Side& side, std::span<const std::string> names, std::span<const double> positions_rad,
-                          double& mean_rad) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < side.names.size(); ++i) {
-    std::size_t& place = side.places[i];
-    if (place >= names.size() || names[place] != side.names[i]) {
-      place = static_cast<std::size_t>(std::find(names.begin(), names.end(), side.names[i]) - names.begin());
-      if (place == names.size()) return false;
-    }
-    sum += positions_rad[place];
+JointReader::Side JointReader::side_of(const std::vector<std::string>& names, double radius_m, double range_rad) {
+  Side side{{}, radius_m};
+  for (const auto& name : names) side.wheels.push_back({name, 0, PositionUnwrap{range_rad}, 0.0});
+  return side;
+}
+
+void JointReader::restart() {
+  last_.reset();
+  for (Side* side : {&left_, &right_}) {
+    for (Wheel& wheel : side->wheels) wheel.unwrap.restart();
   }
-  mean_rad = sum / static_cast<double>(side.names.size());
+}
+
+bool JointReader::find(Side& side, std::span<const std::string> names) {
+  for (Wheel& wheel : side.wheels) {
+    if (wheel.place < names.size() && names[wheel.place] == wheel.name) continue;
+    wheel.place = static_cast<std::size_t>(std::find(names.begin(), names.end(), wheel.name) - names.begin());
+    if (wheel.place == names.size()) return false;
+  }
   return true;
 }
 
+bool JointReader::is_finite(const Side& side, std::span<const double> values) {
+  return std::all_of(side.wheels.begin(), side.wheels.end(),
+                     [&](const Wheel& wheel) { return std::isfinite(values[wheel.place]); });
+}
+
+std::optional<double> JointReader::step_of(Side& side, const Values& values, double dt_s) const {
+  double sum_rad = 0.0;
+  bool jumped = false;
+  for (Wheel& wheel : side.wheels) {
+    const bool is_measured = !values.speeds_rps.empty() && std::isfinite(values.speeds_rps[wheel.place]);
+    const double before_rps = wheel.speed_rps;
+    if (is_measured) wheel.speed_rps = values.speeds_rps[wheel.place];
+    // The mean of the speeds at both ends; without a measured one the wheel turns on as it did.
+    const double expected_rad = 0.5 * (before_rps + wheel.speed_rps) * dt_s;
+    if (values.positions_rad.empty()) {
+      sum_rad += expected_rad;
+      continue;
+    }
+    const auto step_rad =
+        wheel.unwrap.step(values.positions_rad[wheel.place], max_wheel_speed_rps_ * dt_s, expected_rad, is_measured);
+    jumped = jumped || !step_rad;
+    if (!is_measured) wheel.speed_rps = step_rad && dt_s > 0.0 ? *step_rad / dt_s : 0.0;
+    sum_rad += step_rad.value_or(0.0);
+  }
+  if (jumped) return std::nullopt;
+  return sum_rad / static_cast<double>(side.wheels.size());
+}
+
+std::optional<JointReader::Step> JointReader::start(WallTime stamp, const Values& values) {
+  restart();
+  static_cast<void>(step_of(left_, values, 0.0));
+  static_cast<void>(step_of(right_, values, 0.0));
+  last_ = stamp;
+  return std::nullopt;
+}
+
 std::optional<JointReader::Step> JointReader::read(WallTime stamp, std::span<const std::string> names,
-                                                   std::span<const double> positions_rad) {
+                                                   std::span<const double> positions_rad,
+                                                   std::span<const double> speeds_rps) {
   ++stats_.samples;
-  Sample now{stamp};
-  if (names.size() != positions_rad.size() || !mean_of(left_, names, positions_rad, now.left_rad) ||
-      !mean_of(right_, names, positions_rad, now.right_rad)) {
+  const Values values{positions_rad, speeds_rps.size() == names.size() ? speeds_rps : std::span<const double>{}};
+  if (names.empty() || values.counting().size() != names.size() || !find(left_, names) || !find(right_, names)) {
     ++stats_.incomplete;
     return std::nullopt;
   }
-  if (!std::isfinite(now.left_rad) || !std::isfinite(now.right_rad)) {
+  if (!is_finite(left_, values.counting()) || !is_finite(right_, values.counting())) {
     ++stats_.not_finite;
     return std::nullopt;
   }
   if (!last_) {
     ++stats_.first;
-    last_ = now;
-    return std::nullopt;
+    return start(stamp, values);
   }
-  const double dt_s = to_seconds(stamp - last_->stamp);
+  const double dt_s = to_seconds(stamp - *last_);
   if (dt_s < 0.0) {
     ++stats_.time_jumps;
-    last_ = now;
-    return std::nullopt;
+    return start(stamp, values);
   }
   if (dt_s < kShortestStep_s) {
     ++stats_.repeated;
     return std::nullopt;
   }
-  const double left_rad = now.left_rad - last_->left_rad;
-  const double right_rad = now.right_rad - last_->right_rad;
-  last_ = now;
-  if (std::max(std::abs(left_rad), std::abs(right_rad)) > max_wheel_speed_rps_ * dt_s) {
+  if (positions_rad.empty() && dt_s > kLongestBlind_s) {
+    ++stats_.gaps;
+    return start(stamp, values);
+  }
+  last_ = stamp;
+  const auto left_rad = step_of(left_, values, dt_s);
+  const auto right_rad = step_of(right_, values, dt_s);
+  if (!left_rad || !right_rad) {
     ++stats_.jumps;
     return std::nullopt;
   }
   ++stats_.steps;
-  return Step{{left_rad * left_.radius_m, right_rad * right_.radius_m}, dt_s};
+  return Step{{*left_rad * left_.radius_m, *right_rad * right_.radius_m}, dt_s};
 }
 
 }  // namespace nacelle::odometry
