@@ -78,11 +78,16 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
       options_((declare_options(*this, described_.defaults), read_options(*this))),
       command_to_wheel_(create_histogram("command_to_wheel")),
       motion_stops_(shared_object<MotionStops>(kMotionStopsName, &make_motion_stops)),
+      wheels_(shared_object<BaseWheelsList>(kBaseWheelsName, &make_base_wheels)),
       inbox_(options_.inputs.size(), options_.locks.size()) {
   inbox_.stops_from_outside = &motion_stops_->count;
   for (const auto& problem : described_.problems) declare_problem(problem);
   for (const auto& warning : described_.warnings) declare_warning(warning);
-  if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
+  if (const auto setup = validated(options_, get_fully_qualified_name()); setup) {
+    tell_wheels(setup->loop.geometry);
+  } else {
+    declare_problem(setup.error());
+  }
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
   if (get<bool>("publish_limited_velocity")) {
@@ -97,6 +102,13 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   for (std::size_t i = 0; i < options_.locks.size(); ++i) listen_to_lock(i, options_.locks[i].topic);
   for (std::size_t i = 0; i < options_.inputs.size(); ++i) listen_to(i, options_.inputs[i].topic);
   hindrance_timer_ = create_wall_timer(kHindrancePeriod, [this] { tell_hindrance(); });
+}
+
+void DiffDriveComponent::tell_wheels(const DriveGeometry& geometry) {
+  auto list = wheels_->lock();
+  std::erase_if(*list, [this](const BaseWheels& base) { return base.node == get_fully_qualified_name(); });
+  list->push_back({get_fully_qualified_name(), get_namespace(), options_.left_wheel_names, options_.right_wheel_names,
+                   geometry.wheel_separation_m, geometry.left_wheel_radius_m, geometry.right_wheel_radius_m});
 }
 
 void DiffDriveComponent::listen_to(std::size_t source, const std::string& topic) {
@@ -128,6 +140,7 @@ void DiffDriveComponent::listen_to_lock(std::size_t lock, const std::string& top
 DiffDriveComponent::~DiffDriveComponent() {
   stop_base();
   close_base();
+  std::erase_if(*wheels_->lock(), [this](const BaseWheels& base) { return base.node == get_fully_qualified_name(); });
 }
 
 void DiffDriveComponent::on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info) {
@@ -261,6 +274,7 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
   auto setup = validated(options_, get_fully_qualified_name());
   if (!setup) return refuse(setup.error());
   setup_ = std::move(setup).value();
+  tell_wheels(setup_.loop.geometry);
   for (const auto& warning : setup_.warnings) get_logger().warn("{}", warning);
 
   auto base = open_base();

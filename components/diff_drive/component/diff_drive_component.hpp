@@ -15,6 +15,7 @@
 #include "diff_drive/component/drive_loop.hpp"
 #include "diff_drive/component/drive_topics.hpp"
 #include "diff_drive/model/emergency_latch.hpp"
+#include "nacelle/node/base_wheels.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 #include "nacelle/node/motion_stops.hpp"
 
@@ -53,6 +54,8 @@ class DiffDriveComponent : public LifecycleNode {
   CallbackReturn on_error(const State&) override;
 
  private:
+  /// Enters the wheels in the container's list, for odometry.
+  void tell_wheels(const DriveGeometry& geometry);
   void listen_to(std::size_t source, const std::string& topic);
   void listen_to_lock(std::size_t lock, const std::string& topic);
   void on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info);
@@ -75,6 +78,7 @@ class DiffDriveComponent : public LifecycleNode {
   DriveSetup setup_;
   DurationHistogram& command_to_wheel_;
   const std::shared_ptr<MotionStops> motion_stops_;
+  const std::shared_ptr<BaseWheelsList> wheels_;
   DriveTopics::Publishers publishers_;
   std::shared_ptr<Publisher<geometry_msgs::msg::TwistStamped>> limited_velocity_;
   std::shared_ptr<Publisher<diagnostic_msgs::msg::DiagnosticArray>> diagnostics_;

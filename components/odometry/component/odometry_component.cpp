@@ -24,7 +24,8 @@ void write_rotation(double yaw_rad, geometry_msgs::msg::Quaternion& out) {
 
 }  // namespace
 
-OdometryComponent::OdometryComponent(const NodeOptions& options) : LifecycleNode("odometry", options) {
+OdometryComponent::OdometryComponent(const NodeOptions& options)
+    : LifecycleNode("odometry", options), wheels_(shared_object<BaseWheelsList>(kBaseWheelsName, &make_base_wheels)) {
   declare_odometry_parameters(*this);
   odometry_ = create_publisher<nav_msgs::msg::Odometry>("odom", QoS(10));
   transforms_ = create_publisher<tf2_msgs::msg::TFMessage>("/tf", DynamicTransformQoS());
@@ -53,6 +54,7 @@ CallbackReturn OdometryComponent::on_configure(const State&) {
     return refuse(problem);
   }
   options_ = std::move(options).value();
+  take_wheels_of_base();
   reader_.emplace(JointReaderOptions{options_.left_wheel_names, options_.right_wheel_names,
                                      options_.wheel_radius_m * options_.left_wheel_radius_multiplier,
                                      options_.wheel_radius_m * options_.right_wheel_radius_multiplier,
@@ -62,6 +64,34 @@ CallbackReturn OdometryComponent::on_configure(const State&) {
   told_owner_ = false;
   told_jumps_ = 0;
   return CallbackReturn::SUCCESS;
+}
+
+void OdometryComponent::take_wheels_of_base() {
+  const auto is_given = [this](const char* parameter) { return parameters().overrides().count(parameter) != 0; };
+  const bool separation = !is_given("wheel_separation") && !is_given("wheel_separation_multiplier");
+  const bool radii = !is_given("wheel_radius") && !is_given("left_wheel_radius_multiplier") &&
+                     !is_given("right_wheel_radius_multiplier");
+  auto list = wheels_->lock();
+  const auto base = std::find_if(list->begin(), list->end(), [this](const BaseWheels& b) {
+    return b.name_space == get_namespace() && b.left_joints == options_.left_wheel_names &&
+           b.right_joints == options_.right_wheel_names;
+  });
+  if (base == list->end() || !(separation || radii)) return;
+  if (separation) {
+    options_.wheel_separation_m = base->separation_m;
+    options_.wheel_separation_multiplier = 1.0;
+  }
+  if (radii) {
+    options_.wheel_radius_m = base->left_radius_m;
+    options_.left_wheel_radius_multiplier = 1.0;
+    options_.right_wheel_radius_multiplier = base->right_radius_m / base->left_radius_m;
+  }
+  get_logger().info("{} of {}: {} m apart, radii {} and {} m",
+                    separation && radii ? "the wheels are those"
+                    : separation        ? "the wheels' separation is that"
+                                        : "the wheels' radii are those",
+                    base->node, options_.separation_m(), options_.wheel_radius_m,
+                    options_.wheel_radius_m * options_.right_wheel_radius_multiplier);
 }
 
 CallbackReturn OdometryComponent::on_activate(const State&) {

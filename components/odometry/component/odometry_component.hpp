@@ -8,6 +8,7 @@
 #include <sensor_msgs/msg/joint_state.hpp>
 #include <std_srvs/srv/empty.hpp>
 #include <tf2_msgs/msg/tf_message.hpp>
+#include "nacelle/node/base_wheels.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 #include "odometry/component/odometry_options.hpp"
 #include "odometry/model/joint_reader.hpp"
@@ -17,6 +18,7 @@ namespace nacelle::odometry {
 
 /// Wheel odometry: joint_states (positions, of encoders that may count in a circle; else speeds) in, odom (one per sample, with its stamp) and the transform odom -> base out.
 ///
+/// Separation and radii that it was not given are those of the base in its namespace whose wheels it reads.
 /// It owns the transform only while nobody claims it with more right (an EKF); it says once who does. The service reset_odom
 /// (std_srvs/Empty, as ROS users call it) puts the pose back to the origin.
 /// Threads: the component's executor. Allocates: nothing at the rate of joint_states.
@@ -33,6 +35,8 @@ class OdometryComponent final : public LifecycleNode {
   CallbackReturn on_cleanup(const State&) override;
 
  private:
+  /// The base's wheels, as far as this node was not given its own.
+  void take_wheels_of_base();
   void on_joint_state(const sensor_msgs::msg::JointState& joints);
   void reset_pose();
   void publish_odometry(const sensor_msgs::msg::JointState& joints, const WheelStep& step, double dt_s);
@@ -40,6 +44,7 @@ class OdometryComponent final : public LifecycleNode {
   void tell_jumps();
 
   OdometryOptions options_;
+  const std::shared_ptr<BaseWheelsList> wheels_;
   std::optional<JointReader> reader_;
   std::optional<VelocityWindow> velocity_;
   PlanarPose pose_;

@@ -72,9 +72,10 @@ void declare_odometry_parameters(Node& node) {
   const auto say = [](const char* text) { return ParameterDescriptor{.description = text, .read_only = true}; };
   node.declare_parameter("left_wheel_names", d.left_wheel_names, say("Joints of the left wheels; their mean counts."));
   node.declare_parameter("right_wheel_names", d.right_wheel_names, say("Joints of the right wheels."));
-  node.declare_parameter("wheel_separation", d.wheel_separation_m,
-                         say("Between the middles of left and right wheels, m."));
-  node.declare_parameter("wheel_radius", d.wheel_radius_m, say("m"));
+  node.declare_parameter(
+      "wheel_separation", d.wheel_separation_m,
+      say("Between the middles of left and right wheels, m. Not given: the base's, if it is there."));
+  node.declare_parameter("wheel_radius", d.wheel_radius_m, say("m. Not given: the base's, if it is there."));
   node.declare_parameter("wheel_separation_multiplier", d.wheel_separation_multiplier,
                          say("Calibration of the separation."));
   node.declare_parameter("left_wheel_radius_multiplier", d.left_wheel_radius_multiplier,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Components of this container that live in other processes, and what ties one to its own.
 #include "container_impl.hpp"
+#include "nacelle/node/base_wheels.hpp"
 
 namespace nacelle::runtime {
 
@@ -54,7 +55,8 @@ std::vector<std::string> Container::ties() const {
   for (const auto& [name, object] : *objects) {
     // Each process has its own stops, and counts what it is told by the other one. Of others' clocks an isolated one knows
     // nothing, and its complaints name no cause.
-    if (object != impl_->commons.motion_stops && object != impl_->commons.clock_skews)
+    // Of another process's base a component knows nothing either, and takes what it was given.
+    if (object != impl_->commons.motion_stops && object != impl_->commons.clock_skews && name != kBaseWheelsName)
       ties.push_back("shares the object '" + name + "'");
   }
   return ties;

@@ -121,6 +121,47 @@ TEST_F(OdometryNode, reset_odom_puts_the_pose_back_to_the_origin) {
   EXPECT_LT(odometry.back().pose.covariance[0], odometry[19].pose.covariance[0]);
 }
 
+/// What a base with wheels 0.6 m apart and 66 mm in radius enters, and how far the robot goes for a turn of one wheel.
+struct OdometryBesideABase : ::testing::Test {
+  OdometryBesideABase() {
+    wheels().lock()->push_back({"/base", "/", {"left_wheel_joint"}, {"right_wheel_joint"}, 0.6, 0.066, 0.066});
+  }
+  BaseWheelsList& wheels() {
+    return *std::static_pointer_cast<BaseWheelsList>(context_.shared_object(kBaseWheelsName, &make_base_wheels));
+  }
+  PlanarPose after_a_step_of_the_right_wheel() {
+    OdometryComponent node{options_};
+    EXPECT_TRUE(node.trigger(Transition::Configure).success);
+    EXPECT_TRUE(node.trigger(Transition::Activate).success);
+    JointState joints;
+    joints.name = {"left_wheel_joint", "right_wheel_joint"};
+    for (int i = 0; i < 2; ++i) {
+      joints.header.stamp.sec = 100 + i;
+      joints.position = {0.0, 1.0 * i};
+      context_.inject("/joint_states", joints);
+    }
+    return node.pose();
+  }
+  test::RecordingContext context_;
+  NodeOptions options_{context_};
+};
+
+TEST_F(OdometryBesideABase, takes_its_wheels_from_the_base) {
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 / 0.6, 1e-12);
+}
+
+TEST_F(OdometryBesideABase, keeps_what_it_was_given) {
+  options_.append_parameter_override("wheel_separation", 0.4);
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 / 0.4, 1e-12);
+  options_.append_parameter_override("wheel_radius", 0.05);
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.05 / 0.4, 1e-12);
+}
+
+TEST_F(OdometryBesideABase, leaves_the_wheels_of_others_alone) {
+  wheels().lock()->front().name_space = "/other";
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.033 / 0.30, 1e-12);
+}
+
 TEST_F(OdometryNode, a_restarted_board_does_not_move_the_robot) {
   start();
   send();

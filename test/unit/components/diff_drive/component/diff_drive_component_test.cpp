@@ -87,6 +87,23 @@ TEST_F(DriveTest, the_constructor_touches_no_hardware) {
   EXPECT_TRUE(context_.safe_stop().empty());
 }
 
+TEST_F(DriveTest, enters_its_wheels_for_odometry_while_it_is_there) {
+  const auto list =
+      std::static_pointer_cast<BaseWheelsList>(context_.shared_object(kBaseWheelsName, &make_base_wheels));
+  {
+    auto options = on_the_loopback();
+    options.append_parameter_override("wheel_separation", 0.5);
+    options.append_parameter_override("wheel_separation_multiplier", 1.1);
+    const DiffDriveComponent drive{options};
+    ASSERT_EQ(list->lock()->size(), 1U);
+    const BaseWheels wheels = list->lock()->front();
+    EXPECT_EQ(wheels.node, "/diff_drive");
+    EXPECT_EQ(wheels.left_joints, std::vector<std::string>{"left_wheel_joint"});
+    EXPECT_NEAR(wheels.separation_m, 0.55, 1e-12);
+  }
+  EXPECT_TRUE(list->lock()->empty());
+}
+
 TEST_F(DriveTest, a_port_that_does_not_exist_is_named) {
   auto options = on_the_board();
   options.append_parameter_override("serial_port", std::string("/nowhere/at/all"));
