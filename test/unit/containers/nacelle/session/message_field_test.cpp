@@ -24,7 +24,7 @@ std::string yaml_of_field(const T& message, const char* path, YamlOptions option
 }
 
 template <typename T>
-std::string json(const T& message, const char* path) {
+std::string json_of_field(const T& message, const char* path) {
   return MessageField::find(T::message_type(), path).value().to_json(&message);
 }
 
@@ -43,19 +43,19 @@ TEST(MessageField, is_shown_alone_however_deep_it_lies) {
   EXPECT_EQ(yaml_of_field(odometry, "pose.pose.position"), "x: 0.0\ny: -1.5\nz: 0.0\n");
   EXPECT_EQ(yaml_of_field(odometry, "header.stamp.sec"), "7\n");
   EXPECT_EQ(yaml_of_field(odometry, "child_frame_id"), "base_footprint\n");
-  EXPECT_EQ(json(odometry, "pose.pose.position"), R"({"x":0.0,"y":-1.5,"z":0.0})");
-  EXPECT_EQ(json(odometry, "header.stamp.sec"), "7");
-  EXPECT_EQ(json(odometry, "child_frame_id"), R"("base_footprint")");
+  EXPECT_EQ(json_of_field(odometry, "pose.pose.position"), R"({"x":0.0,"y":-1.5,"z":0.0})");
+  EXPECT_EQ(json_of_field(odometry, "header.stamp.sec"), "7");
+  EXPECT_EQ(json_of_field(odometry, "child_frame_id"), R"("base_footprint")");
 }
 
 TEST(MessageField, a_list_is_one_part_long_or_short) {
   LaserScan scan;
   EXPECT_EQ(yaml_of_field(scan, "ranges"), "[]\n");
-  EXPECT_EQ(json(scan, "ranges"), "[]");
+  EXPECT_EQ(json_of_field(scan, "ranges"), "[]");
   scan.ranges = {1.0F, 2.5F};
   EXPECT_EQ(yaml_of_field(scan, "ranges"), "- 1.0\n- 2.5\n");
   EXPECT_EQ(yaml_of_field(scan, "ranges", {1}), "- 1.0\n- '...'\n");
-  EXPECT_EQ(json(scan, "ranges"), "[1.0,2.5]");
+  EXPECT_EQ(json_of_field(scan, "ranges"), "[1.0,2.5]");
 }
 
 TEST(MessageField, a_text_is_written_as_it_is_so_that_a_file_can_be_made_of_it) {
