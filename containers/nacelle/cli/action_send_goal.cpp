@@ -211,7 +211,8 @@ int Errand::wait_for_result() {
   while (true) {
     if (stop_.is_raised()) return cancel("");
     if (is_late()) return cancel("it has not ended in time");
-    wait({asking_.descriptor(), listening_.descriptor()}, 1h);
+    // Without feedback nothing is asked there, and the container may close it.
+    wait({asking_.descriptor(), wish_.feedback ? listening_.descriptor() : -1}, 1h);
     auto frame = asking_.receive(0ns);
     if (!frame) return complain(frame.error());
     // The container sends feedback that came before the result ahead of it.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <string_view>
 
+#include "nacelle/base/time.hpp"
 #include "nacelle/control/frame.hpp"
 
 namespace nacelle::control {
@@ -41,6 +43,10 @@ class Connection {
   int descriptor_;
   std::size_t sent_ = 0;
 };
+
+/// A connection without a word, a writer, a subscription or a pending answer is closed after this time. The slowest commands
+/// (`tf echo -r 0.001`) ask more often.
+inline constexpr Duration kIdleLimit = std::chrono::hours{1};
 
 /// Returns the maximum number of connections for each of the control thread and the main thread: an eighth of the process's limit
 /// of open files, at least 4 and at most 64. The rest stays for the robot.

@@ -213,8 +213,8 @@ ControlServer::Client* ControlServer::most_idle(bool for_stops, Duration at_leas
     return one.said_at < other.said_at;
   };
   for (Client& client : clients_) {
-    // A client with a writer may publish at a low rate, so it counts as idle later.
-    const Duration needed = for_stops || client.writers.empty() ? at_least : std::max(at_least, limits_.idle);
+    const Duration needed =
+        for_stops || client.writers.empty() ? at_least : std::max(at_least, limits_.writer_makes_room_after);
     if (client.for_stops != for_stops || now_ - client.said_at < needed) continue;
     if (found == nullptr || goes_first(client, *found)) found = &client;
   }

@@ -45,10 +45,11 @@ class FastService {
 
 struct ServerLimits {
   std::size_t guests = most_guests();  ///< Connections beside the reserved ones.
-  Duration idle = 60s;                 ///< Closes a connection without a writer after this silence.
+  Duration idle = kIdleLimit;          ///< Closes a connection without a writer after this silence.
   Duration makes_room_after = 1s;  ///< If all connections are in use, closes the longest idle one after this silence.
-  Duration stop = 2s;              ///< Closes a reserved connection after this silence.
-  Duration without_descriptors = 100ms;  ///< Pause of accept() without a free descriptor.
+  Duration writer_makes_room_after = 60s;  ///< The same of a connection with a writer, which may publish at a low rate.
+  Duration stop = 2s;                      ///< Closes a reserved connection after this silence.
+  Duration without_descriptors = 100ms;    ///< Pause of accept() without a free descriptor.
 };
 
 /// The control socket's own thread, "control": it accepts clients and answers what runs at a rate. Connections that begin with

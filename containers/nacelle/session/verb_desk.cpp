@@ -82,7 +82,7 @@ VerbDesk::Show VerbDesk::show_of(const std::string& word) {
 VerbDesk::VerbDesk(Session& session)
     : own_(std::make_unique<OwnContainer>(session)),
       respondent_(*own_),
-      limits_{.guests = control::most_guests(), .idle = 60s} {}
+      limits_{.guests = control::most_guests(), .idle = control::kIdleLimit} {}
 VerbDesk::VerbDesk(Respondent& respondent, DeskLimits limits) : respondent_(respondent), limits_(limits) {}
 VerbDesk::~VerbDesk() = default;
 
