@@ -117,7 +117,8 @@ class Commands(RunningRobotTest):
         self.assertIn(":=1", wrong.stderr)
 
     def test_a_name_that_nobody_has_is_told_when_the_load_fails_too(self):
-        refused = self.run_program("component", "load", "nacelle::lidar::LidarComponent", "--name", "second", "-p", "port_nme:=/dev/null")
+        refused = self.run_program("component", "load", "nacelle::lidar::LidarComponent", "--name", "second", "-p", "port_nme:=/dev/null",
+                                   "-p", "required_device:=true")  # fmt: skip
         self.expect_exit(refused, 1)
         self.assertIn("was taken out again", refused.stderr)
         self.assertRegex(refused.stderr, r"'port_nme'.*did you mean 'port_name'")

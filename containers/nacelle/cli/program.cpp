@@ -8,9 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "nacelle/base/files.hpp"
 #include "nacelle/control/other_users.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/qos/profiles.hpp"
@@ -178,9 +177,8 @@ Result<control::Client, int> connect(const std::string& container_option) {
   if (!found) {
     Problem problem = found.error().problem;
     if (found.error().fault == control::ChoiceFault::NoContainer) {
-      std::ostringstream sockets;
-      sockets << std::ifstream{"/proc/net/unix"}.rdbuf();
-      const auto others = control::containers_of_others(sockets.str(), ::geteuid());
+      const auto others =
+          control::containers_of_others(read_regular_file("/proc/net/unix").value_or(""), ::geteuid());
       if (!others.empty()) problem = control::problem_of_others(others);
     }
     complain(problem);

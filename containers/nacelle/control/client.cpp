@@ -12,10 +12,10 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/control/trust.hpp"
 
@@ -37,9 +37,7 @@ void limit_sending(int socket) {
 
 /// The letter of proc_pid_stat(5): R, S, D, T (stopped), t (by a debugger), Z; '?' where there is none.
 char state_of(int process) {
-  std::ifstream file{"/proc/" + std::to_string(process) + "/stat"};
-  std::string text;
-  std::getline(file, text);
+  const std::string text = read_regular_file("/proc/" + std::to_string(process) + "/stat").value_or("");
   const auto end_of_name = text.rfind(") ");  // a name may hold brackets
   return end_of_name == std::string::npos || end_of_name + 2 >= text.size() ? '?' : text[end_of_name + 2];
 }

@@ -13,6 +13,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 
@@ -114,7 +115,7 @@ void EarlyCrashes::read() {
   ::close(file);
   if (size <= 0 || static_cast<std::size_t>(size) > kLongestCounts) return;
   text.resize(static_cast<std::size_t>(size));
-  const json all = json::parse(text, nullptr, false);
+  const json all = parse_json_or_discard(text);
   if (!all.is_object() || !all.contains(kCountsFormat)) return;
   try {
     counted_ = all.at("counted").get<std::string>();

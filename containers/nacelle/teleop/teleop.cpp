@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/drive/velocity_sender.hpp"
 #include "nacelle/session/key_mode.hpp"
 
@@ -49,7 +50,7 @@ class StopWatch {
     is_lost_ = !frame.has_value();  // the connection of the commands says why
     if (is_lost_ || !frame.value()) return false;
     is_asked_ = false;
-    const auto reply = nlohmann::json::parse(as_text(frame.value()->payload), nullptr, false);
+    const auto reply = parse_json_or_discard(as_text(frame.value()->payload));
     std::string set;
     if (reply.is_object()) {
       for (const auto& topic : reply.value("set", nlohmann::json::array()))

@@ -175,14 +175,14 @@ function(nacelle_generate_interfaces package)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${output}/include>
                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/nacelle/msgs>)
   target_link_libraries(${target} PUBLIC nacelle::msgs_runtime ${libraries})
-  # Found beside each other wherever they are installed; a program's own RUNPATH does not reach its libraries'
-  # libraries.
-  nacelle_rpath("$ORIGIN" ${target})
   set_property(GLOBAL APPEND PROPERTY NACELLE_MESSAGE_PACKAGES ${target})
   if(A_NO_INSTALL)
     add_library(nacelle::msgs_${package} ALIAS ${target})
     return()
   endif()
+  # Found beside each other wherever they are installed; a program's own RUNPATH does not reach its libraries'
+  # libraries.
+  nacelle_rpath("$ORIGIN" ${target})
   _nacelle_register(${target} msgs_${package})
   install(DIRECTORY ${output}/include/${package} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/nacelle/msgs)
   get_property(subdir GLOBAL PROPERTY NACELLE_DEFINITIONS_SUBDIR)

@@ -219,7 +219,11 @@ class FastDds {
       set(policies, qos);
       policies.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;  // for what needs several packets
       policies.publish_mode().flow_controller_name = kPace;
+#if NACELLE_FASTDDS >= 3
+      policies.reliable_writer_qos().times.heartbeat_period = {0, 100 * 1000 * 1000};
+#else
       policies.reliable_writer_qos().times.heartbeatPeriod = {0, 100 * 1000 * 1000};
+#endif
       writer_ = dds.publisher_->create_datawriter(dds.make_topic<T>(topic), policies, this);
       if (writer_ == nullptr) std::exit(1);
     }
