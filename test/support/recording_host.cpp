@@ -76,6 +76,7 @@ struct RecordingContext::State {
   void* open_response = nullptr;
   std::map<std::string, std::unique_ptr<Writer>> injectors;
   std::vector<FaultReason> faults, open_faults;
+  std::size_t closed_faults = 0;
   std::vector<Claimed> frames;
   std::map<std::string, std::string> frame_owners;
   std::vector<std::uint8_t> safe_stop;
@@ -183,7 +184,7 @@ class RecordingHost final : public NodeHost {
   }
   void close_fault(const std::string& code) override {
     const std::lock_guard lock(state_.mutex);
-    std::erase_if(state_.open_faults, [&](const FaultReason& fault) { return fault.code == code; });
+    state_.closed_faults += std::erase_if(state_.open_faults, [&](const FaultReason& fault) { return fault.code == code; });
     ++state_.arrivals;
     state_.arrived.notify_all();
   }
@@ -343,6 +344,10 @@ bool RecordingContext::call(const std::string& service, void* request, void* res
 std::vector<FaultReason> RecordingContext::faults() const {
   const std::lock_guard lock(state_->mutex);
   return state_->faults;
+}
+std::size_t RecordingContext::closed_faults() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->closed_faults;
 }
 std::vector<FaultReason> RecordingContext::open_faults() const {
   const std::lock_guard lock(state_->mutex);

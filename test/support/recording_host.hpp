@@ -67,6 +67,8 @@ class RecordingContext final : public Context {
   [[nodiscard]] std::vector<FaultReason> faults() const;
   /// Those that are open now.
   [[nodiscard]] std::vector<FaultReason> open_faults() const;
+  /// How many were closed so far.
+  [[nodiscard]] std::size_t closed_faults() const;
   /// Waits until so many are open.
   void wait_for_open_faults(std::size_t count);
   [[nodiscard]] std::vector<Claimed> frames() const;

@@ -161,9 +161,9 @@ TEST_F(CameraControls, of_a_device_that_comes_after_the_bring_up_are_parameters_
 
   device->plug();
   while (camera.stats().returns == 0) context.clock().advance(10ms);
-  // Time flies while no frame is there, so they come all the time. It is told here, too: a driver that runs out of buffers opens the
-  // device again, after a pause.
-  for (std::uint32_t frame = 0; !context.open_faults().empty(); ++frame) {
+  // Time flies while the driver waits for a frame, so that it loses the device again as soon as no frame is there; and one that ran
+  // out of buffers opens the device again, after a pause. So frames come, and time is told, until the fault has been closed once.
+  for (std::uint32_t frame = 0; context.closed_faults() == 0; ++frame) {
     device->deliver(frame, 1);
     context.advance(1ms);
   }
