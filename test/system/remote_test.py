@@ -116,10 +116,11 @@ class Robot(RemoteTest):
         program = self.folder / "bare" / "bin" / "nacelle"  # beside which there are no message packages
         program.parent.mkdir(parents=True)
         shutil.copy(PROGRAM, program)
+        libraries = {"LD_LIBRARY_PATH": str(pathlib.Path(PROGRAM).parents[1] / "lib")}  # those that the program itself is linked with
 
         def bare(*words):
             return subprocess.run(self.laptop.within(program, *words, "--remote"), capture_output=True, text=True, timeout=60 * SLOW,
-                                  env=self.laptop_environment())  # fmt: skip
+                                  env=self.laptop_environment() | libraries)  # fmt: skip
 
         self.assertIn("/odom [nav_msgs/msg/Odometry]", self.expect_exit(bare("topic", "list", "-t"), 0).stdout.splitlines())
         self.assertIn("--raw shows its bytes", self.expect_exit(bare("topic", "echo", "/odom", "--once"), 1).stderr)
