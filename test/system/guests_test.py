@@ -14,7 +14,7 @@ import time
 import unittest
 
 from control import Control
-from robot import PROGRAM, SLOW, RobotTest, wait_for
+from robot import PROGRAM, SLOW, RobotTest, needs_no_sanitizer, wait_for
 
 CHAOS, STRING = "nacelle::test::Chaos", "std_msgs/msg/String"
 OTHER_USER = 12340
@@ -104,6 +104,7 @@ class Guests(ContainerTest):
         _, answer = newest.receive()
         self.assertRegex(answer.decode(), "connections for requests are in use|only emergency stops and shutdown are accepted|too many requests are pending")
 
+    @needs_no_sanitizer
     def test_out_of_descriptors_is_a_fault_and_accepts_a_stop(self):
         self.load("chaos")
         orders, listener = self.connect(), self.connect()

@@ -19,6 +19,8 @@ SLOW = float(os.environ.get("NACELLE_TEST_SLOWNESS", "1"))  # sanitizers need mo
 STREAMS_HZ = {"/camera/image_raw": 30, "/scan": 10, "/imu/data_raw": 100, "/odom": 50, "/odometry/filtered": 50}
 # Threads that may allocate: OpenCV's and those that write text.
 MAY_ALLOCATE = ("detector", "monitor")
+# What the undefined behaviour sanitizer cannot run: it probes memory through a pipe, which needs two descriptors.
+needs_no_sanitizer = unittest.skipIf(SLOW > 1, "a sanitizer needs file descriptors of its own")
 # A case of real time that repeats what a shorter one shows: left out where NACELLE_SHORT is set (CI), run at night and by ./dev test.
 nightly = unittest.skipIf(os.environ.get("NACELLE_SHORT"), "a long case of real time: NACELLE_SHORT is set")
 

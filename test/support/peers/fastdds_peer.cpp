@@ -230,7 +230,11 @@ class FastDds {
     ~Writer() override { writer_->set_listener(nullptr); }
     [[nodiscard]] int matched() const { return matched_; }
     void write(T message) {
+#if NACELLE_FASTDDS >= 3
+      if (writer_->write(&message) != kOk) std::exit(1);
+#else
       if (!writer_->write(&message)) std::exit(1);
+#endif
     }
     /// Any number that is nobody else's.
     [[nodiscard]] std::uint64_t handle() const {
