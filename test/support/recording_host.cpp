@@ -184,7 +184,8 @@ class RecordingHost final : public NodeHost {
   }
   void close_fault(const std::string& code) override {
     const std::lock_guard lock(state_.mutex);
-    state_.closed_faults += std::erase_if(state_.open_faults, [&](const FaultReason& fault) { return fault.code == code; });
+    state_.closed_faults +=
+        std::erase_if(state_.open_faults, [&](const FaultReason& fault) { return fault.code == code; });
     ++state_.arrivals;
     state_.arrived.notify_all();
   }

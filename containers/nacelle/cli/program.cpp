@@ -177,8 +177,7 @@ Result<control::Client, int> connect(const std::string& container_option) {
   if (!found) {
     Problem problem = found.error().problem;
     if (found.error().fault == control::ChoiceFault::NoContainer) {
-      const auto others =
-          control::containers_of_others(read_regular_file("/proc/net/unix").value_or(""), ::geteuid());
+      const auto others = control::containers_of_others(read_regular_file("/proc/net/unix").value_or(""), ::geteuid());
       if (!others.empty()) problem = control::problem_of_others(others);
     }
     complain(problem);

@@ -167,9 +167,7 @@ TEST_F(NodeServicesTest, are_there_while_a_node_is_loaded) {
   EXPECT_THAT(standard_names("/caller"), UnorderedElementsAreArray(standard_services("/caller", false)))
       << "a plain node has no lifecycle";
   for (const auto& service : container.services()) {
-    if (service.name == "/talker/enable") {
-      EXPECT_FALSE(service.is_standard);
-    }
+    if (service.name == "/talker/enable") { EXPECT_FALSE(service.is_standard); }
   }
   ASSERT_TRUE(container.unload(talker.id));
   EXPECT_THAT(standard_names("/talker"), IsEmpty());
