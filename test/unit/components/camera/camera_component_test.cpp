@@ -104,7 +104,7 @@ TEST(CameraComponent, can_be_activated_again_after_a_deactivation_and_shut_down_
 }
 
 class CameraControls : public ::testing::Test {
- protected:
+ public:
   CameraControls() {
     v4l2_queryctrl brightness{};
     brightness.id = V4L2_CID_BRIGHTNESS;
