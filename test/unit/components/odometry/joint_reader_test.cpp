@@ -115,8 +115,8 @@ struct Drive {
       }
       const double positions[] = {shown(left_rad), shown(right_rad)};
       const double told[] = {base_rps, base_rps + 0.5};
-      const auto step = speeds == Speeds::Told ? reader.read(at_ms(20 * i), names, positions, told)
-                                               : reader.read(at_ms(20 * i), names, positions);
+      const auto step = speeds == Speeds::Told ? reader.read(at_ms(std::int64_t{20} * i), names, positions, told)
+                                               : reader.read(at_ms(std::int64_t{20} * i), names, positions);
       if (step) found_rad += step->wheels.left_m / 0.1;
     }
     return std::abs(found_rad - (left_rad - 1.0)) / way_rad;
@@ -169,7 +169,8 @@ TEST_F(JointReaderCircle, slow_samples_need_the_speed_to_find_the_circle_out) {
     const double angle_rad = std::remainder(1.0 * i, kTurn_rad);
     const double positions[] = {angle_rad, angle_rad};
     const double speeds[] = {5.0, 5.0};
-    if (const auto step = read.read(at_ms(200 * i), names, positions, speeds)) found_rad += step->wheels.left_m / 0.1;
+    if (const auto step = read.read(at_ms(std::int64_t{200} * i), names, positions, speeds))
+      found_rad += step->wheels.left_m / 0.1;
   }
   EXPECT_NEAR(found_rad, 50.0, 1e-9);
 }
