@@ -6,7 +6,7 @@ import unittest
 
 from machines import Lines, named, slow_cable
 from on_the_network import PEERS, NetworkTest
-from robot import wait_for
+from robot import nightly, wait_for
 
 
 def is_skew(line):
@@ -68,6 +68,7 @@ class ClockSkew(NetworkTest):
         self.assertLess(milliseconds_of(line), 200)
 
     # A message that left 50 ms ago by a clock that is 5 ms ahead has a stamp of 45 ms ago.
+    @nightly
     def test_nobody_is_told_of_5_ms_on_a_slow_and_lossy_link_and_of_150_ms_there_he_is(self):
         robot = self.start_robot("network:=export")
         self.lose(30)
@@ -134,6 +135,7 @@ class TwoRobots(NetworkTest):
         self.assertIn(" ms ahead; ", two.wait_for("the same of the other side", is_skew, 60))
         self.assertEqual(self.figures("robot2")["clock_questions"], 0)
 
+    @nightly
     def test_do_not_take_a_way_of_130_ms_for_a_clock(self):
         self.laptop.ip("link", "del", "lan0")
         way = slow_cable(self.robot_machine, self.laptop, self.machine(), 0.13)

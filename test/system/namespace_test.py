@@ -4,7 +4,7 @@ import json
 import os
 import unittest
 
-from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, wait_for
+from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, nightly, wait_for
 
 # As in ROS 2, these are absolute names: all robots' are on one topic each.
 SHARED = {"/diagnostics", "/rosout", "/parameter_events"}
@@ -103,6 +103,7 @@ class Frames(NamespaceTest):
 
 class Drive(RobotTest):
     # Whose filter fuses nothing would know nothing of the way.
+    @nightly
     def test_follows_where_frames_have_a_prefix(self):
         file = self.folder / "report.json"
         self.expect_exit(self.run_program("drive", "--report", file, "namespace:=robot1", "tf:=frames", limit_s=120), 0)
