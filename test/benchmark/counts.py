@@ -36,6 +36,13 @@ def per_message(figure):
     return lambda programs, path: (run := programs.run("handover", path=path, messages=20000))[figure] / run["delivered"]
 
 
+def system_calls(programs, path, few, many):
+    # strace stops the threads at each call, so that it finds a reader awake that was to be found asleep.
+    if path == "asleep" and programs.calls_are_counted_by != "perf":
+        return None
+    return programs.syscalls("handover", path=path, few=few, many=many)
+
+
 def counts():
     """The name of each count, and what counts it."""
     for take, name in (("const_ref", "const T&"), ("loan", "Loan<T>"), ("shared", "shared_ptr<const T>")):
@@ -46,8 +53,7 @@ def counts():
         if goal != "M1":
             yield f"{goal} instructions", lambda programs, path=path: programs.instructions("handover", path=path)
         yield f"{goal} mallocs", lambda programs, path=path: per_message("mallocs")(programs, path)
-        yield (f"{goal} system calls",
-               lambda programs, path=path, few=few, many=many: programs.syscalls("handover", path=path, few=few, many=many))  # fmt: skip
+        yield f"{goal} system calls", lambda programs, path=path, few=few, many=many: system_calls(programs, path, few, many)
 
 
 def limit_of(name, recorded):
@@ -71,7 +77,7 @@ def compare(programs, recorded, say=print):
         measured[name] = None if value is None else round(value, 4)
         verdict = ""
         if value is None:
-            verdict = "not measured: ptrace is not allowed here"
+            verdict = "not measured: this kernel does not let it be counted here"
         elif was is not None and value > limit_of(name, was):
             verdict = f"ABOVE the limit of {limit_of(name, was):.4g}"
             above.append(name)

@@ -45,7 +45,7 @@ bool add_to_loopback(const char* address) {
   const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return false;
   ifreq alias{};
-  std::strncpy(alias.ifr_name, ("lo:" + std::to_string(next++)).c_str(), IFNAMSIZ - 1);
+  std::snprintf(alias.ifr_name, sizeof alias.ifr_name, "lo:%d", next++);
   auto& to = reinterpret_cast<sockaddr_in&>(alias.ifr_addr);
   to.sin_family = AF_INET;
   const bool added = ::inet_pton(AF_INET, address, &to.sin_addr) == 1 &&
