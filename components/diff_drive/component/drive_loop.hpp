@@ -49,7 +49,7 @@ struct DriveFault {
 /// A command is followed as fast as the limits allow, a command of zero too. A stop (nobody commands any more, a hold) is no
 /// command: the wheels are told zero in that cycle. An emergency stop does not even wait for the cycle, if the loop is
 /// interrupted for it.
-/// With Settings::waits_for_board a board that is lost (no line, no feedback, no byte taken) is told zero and tried again without
+/// With Settings::waits_for_board a board that is lost (no line, no feedback, no byte taken) is sent zero and opened again without
 /// limit; what was commanded before does not go on when it is back (CommandInput). Without, a lost line is opened again for as long
 /// as Settings::reopen_limit, and silence is a fault.
 /// A loop that was itself away (a stopped process, a starved machine) for as long as a command may be old, or as the board's own

@@ -23,7 +23,7 @@ std::string device_behind(const std::string& path) {
 
 std::optional<double> number_of(const LoadedComponent& component, std::string_view parameter) {
   if (!component.declared) return std::nullopt;
-  // A value that is refused was told.
+  // A refused value has its own finding.
   if (std::ranges::find(component.faults, parameter, &ParameterFault::parameter) != component.faults.end())
     return std::nullopt;
   for (const auto& declared : component.declared->parameters) {

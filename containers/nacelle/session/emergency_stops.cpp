@@ -24,7 +24,7 @@ void EmergencyStops::append_waits(std::vector<pollfd>& waits) const {
 }
 
 void EmergencyStops::open(Topic& topic, const std::string& name, const msgs::MessageType& type) {
-  // Not KEEP_ALL: whoever says a stop does not wait for us.
+  // Not KEEP_ALL: the publisher of a stop must not wait for this reader.
   EndpointSpec spec{name, &type, QoS(100).reliable().transient_local(), ""};
   topic.latched = std::make_unique<TopicTap>(container_.transport(), spec);
   spec.qos = QoS(100).best_effort();

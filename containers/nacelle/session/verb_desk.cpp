@@ -174,7 +174,7 @@ void VerbDesk::serve(const pollfd* waits) {
 void VerbDesk::serve(Guest& guest, short events, bool has_message, bool has_answer) {
   if ((events & (POLLERR | POLLNVAL)) != 0) guest.gone = true;
   if (guest.late) {
-    if ((events & POLLHUP) != 0) guest.gone = true;  // nobody waits for the answer any more
+    if ((events & POLLHUP) != 0) guest.gone = true;  // the client has left
     if (!guest.gone) finish(guest, has_answer);
   } else if (!guest.gone && (events & (POLLIN | POLLHUP)) != 0) {
     guest.gone = !guest.connection->read_some();
