@@ -54,6 +54,19 @@ class OfAnotherUser(RobotTest):
             theirs.wait(30 * SLOW)
             shutil.rmtree(folder, ignore_errors=True)
 
+    @unittest.skipUnless(os.geteuid() == 0, "two users need root")
+    def test_a_world_of_another_user_is_not_taken(self):
+        folder = self.folder / "nacelle-drive-1"
+        world = self.start_program("sim", "world", "--dir", folder)
+        try:
+            wait_for("the world runs", lambda: (folder / "ready").exists())
+            self.expect_exit(self.run_program("sim", "truth"), 0)
+            os.chown(folder, self.USER, self.USER)
+            self.assertIn("no simulated world runs there", self.expect_exit(self.run_program("sim", "truth"), 1).stderr)
+        finally:
+            world.send_signal(signal.SIGINT)
+            world.communicate(timeout=30 * SLOW)
+
 
 class WithoutContainer(RobotTest):
     COMMANDS = (

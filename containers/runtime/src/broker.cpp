@@ -138,15 +138,19 @@ MonotonicTime Broker::watch(MonotonicTime now) {
 }
 
 std::shared_ptr<Topic> Broker::topic(const EndpointSpec& spec) {
-  auto& slot = topics_[{spec.topic, spec.type}];
-  if (!slot) {
+  const auto found = topics_.find({spec.topic, spec.type});
+  if (found == topics_.end()) {
     pin_library_of(*spec.type);
-    slot = std::make_shared<Topic>(spec.topic, *spec.type);
-  } else if (slot->place_unused_) {
-    unused_.erase(*slot->place_unused_);
-    slot->place_unused_.reset();
+    auto made = std::make_shared<Topic>(spec.topic, *spec.type);
+    topics_.emplace(std::pair{spec.topic, spec.type}, made);
+    return made;
   }
-  return slot;
+  const std::shared_ptr<Topic>& known = found->second;
+  if (known->place_unused_) {
+    unused_.erase(*known->place_unused_);
+    known->place_unused_.reset();
+  }
+  return known;
 }
 
 // An endpoint has left the topic. Endpoints are made under the broker's lock: a topic that is found empty stays so meanwhile.
