@@ -10,6 +10,7 @@ import os
 import pathlib
 import signal
 import struct
+import subprocess
 import time
 import unittest
 
@@ -401,7 +402,7 @@ class Absent(RobotTest):
         listed = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)["components"]
         self.assertEqual({row["state"] for row in listed}, {"active"})
 
-        world = self.start_program("sim", "world", "--dir", sim)
+        world = self.start_program("sim", "world", "--dir", sim, stdout=subprocess.DEVNULL)
         self.addCleanup(interrupt, world)
         wait_for("every device is there", lambda: not json.loads(self.run_program("faults", "--json").stdout)["components"], 20)
         for topic in ("/scan", "/imu/data", "/joint_states"):
