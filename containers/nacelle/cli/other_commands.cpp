@@ -65,11 +65,10 @@ int run_world_command(const WorldWish& wish) {
   return kDone;
 }
 
-/// Returns whether a folder belongs to this user or root. Follows no symbolic link: in /tmp it may be another user's trap.
+/// Returns whether a folder, or the symbolic link to it, belongs to this user or root.
 bool is_own(const std::string& folder) {
   struct stat status {};
-  return ::lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) &&
-         (status.st_uid == ::geteuid() || status.st_uid == 0);
+  return ::lstat(folder.c_str(), &status) == 0 && (status.st_uid == ::geteuid() || status.st_uid == 0);
 }
 
 /// The world that is meant when no folder is named: the only one that runs, of a launch file or of `drive`.
@@ -81,7 +80,8 @@ Result<std::string, Problem> running_world() {
   for (const auto& entry : std::filesystem::directory_iterator(base, unreadable)) {
     const std::string name = entry.path().filename().string();
     const bool fits = name == "nacelle-sim" || name.rfind("nacelle-drive-", 0) == 0;
-    if (fits && is_own(entry.path()) && simulation::read_truth((entry.path() / "truth").string())) found.push_back(entry.path().string());
+    if (fits && is_own(entry.path()) && simulation::read_truth((entry.path() / "truth").string()))
+      found.push_back(entry.path().string());
   }
   if (found.size() == 1) return found.front();
   if (found.empty()) {
