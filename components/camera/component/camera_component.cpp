@@ -124,7 +124,7 @@ CallbackReturn CameraComponent::on_activate(const State&) {
       if (!may_wait(Source::V4l2, options_.video_device)) return refuse(opened.error());
       loop_->await_device(opened.error());
     } else {
-      apply_controls();
+      on_reopened();
     }
   }
   if (!loop_->is_awaiting()) {

@@ -56,6 +56,8 @@ void CaptureLoop::await_device(const Problem& why) {
 
 void CaptureLoop::close() {
   open_.store(false, std::memory_order_release);
+  away_ = false;
+  backoff_.reset();
   image_.reset();
   maker_.reset();
   around_.port.close();

@@ -65,6 +65,7 @@ class CaptureLoop {
   /// Threads: any.
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] Result<void, Problem> start();
+  /// Also ends the wait for an absent device.
   void close();
   /// Instead of open() and start(), for a device that is absent: turn() opens it when it is there.
   void await_device(const Problem& why);

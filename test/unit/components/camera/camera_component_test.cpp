@@ -149,6 +149,19 @@ TEST_F(CameraControls, are_set_from_the_launch_file_and_again_when_the_device_is
   EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
 }
 
+TEST_F(CameraControls, are_set_by_the_activation_that_follows_a_loss) {
+  auto camera = make(NodeOptions{context}.append_parameter_override("brightness", std::int64_t{200}));
+  ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  device->unplug();
+  while (camera.stats().outages == 0) context.clock().advance(10ms);
+  ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
+  device->plug();
+  device->control_values[V4L2_CID_BRIGHTNESS] = 1;
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200) << "the activation opens the device, not its thread later";
+}
+
 TEST_F(CameraControls, of_a_device_that_comes_after_the_bring_up_are_parameters_then_and_its_open_fault_is_over) {
   device->unplug();
   auto camera = make(NodeOptions{context}
