@@ -4,6 +4,7 @@
 // been written when it has arrived.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <set>
 
@@ -162,7 +163,13 @@ TEST_F(MirroredMatrix, delivers_what_the_specification_says_and_names_the_polici
     EXPECT_TRUE(clashes.contains(pair.writer->status().last_policy)) << pair.name() << pair.writer->status().last_clash;
     EXPECT_TRUE(clashes.contains(pair.reader->status().last_policy)) << pair.name() << pair.reader->status().last_clash;
   }
-  EXPECT_EQ(here.stats().problems + there.stats().problems, 0U);
+  // A reader that gets nothing is reported once, by the side that publishes, when its node had time to bring another reader.
+  const auto unserved = std::ranges::count_if(pairs, [](const Pair& pair) { return !pair.clashes().empty(); });
+  EXPECT_TRUE(here.bell.until([&] { return here.stats().problems == static_cast<std::uint64_t>(unserved); }))
+      << here.stats().problems;
+  for (const auto& problem : *here.problems.lock())
+    EXPECT_NE(problem.find("/listener asks for"), std::string::npos) << problem;
+  EXPECT_EQ(there.stats().problems, 0U);
   EXPECT_EQ(here.stats().overtaken + here.stats().refused + there.stats().stray, 0U);
 }
 
