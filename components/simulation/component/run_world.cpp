@@ -334,6 +334,9 @@ Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock&
     return err(Problem{ready_path, "cannot be written", "is the directory writable?"});
   }
 
+  // Real devices do not wait for the processors of this machine. Where the limits allow it (RLIMIT_RTPRIO), the world does not either.
+  const sched_param lowest{::sched_get_priority_min(SCHED_FIFO)};
+  static_cast<void>(::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &lowest));
   const timespec at_once{};
   for (bool behind = false;;) {
     auto watched = runner.watched(ticks.number(), signals.descriptor(), options.stop_descriptor, control.descriptor());

@@ -47,7 +47,8 @@ struct WorldReport {
 /// Runs the simulated robot in real time until SIGTERM, SIGINT, the parent's death or the stop descriptor.
 ///
 /// The file <directory>/ready appears when every line can be opened, and is the first to go. On the way out all files
-/// and links are removed. The calling thread's signal mask is changed while it runs.
+/// and links are removed. The calling thread's signal mask is changed while it runs. The thread gets the lowest real-time priority
+/// where the process may have it, and keeps it.
 /// Errors:  a Problem: no pty, directory not writable, another world runs in the same directory.
 /// Threads: the calling one.
 [[nodiscard]] Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock& clock);
