@@ -16,6 +16,7 @@ class WholeRun(RobotTest):
     def run_and_report(self, *arguments, limit_s=120):
         file = self.folder / "report.json"
         outcome = self.expect_exit(self.run_program("drive", "--report", file, *arguments, limit_s=limit_s), 0)
+        self.log = outcome.stderr
         return json.loads(file.read_text()), outcome.stdout
 
     def check_streams(self, report, summary):
@@ -40,8 +41,10 @@ class WholeRun(RobotTest):
         process = report["process"]
         self.assertGreater(process["rss_mb"], 1)
         self.assertGreaterEqual(process["threads"], 3)
+        # A warning, as of measurements that were lost when the machine paused the robot, is a new message on /rosout.
+        may_allocate = (*MAY_ALLOCATE, "services") if " warning [" in self.log else MAY_ALLOCATE
         for thread, rate in process["allocations_per_second"].items():
-            if not thread.startswith(MAY_ALLOCATE):
+            if not thread.startswith(may_allocate):
                 self.assertEqual(rate, 0, f"thread {thread} allocates")
 
     def test_a_run_without_a_drive_gives_true_figures(self):
