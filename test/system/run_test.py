@@ -15,7 +15,7 @@ from robot import LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, wait_f
 class WholeRun(RobotTest):
     def run_and_report(self, *arguments, limit_s=120):
         file = self.folder / "report.json"
-        outcome = self.expect_exit(self.run_program("drive", "--report", file, *arguments, limit_s=limit_s), 0)
+        outcome = self.expect_exit(self.run_program("drive", "-v", "--report", file, *arguments, limit_s=limit_s), 0)
         self.log = outcome.stderr
         return json.loads(file.read_text()), outcome.stdout
 
