@@ -58,6 +58,7 @@ class ClockSkew(NetworkTest):
         self.sends_commands(400, host="tablet")
         self.assertIn("host tablet is ", robot.wait_for("the other clock is told", is_skew))
 
+    @nightly
     def test_a_clock_that_is_behind(self):
         robot = self.start_robot("network:=export")
         self.sends_commands(-150)
@@ -120,6 +121,7 @@ class TwoRobots(NetworkTest):
         containers = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"]
         return next(row["figures"] for row in containers if row["name"] == name)
 
+    @nightly
     def test_tell_a_clock_that_is_40_ms_behind_since_its_nodes_are_asked(self):
         one, two, _ = self.start_both("tf:=frames", ahead_s=-0.04)
         line = one.wait_for("the clock that is behind", is_skew, 60)

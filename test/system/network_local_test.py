@@ -5,7 +5,7 @@ import unittest
 
 from machines import Lines
 from on_the_network import ASKS_THE_ROBOT, PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
-from robot import LAUNCH_FILE, PROGRAM, wait_for
+from robot import LAUNCH_FILE, PROGRAM, nightly, wait_for
 
 # What rmw_cyclonedds makes of ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST.
 AT_HOME = ("<General><AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
@@ -137,6 +137,7 @@ class Kept(NetworkTest):
             with self.subTest(vendor=vendor):
                 self.sees(vendor, self.robot_machine)
 
+    @nightly
     def test_more_programs_than_have_a_number_share_the_loopback(self):
         """33 have one; the rest meet by multicast."""
         self.start_robot()

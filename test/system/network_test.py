@@ -8,7 +8,7 @@ import unittest
 
 from machines import Lines
 from on_the_network import ASKS_THE_ROBOT, PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
-from robot import LAUNCH_FILE, PROGRAM, SLOW, wait_for
+from robot import LAUNCH_FILE, PROGRAM, SLOW, nightly, wait_for
 
 # One topic for all robots, as in ROS 2.
 SHARED = {"/diagnostics", "/parameter_events", "/rosout"}
@@ -78,6 +78,7 @@ class Exported(NetworkTest):
         self.assertIn("/diff_drive\n", listed.stdout)
 
     @unittest.skipUnless("fastdds" in PEERS, "built without the Fast DDS peer")
+    @nightly
     def test_where_multicast_is_blocked_a_fast_dds_laptop_is_found_by_static_peers(self):
         self.check_by_static_peers("fastdds", {"ROS_STATIC_PEERS": "10.77.0.2"})
 

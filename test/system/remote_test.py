@@ -11,7 +11,7 @@ import unittest
 
 from machines import Lines, Machine, cable
 from on_the_network import PEERS, ApartTest
-from robot import LAUNCH_FILE, PROGRAM, SLOW, wait_for
+from robot import LAUNCH_FILE, PROGRAM, SLOW, nightly, wait_for
 
 ACTIONS = pathlib.Path(__file__).parent / "actions" / "actions.launch.yaml"
 SERIES, FIBONACCI = "/series/series", "example_interfaces/action/Fibonacci"
@@ -380,6 +380,7 @@ class Kept(RemoteTest):
         remark = "nacelle: network: peers: peers are not asked in this mode; network:=export shows the robot to them"
         self.assertIn(remark, self.said)
 
+    @nightly
     def test_a_list_may_take_longer_than_a_container_to_answer(self):
         self.assertEqual(self.ask("node", "list", "--spin-time", "11").stdout, "/actions\n/series\n/series_client\n")
 

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cctype>
+#include <iterator>
 #include <memory>
 #include <vector>
 
@@ -76,6 +77,13 @@ void Logger::write(LogLevel level, std::string_view text, const LogPlace& place)
   if (!somebody_listens.load(std::memory_order_acquire)) return;
   auto all = listeners().lock();
   for (LogListener* const listener : *all) listener->on_line(level, name_, text, place);
+}
+
+void Logger::write_formatted(LogLevel level, const LogPlace& place, fmt::string_view format,
+                             fmt::format_args args) const {
+  fmt::memory_buffer text;  // a line of the usual length needs no heap: real-time threads write lines, too
+  fmt::vformat_to(std::back_inserter(text), format, args);
+  write(level, {text.data(), text.size()}, place);
 }
 
 void set_log_level(LogLevel level) { lowest_level.store(level, std::memory_order_relaxed); }

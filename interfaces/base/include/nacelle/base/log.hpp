@@ -45,7 +45,7 @@ void remove_log_listener(LogListener& listener);
 
 /// Writes lines under one name, as rclcpp's loggers do. A small value; copy it freely.
 ///
-/// The text is only built if its level is enabled. Threads: any. Allocates: yes, so not for hot paths; a message that
+/// The text is only built if its level is enabled. Threads: any. Allocates: nothing for a line of up to 200 bytes. A message that
 /// may repeat at a sensor's rate belongs into a counter.
 class Logger {
   template <typename... Args>
@@ -56,28 +56,23 @@ class Logger {
 
   template <typename... Args>
   void debug(Format<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Debug))
-      write(LogLevel::Debug, fmt::format(format.format, std::forward<Args>(args)...), format.place);
+    log(LogLevel::Debug, format.place, format.format, args...);
   }
   template <typename... Args>
   void info(Format<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Info))
-      write(LogLevel::Info, fmt::format(format.format, std::forward<Args>(args)...), format.place);
+    log(LogLevel::Info, format.place, format.format, args...);
   }
   template <typename... Args>
   void warn(Format<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Warn))
-      write(LogLevel::Warn, fmt::format(format.format, std::forward<Args>(args)...), format.place);
+    log(LogLevel::Warn, format.place, format.format, args...);
   }
   template <typename... Args>
   void error(Format<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Error))
-      write(LogLevel::Error, fmt::format(format.format, std::forward<Args>(args)...), format.place);
+    log(LogLevel::Error, format.place, format.format, args...);
   }
   template <typename... Args>
   void fatal(Format<Args...> format, Args&&... args) const {
-    if (enabled(LogLevel::Fatal))
-      write(LogLevel::Fatal, fmt::format(format.format, std::forward<Args>(args)...), format.place);
+    log(LogLevel::Fatal, format.place, format.format, args...);
   }
 
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -85,6 +80,12 @@ class Logger {
   void write(LogLevel level, std::string_view text, const LogPlace& place = {}) const;
 
  private:
+  template <typename... Args>
+  void log(LogLevel level, const LogPlace& place, fmt::string_view format, Args&... args) const {
+    if (enabled(level)) write_formatted(level, place, format, fmt::make_format_args(args...));
+  }
+  void write_formatted(LogLevel level, const LogPlace& place, fmt::string_view format, fmt::format_args args) const;
+
   std::string name_;
 };
 

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/base/log.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "support/allocation_guard.hpp"
+
+namespace nacelle {
+namespace {
+
+class Listener final : public LogListener {
+ public:
+  Listener() { add_log_listener(*this); }
+  ~Listener() override { remove_log_listener(*this); }
+  void on_line(LogLevel, std::string_view, std::string_view text, const LogPlace&) noexcept override {
+    length_ = text.copy(last_, sizeof last_);
+  }
+  [[nodiscard]] std::string last() const { return {last_, length_}; }
+
+ private:
+  char last_[1000]{};
+  std::size_t length_ = 0;
+};
+
+// A warning of an executor's thread must not be an allocation of the steady state.
+TEST(Log, a_line_of_the_usual_length_allocates_nothing) {
+  const Logger log{"ekf"};
+  log.warn("{}", "the first line makes the log");
+  const Listener listener;
+  const std::string reason(150, 'x');
+  const test::AllocationGuard guard;
+  log.warn("{}: {} measurements were lost, {}", "imu0", 7, reason);
+  EXPECT_EQ(guard.count(), 0U);
+  EXPECT_EQ(listener.last(), "imu0: 7 measurements were lost, " + reason);
+}
+
+TEST(Log, a_line_of_any_length_is_whole) {
+  const Logger log{"ekf"};
+  const Listener listener;
+  const std::string text(900, 'y');
+  log.warn("{}", text);
+  EXPECT_EQ(listener.last(), text);
+}
+
+TEST(Log, a_level_that_is_off_builds_no_text) {
+  const Logger log{"ekf"};
+  const Listener listener;
+  log.debug("{}", "not for now");
+  EXPECT_EQ(listener.last(), "");
+}
+
+}  // namespace
+}  // namespace nacelle
