@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/ask/parameters.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -16,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// rcl_interfaces/msg/ParameterValue's field of each type. Source: its definition in /opt/ros or interfaces/msgs/definitions.
+// The field of rcl_interfaces/msg/ParameterValue for each type, and the services of a node's parameters.
 constexpr std::array<const char*, 10> kFields{"",
                                               "bool_value",
                                               "integer_value",
@@ -27,6 +28,12 @@ constexpr std::array<const char*, 10> kFields{"",
                                               "integer_array_value",
                                               "double_array_value",
                                               "string_array_value"};
+
+constexpr const char* kList = "rcl_interfaces/srv/ListParameters";
+constexpr const char* kDescribe = "rcl_interfaces/srv/DescribeParameters";
+constexpr const char* kTypes = "rcl_interfaces/srv/GetParameterTypes";
+constexpr const char* kGet = "rcl_interfaces/srv/GetParameters";
+constexpr const char* kSet = "rcl_interfaces/srv/SetParameters";
 
 json number_of(double value) {
   if (std::isnan(value)) return "NaN";
@@ -85,7 +92,7 @@ ParameterValue value_in(const json& message) {
   return {};
 }
 
-/// Makes a row of list_parameters() of rcl_interfaces/msg/ParameterDescriptor.
+/// Makes a row of list_parameters() from rcl_interfaces/msg/ParameterDescriptor.
 json row_of(const json& descriptor, const ParameterValue& value) {
   json row{{"name", descriptor["name"]},
            {"type", nacelle::to_text(type_in(descriptor))},
@@ -95,22 +102,24 @@ json row_of(const json& descriptor, const ParameterValue& value) {
            {"constraints", descriptor["additional_constraints"]},
            {"read_only", descriptor["read_only"]},
            {"dynamic_typing", descriptor["dynamic_typing"]}};
-  for (const char* const ranges : {"floating_point_range", "integer_range"}) {
-    for (const auto& range : descriptor[ranges]) {
-      row["from"] = range["from_value"];
-      row["to"] = range["to_value"];
-      row["step"] = range["step"];
-    }
+  for (const auto& range : descriptor["floating_point_range"]) {
+    row["from"] = number_of(double_of(range["from_value"]));
+    row["to"] = number_of(double_of(range["to_value"]));
+    row["step"] = number_of(double_of(range["step"]));
+  }
+  for (const auto& range : descriptor["integer_range"]) {
+    row["from"] = range["from_value"];
+    row["to"] = range["to_value"];
+    row["step"] = range["step"];
   }
   return row;
 }
 
 /// Returns the values in the order of the names. rclcpp answers a question that names one parameter without a value with nothing
 /// at all, so those are left out of it.
-Result<std::vector<ParameterValue>, Problem> values_of(Nodes& nodes, const std::string& node, const json& names,
-                                                       const Problem& changed) {
-  const auto typed =
-      nodes.call(node + "/get_parameter_types", "rcl_interfaces/srv/GetParameterTypes", {{"names", names}});
+Result<std::vector<ParameterValue>, Problem> values_of(Nodes& nodes, const std::string& node,
+                                                       const std::vector<std::string>& names, const Problem& changed) {
+  const auto typed = nodes.call(node + "/get_parameter_types", kTypes, {{"names", names}});
   if (!typed) return err(typed.error());
   const json& types = typed.value()["types"];
   if (types.size() != names.size()) return err(changed);
@@ -118,7 +127,7 @@ Result<std::vector<ParameterValue>, Problem> values_of(Nodes& nodes, const std::
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (types[i] != 0) with_value.push_back(names[i]);
   }
-  const auto got = nodes.call(node + "/get_parameters", "rcl_interfaces/srv/GetParameters", {{"names", with_value}});
+  const auto got = nodes.call(node + "/get_parameters", kGet, {{"names", with_value}});
   if (!got) return err(got.error());
   const json& values = got.value()["values"];
   if (values.size() != with_value.size()) return err(changed);
@@ -126,6 +135,14 @@ Result<std::vector<ParameterValue>, Problem> values_of(Nodes& nodes, const std::
   for (std::size_t i = 0, next = 0; i < names.size(); ++i)
     all.push_back(types[i] == 0 ? ParameterValue{} : value_in(values[next++]));
   return all;
+}
+
+/// Returns true if a parameter can be changed and never undeclared.
+bool has_fixed_type(Nodes& nodes, const std::string& node, const std::string& parameter) {
+  const auto described = nodes.call(node + "/describe_parameters", kDescribe, {{"names", {parameter}}});
+  if (!described || described.value()["descriptors"].empty()) return false;
+  const json& about = described.value()["descriptors"][0];
+  return !about["dynamic_typing"].get<bool>() && !about["read_only"].get<bool>();
 }
 
 }  // namespace
@@ -138,22 +155,34 @@ json message_of(const ParameterValue& value) {
   return message;
 }
 
+Result<std::vector<std::string>, Problem> parameter_names(Nodes& nodes, const std::string& node) {
+  const auto listed = nodes.call(node + "/list_parameters", kList, json::object());
+  if (!listed) return err(listed.error());
+  return listed.value()["result"]["names"].get<std::vector<std::string>>();
+}
+
 Result<json, Problem> list_parameters(Nodes& nodes, const std::string& node) {
   const Problem changed{node, "its parameters changed while they were read", "try again"};
-  const auto listed =
-      nodes.call(node + "/list_parameters", "rcl_interfaces/srv/ListParameters", json::object());
+  nodes.prepare({{node + "/list_parameters", kList},
+                 {node + "/describe_parameters", kDescribe},
+                 {node + "/get_parameter_types", kTypes},
+                 {node + "/get_parameters", kGet}});
+  const auto listed = parameter_names(nodes, node);
   if (!listed) return err(listed.error());
-  const json names = listed.value()["result"]["names"];
-  const auto described =
-      nodes.call(node + "/describe_parameters", "rcl_interfaces/srv/DescribeParameters", {{"names", names}});
+  const auto& names = listed.value();
+  // Every node has use_sim_time, so the services of this one cannot see its parameters.
+  if (names.empty()) {
+    return err(Problem{node, "its parameters are out of reach, as those of a component with `isolate: process` are",
+                       "set them in the launch file, or take `isolate: process` out"});
+  }
+  const auto described = nodes.call(node + "/describe_parameters", kDescribe, {{"names", names}});
   if (!described) return err(described.error());
   const json& descriptors = described.value()["descriptors"];
   if (descriptors.size() != names.size()) return err(changed);
   const auto values = values_of(nodes, node, names, changed);
   if (!values) return err(values.error());
   std::map<std::string, json> rows;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    rows.emplace(names[i].get<std::string>(), row_of(descriptors[i], values.value()[i]));
+  for (std::size_t i = 0; i < names.size(); ++i) rows.emplace(names[i], row_of(descriptors[i], values.value()[i]));
   json all = json::array();
   for (auto& [name, row] : rows) all.push_back(std::move(row));
   return all;
@@ -164,8 +193,7 @@ Result<std::vector<ParameterOutcome>, Problem> set_parameters(Nodes& nodes, cons
   json messages = json::array();
   for (const Parameter& parameter : parameters)
     messages.push_back({{"name", parameter.get_name()}, {"value", message_of(parameter.get_parameter_value())}});
-  const auto answer =
-      nodes.call(node + "/set_parameters", "rcl_interfaces/srv/SetParameters", {{"parameters", messages}});
+  const auto answer = nodes.call(node + "/set_parameters", kSet, {{"parameters", messages}});
   if (!answer) return err(answer.error());
   const json& results = answer.value()["results"];
   if (results.size() != parameters.size()) {
@@ -189,13 +217,14 @@ Result<void, Problem> set_parameter(Nodes& nodes, const std::string& node, const
   const std::string& refusal = outcomes.value().front().refusal;
   if (refusal.empty()) return {};
   Problem problem{node + ", parameter " + parameter.get_name(), refusal, ""};
-  // The refusal of an unknown parameter is the middleware's; the nearest name is what helps.
-  const auto listed = nodes.call(node + "/list_parameters", "rcl_interfaces/srv/ListParameters", json::object());
-  if (!listed) return err(problem);
-  const auto names = listed.value()["result"]["names"].get<std::vector<std::string>>();
-  if (std::ranges::find(names, parameter.get_name()) == names.end()) {
+  // A node refuses in rclcpp's words; these say more of a name that is misspelt and of a parameter that cannot go.
+  const auto names = parameter_names(nodes, node);
+  if (!names || names.value().empty()) return err(problem);
+  if (std::ranges::find(names.value(), parameter.get_name()) == names.value().end()) {
     problem.what = "there is no such parameter";
-    problem.way_out = suggestion(parameter.get_name(), names);
+    problem.way_out = suggestion(parameter.get_name(), names.value());
+  } else if (parameter.get_type() == ParameterType::NotSet && has_fixed_type(nodes, node, parameter.get_name())) {
+    problem.what = "parameter '" + parameter.get_name() + "' has a fixed type: its node declares it and needs it";
   }
   return err(problem);
 }

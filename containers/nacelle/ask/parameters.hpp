@@ -18,8 +18,12 @@ namespace nacelle::ask {
 ///   "name", "type", "value" (JSON; "NaN" and "Infinity" as text), "text" (YAML that reads back as the same value), "description",
 ///   "constraints", "read_only", "dynamic_typing"; with a range also "from", "to" and "step"
 ///
-/// `node`: its full name. Errors: as Nodes::call(); the parameters changed between two questions.
+/// `node`: its full name. Errors: as Nodes::call(); the parameters changed between two questions; the node has none that a service
+/// reaches (`isolate: process`).
 [[nodiscard]] Result<nlohmann::json, Problem> list_parameters(Nodes& nodes, const std::string& node);
+
+/// Returns the names of a node's parameters. Errors: as Nodes::call().
+[[nodiscard]] Result<std::vector<std::string>, Problem> parameter_names(Nodes& nodes, const std::string& node);
 
 /// What became of one parameter that was to be set.
 struct ParameterOutcome {

@@ -236,7 +236,9 @@ int load(const ParamWish& wish) {
   if (!wanted) return wanted.error();
   // What is read-only and as the file has it is no failure: a dump of the same node loads.
   std::map<std::string, std::string> fixed;
+  std::vector<std::string> names;
   for (const auto& row : there.value()["parameters"]) {
+    names.push_back(text_of(row, "name"));
     if (row["read_only"].get<bool>()) fixed[text_of(row, "name")] = text_of(row, "text");
   }
   std::vector<Parameter> changes;
@@ -251,7 +253,9 @@ int load(const ParamWish& wish) {
   if (!outcomes) return complain(outcomes.error());
   bool all_set = true;
   json rows = json::array();
-  for (const auto& [name, refusal] : outcomes.value()) {
+  for (auto [name, refusal] : outcomes.value()) {
+    if (!refusal.empty() && std::ranges::find(names, name) == names.end())
+      refusal = "there is no such parameter; " + suggestion(name, names);
     rows.push_back({{"name", name}, {"refusal", refusal}});
     all_set = all_set && refusal.empty();
     if (!refusal.empty()) {
