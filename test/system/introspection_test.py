@@ -226,7 +226,7 @@ class Graph(OnRobot):
 
     def test_an_open_connection_is_answered_within_100_ms(self):
         control = Control(self.socket_path())
-        verbs = ({"verb": "graph"}, {"verb": "component.info", "name": "diff_drive"}, {"verb": "param.list", "name": "diff_drive"},
+        verbs = ({"verb": "graph"}, {"verb": "component.info", "name": "diff_drive"}, {"verb": "node.find", "name": "diff_drive"},
                  {"verb": "lifecycle.get", "name": "camera"},
                  {"verb": "service.call", "service": "/robot/_container/list_nodes", "type": "composition_interfaces/srv/ListNodes"})  # fmt: skip
         for verb in verbs:
@@ -385,7 +385,8 @@ class Services(OnRobot):
         self.assertIn("/hanging/answer: has not answered within 1 s", waiting.communicate()[0])
         self.assertEqual(waiting.returncode, 1)
         wait_for("its hang is found", lambda: "hanging" in self.run_program("faults").stdout)
-        for words in (["param", "list", "hanging"], ["service", "call", "/hanging/answer", "std_srvs/srv/SetBool", "{data: true}", "--timeout", "2"]):
+        self.assertIn("  use_sim_time\n", self.out("param", "list", "hanging"), "what is read needs no callback of the node")
+        for words in (["param", "set", "hanging", "share", "0.5"], ["service", "call", "/hanging/answer", "std_srvs/srv/SetBool", "{data: true}", "--timeout", "2"]):
             self.expect_exit(self.run_program(*words), 1)
         self.out("component", "unload", str(loaded["id"]))
 
@@ -413,7 +414,7 @@ class Parameters(OnRobot):
                          "Parameter name: use_sim_time\n  Type: boolean\n  Description: Take the time from /clock.\n"
                          "  Constraints:\n    Read only: true\n")  # fmt: skip
         rows = {row["name"]: row for row in self.json_of("param", "list", "chaos")}
-        self.assertEqual((rows["share"]["from"], rows["share"]["to"], rows["share"]["given"]), (0.0, 1.0, False))
+        self.assertEqual((rows["share"]["from"], rows["share"]["to"]), (0.0, 1.0))
         self.assertEqual(self.json_of("param", "describe", "chaos", "share"), [rows["share"]])
 
     def test_they_are_set_as_the_node_allows(self):

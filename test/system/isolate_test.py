@@ -92,6 +92,8 @@ class Isolated(RunningRobotTest):
         self.assertEqual(call("/lidar/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [frame_id]}"), {"values": []})
         refused = call("/lidar/set_parameters", "rcl_interfaces/srv/SetParameters", "{parameters: [{name: frame_id, value: {type: 4, string_value: x}}]}")
         self.assertIn("out of reach", refused["results"][0]["reason"])
+        for words in (["list", "lidar"], ["get", "lidar", "frame_id"], ["set", "lidar", "frame_id", "x"]):
+            self.assertIn("out of reach", self.expect_exit(self.run_program("param", *words), 1).stderr)
         graph = json.loads(self.expect_exit(self.run_program("topic", "info", "/rosout", "--json"), 0).stdout)
         self.assertIn("/lidar", [end["node"] for end in graph["publishers"]], "its log comes from its own process")
 

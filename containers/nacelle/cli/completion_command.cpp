@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "completion.hpp"
 #include "man_page.hpp"
+#include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -34,8 +35,8 @@ std::vector<std::string> container_names() {
   return names;
 }
 
-/// The answer of the container that is meant; null if there is none, or it takes too long.
-json ask(const std::string& container, const json& request) {
+/// Connects to the container that is meant; nothing if there is none.
+std::optional<control::Client> connect_to(const std::string& container) {
   std::optional<std::string> wanted;
   if (!container.empty()) wanted = container;
   if (const char* const variable = std::getenv("NACELLE_CONTAINER");
@@ -43,11 +44,28 @@ json ask(const std::string& container, const json& request) {
     wanted = variable;
   const auto found =
       control::choose_container(control::running_containers(control::socket_places_from_environment()), wanted);
-  if (!found) return nullptr;
+  if (!found) return std::nullopt;
   auto client = control::Client::connect(found.value().path);
+  if (!client) return std::nullopt;
+  return std::move(client).value();
+}
+
+/// Returns the container's answer; null if there is none, or it takes too long.
+json ask_it(const std::string& container, const json& request) {
+  auto client = connect_to(container);
   if (!client) return nullptr;
-  auto reply = client.value().call(request, kCompletionLimit);
+  auto reply = client->call(request, kCompletionLimit);
   return reply ? reply.value() : json{nullptr};
+}
+
+std::vector<std::string> parameters_of(const std::string& container, const std::string& name) {
+  auto client = connect_to(container);
+  if (!client) return {};
+  ask::Nodes nodes{*client, kCompletionLimit, 0s};
+  const auto node = nodes.find(name);
+  if (!node) return {};
+  const auto names = ask::parameter_names(nodes, node.value());
+  return names ? names.value() : std::vector<std::string>{};
 }
 
 std::vector<std::string> texts(const json& reply, const char* list, std::initializer_list<const char*> keys) {
@@ -90,16 +108,16 @@ std::vector<std::string> types(std::string_view kind) {
 }
 
 std::vector<std::string> names_for(const NameQuestion& question) {
-  const auto ask_it = [&](const json& request) { return ask(question.container, request); };
+  const auto told = [&](const json& request) { return ask_it(question.container, request); };
   switch (question.names) {
-    case Names::Topic: return texts(ask_it({{"verb", "topic.list"}}), "topics", {"name"});
-    case Names::Node: return texts(ask_it({{"verb", "component.list"}}), "components", {"node"});
-    case Names::Service: return texts(ask_it({{"verb", "graph"}}), "services", {"name"});
-    case Names::Action: return actions(ask_it({{"verb", "graph"}}));
-    case Names::Frame: return texts(ask_it({{"verb", "tf.tree"}}), "frames", {"child", "parent"});
+    case Names::Topic: return texts(told({{"verb", "topic.list"}}), "topics", {"name"});
+    case Names::Node: return texts(told({{"verb", "component.list"}}), "components", {"node"});
+    case Names::Service: return texts(told({{"verb", "graph"}}), "services", {"name"});
+    case Names::Action: return actions(told({{"verb", "graph"}}));
+    case Names::Frame: return texts(told({{"verb", "tf.tree"}}), "frames", {"child", "parent"});
     case Names::Parameter: {
       if (question.positional.empty()) return {};
-      return texts(ask_it({{"verb", "param.list"}, {"name", question.positional.front()}}), "parameters", {"name"});
+      return parameters_of(question.container, question.positional.front());
     }
     case Names::Type: return types("/msg/");
     case Names::ServiceType: return types("/srv/");

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "asking.hpp"
+#include "nacelle/ask/parameters.hpp"
 #include "node_view.hpp"
 #include "program.hpp"
 
@@ -117,14 +118,14 @@ int info_remotely(const Whom& whom, const std::string& name, bool as_json) {
   for (const auto& row : graph.value()["nodes"]) {
     if (row["node"] != node || !row["parameters"].get<bool>() || reply.contains("parameter_values")) continue;
     // A node that keeps these to itself is shown without.
-    const auto parameters = client.value().call({{"verb", "param.list"}, {"name", node}}, kAnswerLimit);
+    ask::Nodes nodes{client.value()};
+    const auto parameters = ask::list_parameters(nodes, node);
     if (!parameters) {
       warn(parameters.error());
       break;
     }
     json& values = reply["parameter_values"] = json::object();
-    for (const auto& parameter : parameters.value()["parameters"])
-      values[text_of(parameter, "name")] = parameter["value"];
+    for (const auto& parameter : parameters.value()) values[text_of(parameter, "name")] = parameter["value"];
   }
   const NodeView view = view_of(graph.value(), node, false, as_json);
   if (!as_json) {

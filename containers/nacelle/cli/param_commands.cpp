@@ -7,6 +7,7 @@
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 #include "program.hpp"
@@ -24,11 +25,14 @@ struct ParamWish {
   bool as_json = false, with_types = false, hide_type = false;
 };
 
-/// The parameters of a node, with its full name. Errors: the exit code.
-Result<json, int> parameters_of(control::Client& client, const std::string& node) {
-  auto reply = client.call({{"verb", "param.list"}, {"name", node}}, kAnswerLimit);
-  if (!reply) return err(complain(reply.error()));
-  return std::move(reply).value();
+/// Returns "node", its full name, and "parameters". Errors: the exit code.
+Result<json, int> parameters_of(control::Client& client, const std::string& name) {
+  ask::Nodes nodes{client};
+  const auto node = nodes.find(name);
+  if (!node) return err(complain(node.error()));
+  auto rows = ask::list_parameters(nodes, node.value());
+  if (!rows) return err(complain(rows.error()));
+  return json{{"node", node.value()}, {"parameters", std::move(rows).value()}};
 }
 
 /// ros2's words: "boolean", "double array".
@@ -125,15 +129,31 @@ int get(const ParamWish& wish) {
   return kDone;
 }
 
+/// Sets one parameter, or undeclares it, and prints how it went.
+int change(const ParamWish& wish, const Parameter& parameter, const char* done) {
+  auto client = connect(wish.whom);
+  if (!client) return client.error();
+  ask::Nodes nodes{client.value()};
+  const auto node = nodes.find(wish.node);
+  if (!node) return complain(node.error());
+  if (auto set = ask::set_parameter(nodes, node.value(), parameter); !set) return complain(set.error());
+  if (wish.as_json) {
+    std::printf("%s\n", json{{"node", node.value()}, {"name", parameter.get_name()}}.dump().c_str());
+  } else {
+    std::printf("%s\n", done);
+  }
+  return kDone;
+}
+
 int set(const ParamWish& wish) {
   if (auto value = check_value(wish.value); !value) return complain_of_usage(value.error());
-  return ask(wish.whom, {{"verb", "param.set"}, {"name", wish.node}, {"assignment", wish.name + ":=" + wish.value}},
-             wish.as_json, [](const json&) { std::printf("Set parameter successful\n"); });
+  const auto parameter = ask::parameter_of_assignment(wish.name + ":=" + wish.value);
+  if (!parameter) return complain(parameter.error());
+  return change(wish, parameter.value(), "Set parameter successful");
 }
 
 int remove(const ParamWish& wish) {
-  return ask(wish.whom, {{"verb", "param.delete"}, {"name", wish.node}, {"parameter", wish.name}}, wish.as_json,
-             [](const json&) { std::printf("Deleted parameter successfully\n"); });
+  return change(wish, {wish.name, ParameterValue{}}, "Deleted parameter successfully");
 }
 
 int describe(const ParamWish& wish) {
@@ -216,28 +236,35 @@ int load(const ParamWish& wish) {
   if (!wanted) return wanted.error();
   // What is read-only and as the file has it is no failure: a dump of the same node loads.
   std::map<std::string, std::string> fixed;
+  std::vector<std::string> names;
   for (const auto& row : there.value()["parameters"]) {
+    names.push_back(text_of(row, "name"));
     if (row["read_only"].get<bool>()) fixed[text_of(row, "name")] = text_of(row, "text");
   }
-  json assignments = json::array();
+  std::vector<Parameter> changes;
   for (const auto& parameter : wanted.value()) {
-    const std::string text = launch::to_text(parameter.value);
-    if (const auto same = fixed.find(parameter.name); same != fixed.end() && same->second == text) continue;
-    assignments.push_back(parameter.name + ":=" + text);
+    if (const auto same = fixed.find(parameter.name);
+        same != fixed.end() && same->second == launch::to_text(parameter.value))
+      continue;
+    changes.emplace_back(parameter.name, parameter.value);
   }
-  auto reply =
-      client.value().call({{"verb", "param.set"}, {"name", wish.node}, {"assignments", assignments}}, kAnswerLimit);
-  if (!reply) return complain(reply.error());
-  const json& results = reply.value()["results"];
-  const bool all_set = std::ranges::all_of(results, [](const json& row) { return text_of(row, "refusal").empty(); });
-  if (wish.as_json) std::printf("%s\n", results.dump().c_str());
-  for (const auto& row : results) {
-    if (const std::string refusal = text_of(row, "refusal"); !refusal.empty()) {
-      complain({"Set parameter " + text_of(row, "name") + " failed", refusal, ""});
+  ask::Nodes nodes{client.value()};
+  const auto outcomes = ask::set_parameters(nodes, text_of(there.value(), "node"), changes);
+  if (!outcomes) return complain(outcomes.error());
+  bool all_set = true;
+  json rows = json::array();
+  for (auto [name, refusal] : outcomes.value()) {
+    if (!refusal.empty() && std::ranges::find(names, name) == names.end())
+      refusal = "there is no such parameter; " + suggestion(name, names);
+    rows.push_back({{"name", name}, {"refusal", refusal}});
+    all_set = all_set && refusal.empty();
+    if (!refusal.empty()) {
+      complain({"Set parameter " + name + " failed", refusal, ""});
     } else if (!wish.as_json) {
-      std::printf("Set parameter %s successful\n", text_of(row, "name").c_str());
+      std::printf("Set parameter %s successful\n", name.c_str());
     }
   }
+  if (wish.as_json) std::printf("%s\n", rows.dump().c_str());
   return all_set ? kDone : kFailed;
 }
 

@@ -111,7 +111,8 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
                             {"service", absolute(wish.service)},
                             {"type", type.name},
                             {"request", values},
-                            {"timeout_s", wish.timeout_s}},
+                            {"timeout_s", wish.timeout_s},
+                            {"limit_option", "--timeout"}},
                            from_seconds(wish.timeout_s) + kAnswerLimit);
   if (!reply) return err(complain(reply.error()));
   const json& answer = reply.value()["response"];

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/remote/graph_rows.hpp"
@@ -145,7 +146,7 @@ json load(RemoteNetwork& network, const std::string& container, const json& requ
   const runtime::LoadRequest& load = wanted.value();
   json parameters = json::array(), remaps = json::array();
   for (const auto& [name, value] : load.parameters)
-    parameters.push_back({{"name", name}, {"value", parameter_message(value)}});
+    parameters.push_back({{"name", name}, {"value", ask::message_of(value)}});
   for (const auto& rule : load.remaps) remaps.push_back(to_text(rule));
   // A class is taken to be in the package of its first namespace; a Nacelle container does not ask for it.
   const std::string package = load.plugin.substr(0, load.plugin.find("::"));

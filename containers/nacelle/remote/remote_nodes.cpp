@@ -93,7 +93,16 @@ session::Answer RemoteNodes::answer(const std::string& verb, const json& request
     };
     return session::call_service(clock(), start, network_.types(), request, "");
   }
-  if (verb.starts_with("param.")) return reply_to_parameter_verb(network_, verb, request);
+  if (verb == "service.prepare") {
+    for (const auto& one : request["services"])
+      static_cast<void>(network_.prepare(one["service"], one["type"].get_ref<const std::string&>().c_str()));
+    return json{{"ok", true}};
+  }
+  if (verb == "node.find") {
+    const auto node = node_named(network_, request.value("name", ""));
+    if (!node) return reply_of(node.error());
+    return json{{"ok", true}, {"node", node.value()}};
+  }
   if (verb.starts_with("lifecycle.")) return reply_to_lifecycle_verb(network_, verb, request);
   if (verb.starts_with("component.")) return reply_to_component_verb(network_, verb, request);
   return reply_of(

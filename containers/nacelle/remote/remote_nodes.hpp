@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/node/parameter.hpp"
 #include "nacelle/remote/remote_network.hpp"
 #include "nacelle/session/verb_desk.hpp"
 
@@ -62,12 +61,7 @@ struct RemoteState {
 /// Errors: it is not told within kNodeAnswer.
 [[nodiscard]] Result<RemoteState, Problem> state_of(RemoteNetwork& network, const std::string& node);
 
-/// rcl_interfaces/msg/ParameterValue as JSON.
-[[nodiscard]] nlohmann::json parameter_message(const ParameterValue& value);
-
-// Requests as parameter_verbs.hpp and verbs.hpp of session/ have them. Errors: a reply with "ok": false.
-[[nodiscard]] nlohmann::json reply_to_parameter_verb(RemoteNetwork& network, const std::string& verb,
-                                                     const nlohmann::json& request);
+// Requests as verbs.hpp of session/ has them. Errors: a reply with "ok": false.
 /// lifecycle.get, lifecycle.set
 [[nodiscard]] nlohmann::json reply_to_lifecycle_verb(RemoteNetwork& network, const std::string& verb,
                                                      const nlohmann::json& request);

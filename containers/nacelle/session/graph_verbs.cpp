@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "nacelle/ask/parameters.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/qos/text.hpp"
 #include "nacelle/session/load_request.hpp"
-#include "nacelle/session/parameter_verbs.hpp"
 #include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
@@ -61,7 +61,7 @@ json thread_of(const runtime::ThreadPolicy& thread) {
 
 json texts_of_parameters(const std::map<std::string, ParameterValue>& parameters) {
   json all = json::object();
-  for (const auto& [name, value] : parameters) all[name] = json_of(value);
+  for (const auto& [name, value] : parameters) all[name] = ask::json_of(value);
   return all;
 }
 

@@ -31,8 +31,11 @@ Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrar
   const double limit_s = std::clamp(request.value("timeout_s", 10.0), kShortest_s, kLongest_s);
   auto late = std::make_unique<LateReply>();
   late->due = clock.now() + from_seconds(limit_s);
-  late->too_late = {"service " + name, fmt::format("has not answered within {:g} s", limit_s),
-                    "its node is busy or hangs: " + (see.empty() ? "" : see + ", or ") + "give --timeout more"};
+  std::string way_out = "its node is busy or hangs";
+  if (!see.empty()) way_out += ": " + see;
+  if (const std::string option = request.value("limit_option", ""); !option.empty())
+    way_out += "; or give " + option + " more";
+  late->too_late = {"service " + name, fmt::format("has not answered within {:g} s", limit_s), std::move(way_out)};
   auto call = start(name, *type, message.get(), [bell = late->bell] { bell->ring(); });
   if (!call) return reply_of(call.error());
   late->finish = [call = std::shared_ptr<runtime::ServiceCall>(std::move(call).value()), type, name, see]() -> json {

@@ -19,7 +19,8 @@ namespace nacelle::session {
 using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Problem>(
     const std::string& name, const msgs::ServiceType& type, void* request, std::function<void()> on_answer)>;
 
-/// Calls a service: {"service", "type", "request": message as JSON, "timeout_s"} is answered with "response".
+/// Calls a service: {"service", "type", "request": message as JSON, "timeout_s"} is answered with "response". "limit_option": the
+/// command's option that allows more time, for the message of a timeout.
 ///
 /// The call is a message to its server; one that takes its time, or hangs, keeps nobody waiting but the caller.
 /// `see` is where a person finds out why there is no answer: "see `nacelle faults`", or nothing.

@@ -9,7 +9,6 @@
 #include "nacelle/session/graph_verbs.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/network_verbs.hpp"
-#include "nacelle/session/parameter_verbs.hpp"
 #include "nacelle/session/service_verbs.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/tf_verbs.hpp"
@@ -210,6 +209,18 @@ json lifecycle_set(Session& session, const json& request) {
   return {{"ok", true}, {"node", component.value().node}, {"state", nacelle::to_text(outcome.state)}};
 }
 
+/// Answers with the full name of a component, or of another node here that offers a service.
+json find_node(Session& session, const json& request) {
+  const std::string name = request.value("name", "");
+  const auto component = session.container().find(name);
+  if (component) return {{"ok", true}, {"node", component.value().node}};
+  for (const auto& service : session.container().services()) {
+    if (service.is_server && (service.node == name || service.node.ends_with("/" + name)))
+      return {{"ok", true}, {"node", service.node}};
+  }
+  return reply_of(component.error());
+}
+
 json list_topics(Session& session) {
   std::vector<runtime::StreamReport> streams;
   session.container().report_streams(streams);
@@ -230,15 +241,22 @@ json list_topics(Session& session) {
   return {{"ok", true}, {"topics", rows}};
 }
 
-bool changes_something(const std::string& verb) {
+/// Returns true for a service that is named after a question: GetState, ListParameters, DescribeParameters.
+bool only_reads(const std::string& service_type) {
+  const std::string_view name = std::string_view{service_type}.substr(service_type.rfind('/') + 1);
+  return name.starts_with("Get") || name.starts_with("List") || name.starts_with("Describe");
+}
+
+bool changes_something(const std::string& verb, const json& request) {
+  if (verb == "service.call") return !only_reads(request.value("type", ""));
   return verb == "component.load" || verb == "component.load_plugin" || verb == "component.unload" ||
-         verb == "lifecycle.set" || verb == "param.set" || verb == "param.delete" || verb == "service.call";
+         verb == "lifecycle.set";
 }
 
 }  // namespace
 
 Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
-  if (changes_something(verb) && session.phase() != Phase::Running) {
+  if (changes_something(verb, request) && session.phase() != Phase::Running) {
     return reply_of({"container " + session.options().container_name, std::string{"it is "} + to_text(session.phase()),
                      "try again when it is running"});
   }
@@ -253,7 +271,8 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb == "topic.list") return list_topics(session);
   if (verb == "graph") return graph_of(session);
   if (verb == "component.info") return component_info(session, request);
-  if (verb.starts_with("param.")) return reply_to_parameter_verb(session, verb, request);
+  if (verb == "node.find") return find_node(session, request);
+  if (verb == "service.prepare") return json{{"ok", true}};  // every server here is within reach
   if (verb == "service.call") {
     const auto start = [&](const auto&... given) { return session.container().call_service(given...); };
     return call_service(session.container().clock(), start, types, request, "see `nacelle faults`");

@@ -54,7 +54,9 @@ class NodeServices {
   // What the services ask; the id of the container's own node is kOwnNode.
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters(std::uint64_t id) const;
   using Then = std::function<void(Result<std::vector<SetParametersResult>, Problem>)>;
-  /// As Container::set_parameters(), with rclcpp's words; one result for all if it is `atomically`.
+  /// Sets parameters between two callbacks of the component, each on its own or, `atomically`, all or none with one result; refuses
+  /// in rclcpp's words. Calls `then` once: on the component's executor, or at once with the reason why not. Does nothing if `asker`
+  /// or the component has gone by then. A value that is not set undeclares a parameter of dynamic type.
   void set_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically, std::weak_ptr<void> asker,
                       const Then& then);
   /// Unknown: there is no such component, or it has no lifecycle.

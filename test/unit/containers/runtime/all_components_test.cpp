@@ -3,13 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <future>
+#include <rcl_interfaces/srv/get_parameter_types.hpp>
+#include <rcl_interfaces/srv/list_parameters.hpp>
 
+#include "asking.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 
 namespace nacelle::runtime {
 namespace {
+
+using rcl_interfaces::srv::GetParameterTypes;
+using rcl_interfaces::srv::ListParameters;
 
 std::vector<std::string> our_components() {
   std::vector<std::string> names;
@@ -28,20 +33,21 @@ TEST_P(EveryComponent, has_no_parameter_without_a_value) {
   const SystemClock clock;
   ContainerOptions options;
   options.component_path = {NACELLE_TEST_PLUGINS};
+  options.node_interfaces = NodeInterfaces::All;
   Container container{std::move(options), clock};
   LoadRequest request;
   request.plugin = GetParam();
   const auto loaded = container.load(request);
   ASSERT_TRUE(loaded) << loaded.error().text();
-  const auto asker = std::make_shared<int>();
-  std::promise<std::vector<ParameterReport>> told;
-  container.read_parameters(loaded.value().id, asker, [&](auto all) {
-    EXPECT_TRUE(all);
-    told.set_value(all ? std::move(all).value() : std::vector<ParameterReport>{});
-  });
-  const auto parameters = told.get_future().get();
-  EXPECT_FALSE(parameters.empty());
-  for (const auto& parameter : parameters) EXPECT_NE(type_of(parameter.value), ParameterType::NotSet) << parameter.name;
+  const std::string& node = loaded.value().node;
+  const auto names = Call<ListParameters>{container, node + "/list_parameters", {}}.wait();
+  ASSERT_TRUE(names && !names->result.names.empty());
+  GetParameterTypes::Request request_types;
+  request_types.names = names->result.names;
+  const auto types = Call<GetParameterTypes>{container, node + "/get_parameter_types", request_types}.wait();
+  ASSERT_TRUE(types && types->types.size() == names->result.names.size());
+  for (std::size_t i = 0; i < types->types.size(); ++i)
+    EXPECT_NE(types->types[i], static_cast<int>(ParameterType::NotSet)) << names->result.names[i];
 }
 
 INSTANTIATE_TEST_SUITE_P(OfTheTree, EveryComponent, ::testing::ValuesIn(our_components()),

@@ -159,24 +159,6 @@ TEST_F(ContainerTest, a_reader_that_keeps_everything_faults_a_publisher_whose_po
   for (Block* block : kept) drop_reference(*block);
 }
 
-TEST_F(ContainerTest, a_transition_that_fails_leaves_its_reason_and_is_forgotten_when_it_succeeds) {
-  std::atomic<int> told = 0;
-  container.on_fault([&](const ComponentInfo&) { ++told; });
-  const auto talker = load("Talker", {{"refuse", std::string("why not")}});
-  static_cast<void>(container.trigger(talker.id, Transition::Configure));
-  EXPECT_EQ(container.find("talker").value().fault.code, "TRANSITION_FAILED");
-  ASSERT_EQ(container.faults().size(), 1U);
-  EXPECT_EQ(container.faults()[0].callback, "transition on_configure");
-  static_cast<void>(container.trigger(talker.id, Transition::Activate));
-  EXPECT_EQ(container.faults().size(), 1U) << "what is not allowed runs no code of the component";
-  EXPECT_EQ(told, 0) << "who asked has been told; no policy is to run";
-
-  ASSERT_TRUE(container.set_parameter(talker.id, {"refuse", std::string{}}));
-  bring_up(talker.id);
-  EXPECT_EQ(container.find("talker").value().fault.code, "");
-  EXPECT_EQ(container.faults().size(), 1U) << "the history stays";
-}
-
 TEST_F(ContainerTest, a_fault_that_comes_while_a_transition_succeeds_is_kept_and_told) {
   std::promise<ComponentInfo> told;
   container.on_fault([&](const ComponentInfo& info) { told.set_value(info); });
@@ -194,19 +176,6 @@ TEST_F(ContainerTest, a_component_that_refused_a_transition_can_still_fail_for_g
   EXPECT_FALSE(container.trigger(listener.id, Transition::Configure).success);
   say("/words", "throw");
   EXPECT_EQ(told.get_future().get().fault.code, "EXCEPTION");
-}
-
-TEST_F(ContainerTest, a_parameter_that_is_set_is_part_of_what_the_component_is_loaded_with) {
-  const auto talker = load("Talker", {{"word", std::string("first")}});
-  ASSERT_TRUE(container.set_parameter(talker.id, {"word", std::string("second")}));
-  EXPECT_EQ(std::get<std::string>(container.request_of(talker.id)->parameters.at("word")), "second");
-  const auto misspelt = container.set_parameter(talker.id, {"wrod", std::string("x")});
-  ASSERT_FALSE(misspelt);
-  EXPECT_EQ(misspelt.error().text(), "/talker, parameter wrod: there is no such parameter; did you mean 'word'?");
-  const auto mistyped = container.set_parameter(talker.id, {"word", true});
-  ASSERT_FALSE(mistyped);
-  EXPECT_EQ(std::get<std::string>(container.request_of(talker.id)->parameters.at("word")), "second");
-  EXPECT_FALSE(container.set_parameter(99, {"word", true}));
 }
 
 TEST_F(ContainerTest, the_states_of_a_transition_and_of_a_fault_are_told_in_their_order) {

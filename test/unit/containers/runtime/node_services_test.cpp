@@ -357,6 +357,24 @@ TEST_F(NodeServicesTest, parameters_that_are_set_atomically_are_all_set_or_none)
   EXPECT_EQ(word("/talker"), "both");
 }
 
+TEST_F(NodeServicesTest, a_transition_that_fails_leaves_its_reason_and_is_forgotten_when_it_succeeds) {
+  std::atomic<int> told = 0;
+  container.on_fault([&](const ComponentInfo&) { ++told; });
+  const auto talker = load("Talker", {{"refuse", std::string("why not")}});
+  static_cast<void>(container.trigger(talker.id, Transition::Configure));
+  EXPECT_EQ(container.find("talker").value().fault.code, "TRANSITION_FAILED");
+  ASSERT_EQ(container.faults().size(), 1U);
+  EXPECT_EQ(container.faults()[0].callback, "transition on_configure");
+  static_cast<void>(container.trigger(talker.id, Transition::Activate));
+  EXPECT_EQ(container.faults().size(), 1U) << "what is not allowed runs no code of the component";
+  EXPECT_EQ(told, 0) << "who asked has been told; no policy is to run";
+
+  ASSERT_TRUE(set("/talker", {text("refuse", "")}).front().successful);
+  bring_up(talker.id);
+  EXPECT_EQ(container.find("talker").value().fault.code, "");
+  EXPECT_EQ(container.faults().size(), 1U) << "the history stays";
+}
+
 // --- /parameter_events ----------------------------------------------------------------------------------------------------
 
 /// Waits for events, as text: "/base new rate; changed; deleted".

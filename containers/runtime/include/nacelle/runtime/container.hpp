@@ -279,16 +279,6 @@ class Container final {
   [[nodiscard]] std::vector<FaultEvent> faults() const;
   /// What a component was loaded with, its parameters as they were set since; nothing for one of another process.
   [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
-  /// Sets a parameter between two callbacks of the component. Errors: what the component answers; it has none of that name.
-  [[nodiscard]] Result<void, Problem> set_parameter(std::uint64_t id, const Parameter& parameter);
-  /// The parameters of a component, read between two of its callbacks; does not wait for that. `then` is called once: on the
-  /// component's executor, or at once with why not. It is not called, and nothing is done, when `asker` has gone or the component
-  /// goes first. Keep it short, and call nothing here.
-  void read_parameters(std::uint64_t id, std::weak_ptr<void> asker, ParametersRead then);
-  /// The same to set them, each on its own as rclcpp does: what one is refused for does not hold up the others. A value that is
-  /// not set undeclares a parameter of dynamic type.
-  void set_parameters(std::uint64_t id, std::vector<Parameter> parameters, std::weak_ptr<void> asker,
-                      ParametersSet then);
   /// What components here have in common beside streams and services, and could not have with another process, in words.
   [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;

@@ -42,17 +42,7 @@ struct ParameterReport {
   ParameterValue value;
   ParameterType type = ParameterType::NotSet;  ///< As declared; the value may not be set yet.
   ParameterDescriptor descriptor;
-  bool given = false;  ///< By the composition; else it began with its default.
 };
-
-/// What became of one parameter that was to be set.
-struct ParameterOutcome {
-  std::string name;
-  std::string refusal;  ///< The node's words; empty: it is set.
-};
-
-using ParametersRead = std::function<void(Result<std::vector<ParameterReport>, Problem>)>;
-using ParametersSet = std::function<void(Result<std::vector<ParameterOutcome>, Problem>)>;
 
 /// A call of a service by a tool. Threads: one, the owner's; the end of the object ends the call (its answer goes nowhere then).
 class ServiceCall {

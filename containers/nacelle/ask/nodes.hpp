@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/control/client.hpp"
+
+namespace nacelle::ask {
+
+/// The nodes at the other end of a connection: those of a container on this machine, or those of ROS 2's network. Every verb asks
+/// them through this class, so it is defined once.
+///
+/// Threads: one at a time.
+class Nodes {
+ public:
+  /// Time in which a node answers what it knows, and for the answer to arrive after that: the container may be busy.
+  static constexpr Duration kAnswerLimit = 3s, kOnTheWay = 7s;
+
+  /// `client` outlives this object.
+  explicit Nodes(control::Client& client, Duration limit = kAnswerLimit, Duration on_the_way = kOnTheWay)
+      : client_(client), limit_(limit), on_the_way_(on_the_way) {}
+
+  /// Returns the full name of a node: "/lidar" of "lidar", of "/lidar", or of the id of a container's component. Errors: no node of
+  /// that name, with the nearest one; several nodes of that name in different namespaces.
+  [[nodiscard]] Result<std::string, Problem> find(const std::string& name);
+  /// Calls a service and returns the response; messages are JSON as interfaces/msgs/README.md describes it.
+  /// Errors: no such service, no answer within the limit, a request that does not fit the type.
+  [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
+                                                     const nlohmann::json& request);
+  [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
+                                                     const nlohmann::json& request, Duration limit);
+  /// Announces services that will be called next, each with its type. On the network their clients find their servers meanwhile;
+  /// in a container nothing happens.
+  void prepare(const std::vector<std::pair<std::string, const char*>>& services);
+
+ private:
+  control::Client& client_;
+  const Duration limit_, on_the_way_;
+};
+
+}  // namespace nacelle::ask
