@@ -159,7 +159,8 @@ TEST_F(CameraControls, are_set_by_the_activation_that_follows_a_loss) {
   device->plug();
   device->control_values[V4L2_CID_BRIGHTNESS] = 1;
   ASSERT_TRUE(camera.trigger(Transition::Activate).success);
-  EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200) << "the activation opens the device, not its thread later";
+  EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200)
+      << "the activation opens the device, not its thread later";
 }
 
 TEST_F(CameraControls, of_a_device_that_comes_after_the_bring_up_are_parameters_then_and_its_open_fault_is_over) {
