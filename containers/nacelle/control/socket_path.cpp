@@ -127,9 +127,9 @@ Result<std::string, Problem> socket_path_of(const SocketPlaces& places, const st
 std::vector<FoundContainer> running_containers(const SocketPlaces& places, std::vector<Problem>* ignored) {
   std::vector<FoundContainer> found;
   for (const auto& [folder, kind] : candidates(places)) {
-    const auto ignore = [&, &folder = folder](std::string what) {
+    const auto ignore = [&, &place = folder](std::string what) {
       if (ignored != nullptr)
-        ignored->push_back({folder, "ignored: " + std::move(what), "another user may have created it; remove it"});
+        ignored->push_back({place, "ignored: " + std::move(what), "another user may have created it; remove it"});
     };
     // One that is not there, or that is not for this user, holds nothing of interest.
     if (::access(folder.c_str(), F_OK) != 0) continue;

@@ -203,7 +203,10 @@ void DdsMirror::Impl::tell(const Problem& problem) {
 }
 
 void DdsMirror::Impl::tell_once(const std::string& key, const Problem& problem) {
-  if (told.size() < kMostTold && told.insert(key).second) tell(problem);
+  if (told.size() > kMostTold || !told.insert(key).second) return;
+  if (told.size() <= kMostTold) return tell(problem);
+  tell({"network", fmt::format("{} problems with other participants were reported; new ones are not", kMostTold),
+        "mend those, and restart the container to see what is left"});
 }
 
 // --- the face --------------------------------------------------------------------------------------------------------

@@ -37,9 +37,9 @@ struct DdsMirror::Impl::Services::Questions::Question final : End {
   MonotonicTime next = kNeverExpires, ends;  // the next one is to be sent; it is given up
 };
 
-std::vector<std::string> DdsMirror::Impl::Services::Questions::services_of(const dds::Gid& participant) const {
+std::vector<std::string> DdsMirror::Impl::Services::Questions::services_of(const dds::Gid& peer) const {
   const msgs::MessageType& request = GetParameterTypes::Request::message_type();
-  auto names = services_.mirror.remote.lock()->services_of(participant, kService, request.hash);
+  auto names = services_.mirror.remote.lock()->services_of(peer, kService, request.hash);
   // A list of what others may see holds for our clients too.
   const auto& exports = services_.mirror.options.exports;
   if (!exports.empty())
@@ -47,23 +47,23 @@ std::vector<std::string> DdsMirror::Impl::Services::Questions::services_of(const
   return names;
 }
 
-dds::PeerClock* DdsMirror::Impl::Services::Questions::clock_of(const dds::Gid& participant) const {
-  const auto peer = services_.mirror.peers.find(participant);
-  return peer == services_.mirror.peers.end() ? nullptr : &peer->second.clock;
+dds::PeerClock* DdsMirror::Impl::Services::Questions::clock_of(const dds::Gid& peer) const {
+  const auto known = services_.mirror.peers.find(peer);
+  return known == services_.mirror.peers.end() ? nullptr : &known->second.clock;
 }
 
-bool DdsMirror::Impl::Services::Questions::add(const dds::Gid& participant) {
-  if (is_forbidden_ || waiting_.size() == kMostQueued || services_of(participant).empty()) return false;
-  waiting_.push_back(participant);
+bool DdsMirror::Impl::Services::Questions::add(const dds::Gid& peer) {
+  if (is_forbidden_ || waiting_.size() == kMostQueued || services_of(peer).empty()) return false;
+  waiting_.push_back(peer);
   return true;
 }
 
-void DdsMirror::Impl::Services::Questions::open(const dds::Gid& participant) {
-  dds::PeerClock* const clock = clock_of(participant);
-  if (clock == nullptr) return;
+void DdsMirror::Impl::Services::Questions::open(const dds::Gid& peer) {
+  dds::PeerClock* const of_peer = clock_of(peer);
+  if (of_peer == nullptr) return;
   const MonotonicTime at = services_.mirror.clock.now();
-  const auto names = services_of(participant);
-  if (names.empty()) return clock->end_asking(at);
+  const auto names = services_of(peer);
+  if (names.empty()) return of_peer->end_asking(at);
   ServiceEndInfo info;
   // Servers and clients of this side have ids without the highest bit.
   info.id = std::uint64_t{1} << 63U | ++last_id_;
@@ -72,13 +72,13 @@ void DdsMirror::Impl::Services::Questions::open(const dds::Gid& participant) {
   info.request = &GetParameterTypes::Request::message_type();
   info.response = &GetParameterTypes::Response::message_type();
   auto question = std::make_shared<Question>(services_, info);
-  question->peer = participant;
+  question->peer = peer;
   question->ends = at + kPatience;
   if (const auto opened = services_.open(*question); !opened) {
     // Most likely the permissions of the own enclave, which do not change.
     is_forbidden_ = true;
     services_.mirror.log.info("the clocks of others are not asked for: {}", opened.error().text());
-    return clock->end_asking(at);
+    return of_peer->end_asking(at);
   }
   Question& added = *open_ones_.emplace(info.id, std::move(question)).first->second;
   // What came before it was to be found.
@@ -108,17 +108,17 @@ void DdsMirror::Impl::Services::Questions::look_for_server(Question& question) {
 }
 
 void DdsMirror::Impl::Services::Questions::send(Question& question) {
-  const Clock& clock = services_.mirror.clock;
+  const Clock& own = services_.mirror.clock;
   const GetParameterTypes::Request request;
   const msgs::MessageType& type = *question.info.request;
   const dds::CallHeader header{question.writer->handle(), ++services_.last_sequence};
   ++question.asked;
-  question.next = question.asked == kMostSent ? kNeverExpires : clock.now() + kBetween;
+  question.next = question.asked == kMostSent ? kNeverExpires : own.now() + kBetween;
   auto payload = question.writer->borrow(dds::call_size(type, &request));
   if (!payload) return;
   dds::write_call(header, type, &request, payload.bytes().data());
-  const WallTime wall = clock.wall_now();
-  question.sent.push_back({header.sequence, wall, clock.now()});
+  const WallTime wall = own.wall_now();
+  question.sent.push_back({header.sequence, wall, own.now()});
   if (question.writer->write(std::move(payload), wall) == dds::Writer::Sent::Yes) ++services_.clock_questions;
 }
 
@@ -132,17 +132,17 @@ void DdsMirror::Impl::Services::Questions::receive(Question& question) {
 }
 
 void DdsMirror::Impl::Services::Questions::take(Question& question, const dds::Sample& sample) {
-  const Clock& clock = services_.mirror.clock;
-  const WallTime came = clock.wall_now();
-  const MonotonicTime at = clock.now();
+  const Clock& own = services_.mirror.clock;
+  const WallTime came = own.wall_now();
+  const MonotonicTime at = own.now();
   // Several nodes of one name answer, and every client of a service gets every reply.
   if (!sample.writer.same_participant(question.peer)) return;
   const auto call = dds::read_call(sample.payload.bytes(), services_.scratch);
   if (!call || !dds::is_reply_to(call->header, question.writer->handle())) return;
   const auto sent = std::ranges::find(question.sent, call->header.sequence, &Question::Sent::sequence);
   if (sent == question.sent.end()) return;
-  if (dds::PeerClock* const of = clock_of(question.peer))
-    of->note_answer({sent->wall, sent->at, sample.source_time, came, at});
+  if (dds::PeerClock* const of_peer = clock_of(question.peer))
+    of_peer->note_answer({sent->wall, sent->at, sample.source_time, came, at});
   question.sent.erase(sent);
   ++question.answered;
   ++services_.clock_answers;
@@ -155,7 +155,7 @@ bool DdsMirror::Impl::Services::Questions::is_over(const Question& question) con
 
 // While a large message is being sent, Cyclone lets nobody end an endpoint.
 void DdsMirror::Impl::Services::Questions::close(std::shared_ptr<Question> question) {
-  if (dds::PeerClock* const clock = clock_of(question->peer)) clock->end_asking(services_.mirror.clock.now());
+  if (dds::PeerClock* const of_peer = clock_of(question->peer)) of_peer->end_asking(services_.mirror.clock.now());
   if (services_.mirror.lane.is_busy()) services_.mirror.lane.add([question = std::move(question)] {});
 }
 

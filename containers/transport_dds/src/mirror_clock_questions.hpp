@@ -23,22 +23,22 @@ class DdsMirror::Impl::Services::Questions {
   explicit Questions(Services& of) : services_(of) {}
 
   /// The peer's clock is told of the answers, and when there will be no more. False: nobody there can be asked, or not now.
-  [[nodiscard]] bool add(const dds::Gid& participant);
+  [[nodiscard]] bool add(const dds::Gid& peer);
   void look_at(std::uint64_t id);
   void turn();
   [[nodiscard]] MonotonicTime due() const;
 
  private:
   struct Question;
-  [[nodiscard]] std::vector<std::string> services_of(const dds::Gid& participant) const;
-  void open(const dds::Gid& participant);
+  [[nodiscard]] std::vector<std::string> services_of(const dds::Gid& peer) const;
+  void open(const dds::Gid& peer);
   void send(Question& question);
   void receive(Question& question);
   void take(Question& question, const dds::Sample& sample);
   void look_for_server(Question& question);
   void close(std::shared_ptr<Question> question);
   [[nodiscard]] bool is_over(const Question& question) const;
-  [[nodiscard]] dds::PeerClock* clock_of(const dds::Gid& participant) const;
+  [[nodiscard]] dds::PeerClock* clock_of(const dds::Gid& peer) const;
 
   Services& services_;
   std::deque<dds::Gid> waiting_;

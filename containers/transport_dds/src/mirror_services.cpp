@@ -259,12 +259,12 @@ void DdsMirror::Impl::Services::hide(const End& end) {
 DdsMirror::Impl::Services::Peers DdsMirror::Impl::Services::peers_of(const End& end, bool are_writers) {
   const bool are_of_requests = are_writers == end.info.is_server;
   const msgs::MessageType& type = are_of_requests ? *end.info.request : *end.info.response;
-  Peers peers;
+  Peers met;
   for (const auto& peer : are_writers ? end.reader->matched() : end.writer->matched()) {
     const dds::Gid& gid = peer.endpoint.gid;
     if (gid.same_participant(mirror.participant->gid())) continue;
     const dds::EndpointUserData data = dds::read_endpoint_user_data(peer.endpoint.user_data);
-    Peer& made = peers[gid];
+    Peer& made = met[gid];
     made.id = end.info.is_server ? data.client_id : data.service_id;
     made.understands = data.type_hash.empty() || data.type_hash == type.hash;
     if (!made.understands) {
@@ -283,7 +283,7 @@ DdsMirror::Impl::Services::Peers DdsMirror::Impl::Services::peers_of(const End& 
                  "start it with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp"});
     }
   }
-  return peers;
+  return met;
 }
 
 void DdsMirror::Impl::Services::tell_once(const End& end, const std::string& what, Problem problem) {

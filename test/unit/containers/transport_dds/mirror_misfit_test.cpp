@@ -89,6 +89,23 @@ TEST_F(Mirror, tells_once_of_a_viewer_that_asks_for_more_and_does_not_count_it) 
   EXPECT_EQ(here.problems.lock()->size(), 1U);
 }
 
+TEST_F(Mirror, says_when_it_reports_no_more_misfits) {
+  constexpr std::size_t kReported = 256;
+  std::vector<std::unique_ptr<Writer>> writers;
+  std::vector<std::unique_ptr<Reader>> viewers;
+  for (std::size_t i = 0; i < kReported + 2; ++i) {
+    const std::string topic = "/scan_" + std::to_string(i);
+    writers.push_back(here.writer(topic, QoS(5).best_effort()));
+    viewers.push_back(there.reader(topic, QoS(5).reliable()));
+  }
+  ASSERT_TRUE(until([&] { return here.problems.lock()->size() == kReported + 1; }));
+  EXPECT_THAT(here.problems.lock()->back(), AllOf(HasSubstr("256 problems"), HasSubstr("restart the container")));
+  writers.push_back(here.writer("/late", QoS(5).best_effort()));
+  viewers.push_back(there.reader("/late", QoS(5).reliable()));
+  ASSERT_TRUE(until([&] { return viewers.back()->status().incompatible_qos == 1; }));
+  EXPECT_EQ(here.problems.lock()->size(), kReported + 1);
+}
+
 TEST_F(Mirror, says_nothing_of_a_viewer_that_hears_the_publisher_by_another_subscription) {
   auto writer = here.writer("/stop", QoS(5));
   auto latched = there.reader("/stop", QoS(5).transient_local());
