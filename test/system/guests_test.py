@@ -100,7 +100,7 @@ class Guests(ContainerTest):
         self.expect_exit(self.run_program(*STOP), 0)
         self.assertIsNone(self.container.poll(), self.said())
         newest = self.connect()
-        newest.send(b"j", b'{"verb":"component.list"}')
+        newest.send(b"j", b'{"verb":"topic.list"}')
         _, answer = newest.receive()
         self.assertRegex(answer.decode(), "connections for requests are in use|only emergency stops and shutdown are accepted|too many requests are pending")
 

@@ -227,8 +227,8 @@ class Graph(OnRobot):
     def test_an_open_connection_is_answered_within_100_ms(self):
         control = Control(self.socket_path())
         verbs = ({"verb": "graph"}, {"verb": "component.info", "name": "diff_drive"}, {"verb": "node.find", "name": "diff_drive"},
-                 {"verb": "lifecycle.get", "name": "camera"},
-                 {"verb": "service.call", "service": "/robot/_container/list_nodes", "type": "composition_interfaces/srv/ListNodes"})  # fmt: skip
+                 {"verb": "service.call", "service": "/robot/_container/list_nodes", "type": "composition_interfaces/srv/ListNodes"},
+                 {"verb": "service.call", "service": "/robot/_container/get_components", "type": "nacelle_interfaces/srv/GetComponents"})  # fmt: skip
         for verb in verbs:
             with self.subTest(verb=verb):
                 times = [self.time_of(control, verb) for _ in range(5)]
@@ -377,7 +377,7 @@ class Services(OnRobot):
         waiting = self.start_program("service", "call", "/hanging/answer", "std_srvs/srv/SetBool", "{data: false}", "--timeout", "1", "--json")
         control, times = Control(self.socket_path()), []
         while waiting.poll() is None:
-            times.append(self.time_of(control, {"verb": "lifecycle.get", "name": "camera"}))
+            times.append(self.time_of(control, {"verb": "service.call", "service": "/camera/get_state", "type": "lifecycle_msgs/srv/GetState"}))
             self.assertLess(sum(times), 20 * SLOW)
         control.close()
         self.assertGreater(len(times), 5)

@@ -64,6 +64,50 @@ class NamespaceTest(RunningRobotTest):
         wait_for("the mast is in the tree", lambda: frame in self.frames(), 10)
 
 
+    def compose(self, service, **request):
+        kind = "LoadNode" if service == "load_node" else "UnloadNode"
+        return json.loads(self.nacelle("service", "call", f"/robot1/robot/_container/{service}", f"composition_interfaces/srv/{kind}",
+                                       json.dumps(request), "--timeout", "30", "--json"))["response"]
+
+    def load_node(self, plugin, name, remaps=(), **parameters):
+        rows = [{"name": key, "value": {"type": 9, "string_array_value": values}} for key, values in parameters.items()]
+        return self.compose("load_node", package_name="any", plugin_name=plugin, node_name=name, parameters=rows, remap_rules=list(remaps))
+
+    def names(self):
+        return {row["node"]: row["id"] for row in json.loads(self.nacelle("component", "list", "--json"))["components"]}
+
+    def check_load_node(self, frame):
+        """ROS 2's service puts a component where `component load` does, with the same checks."""
+        loaded = self.load_node("nacelle::transforms::TransformsComponent", "composed", static_transforms=["0 0 2 0 0 0 base_link flag"])
+        self.assertEqual((loaded["error_message"], loaded["full_node_name"]), ("", "/robot1/composed"))
+        # As rclcpp's container leaves it.
+        self.assertEqual(self.nacelle("lifecycle", "get", "composed"), "unconfigured [1]\n")
+        for transition in ("configure", "activate"):
+            self.nacelle("lifecycle", "set", "composed", transition)
+        wait_for("the flag is in the tree", lambda: frame in self.frames(), 10)
+
+        taken = self.load_node("nacelle::transforms::TransformsComponent", "composed")
+        self.assertFalse(taken["success"])
+        self.assertIn("/robot1/composed", taken["error_message"])
+
+        self.assertEqual(self.load_node("nacelle::test::Chaos", "calm")["error_message"], "")
+        # It asks for the last message, which a volatile publisher does not keep.
+        clash = self.load_node("nacelle::monitor::MonitorComponent", "late", ["/x/robot_description:=/robot1/calm/alive"],
+                               streams=["/x/robot_description std_msgs/msg/String"])  # fmt: skip
+        self.assertFalse(clash["success"])
+        self.assertIn("durability", clash["error_message"])
+        self.assertIn("it was taken out again", clash["error_message"])
+        self.assertNotIn("/robot1/late", self.names())
+
+        state = self.folder / "nacelle/robot.composition"
+        for name in ("calm", "composed"):
+            node = "/robot1/" + name
+            wait_for("it is part of what comes back after a crash", lambda: f'"{name}"' in state.read_text())
+            self.assertEqual(self.compose("unload_node", unique_id=self.names()[node]), {"success": True, "error_message": ""})
+            self.assertNotIn(node, self.names())
+        self.assertEqual(self.compose("unload_node", unique_id=4711)["error_message"], "No node found with unique_id: 4711")
+
+
 class Topics(NamespaceTest):
     arguments = ("namespace:=robot1",)
 
@@ -78,6 +122,7 @@ class Topics(NamespaceTest):
         monitored = json.loads(self.nacelle("tf", "monitor", "--once", "--json"))
         self.assertIn("base_footprint", json.dumps(monitored))
         self.check_other_plugins("mast")
+        self.check_load_node("flag")
 
     def test_the_check_passes(self):
         self.nacelle("check", self.launch_file, f"sim_dir:={self.folder}/sim", *self.arguments)
@@ -96,6 +141,7 @@ class Frames(NamespaceTest):
                 self.assertEqual(self.echoes("/robot1/" + topic)["header"]["frame_id"], "robot1/" + frame)
         self.nacelle("tf", "echo", "robot1/odom", "robot1/camera_optical_frame", "--once")
         self.check_other_plugins("robot1/mast")
+        self.check_load_node("robot1/flag")
 
     def test_the_check_passes(self):
         self.nacelle("check", self.launch_file, f"sim_dir:={self.folder}/sim", *self.arguments)

@@ -331,7 +331,12 @@ class Loading(RemoteTest):
         self.assertIn("did you mean '/lab/chaos'", self.ask("component", "unload", "/lab/chaoz", code=1).stderr)
         self.assertEqual(self.ask("component", "unload", "/lab/chaos").stdout, f"Unloaded component {loaded['id']} ('/lab/chaos')\n")
         self.assertNotIn("/lab/chaos", [row["node"] for row in self.rows("component", "list")["components"]])
-        self.assertIn("pkg::Class", self.ask("component", "load", "camera", code=1).stderr)
+        self.assertIn("the launch file has no component of that name; one of series, series_client",
+                      self.ask("component", "load", "camera", code=1).stderr)  # fmt: skip
+        # Its launch file's components are loaded, too, and a refused transition has its reason.
+        self.ask("component", "unload", "series")
+        self.assertEqual(self.rows("component", "load", "series")["state"], "active")
+        self.assertIn("could not configure: cannot configure from state active", self.ask("lifecycle", "set", "series", "configure", code=1).stderr)
 
 
 class Actions(RemoteTest):

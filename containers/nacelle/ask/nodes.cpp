@@ -5,10 +5,22 @@ namespace nacelle::ask {
 
 using nlohmann::json;
 
-Result<std::string, Problem> Nodes::find(const std::string& name) {
+Result<Nodes::Found, Problem> Nodes::locate(const std::string& name) {
   auto reply = client_.call({{"verb", "node.find"}, {"name", name}}, limit_ + on_the_way_);
   if (!reply) return err(reply.error());
-  return reply.value()["node"].get<std::string>();
+  return Found{reply.value()["node"], reply.value().value("container", "")};
+}
+
+Result<std::string, Problem> Nodes::find(const std::string& name) {
+  auto found = locate(name);
+  if (!found) return err(found.error());
+  return std::move(found.value().node);
+}
+
+Result<Nodes::FoundContainer, Problem> Nodes::container(const std::string& name) {
+  auto reply = client_.call({{"verb", "container.find"}, {"name", name}}, limit_ + on_the_way_);
+  if (!reply) return err(reply.error());
+  return FoundContainer{reply.value()["node"], reply.value()["is_nacelle"]};
 }
 
 Result<json, Problem> Nodes::call(const std::string& service, const char* type, const json& request) {
@@ -26,11 +38,13 @@ Result<json, Problem> Nodes::call(const std::string& service, const char* type, 
   return std::move(reply.value()["response"]);
 }
 
-void Nodes::prepare(const std::vector<std::pair<std::string, const char*>>& services) {
+std::vector<bool> Nodes::prepare(const std::vector<std::pair<std::string, const char*>>& services) {
   json names = json::array();
   for (const auto& [service, type] : services) names.push_back({{"service", service}, {"type", type}});
-  // A hint: the calls that follow report what is wrong.
-  static_cast<void>(client_.call({{"verb", "service.prepare"}, {"services", names}}, limit_ + on_the_way_));
+  const auto reply = client_.call({{"verb", "service.prepare"}, {"services", names}}, limit_ + on_the_way_);
+  std::vector<bool> offered(services.size(), false);
+  if (reply) reply.value()["offered"].get_to(offered);
+  return offered;
 }
 
 }  // namespace nacelle::ask

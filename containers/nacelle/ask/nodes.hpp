@@ -29,15 +29,29 @@ class Nodes {
   /// Returns the full name of a node: "/lidar" of "lidar", of "/lidar", or of the id of a container's component. Errors: no node of
   /// that name, with the nearest one; several nodes of that name in different namespaces.
   [[nodiscard]] Result<std::string, Problem> find(const std::string& name);
+  /// A node, and the container that holds it.
+  struct Found {
+    std::string node;
+    std::string container;  ///< Its node; empty: no Nacelle container, or not known.
+  };
+  /// As find(), with the container.
+  [[nodiscard]] Result<Found, Problem> locate(const std::string& name);
+  struct FoundContainer {
+    std::string node;
+    bool is_nacelle = false;  ///< Offers the services of nacelle_interfaces beside those of composition_interfaces.
+  };
+  /// Returns the container of that name; the only one for an empty name, or the one at the other end.
+  /// Errors: there is none, or several and no name.
+  [[nodiscard]] Result<FoundContainer, Problem> container(const std::string& name);
   /// Calls a service and returns the response; messages are JSON as interfaces/msgs/README.md describes it.
   /// Errors: no such service, no answer within the limit, a request that does not fit the type.
   [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
                                                      const nlohmann::json& request);
   [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
                                                      const nlohmann::json& request, Duration limit);
-  /// Announces services that will be called next, each with its type. On the network their clients find their servers meanwhile;
-  /// in a container nothing happens.
-  void prepare(const std::vector<std::pair<std::string, const char*>>& services);
+  /// Announces services that will be called next, each with its type, and returns which of them are offered. On the network their
+  /// clients find their servers meanwhile. False for each of them if the other end does not answer; the calls that follow say why.
+  std::vector<bool> prepare(const std::vector<std::pair<std::string, const char*>>& services);
 
  private:
   control::Client& client_;

@@ -27,6 +27,25 @@ int ask(const Whom& whom, const json& request, bool as_json, const std::function
   return kDone;
 }
 
+int ask_nodes(const Whom& whom, bool as_json, const std::function<Result<json, Problem>(ask::Nodes&)>& question,
+              const std::function<void(const json&)>& show) {
+  auto client = connect(whom);
+  if (!client) return client.error();
+  // A container that loads another component meanwhile answers when that is done.
+  constexpr Duration kOnTheWay = 2s;
+  ask::Nodes nodes{client.value(), kAnswerLimit - kOnTheWay, kOnTheWay};
+  const auto answer = question(nodes);
+  if (!answer) return complain(answer.error());
+  for (const auto& warning : answer.value().value("warnings", json::array()))
+    std::fprintf(stderr, "nacelle: warning: %s\n", warning.get<std::string>().c_str());
+  if (as_json) {
+    std::printf("%s\n", answer.value().dump().c_str());
+  } else {
+    show(answer.value());
+  }
+  return kDone;
+}
+
 int ask(const std::string& container, const json& request, bool as_json, const std::function<void(const json&)>& show,
         Duration limit) {
   Whom whom;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/ask/nodes.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/control/client.hpp"
@@ -23,6 +24,11 @@ int ask(const Whom& whom, const nlohmann::json& request, bool as_json,
 /// The same of a container, for commands that can ask nobody else.
 int ask(const std::string& container, const nlohmann::json& request, bool as_json,
         const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
+/// Asks by services of nodes. On success prints the answer's "warnings" on stderr, and lets `show` print the answer, or prints it as
+/// JSON. Returns the exit code.
+int ask_nodes(const Whom& whom, bool as_json,
+              const std::function<Result<nlohmann::json, Problem>(ask::Nodes&)>& question,
+              const std::function<void(const nlohmann::json&)>& show);
 
 /// The graph of the container or of the network (session/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
 [[nodiscard]] Result<nlohmann::json, int> graph_of(const Whom& whom);

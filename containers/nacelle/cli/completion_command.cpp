@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "completion.hpp"
 #include "man_page.hpp"
+#include "nacelle/ask/composition.hpp"
 #include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/control/socket_path.hpp"
@@ -68,6 +69,14 @@ std::vector<std::string> parameters_of(const std::string& container, const std::
   return names ? names.value() : std::vector<std::string>{};
 }
 
+json components_of(const std::string& container) {
+  auto client = connect_to(container);
+  if (!client) return nullptr;
+  ask::Nodes nodes{*client, kCompletionLimit, 0s};
+  auto components = ask::list_components(nodes, "");
+  return components ? std::move(components).value() : json{nullptr};
+}
+
 std::vector<std::string> texts(const json& reply, const char* list, std::initializer_list<const char*> keys) {
   std::vector<std::string> all;
   if (!reply.is_object() || !reply.contains(list)) return all;
@@ -111,7 +120,7 @@ std::vector<std::string> names_for(const NameQuestion& question) {
   const auto told = [&](const json& request) { return ask_it(question.container, request); };
   switch (question.names) {
     case Names::Topic: return texts(told({{"verb", "topic.list"}}), "topics", {"name"});
-    case Names::Node: return texts(told({{"verb", "component.list"}}), "components", {"node"});
+    case Names::Node: return texts(components_of(question.container), "components", {"node"});
     case Names::Service: return texts(told({{"verb", "graph"}}), "services", {"name"});
     case Names::Action: return actions(told({{"verb", "graph"}}));
     case Names::Frame: return texts(told({{"verb", "tf.tree"}}), "frames", {"child", "parent"});

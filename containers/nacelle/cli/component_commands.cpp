@@ -7,9 +7,9 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "component_info.hpp"
+#include "nacelle/ask/composition.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
-#include "nacelle/session/verbs.hpp"
 #include "program.hpp"
 #include "typed_value.hpp"
 
@@ -18,34 +18,12 @@ namespace {
 
 using nlohmann::json;
 
-// A component may take its time to find its device; the container itself gives it up after half a minute.
-constexpr Duration kComponentLimit = 90s;
-
 struct ComponentWish {
   Whom whom;
   std::string name, new_name, name_space, params_file;
   std::vector<std::string> parameters, remaps;
   bool as_json = false, details = false;
 };
-
-/// One request; on success `show` prints the reply.
-int ask(const ComponentWish& wish, json request, const std::function<void(const json&)>& show,
-        Duration limit = kComponentLimit) {
-  if (wish.whom.is_remote()) request["container"] = wish.whom.container;
-  auto client = connect(wish.whom);
-  if (!client) return client.error();
-  auto reply = client.value().call(request, limit);
-  if (!reply) return complain(reply.error());
-  for (const auto& warning : reply.value().value("warnings", json::array()))
-    std::fprintf(stderr, "nacelle: warning: %s\n", warning.get<std::string>().c_str());
-  if (wish.as_json) {
-    reply.value().erase("ok");
-    std::printf("%s\n", reply.value().dump().c_str());
-  } else {
-    show(reply.value());
-  }
-  return kDone;
-}
 
 int list(const ComponentWish& wish) {
   const auto show = [&](const json& reply) {
@@ -65,44 +43,45 @@ int list(const ComponentWish& wish) {
                   text_of(image, "node").c_str(), text_of(image, "held_by").c_str());
     }
   };
-  return ask(wish, {{"verb", "component.list"}}, show, kAnswerLimit);
+  return ask_nodes(
+      wish.whom, wish.as_json, [&](ask::Nodes& nodes) { return ask::list_components(nodes, wish.whom.container); },
+      show);
 }
 
 int load(const ComponentWish& wish) {
-  json request;
   // A class name has '::'; a name of the launch file has not.
   const bool is_plugin = wish.name.find("::") != std::string::npos;
   const bool has_options = !wish.new_name.empty() || !wish.name_space.empty() || !wish.parameters.empty() ||
                            !wish.remaps.empty() || !wish.params_file.empty();
-  if (!is_plugin) {
-    if (has_options) {
-      return complain_of_usage({"component load " + wish.name, "it comes with the launch file's parameters and remaps",
-                                "options belong to a plugin: pkg::Class --name N"});
-    }
-    request = {{"verb", "component.load"}, {"name", wish.name}};
-  } else {
-    request = {{"verb", "component.load_plugin"}, {"plugin", wish.name},           {"name", wish.new_name},
-               {"namespace", wish.name_space},    {"parameters", wish.parameters}, {"remaps", wish.remaps}};
-    if (!wish.params_file.empty()) {
-      const std::string path = std::filesystem::absolute(wish.params_file).string();
-      auto text = read_regular_file(path, session::kMostParamsText);
-      if (!text) return complain({path, text.error().what, "give a parameter file in ROS 2's form"});
-      request["params_file"] = path;
-      request["params_text"] = std::move(text).value();
-    }
+  if (!is_plugin && has_options) {
+    return complain_of_usage({"component load " + wish.name, "it comes with the launch file's parameters and remaps",
+                              "options belong to a plugin: pkg::Class --name N"});
   }
-  return ask(wish, request, [](const json& reply) {
-    std::printf("Loaded component %d as '%s'%s\n", reply["id"].get<int>(), text_of(reply, "node").c_str(),
-                reply["managed"].get<bool>() ? (", " + text_of(reply, "state")).c_str() : "");
-  });
+  ask::LoadWish wanted{wish.name, wish.new_name, wish.name_space, wish.parameters, wish.remaps, {}, {}};
+  if (!wish.params_file.empty()) {
+    wanted.parameters_file = std::filesystem::absolute(wish.params_file).string();
+    auto text = read_regular_file(wanted.parameters_file, ask::kMostParametersText);
+    if (!text) return complain({wanted.parameters_file, text.error().what, "give a parameter file in ROS 2's form"});
+    wanted.parameters_text = std::move(text).value();
+  }
+  return ask_nodes(
+      wish.whom, wish.as_json,
+      [&](ask::Nodes& nodes) { return ask::load_component(nodes, wish.whom.container, wanted); },
+      [](const json& reply) {
+        std::printf("Loaded component %d as '%s'%s\n", reply["id"].get<int>(), text_of(reply, "node").c_str(),
+                    reply["managed"].get<bool>() ? (", " + text_of(reply, "state")).c_str() : "");
+      });
 }
 
 int unload(const ComponentWish& wish) {
-  return ask(wish, {{"verb", "component.unload"}, {"name", wish.name}}, [](const json& reply) {
-    std::printf("Unloaded component %d ('%s')\n", reply["id"].get<int>(), text_of(reply, "node").c_str());
-    if (!reply["image_closed"].get<bool>())
-      std::printf("Its library stays until it is free: held by %s\n", text_of(reply, "held_by").c_str());
-  });
+  return ask_nodes(
+      wish.whom, wish.as_json,
+      [&](ask::Nodes& nodes) { return ask::unload_component(nodes, wish.whom.container, wish.name); },
+      [](const json& reply) {
+        std::printf("Unloaded component %d ('%s')\n", reply["id"].get<int>(), text_of(reply, "node").c_str());
+        if (!reply["image_closed"].get<bool>())
+          std::printf("Its library stays until it is free: held by %s\n", text_of(reply, "held_by").c_str());
+      });
 }
 
 /// Needs no container: what is installed where launch files' plugins are looked for.

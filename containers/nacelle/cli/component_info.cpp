@@ -5,6 +5,7 @@
 #include <map>
 
 #include "asking.hpp"
+#include "nacelle/ask/composition.hpp"
 #include "nacelle/ask/parameters.hpp"
 #include "node_view.hpp"
 #include "program.hpp"
@@ -102,19 +103,40 @@ void print_remote(const json& reply, const NodeView& view) {
   tell_left_out(view.left_out, "`nacelle node info --all --remote`");
 }
 
-/// What the container says is joined by what `node info` and `param dump` show of the node.
+/// What the container says of the component, and what the network says of its process.
+Result<json, Problem> told_of(control::Client& client, const std::string& container, const std::string& name) {
+  ask::Nodes nodes{client};
+  auto row = ask::find_component(nodes, container, name);
+  if (!row) return err(row.error());
+  const std::string node = text_of(row.value(), "node");
+  json told{{"container", row.value()["container"]},
+            {"id", row.value()["id"]},
+            {"node", node},
+            {"managed", row.value()["managed"]},
+            {"state", row.value()["state"]}};
+  auto process = client.call({{"verb", "node.process"}, {"node", node}}, kAnswerLimit);
+  if (!process) return err(process.error());
+  told.update(process.value()["process"]);
+  if (!told["managed"].get<bool>()) return told;
+  if (const auto state = ask::lifecycle_state(nodes, node); state) {
+    told["state"] = state.value()["state"];
+    told["state_id"] = state.value()["state_id"];
+  } else {
+    warn(state.error());
+  }
+  return told;
+}
+
+/// That is joined by what `node info` and `param dump` show of the node.
 int info_remotely(const Whom& whom, const std::string& name, bool as_json) {
   auto client = connect(whom);
   if (!client) return client.error();
-  auto told =
-      client.value().call({{"verb", "component.info"}, {"name", name}, {"container", whom.container}}, kAnswerLimit);
+  auto told = told_of(client.value(), whom.container, name);
   if (!told) return complain(told.error());
   json& reply = told.value();
   const std::string node = text_of(reply, "node");
   const auto graph = client.value().call({{"verb", "graph"}}, kAnswerLimit);
   if (!graph) return complain(graph.error());
-  for (const auto& warning : reply.value("warnings", json::array()))
-    std::fprintf(stderr, "nacelle: warning: %s\n", warning.get<std::string>().c_str());
   for (const auto& row : graph.value()["nodes"]) {
     if (row["node"] != node || !row["parameters"].get<bool>() || reply.contains("parameter_values")) continue;
     // A node that keeps these to itself is shown without.
@@ -132,8 +154,6 @@ int info_remotely(const Whom& whom, const std::string& name, bool as_json) {
     print_remote(reply, view);
     return kDone;
   }
-  reply.erase("ok");
-  reply.erase("warnings");
   add_to_json(reply, view);
   std::printf("%s\n", reply.dump().c_str());
   return kDone;

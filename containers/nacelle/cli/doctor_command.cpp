@@ -5,6 +5,7 @@
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
+#include "nacelle/ask/composition.hpp"
 #include "nacelle/doctor/checks.hpp"
 #include "program.hpp"
 
@@ -38,7 +39,12 @@ void ask_containers(Findings& findings) {
   for (const auto& found : trusted_containers()) {
     Finding finding{Severity::Fine, "robot", "", {"container " + found.name, "", ""}};
     auto client = control::Client::connect(found.path);
-    auto reply = client ? client.value().call({{"verb", "component.list"}}, 2s) : err(client.error());
+    const auto ask_for_components = [&]() -> Result<json, Problem> {
+      if (!client) return err(client.error());
+      ask::Nodes nodes{client.value(), 1s, 1s};
+      return ask::list_components(nodes, "");
+    };
+    const auto reply = ask_for_components();
     if (!reply) {
       finding.severity = Severity::Wrong;
       finding.problem.what = "does not answer: " + reply.error().what;

@@ -5,6 +5,7 @@
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/ask/composition.hpp"
 #include "nacelle/node/lifecycle_graph.hpp"
 #include "program.hpp"
 
@@ -12,9 +13,6 @@ namespace nacelle::cli {
 namespace {
 
 using nlohmann::json;
-
-// A component may take its time to find its device; the container itself gives it up after half a minute.
-constexpr Duration kTransitionLimit = 90s;
 
 struct LifecycleWish {
   Whom whom;
@@ -25,7 +23,8 @@ struct LifecycleWish {
 int list_transitions(const LifecycleWish& wish) {
   auto client = connect(wish.whom);
   if (!client) return client.error();
-  auto reply = client.value().call({{"verb", "lifecycle.get"}, {"name", wish.node}}, kAnswerLimit);
+  ask::Nodes nodes{client.value()};
+  auto reply = ask::lifecycle_state(nodes, wish.node);
   if (!reply) return complain(reply.error());
   const std::string state = text_of(reply.value(), "state");
   json rows = json::array();
@@ -69,15 +68,17 @@ int list_nodes(const LifecycleWish& wish) {
 }
 
 int get_state(const LifecycleWish& wish) {
-  return ask(wish.whom, {{"verb", "lifecycle.get"}, {"name", wish.node}}, wish.as_json, [](const json& reply) {
-    std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
-  });
+  return ask_nodes(
+      wish.whom, wish.as_json, [&](ask::Nodes& nodes) { return ask::lifecycle_state(nodes, wish.node); },
+      [](const json& reply) {
+        std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
+      });
 }
 
 int set_state(const LifecycleWish& wish) {
-  return ask(
-      wish.whom, {{"verb", "lifecycle.set"}, {"name", wish.node}, {"transition", wish.transition}}, wish.as_json,
-      [](const json&) { std::printf("Transitioning successful\n"); }, kTransitionLimit);
+  return ask_nodes(
+      wish.whom, wish.as_json, [&](ask::Nodes& nodes) { return ask::change_state(nodes, wish.node, wish.transition); },
+      [](const json&) { std::printf("Transitioning successful\n"); });
 }
 
 }  // namespace

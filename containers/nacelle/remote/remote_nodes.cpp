@@ -73,8 +73,8 @@ Result<std::string, Problem> node_named(RemoteNetwork& network, const std::strin
       Problem{"node '" + name + "'", "could be any of " + join({hits.begin(), hits.end()}), "give the full name"});
 }
 
-bool offers(const RemoteNetwork& network, const std::string& node, const std::string& service) {
-  const Ends ends = network.look([&](const auto& graph) { return graph.ends_of_service(node + "/" + service); });
+bool offers(const RemoteNetwork& network, const std::string& service) {
+  const Ends ends = network.look([&](const auto& graph) { return graph.ends_of_service(service); });
   return std::ranges::any_of(
       ends, [](const auto& end) { return !end.is_writer && end.kind == transport_dds::WireKind::Request; });
 }
@@ -94,17 +94,31 @@ session::Answer RemoteNodes::answer(const std::string& verb, const json& request
     return session::call_service(clock(), start, network_.types(), request, "");
   }
   if (verb == "service.prepare") {
-    for (const auto& one : request["services"])
+    const json& services = request.at("services");
+    for (const auto& one : services)
       static_cast<void>(network_.prepare(one["service"], one["type"].get_ref<const std::string&>().c_str()));
-    return json{{"ok", true}};
+    const auto is_offered = [&](const json& one) { return offers(network_, one["service"]); };
+    if (!std::ranges::all_of(services, is_offered)) network_.find_all();
+    json offered = json::array();
+    for (const auto& one : services) offered.push_back(is_offered(one));
+    return json{{"ok", true}, {"offered", offered}};
   }
   if (verb == "node.find") {
     const auto node = node_named(network_, request.value("name", ""));
     if (!node) return reply_of(node.error());
-    return json{{"ok", true}, {"node", node.value()}};
+    return json{{"ok", true}, {"node", node.value()}, {"container", container_of(network_, node.value())}};
   }
-  if (verb.starts_with("lifecycle.")) return reply_to_lifecycle_verb(network_, verb, request);
-  if (verb.starts_with("component.")) return reply_to_component_verb(network_, verb, request);
+  if (verb == "container.find") {
+    const auto container = container_named(network_, request.value("name", ""));
+    if (!container) return reply_of(container.error());
+    const std::string service = container.value() + "/_container/get_components";
+    if (!offers(network_, service)) network_.find_all();
+    return json{{"ok", true}, {"node", container.value()}, {"is_nacelle", offers(network_, service)}};
+  }
+  if (verb == "node.process") {
+    network_.find_all();
+    return json{{"ok", true}, {"process", process_of(network_, request.value("node", ""))}};
+  }
   return reply_of(
       {"request '" + verb + "'", "cannot be asked of nodes outside", "ask the container itself, without --remote"});
 }

@@ -46,28 +46,14 @@ class RemoteNodes final : public session::Respondent {
 /// The full name of a node outside. Waits for it at most for the time of discovery. Errors: there is none, or it could
 /// be several.
 [[nodiscard]] Result<std::string, Problem> node_named(RemoteNetwork& network, const std::string& name);
-/// Whether the node is known to offer a service of that name: "get_state".
-[[nodiscard]] bool offers(const RemoteNetwork& network, const std::string& node, const std::string& service);
+/// Whether a service is known to be offered: "/lidar/get_state".
+[[nodiscard]] bool offers(const RemoteNetwork& network, const std::string& service);
+/// The container of that name, or the only one. Waits for it at most for the time of discovery. Errors: there is none, or several.
+[[nodiscard]] Result<std::string, Problem> container_named(RemoteNetwork& network, const std::string& name);
+/// The Nacelle container of the process that a node is in, as far as it is known; empty if it is in another one.
+[[nodiscard]] std::string container_of(const RemoteNetwork& network, const std::string& node);
 
-/// How long a node may take to say what it knows at once ...
-inline constexpr Duration kNodeAnswer = 3s;
-/// ... and to do something: a component may take its time to find its device.
-inline constexpr Duration kTransition = 80s;
-
-struct RemoteState {
-  int id = 0;         ///< As lifecycle_msgs/msg/State has it.
-  std::string label;  ///< "active"
-};
-/// Errors: it is not told within kNodeAnswer.
-[[nodiscard]] Result<RemoteState, Problem> state_of(RemoteNetwork& network, const std::string& node);
-
-// Requests as verbs.hpp of session/ has them. Errors: a reply with "ok": false.
-/// lifecycle.get, lifecycle.set
-[[nodiscard]] nlohmann::json reply_to_lifecycle_verb(RemoteNetwork& network, const std::string& verb,
-                                                     const nlohmann::json& request);
-/// component.list, component.info, component.load_plugin, component.unload. "container": the node of the container that
-/// is meant. Of component.info: what the node's container, its state and its participant tell.
-[[nodiscard]] nlohmann::json reply_to_component_verb(RemoteNetwork& network, const std::string& verb,
-                                                     const nlohmann::json& request);
+/// What the participant of a node announces: "namespace", "host", "pid", "enclave"; what it does not is left out.
+[[nodiscard]] nlohmann::json process_of(const RemoteNetwork& network, const std::string& node);
 
 }  // namespace nacelle::remote

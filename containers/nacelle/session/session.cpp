@@ -21,6 +21,7 @@
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
+#include "nacelle/session/load_desk.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/network_wish.hpp"
 #include "nacelle/session/topic_tap.hpp"
@@ -63,6 +64,7 @@ void Session::end() {
   service_.reset();
   emergency_stops_.reset();
   network_.reset();
+  load_desk_.reset();
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
 }
@@ -166,6 +168,7 @@ int Session::run_robot() {
   }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_, clock_);
 
+  load_desk_ = std::make_unique<LoadDesk>(*this);
   desk_ = std::make_unique<VerbDesk>(*this);
 
   auto up = guarded_bring_up();
@@ -183,6 +186,7 @@ int Session::run_robot() {
   // A fault that came just before the signal has been found, and perhaps not been dealt with yet.
   const bool stopped_by_a_fault = supervision_->has_stopped_the_robot() || !supervision_->why_to_stop().empty();
   desk_.reset();
+  load_desk_->close();
   take_down();
   if (!undoing_ && !write_report()) return 1;
   return failure || stopped_by_a_fault ? 1 : 0;
@@ -334,6 +338,7 @@ std::optional<Problem> Session::serve() {
     waits.push_back({fault_event_.descriptor(), POLLIN, 0});
     waits.push_back({clock_watch.descriptor(), POLLIN, 0});
     waits.push_back({network_->descriptor(), POLLIN, 0});
+    waits.push_back({load_desk_->descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
     const std::size_t stops_at = waits.size();
     emergency_stops_->append_waits(waits);
@@ -376,6 +381,7 @@ std::optional<Problem> Session::serve() {
         network_->note_clock_jump();
       }
     }
+    if (waits[5].revents != 0) attempt("composition", [&] { load_desk_->serve(); });
     attempt("network", [&] { network_->serve(waits[4].revents != 0); });
     const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
                                            waits.begin() + static_cast<std::ptrdiff_t>(guests_at),

@@ -60,6 +60,7 @@ struct SessionOptions {
 /// Async-signal-safe.
 void leave_at_once() noexcept;
 
+class LoadDesk;
 class VerbDesk;
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
@@ -163,6 +164,7 @@ class Session {
   std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
+  std::unique_ptr<LoadDesk> load_desk_;
   std::unique_ptr<VerbDesk> desk_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;

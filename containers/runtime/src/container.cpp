@@ -211,6 +211,9 @@ void Container::give_up_transitions_after(Duration limit) {
   for (const auto& component : others) component->give_up_transitions_after(limit);
 }
 
+std::string Container::node() const { return impl_->services->node(); }
+void Container::compose_through(CompositionHost* host) { impl_->services->compose_through(host); }
+
 bool Container::service_is_ready(const std::string& name) const { return impl_->commons.services.is_ready(name); }
 
 std::vector<ClashReport> Container::clashes() const { return impl_->commons.broker.clashes(); }

@@ -3,20 +3,24 @@
 
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "nacelle/base/guarded.hpp"
 #include "node_runtime.hpp"
 
 namespace nacelle::runtime {
 
+class CompositionHost;
 class Container;
 
-/// The container's own node, with the services of rclcpp's component_container: <node>/_container/load_node, unload_node and
-/// list_nodes of composition_interfaces. Every component reaches them with a Client; a transport may carry them outside.
+/// The container's own node, with services below <node>/_container: rclcpp's component_container's (load_node, unload_node and
+/// list_nodes of composition_interfaces), and those of nacelle_interfaces. Every component reaches them with a Client; a transport may
+/// carry them outside.
 ///
-/// They answer on a thread of their own, one call after the other: whoever is loaded keeps that thread waiting and no other.
+/// They answer on a thread of their own, one call after the other: a component that takes its time keeps that thread waiting and no other.
 /// Where rclcpp's meaning and ours differ: package_name and log_level are not looked at (class names are unique, and there is one
 /// log level), and of extra_arguments only the types of rclcpp's own two are checked: all components are in one process anyway.
-/// Source: rclcpp_components (jazzy), component_manager.cpp.
 class ContainerServices {
  public:
   /// `name` is the node's; characters that a node's name cannot have become '_'.
@@ -26,16 +30,20 @@ class ContainerServices {
   ContainerServices(const ContainerServices&) = delete;
   ContainerServices& operator=(const ContainerServices&) = delete;
 
+  /// Container::compose_through()
+  void compose_through(CompositionHost* host) { *host_.lock() = host; }
   [[nodiscard]] std::string node() const { return node_.identity().fully_qualified(); }
   void report_services(std::vector<ServiceReport>& out) const { node_.report_services(out); }
 
  private:
   template <typename S>
-  static bool run(void* container, std::int64_t call, const void* request, void* response);
+  static bool run(void* services, std::int64_t call, const void* request, void* response);
 
+  Container& container_;
+  Guarded<CompositionHost*> host_{std::in_place, nullptr};  // locked while it carries out a call
   Executor executor_;
   NodeRuntime node_;
-  std::unique_ptr<ServiceHandle> load_, unload_, list_;
+  std::vector<std::unique_ptr<ServiceHandle>> services_;
 };
 
 }  // namespace nacelle::runtime

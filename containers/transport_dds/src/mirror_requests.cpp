@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <composition_interfaces/srv/load_node.hpp>
 #include <composition_interfaces/srv/unload_node.hpp>
+#include <nacelle_interfaces/srv/load_component.hpp>
+#include <nacelle_interfaces/srv/unload_component.hpp>
 
 #include "mirror_services.hpp"
 #include "nacelle/msgs/message_type.hpp"
@@ -12,6 +14,8 @@ namespace {
 
 using composition_interfaces::srv::LoadNode;
 using composition_interfaces::srv::UnloadNode;
+using nacelle_interfaces::srv::LoadComponent;
+using nacelle_interfaces::srv::UnloadComponent;
 
 // Then it is the turn of the others.
 constexpr int kMostRequestsAtOnce = 64;
@@ -19,9 +23,9 @@ constexpr int kMostRequestsAtOnce = 64;
 // goals take.
 constexpr std::size_t kMostWaitingRequests = 256;
 
-constexpr const char* kNoLoad =
-    "this container loads and unloads nothing for callers on the network: set `network: {allow_load: true}` in its "
-    "launch file, or use `nacelle component` on its machine";
+constexpr const char* kNoLoad = "this container loads and unloads nothing for callers on the network";
+constexpr const char* kHowToAllow =
+    "set `network: {allow_load: true}` in its launch file, or use `nacelle component` on its machine";
 
 bool is_type(const msgs::MessageType& type, const msgs::MessageType& other) {
   return std::string_view(type.name) == other.name;
@@ -65,7 +69,8 @@ void DdsMirror::Impl::Services::take_request(Server& server, const dds::Sample& 
   }
   const Server::Asked asked{call->header, sample.writer};
   const bool is_load =
-      is_type(type, LoadNode::Request::message_type()) || is_type(type, UnloadNode::Request::message_type());
+      is_type(type, LoadNode::Request::message_type()) || is_type(type, UnloadNode::Request::message_type()) ||
+      is_type(type, LoadComponent::Request::message_type()) || is_type(type, UnloadComponent::Request::message_type());
   if (is_load && !mirror.options.allow_load) return refuse_load(server, asked);
   if (server.waiting.size() >= kMostWaitingRequests) {
     ++requests_refused;
@@ -96,16 +101,27 @@ void DdsMirror::Impl::Services::refuse_load(Server& server, const Server::Asked&
   ++requests_refused;
   const auto refuse = [&](auto response) {
     response->success = false;
-    response->error_message = kNoLoad;
+    if constexpr (requires { response->error_message; }) {
+      response->error_message = std::string{kNoLoad} + ": " + kHowToAllow;
+    } else {
+      response->problem.where = server.info.name;
+      response->problem.what = kNoLoad;
+      response->problem.way_out = kHowToAllow;
+    }
     auto held = std::make_unique<msgs::AnyMessage>(*server.info.response);
     server.info.response->move_assign(held->get(), response.get());
     Server::Held answer{asked, std::move(held), mirror.clock.now()};
     if (!reply(server, answer)) hold(server, std::move(answer));
   };
-  if (is_type(*server.info.request, LoadNode::Request::message_type())) {
+  const auto is = [&](const msgs::MessageType& type) { return is_type(*server.info.request, type); };
+  if (is(LoadNode::Request::message_type())) {
     refuse(std::make_unique<LoadNode::Response>());
-  } else {
+  } else if (is(UnloadNode::Request::message_type())) {
     refuse(std::make_unique<UnloadNode::Response>());
+  } else if (is(LoadComponent::Request::message_type())) {
+    refuse(std::make_unique<LoadComponent::Response>());
+  } else {
+    refuse(std::make_unique<UnloadComponent::Response>());
   }
 }
 
@@ -137,12 +153,12 @@ bool DdsMirror::Impl::Services::reply(Server& server, const Server::Held& answer
   // A reader that is matched and not among these yet comes with a status, after which we are here again.
   const auto client = server.writers.find(answer.asked.client);
   const std::string* const client_id = client == server.writers.end() ? nullptr : &client->second.id;
-  std::vector<std::string> readers;
-  readers.reserve(server.readers.size());
+  std::vector<std::string> reader_ids;
+  reader_ids.reserve(server.readers.size());
   for (const auto& [gid, reader] : server.readers) {
-    if (reader.understands) readers.push_back(reader.id);
+    if (reader.understands) reader_ids.push_back(reader.id);
   }
-  switch (dds::reply_step(client_id, readers, mirror.clock.now() - answer.since)) {
+  switch (dds::reply_step(client_id, reader_ids, mirror.clock.now() - answer.since)) {
     case dds::ReplyStep::Send:
       send(server, answer.asked.header, *server.info.response, answer.response->get());
       return true;

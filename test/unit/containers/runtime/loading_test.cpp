@@ -10,14 +10,25 @@
 #include <cstdlib>
 #include <filesystem>
 #include <future>
+#include <nacelle_interfaces/srv/change_state.hpp>
+#include <nacelle_interfaces/srv/get_components.hpp>
+#include <nacelle_interfaces/srv/load_component.hpp>
+#include <nacelle_interfaces/srv/unload_component.hpp>
+#include <stdexcept>
 #include <thread>
 
+#include "asking.hpp"
 #include "container_fixture.hpp"
+#include "nacelle/runtime/composition_host.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle::runtime {
 namespace {
 
+using nacelle_interfaces::srv::ChangeState;
+using nacelle_interfaces::srv::GetComponents;
+using nacelle_interfaces::srv::LoadComponent;
+using nacelle_interfaces::srv::UnloadComponent;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -29,6 +40,13 @@ struct LoadingTest : ContainerTest {
     request.plugin = "nacelle::test::" + plugin;
     request.name = name;
     return container.load(request);
+  }
+  template <typename S>
+  typename S::Response asked(const std::string& service, const typename S::Request& request) {
+    Call<S> call{container, "/test/_container/" + service, request};
+    auto response = call.wait();
+    EXPECT_TRUE(response) << service << " " << call.problem();
+    return response.value_or(typename S::Response{});
   }
   // Runs it on eight threads that start together.
   template <typename F>
@@ -517,6 +535,92 @@ TEST_F(LoadingTest, components_load_list_and_unload_through_the_containers_own_s
   EXPECT_EQ(answers.next(), "No node found with unique_id: 2");
   say("/calls", "list");
   EXPECT_EQ(answers.next(), "1/caller");
+}
+
+TEST_F(LoadingTest, a_host_answers_for_the_services_of_a_container) {
+  struct Host final : CompositionHost {
+    explicit Host(Container& c) : inner(c) {}
+    std::string name_space() const override { return "/cage"; }
+    Result<Loaded, Problem> load_planned(const std::string& name) override {
+      return err(Problem{name, "is not planned", "plan it"});
+    }
+    Result<Loaded, Problem> load(const LoadRequest& request, bool activate) override {
+      if (request.name != "parrot") return err(Problem{request.name, activate ? "may not fly" : "is not wanted", ""});
+      LoadRequest elsewhere = request;
+      elsewhere.name_space = "/cage";
+      auto loaded = inner.load(elsewhere);
+      if (!loaded) return err(loaded.error());
+      return Loaded{std::move(loaded).value(), {"it screams"}};
+    }
+    Result<UnloadOutcome, Problem> unload(std::uint64_t) override { throw std::runtime_error("the door is shut"); }
+    Container& inner;
+  } host{container};
+  Ear answers(container, "/answers");
+  load("Caller");
+  const auto answer_to = [&](const std::string& call) {
+    say("/calls", call);
+    return answers.next();
+  };
+  container.compose_through(&host);
+  EXPECT_EQ(answer_to("load nacelle::test::Talker parrot"), "2 /cage/parrot");
+  EXPECT_EQ(answer_to("load nacelle::test::Talker cat"), "cat: is not wanted");
+  EXPECT_EQ(answer_to("unload 2"), "the door is shut");
+
+  LoadComponent::Request request;
+  request.component = "nacelle::test::Talker";
+  EXPECT_EQ(asked<LoadComponent>("load_component", request).problem.what, "may not fly");
+  request.component = "lidar";
+  const auto planned = asked<LoadComponent>("load_component", request);
+  EXPECT_FALSE(planned.success);
+  EXPECT_EQ(planned.problem.where + planned.problem.what + planned.problem.way_out, "lidaris not plannedplan it");
+  EXPECT_EQ(asked<GetComponents>("get_components", {}).name_space, "/cage");
+  container.compose_through(nullptr);
+  EXPECT_EQ(answer_to("unload 2"), "unloaded");
+}
+
+TEST_F(LoadingTest, a_plain_container_loads_activates_and_unloads_by_its_services) {
+  LoadComponent::Request request;
+  request.component = "nacelle::test::Talker";
+  request.node_name = "parrot";
+  request.remap_rules = {"speech:=/words"};
+  const auto loaded = asked<LoadComponent>("load_component", request);
+  EXPECT_TRUE(loaded.success) << loaded.problem.what;
+  EXPECT_EQ(loaded.component.node, "/parrot");
+  EXPECT_EQ(loaded.component.state.label, "active");
+
+  const auto listed = asked<GetComponents>("get_components", {});
+  EXPECT_EQ(listed.container, "/test");
+  ASSERT_THAT(listed.components, SizeIs(1));
+  EXPECT_EQ(listed.components[0].plugin, "nacelle::test::Talker");
+  EXPECT_EQ(listed.components[0].state.id, 3);
+  EXPECT_THAT(listed.components[0].fault, IsEmpty());
+
+  ChangeState::Request change;
+  change.component = "parrot";
+  change.transition = "deactivate";
+  const auto changed = asked<ChangeState>("change_state", change);
+  EXPECT_TRUE(changed.success);
+  EXPECT_EQ(changed.state.label, "inactive");
+  change.transition = "configure";
+  const auto refused = asked<ChangeState>("change_state", change);
+  EXPECT_FALSE(refused.success);
+  EXPECT_THAT(refused.problem.what, HasSubstr("cannot configure from state inactive"));
+  EXPECT_EQ(refused.problem.way_out, "it is inactive now");
+  change.transition = "fly";
+  EXPECT_EQ(asked<ChangeState>("change_state", change).problem.what, "there is no such transition");
+
+  request.remap_rules = {"speech"};
+  EXPECT_THAT(asked<LoadComponent>("load_component", request).problem.what, HasSubstr("remap rule 'speech'"));
+  request.component = "lidar";
+  EXPECT_EQ(asked<LoadComponent>("load_component", request).problem.what, "this container has no launch file");
+  UnloadComponent::Request unload;
+  unload.component = "parot";
+  EXPECT_EQ(asked<UnloadComponent>("unload_component", unload).problem.where, "component 'parot'");
+  unload.component = "/parrot";
+  const auto unloaded = asked<UnloadComponent>("unload_component", unload);
+  EXPECT_TRUE(unloaded.success && unloaded.image_closed) << unloaded.held_by;
+  EXPECT_EQ(unloaded.id, loaded.component.id);
+  EXPECT_THAT(container.list(), IsEmpty());
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <composition_interfaces/srv/list_nodes.hpp>
 #include <composition_interfaces/srv/load_node.hpp>
 #include <composition_interfaces/srv/unload_node.hpp>
+#include <nacelle_interfaces/srv/load_component.hpp>
+#include <nacelle_interfaces/srv/unload_component.hpp>
 
 #include "mirrored_services.hpp"
 
@@ -15,6 +17,8 @@ namespace {
 using composition_interfaces::srv::ListNodes;
 using composition_interfaces::srv::LoadNode;
 using composition_interfaces::srv::UnloadNode;
+using nacelle_interfaces::srv::LoadComponent;
+using nacelle_interfaces::srv::UnloadComponent;
 using test::AddTwoInts;
 using test::Calling;
 using test::MirroredContainer;
@@ -181,8 +185,12 @@ TEST_F(MirrorServices, load_and_unload_nothing_for_callers_outside) {
   Calling<LoadNode> load{"/there/_container/load_node"};
   Calling<UnloadNode> unload{"/there/_container/unload_node"};
   Calling<ListNodes> list{"/there/_container/list_nodes"};
+  Calling<LoadComponent> put_in{"/there/_container/load_component"};
+  Calling<UnloadComponent> take_out{"/there/_container/unload_component"};
   const auto id = there.load(adding, "adder");
   MirroredContainer asking{"asking"};
+  asking.load(put_in, "put_in");
+  asking.load(take_out, "take_out");
   asking.load(load, "load");
   asking.load(unload, "unload");
   asking.load(list, "list");
@@ -203,6 +211,18 @@ TEST_F(MirrorServices, load_and_unload_nothing_for_callers_outside) {
   const auto listed = list.call({});
   ASSERT_TRUE(listed);
   EXPECT_THAT(listed->full_node_names, ElementsAre("/adder")) << "which is always answered";
+  ASSERT_TRUE(until([&] { return put_in.client->service_is_ready() && take_out.client->service_is_ready(); }));
+  const auto put = put_in.call({});
+  ASSERT_TRUE(put);
+  EXPECT_FALSE(put->success);
+  EXPECT_EQ(put->problem.where, "/there/_container/load_component");
+  EXPECT_THAT(put->problem.way_out, HasSubstr("network: {allow_load: true}"));
+  UnloadComponent::Request adder;
+  adder.component = "adder";
+  const auto taken = take_out.call(adder);
+  ASSERT_TRUE(taken);
+  EXPECT_FALSE(taken->success);
+  EXPECT_THAT(taken->problem.way_out, HasSubstr("allow_load"));
 }
 
 TEST_F(MirrorServices, load_and_unload_where_that_is_allowed) {

@@ -238,13 +238,14 @@ struct WiringReport {
   std::uint64_t late = 0;    ///< Messages so far that were older than asked for when a callback began.
 };
 
+class CompositionHost;
 class ForeignComponent;
 
 /// Loads components, runs them, takes them out again; one per process.
 ///
 /// Code of a component runs on its executor or on a thread of its own, never on the caller's and never under a lock: one that takes
 /// its time, or never returns, delays whoever called for it and nobody else.
-/// The node /<options.name> offers composition_interfaces' services below ~/_container to every component.
+/// The node /<options.name> offers services of composition_interfaces and nacelle_interfaces below ~/_container to every component.
 /// Threads: everything from any thread. load(), unload() and trigger() wait for the component, at most for transition_timeout;
 ///          the others keep running meanwhile. From a callback that would wait for itself, unload() and trigger() say so instead.
 class Container final {
@@ -255,6 +256,8 @@ class Container final {
   Container& operator=(const Container&) = delete;
 
   [[nodiscard]] const ContainerOptions& options() const;
+  /// The full name of the container's own node.
+  [[nodiscard]] std::string node() const;
   [[nodiscard]] const Clock& clock() const;
   /// The in-process transport, for readers and writers that are not components (the control socket's).
   [[nodiscard]] Transport& transport();
@@ -269,6 +272,9 @@ class Container final {
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);
   /// Takes in a component of another process: listed, found, triggered and unloaded as the others. Errors: its name is taken.
   [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
+  /// Lets `host` carry out what the services of the container's node are asked to load and unload, instead of load() and unload();
+  /// null: these again. Waits for the call that is being answered, so the host must not hold it up any more. `host` outlives its use.
+  void compose_through(CompositionHost* host);
   /// A component of another process has become faulted.
   void tell_fault(const ComponentInfo& info, const std::string& callback = {});
   /// An open fault of a component of another process has begun, or is over (`lasted`).

@@ -37,7 +37,8 @@ struct MirrorOptions {
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Ends of other topics and services are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;
-  /// Whether load_node and unload_node (composition_interfaces) are done for callers outside; else they are refused in words.
+  /// Whether load_node and unload_node (composition_interfaces), load_component and unload_component (nacelle_interfaces) are done
+  /// for callers outside; else they are refused in words.
   bool allow_load = false;
   /// What keeps an endpoint from the network, or two of them apart, each once. On the network's thread. Null: the log.
   std::function<void(const Problem&)> on_problem;

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "nacelle/ask/nodes.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+
+// Verbs of composition and lifecycle, over the services of containers (nacelle_interfaces, composition_interfaces) and of nodes
+// (lifecycle_msgs). `container`: a name, or empty for the only one. Errors: as Nodes::call(), and those named.
+namespace nacelle::ask {
+
+/// The most bytes of a parameter file; with what JSON adds they fit into a request.
+inline constexpr std::size_t kMostParametersText = 448U << 10U;
+
+/// Returns "container", "components" and "kept_images". A component is an object:
+///
+///   "id", "node", "plugin", "library", "managed", "state" (empty without a lifecycle), "fault" and "open_faults" where there are any
+///
+/// A container that is not Nacelle's tells no plugin, library or fault.
+[[nodiscard]] Result<nlohmann::json, Problem> list_components(Nodes& nodes, const std::string& container);
+
+/// Returns one component as list_components() has it, and its "container". `name`: id, full name, or name without namespace.
+/// Errors: there is none, with the nearest; several.
+[[nodiscard]] Result<nlohmann::json, Problem> find_component(Nodes& nodes, const std::string& container,
+                                                             const std::string& name);
+
+/// What is to be loaded.
+struct LoadWish {
+  std::string component;  ///< A name of the launch file, or a class; the rest is of a class.
+  std::string name, name_space;
+  std::vector<std::string> parameters, remaps;  ///< "rate:=5", "scan:=/front/scan"
+  std::string parameters_file,
+      parameters_text;  ///< A ROS 2 parameter file's name and content; what is in `parameters` wins.
+};
+/// Returns the component (as list_components() has it) and "warnings". A container that is not Nacelle's leaves it unconfigured.
+/// Errors: a parameter or rule that cannot be read; the container's reason.
+[[nodiscard]] Result<nlohmann::json, Problem> load_component(Nodes& nodes, const std::string& container,
+                                                             const LoadWish& wish);
+/// Returns "id", "node", "library", "image_closed" and "held_by". `name`: id, full name, or name without namespace.
+[[nodiscard]] Result<nlohmann::json, Problem> unload_component(Nodes& nodes, const std::string& container,
+                                                               const std::string& name);
+
+/// Returns "id" (of the component; 0: not known), "node", "state" and "state_id". Errors: a node without a lifecycle.
+[[nodiscard]] Result<nlohmann::json, Problem> lifecycle_state(Nodes& nodes, const std::string& name);
+/// Returns "node" and "state". Errors: the transition failed, with the reason where a Nacelle container holds the node.
+[[nodiscard]] Result<nlohmann::json, Problem> change_state(Nodes& nodes, const std::string& name,
+                                                           const std::string& transition);
+
+}  // namespace nacelle::ask

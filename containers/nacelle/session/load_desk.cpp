@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/session/load_desk.hpp"
+
+#include <algorithm>
+#include <future>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include "nacelle/base/names.hpp"
+#include "nacelle/session/session.hpp"
+#include "nacelle/session/wiring.hpp"
+
+namespace nacelle::session {
+namespace {
+
+struct Clashes {
+  std::string within;  // pairs of this container that cannot talk
+  std::vector<std::string>
+      outside;  // with nodes of the network: whatever QoS they have keeps nothing from being loaded
+};
+
+Clashes clashes_of(const runtime::Container& container, const std::string& node) {
+  Clashes found;
+  for (const auto& clash : container.clashes()) {
+    if (clash.writer_node != node && clash.reader_node != node) continue;
+    if (container.find(clash.writer_node).has_value() && container.find(clash.reader_node).has_value()) {
+      found.within.append(found.within.empty() ? "" : "; ").append(clash.text());
+    } else {
+      found.outside.push_back(clash.text());
+    }
+  }
+  return found;
+}
+
+TopicEnds ends_of(const GraphBefore& before, const runtime::ComponentInfo& component) {
+  TopicEnds ends = before.added();
+  if (component.declared) ends.services = {component.declared->services.begin(), component.declared->services.end()};
+  return ends;
+}
+
+}  // namespace
+
+LoadDesk::LoadDesk(Session& session) : session_(session) { session_.container().compose_through(this); }
+
+LoadDesk::~LoadDesk() {
+  close();
+  session_.container().compose_through(nullptr);
+}
+
+Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned_now(const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& component : session_.plan().components) {
+    names.push_back(component.name);
+    if (component.full_name() != name && component.name != name) continue;
+    const GraphBefore before{session_.container()};
+    auto loaded = session_.load(component);
+    if (!loaded) return err(loaded.error());
+    Loaded result{loaded.value(), {}};
+    for (const auto& problem : unused_qos(component, ends_of(before, result.component)))
+      result.warnings.push_back(problem.text());
+    return finish(std::move(result), component.target);
+  }
+  const std::string nearest = suggestion(name, names);
+  return err(Problem{"component " + name, "the launch file has no component of that name",
+                     nearest + (nearest.empty() ? "" : "; ") + "a plugin is loaded with its class and --name"});
+}
+
+Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest request, launch::TargetState target) {
+  const launch::NamespacePlan& names = session_.plan().name_space;
+  request.name_space = join_namespaces(names.path, request.name_space);
+  if (const std::string prefix = names.frame_prefix(); !prefix.empty())
+    request.parameters.emplace("frame_prefix", prefix);
+  const std::size_t own_remaps = request.remaps.size();
+  if (names.tf_topic() != "/tf") {
+    request.remaps.push_back({RemapKind::Topic, "", "/tf", names.tf_topic()});
+    request.remaps.push_back({RemapKind::Topic, "", "/tf_static", names.tf_topic() + "_static"});
+  }
+  const GraphBefore before{session_.container()};
+  auto loaded = session_.container().load(request);
+  if (!loaded) return err(loaded.error());
+  Loaded result{loaded.value(), {}};
+  if (const auto& declared = result.component.declared) {
+    const TopicEnds ends = ends_of(before, result.component);
+    for (const auto& unused : unused_remaps(request.remaps, declared->used_remaps, result.component.node, ends))
+      if (unused.rule < own_remaps) result.warnings.push_back(unused.problem.text());
+  }
+  return finish(std::move(result), target);
+}
+
+Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::TargetState target) {
+  const runtime::ComponentInfo& component = loaded.component;
+  Clashes clashes = clashes_of(session_.container(), component.node);
+  std::ranges::move(clashes.outside, std::back_inserter(loaded.warnings));
+  Result<void, Problem> done{};
+  if (!clashes.within.empty()) {
+    done = err(Problem{component.node, clashes.within, ""});
+  } else if (component.managed) {
+    done = session_.bring_to(component, target);
+  }
+  if (!done) static_cast<void>(session_.container().unload(component.id));
+  session_.composition_changed();
+  if (!done) {
+    Problem problem = done.error();
+    problem.way_out += problem.way_out.empty() ? "it was taken out again" : "; it was taken out again";
+    // A misspelt parameter may be why: with the default of the right one the component looked for another device.
+    std::ranges::copy(component.warnings, std::back_inserter(loaded.warnings));
+    for (const auto& warning : loaded.warnings) problem.way_out += "; " + warning;
+    return err(problem);
+  }
+  if (auto now = session_.container().find(component.node)) {
+    now.value().warnings = std::move(loaded.component.warnings);
+    loaded.component = std::move(now).value();
+  }
+  return loaded;
+}
+
+Problem LoadDesk::not_running() const {
+  return {"container " + session_.options().container_name, std::string{"it is "} + to_text(session_.phase()),
+          "try again when it is running"};
+}
+
+// The call goes with the desk's end, and with it the promise of its answer.
+template <typename Act>
+auto LoadDesk::on_main_thread(Act act) -> decltype(act()) {
+  if (session_.phase() != Phase::Running) return err(not_running());
+  auto call = std::make_shared<std::packaged_task<decltype(act())()>>(std::move(act));
+  auto answer = call->get_future();
+  {
+    auto waiting = waiting_.lock();
+    if (waiting->closed) return err(not_running());
+    waiting->call = [call = std::move(call)] { (*call)(); };
+  }
+  event_.set();
+  try {
+    return answer.get();
+  } catch (const std::future_error&) { return err(not_running()); }
+}
+
+std::string LoadDesk::name_space() const { return session_.plan().name_space.path; }
+
+Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned(const std::string& name) {
+  return on_main_thread([this, name] { return load_planned_now(name); });
+}
+
+Result<LoadDesk::Loaded, Problem> LoadDesk::load(const runtime::LoadRequest& request, bool activate) {
+  const auto target = activate ? launch::TargetState::Active : launch::TargetState::Unconfigured;
+  return on_main_thread([this, request, target] { return load_now(request, target); });
+}
+
+Result<runtime::UnloadOutcome, Problem> LoadDesk::unload(std::uint64_t id) {
+  return on_main_thread([this, id] {
+    auto outcome = session_.container().unload(id);
+    session_.composition_changed();
+    return outcome;
+  });
+}
+
+void LoadDesk::serve() {
+  event_.clear();
+  const auto call = std::exchange(waiting_.lock()->call, {});
+  if (call) call();
+}
+
+void LoadDesk::close() {
+  auto waiting = waiting_.lock();
+  waiting->closed = true;
+  waiting->call = {};
+}
+
+}  // namespace nacelle::session

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::runtime {
+
+/// Carries out what a container's services are asked to load and unload (Container::compose_through()).
+///
+/// Threads: one call at a time, on the thread of the container's services; no component waits for it.
+class CompositionHost {
+ public:
+  struct Loaded {
+    ComponentInfo component;            ///< In the state it has reached.
+    std::vector<std::string> warnings;  ///< For the caller; those in `component` are logged already.
+  };
+
+  virtual ~CompositionHost() = default;
+  /// Where nodes go whose namespace is relative or empty.
+  [[nodiscard]] virtual std::string name_space() const = 0;
+  /// Loads a component that the launch file names. Errors: as load(); there is no such name.
+  [[nodiscard]] virtual Result<Loaded, Problem> load_planned(const std::string& name) = 0;
+  /// Loads a plugin; a lifecycle component is left unconfigured, or activated. Errors: as Container::load(); it does not become active.
+  [[nodiscard]] virtual Result<Loaded, Problem> load(const LoadRequest& request, bool activate) = 0;
+  /// Errors: as Container::unload().
+  [[nodiscard]] virtual Result<UnloadOutcome, Problem> unload(std::uint64_t id) = 0;
+};
+
+}  // namespace nacelle::runtime
