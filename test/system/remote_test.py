@@ -235,6 +235,26 @@ class Robot(RemoteTest):
             self.assertIn("allow_load", self.ask("component", *words, code=1).stderr)
         self.assertIn("/robot", self.ask("component", "list", "--container", "robbot", code=1).stderr)
 
+    def test_a_verb_gives_the_same_json_from_the_robot_and_from_the_network(self):
+        for words in (
+            ("component", "list"),
+            ("lifecycle", "get", "lidar"),
+            ("lifecycle", "list", "lidar"),
+            ("lifecycle", "list", "lidar", "--all"),
+            ("param", "list", "lidar"),
+            ("param", "get", "lidar", "frame_id"),
+            ("param", "describe", "lidar", "frame_id"),
+            ("service", "call", "/lidar/get_state", "lifecycle_msgs/srv/GetState"),
+            ("service", "call", "/robot/_container/get_components", "nacelle_interfaces/srv/GetComponents"),
+        ):
+            with self.subTest(words=words):
+                self.assertEqual(self.rows(*words), self.local(*words))
+        for words in (("lifecycle", "set", "lidar", "configure"), ("lifecycle", "get", "robot"), ("component", "list", "--container", "robot")):
+            with self.subTest(words=words):
+                here = self.run_program(*words)
+                there = self.ask(*words, code=here.returncode)
+                self.assertEqual((there.stdout, there.stderr), (here.stdout, here.stderr))
+
     def test_a_component_is_told_as_far_as_its_nodes_tell(self):
         here = self.local("component", "info", "lidar")
         there = self.rows("component", "info", "lidar")

@@ -242,20 +242,20 @@ Result<json, Problem> unload_component(Nodes& nodes, const std::string& containe
 Result<json, Problem> lifecycle_state(Nodes& nodes, const std::string& name) {
   const auto found = nodes.locate(name);
   if (!found) return err(found.error());
-  const auto& [node, container] = found.value();
+  const std::string& node = found.value().node;
   const auto reply = [&](const json& id, const json& state) {
     return json{{"id", id}, {"node", node}, {"state", state["label"]}, {"state_id", state["id"]}};
   };
-  if (container.empty()) {
+  if (found.value().container.empty()) {
     if (!nodes.prepare({{node + "/get_state", kGetState}}).front()) return err(without_lifecycle(node));
     const auto state = state_of(nodes, node);
     if (!state) return err(state.error());
     return reply(0, state.value());
   }
-  const auto answer = components_of(nodes, container);
+  const auto answer = components_of(nodes, found.value().container);
   if (!answer) return err(answer.error());
   for (const json& component : answer.value()["components"]) {
-    if (component["node"] == node && component["managed"].get<bool>())
+    if (text_of(component, "node") == node && component["managed"].get<bool>())
       return reply(component["id"], component["state"]);
   }
   return err(without_lifecycle(node));

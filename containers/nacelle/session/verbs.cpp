@@ -42,8 +42,9 @@ json offered_services(Session& session, const json& request) {
   const auto services = session.container().services();
   json offered = json::array();
   for (const auto& wanted : request.at("services")) {
-    offered.push_back(std::ranges::any_of(
-        services, [&](const auto& service) { return service.is_server && service.name == wanted.at("service"); }));
+    const auto& name = wanted.at("service").get_ref<const std::string&>();
+    offered.push_back(
+        std::ranges::any_of(services, [&](const auto& service) { return service.is_server && service.name == name; }));
   }
   return {{"ok", true}, {"offered", offered}};
 }

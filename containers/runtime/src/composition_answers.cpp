@@ -165,8 +165,8 @@ void answer(Composed& composed, const UnloadComponent::Request& request, UnloadC
   response.held_by = outcome.value().held_by;
 }
 
-void answer(Composed& composed, const ChangeState::Request& request, ChangeState::Response& response) {
-  const auto component = composed.container.find(request.component);
+void answer(Container& container, const ChangeState::Request& request, ChangeState::Response& response) {
+  const auto component = container.find(request.component);
   if (!component) {
     response.problem = message_of(component.error());
     return;
@@ -179,7 +179,7 @@ void answer(Composed& composed, const ChangeState::Request& request, ChangeState
                 suggestion(request.transition, {"configure", "activate", "deactivate", "cleanup", "shutdown"})});
     return;
   }
-  const TransitionOutcome outcome = composed.container.trigger(component.value().id, transition);
+  const TransitionOutcome outcome = container.trigger(component.value().id, transition);
   response.success = outcome.success;
   response.state = message_of(outcome.state);
   if (!outcome.success)

@@ -35,7 +35,8 @@ void answer(Composed& composed, const nacelle_interfaces::srv::LoadComponent::Re
             nacelle_interfaces::srv::LoadComponent::Response& response);
 void answer(Composed& composed, const nacelle_interfaces::srv::UnloadComponent::Request& request,
             nacelle_interfaces::srv::UnloadComponent::Response& response);
-void answer(Composed& composed, const nacelle_interfaces::srv::ChangeState::Request& request,
+/// Waits for the transition.
+void answer(Container& container, const nacelle_interfaces::srv::ChangeState::Request& request,
             nacelle_interfaces::srv::ChangeState::Response& response);
 
 }  // namespace nacelle::runtime

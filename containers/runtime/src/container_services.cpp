@@ -78,6 +78,26 @@ bool ContainerServices::run(void* services, std::int64_t, const void* request, v
   return true;
 }
 
+bool ContainerServices::run_transition(void* services, std::int64_t call, const void* request, void* response) {
+  auto& self = *static_cast<ContainerServices*>(services);
+  auto& out = *static_cast<own::ChangeState::Response*>(response);
+  out = {};
+  const auto asked = *static_cast<const own::ChangeState::Request*>(request);
+  const auto component = self.container_.find(asked.component);
+  const auto change = [&self, call, asked] {
+    own::ChangeState::Response changed;
+    answer(self.container_, asked, changed);
+    static_cast<void>(self.change_state_->send_response(call, &changed));
+  };
+  if (component && self.lanes_.push(component.value().id, change)) return false;
+  if (component) {
+    refuse(out, "too many transitions of it wait already");
+  } else {
+    answer(self.container_, asked, out);
+  }
+  return true;
+}
+
 ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name,
                                      const std::string& name_space)
     : container_(container),
@@ -99,7 +119,9 @@ ContainerServices::ContainerServices(Container& container, Commons& commons, con
   offer("get_components", std::in_place_type<own::GetComponents>);
   offer("load_component", std::in_place_type<own::LoadComponent>);
   offer("unload_component", std::in_place_type<own::UnloadComponent>);
-  offer("change_state", std::in_place_type<own::ChangeState>);
+  using Change = own::ChangeState;
+  change_state_ = node_.create_service(prefix + "change_state", Change::Request::message_type(),
+                                       Change::Response::message_type(), {&run_transition, this}, nullptr);
   node_.open();
 }
 

@@ -8,6 +8,7 @@
 
 #include "nacelle/base/guarded.hpp"
 #include "node_runtime.hpp"
+#include "transition_lanes.hpp"
 
 namespace nacelle::runtime {
 
@@ -18,7 +19,9 @@ class Container;
 /// list_nodes of composition_interfaces), and those of nacelle_interfaces. Every component reaches them with a Client; a transport may
 /// carry them outside.
 ///
-/// They answer on a thread of their own, one call after the other: a component that takes its time keeps that thread waiting and no other.
+/// They answer on a thread of their own, one call after the other: a component that takes its time to load keeps that thread waiting and
+/// no other. So a component that waits for an answer of these services while it is loaded waits for itself, until it is given up.
+/// Transitions have threads of their own.
 /// Where rclcpp's meaning and ours differ: package_name and log_level are not looked at (class names are unique, and there is one
 /// log level), and of extra_arguments only the types of rclcpp's own two are checked: all components are in one process anyway.
 class ContainerServices {
@@ -38,12 +41,15 @@ class ContainerServices {
  private:
   template <typename S>
   static bool run(void* services, std::int64_t call, const void* request, void* response);
+  static bool run_transition(void* services, std::int64_t call, const void* request, void* response);
 
   Container& container_;
   Guarded<CompositionHost*> host_{std::in_place, nullptr};  // locked while it carries out a call
   Executor executor_;
   NodeRuntime node_;
   std::vector<std::unique_ptr<ServiceHandle>> services_;
+  std::unique_ptr<ServiceHandle> change_state_;
+  TransitionLanes lanes_;  // its jobs use what is above
 };
 
 }  // namespace nacelle::runtime

@@ -39,15 +39,12 @@ bool TransitionLanes::push(std::uint64_t node, std::function<void()> job) {
 
 void TransitionLanes::drop(std::uint64_t node) {
   auto lanes = lanes_.lock();
-  if (const auto found = lanes->find(node); found != lanes->end()) {
-    found->second.waiting.clear();
-    found->second.gone = true;
-  }
+  if (const auto found = lanes->find(node); found != lanes->end()) found->second.waiting.clear();
   sweep(*lanes);
 }
 
 void TransitionLanes::sweep(Lanes& lanes) {
-  std::erase_if(lanes, [](const auto& entry) { return entry.second.gone && !entry.second.busy; });
+  std::erase_if(lanes, [](const auto& entry) { return !entry.second.busy; });
 }
 
 void TransitionLanes::work(Lane& lane) {

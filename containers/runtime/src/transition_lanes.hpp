@@ -35,7 +35,6 @@ class TransitionLanes {
   struct Lane {
     std::deque<std::function<void()>> waiting;
     bool busy = false;  // the errand is still to come back here
-    bool gone = false;
     std::unique_ptr<Errand> errand;
   };
   using Lanes = std::map<std::uint64_t, Lane>;

@@ -513,6 +513,27 @@ TEST_F(HangingTest, a_transition_that_was_given_up_before_it_began_does_not_happ
             "cannot activate from state active; allowed is deactivate, shutdown");
 }
 
+TEST_F(HangingTest, a_slow_transition_holds_up_no_other_service_of_the_container) {
+  const auto sleeper = load("Sleeper", asleep_in("transition"));
+  ChangeState::Request request;
+  request.component = std::to_string(sleeper.id);
+  request.transition = "configure";
+  const std::string prefix = container.node() + "/_container/";
+  Call<ChangeState> slow{container, prefix + "change_state", request};
+  wait_until_it_sleeps();
+  Call<GetComponents> other{container, prefix + "get_components", {}};
+  const auto listed = other.wait();
+  ASSERT_TRUE(listed);
+  ASSERT_THAT(listed->components, SizeIs(1));
+  EXPECT_EQ(listed->components[0].state.label, "configuring");
+  EXPECT_FALSE(slow.is_answered());
+  wake();
+  const auto changed = slow.wait();
+  ASSERT_TRUE(changed);
+  EXPECT_TRUE(changed->success) << changed->problem.what;
+  EXPECT_EQ(changed->state.label, "inactive");
+}
+
 TEST_F(LoadingTest, components_load_list_and_unload_through_the_containers_own_services) {
   Ear answers(container, "/answers");
   Ear speech(container, "/robot1/speech");
