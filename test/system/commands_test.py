@@ -14,6 +14,21 @@ import unittest
 from robot import LAUNCH_FILE, PROGRAM, SLOW, STREAMS_HZ, RunningRobotTest, wait_for
 
 
+def swap_camera(test, times=3):
+    """Takes the camera out of the running robot and puts it back: its library leaves the process, and images come again."""
+    maps = pathlib.Path(f"/proc/{test.robot.pid}/maps")
+    test.assertIn("nacelle_camera.so", maps.read_text())
+    for _ in range(times):
+        test.expect_exit(test.run_program("component", "unload", "camera"), 0)
+        # An image may be in the detector's hands at that moment: kept, with a name, until it is given back.
+        wait_for("nothing holds the camera's library", lambda: "held by" not in test.run_program("component", "list").stdout)
+        test.assertNotIn("nacelle_camera.so", maps.read_text())
+        test.expect_exit(test.run_program("component", "load", "camera"), 0)
+        test.assertIn("nacelle_camera.so", maps.read_text())
+        before = test.topics()["/camera/image_raw"]["published"]
+        wait_for("the camera gives images again", lambda b=before: test.topics()["/camera/image_raw"]["published"] > b + 5)
+
+
 class Commands(RunningRobotTest):
     def test_topics_are_listed_with_their_types(self):
         names = self.expect_exit(self.run_program("topic", "list"), 0).stdout.split()
@@ -129,39 +144,11 @@ class Commands(RunningRobotTest):
         self.assertIn("/warned has no topic or service 'diagnostisc'", warnings[1])
 
     def test_the_camera_can_be_taken_out_and_put_back_while_the_others_run(self):
-        maps = pathlib.Path(f"/proc/{self.robot.pid}/maps")
-        self.assertIn("nacelle_camera.so", maps.read_text())
-        others = {name: hz for name, hz in STREAMS_HZ.items() if name != "/camera/image_raw"}
-        watches = {name: self.start_program("topic", "hz", name) for name in others}
-        lines = {name: [] for name in others}
-        threads = [threading.Thread(target=lambda n=name: lines[n].extend(watches[n].stdout)) for name in others]
-        for thread in threads:
-            thread.start()
+        others = [name for name in STREAMS_HZ if name != "/camera/image_raw"]
+        before = self.topics()
+        swap_camera(self)
         for name in others:
-            wait_for(f"{name} is measured", lambda n=name: lines[n])
-
-        for _ in range(3):
-            self.expect_exit(self.run_program("component", "unload", "camera"), 0)
-            # An image may be in the detector's hands at that moment: kept, with a name, until it is given back.
-            wait_for("nothing holds the camera's library", lambda: "held by" not in self.run_program("component", "list").stdout)
-            self.assertNotIn("nacelle_camera.so", maps.read_text())
-            self.expect_exit(self.run_program("component", "load", "camera"), 0)
-            self.assertIn("nacelle_camera.so", maps.read_text())
-            before = self.topics()["/camera/image_raw"]["published"]
-            wait_for("the camera gives images again", lambda b=before: self.topics()["/camera/image_raw"]["published"] > b + 5)
-
-        deadline = time.monotonic() + 4
-        wait_for("a few seconds were measured", lambda: time.monotonic() > deadline)
-        for name in others:
-            watches[name].send_signal(signal.SIGINT)
-        for thread in threads:
-            thread.join(10)
-        for watch in watches.values():
-            watch.communicate(timeout=10)
-        for name, hz in others.items():
-            rates = re.findall(r"average rate: ([\d.]+)", "".join(lines[name]))
-            self.assertTrue(rates, name)
-            self.assertAlmostEqual(float(rates[-1]), hz, delta=0.02 * hz * SLOW, msg=name)
+            self.assertGreater(self.topics()[name]["published"], before[name]["published"], name)
         self.assertEqual(self.run_program("lifecycle", "get", "camera").stdout, "active [3]\n")
 
 
@@ -257,6 +244,31 @@ class Rates(RunningRobotTest):
         text = self.expect_exit(self.run_program("topic", "hz", "/imu/data_raw", "--once"), 0).stdout
         rate = float(re.search(r"average rate: ([\d.]+)", text)[1])
         self.assertAlmostEqual(rate, 100, delta=5 * SLOW)
+
+    def test_the_others_keep_their_rates_while_the_camera_is_taken_out_and_put_back(self):
+        others = {name: hz for name, hz in STREAMS_HZ.items() if name != "/camera/image_raw"}
+        watches = {name: self.start_program("topic", "hz", name) for name in others}
+        lines = {name: [] for name in others}
+        threads = [threading.Thread(target=lambda n=name: lines[n].extend(watches[n].stdout)) for name in others]
+        for thread in threads:
+            thread.start()
+        for name in others:
+            wait_for(f"{name} is measured", lambda n=name: lines[n])
+
+        swap_camera(self)
+
+        deadline = time.monotonic() + 4
+        wait_for("a few seconds were measured", lambda: time.monotonic() > deadline)
+        for name in others:
+            watches[name].send_signal(signal.SIGINT)
+        for thread in threads:
+            thread.join(10)
+        for watch in watches.values():
+            watch.communicate(timeout=10)
+        for name, hz in others.items():
+            rates = re.findall(r"average rate: ([\d.]+)", "".join(lines[name]))
+            self.assertTrue(rates, name)
+            self.assertAlmostEqual(float(rates[-1]), hz, delta=0.02 * hz * SLOW, msg=name)
 
 
 if __name__ == "__main__":
