@@ -7,9 +7,10 @@ import pty
 import re
 import signal
 import subprocess
+import time
 import unittest
 
-from robot import LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, wait_for
+from robot import LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, nightly, wait_for
 
 
 class WholeRun(RobotTest):
@@ -104,6 +105,21 @@ class Interrupted(RobotTest):
                 wait_for("its processes are gone", lambda: not self.our_processes(), 5)
                 self.assertFalse(sim.exists() and list(sim.iterdir()), "the world takes its links with it")
                 self.assertEqual([p for p in (self.folder / "nacelle").glob("*.sock")], [])
+
+    @nightly
+    def test_a_drive_goes_on_after_its_robot_was_frozen(self):
+        drive = self.start_program("drive", "--report", self.folder / "report.json")
+        children = pathlib.Path(f"/proc/{drive.pid}/task/{drive.pid}/children")
+        next(line for line in drive.stdout if "side 2 of 4" in line)
+        container = int(children.read_text().split()[0])
+        os.kill(container, signal.SIGSTOP)
+        # Longer than the base's inputs may be silent, shorter than the drive waits for a transform.
+        until = time.monotonic() + 0.7
+        wait_for("the base's inputs were silent", lambda: time.monotonic() > until)
+        os.kill(container, signal.SIGCONT)
+        text, _ = drive.communicate(timeout=90 * SLOW)
+        self.assertEqual(drive.returncode, 0, text)
+        self.assertLess(json.loads((self.folder / "report.json").read_text())["drive"]["ekf_error_m"], 0.05)
 
     def test_ctrl_c_in_a_drive_stops_the_robot_in_order(self):
         drive = self.start_program("drive", LAUNCH_FILE, "--seed", "2")

@@ -62,10 +62,11 @@ VelocityCommand SquareCourse::step(const PlanarPose& pose, MonotonicTime now) {
       break;
     case CoursePhase::Settle:
       command_ = brake(dt_s);
-      rest(now);
+      settle(now);
       progress_at_ = now;
       progress_pose_ = pose;
       break;
+    case CoursePhase::Rest: rest(now); break;
     case CoursePhase::Done:
     case CoursePhase::Stalled: command_ = brake(dt_s); break;
   }
@@ -129,7 +130,7 @@ VelocityCommand SquareCourse::brake(double dt_s) {
           towards(command_.yaw_rate_rps, 0, options_.yaw_acceleration_rps2 * dt_s)};
 }
 
-void SquareCourse::rest(MonotonicTime now) {
+void SquareCourse::settle(MonotonicTime now) {
   const bool last_rest = sides_done_ == options_.sides && !next_is_turn_;
   if (now - rests_since_ < (last_rest ? options_.final_settle : options_.settle)) return;
   // A robot slower to answer than `reaction` has turned too far: seen at rest, it is mended at rest.
@@ -156,9 +157,24 @@ void SquareCourse::note_progress(const PlanarPose& pose, MonotonicTime now) {
   if (moved_m > kProgress_m || std::abs(wrapped(pose.yaw_rad - progress_pose_.yaw_rad)) > kProgress_rad) {
     progress_pose_ = pose;
     progress_at_ = now;
-  } else if (now - progress_at_ > options_.stall_limit && phase_ != CoursePhase::Settle) {
+    rested_ = false;
+  } else if (phase_ == CoursePhase::Settle) {
+    return;  // it has just arrived
+  } else if (now - progress_at_ > options_.stall_limit) {
     phase_ = CoursePhase::Stalled;
+  } else if (now - progress_at_ > options_.rest_after && !rested_) {
+    rested_ = true;
+    resumes_ = phase_;
+    phase_ = CoursePhase::Rest;
+    rests_since_ = now;
+    rest(now);
   }
+}
+
+// The robot stands already, so the command is zero at once.
+void SquareCourse::rest(MonotonicTime now) {
+  command_ = {};
+  if (now - rests_since_ >= options_.rest) phase_ = resumes_;
 }
 
 }  // namespace nacelle::drive

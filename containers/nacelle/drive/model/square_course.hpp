@@ -30,10 +30,13 @@ struct CourseOptions {
   double yaw_tolerance_rad = 0.006;
   Duration settle = 400ms;         ///< Standing still between two moves, so that one does not leak into the next.
   Duration final_settle = 1000ms;  ///< Standing still at the end, so that odometry and truth mean the same instant.
-  Duration stall_limit = 4s;       ///< Without any progress for this long, the course is given up.
+  /// After this long without any progress the robot is asked to stand still for `rest`: a base that was stopped follows
+  /// nobody before its input was zero (`rearm: neutral`, docs/stop.md).
+  Duration rest_after = 1500ms, rest = 1s;
+  Duration stall_limit = 5s;  ///< Without any progress for this long, the course is given up.
 };
 
-enum class CoursePhase : std::uint8_t { Straight, Turn, Settle, Done, Stalled };
+enum class CoursePhase : std::uint8_t { Straight, Turn, Settle, Rest, Done, Stalled };
 
 /// Drives a polygon by closed loop on the pose: along a side, turn in place, the next side; ends at the start pose.
 ///
@@ -59,12 +62,14 @@ class SquareCourse {
   [[nodiscard]] VelocityCommand drive_side(const PlanarPose& pose, double dt_s);
   [[nodiscard]] VelocityCommand turn(const PlanarPose& pose, double dt_s);
   [[nodiscard]] VelocityCommand brake(double dt_s);
+  void settle(MonotonicTime now);
   void rest(MonotonicTime now);
   void note_progress(const PlanarPose& pose, MonotonicTime now);
 
   CourseOptions options_;
   CoursePhase phase_ = CoursePhase::Settle;
-  bool next_is_turn_ = false;
+  CoursePhase resumes_ = CoursePhase::Straight;  // after a rest
+  bool next_is_turn_ = false, rested_ = false;
   unsigned sides_done_ = 0, corrections_ = 0;
   bool started_ = false;
   PlanarPose start_, last_, corner_;  // corner_: where the present side begins, heading along it

@@ -16,6 +16,8 @@ struct Robot {
   double lag_s = 0.05;            // wheels follow a command like this
   std::size_t delayed_steps = 3;  // from a pose to the moment that its command acts
   double speed_scale = 1.0, yaw_scale = 1.0;
+  double stopped_at_s =
+      1e9;  // from then on it follows nobody before commands were zero for half a second (rearm: neutral)
 };
 
 struct Outcome {
@@ -34,6 +36,8 @@ Outcome drive(SquareCourse& course, const Robot& robot, PlanarPose pose, double 
   VelocityCommand actual, last;
   MonotonicTime now{1s};
   unsigned sides = 0;
+  double zero_for_s = 1, stops_at_s = robot.stopped_at_s;
+  bool stopped = false;
   for (double t = 0; t < limit_s && !course.is_over(); t += kStep_s, now += 20ms) {
     const VelocityCommand command = course.step(pose, now);
     outcome.top_speed = std::max(outcome.top_speed, std::abs(command.speed_mps));
@@ -44,8 +48,16 @@ Outcome drive(SquareCourse& course, const Robot& robot, PlanarPose pose, double 
         std::max(outcome.top_yaw_acceleration, std::abs(command.yaw_rate_rps - last.yaw_rate_rps) / kStep_s);
     last = command;
     under_way.push_back(command);
-    const VelocityCommand acting = under_way.front();
+    VelocityCommand acting = under_way.front();
     under_way.pop_front();
+    zero_for_s = acting.speed_mps == 0 && acting.yaw_rate_rps == 0 ? zero_for_s + kStep_s : 0;
+    if (t >= stops_at_s) {
+      stopped = true;
+      stops_at_s = 1e9;
+    } else if (zero_for_s > 0.5) {
+      stopped = false;
+    }
+    if (stopped) acting = {};
     const double share = 1 - std::exp(-kStep_s / robot.lag_s);
     actual.speed_mps += share * (robot.speed_scale * acting.speed_mps - actual.speed_mps);
     actual.yaw_rate_rps += share * (robot.yaw_scale * acting.yaw_rate_rps - actual.yaw_rate_rps);
@@ -123,6 +135,18 @@ TEST(SquareCourse, gives_up_and_brakes_when_the_robot_does_not_move) {
   VelocityCommand command;
   for (int i = 0; i < 100; ++i) command = course.step({}, MonotonicTime{100s} + i * 20ms);
   EXPECT_EQ(command.speed_mps, 0);
+}
+
+TEST(SquareCourse, a_robot_that_was_stopped_on_its_way_is_given_the_rest_that_it_waits_for) {
+  for (double stopped_at_s = 0.9; stopped_at_s < 20; stopped_at_s += 1.7) {
+    SCOPED_TRACE(stopped_at_s);
+    SquareCourse course{{}};
+    Robot robot;
+    robot.stopped_at_s = stopped_at_s;
+    const Outcome outcome = drive(course, robot, {}, 60);
+    EXPECT_EQ(outcome.phase, CoursePhase::Done);
+    EXPECT_LT(std::hypot(outcome.end.x_m, outcome.end.y_m), 0.03);
+  }
 }
 
 TEST(SquareCourse, a_late_call_is_no_jump_of_the_command) {
