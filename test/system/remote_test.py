@@ -270,7 +270,7 @@ class Robot(RemoteTest):
         text = self.ask("component", "info", "/lidar").stdout
         for line in ("/lidar", "  container: /robot", "  state: active [3]", '    frame_id: "lidar_link"', "    /scan: sensor_msgs/msg/LaserScan"):
             self.assertIn(line, text.splitlines())
-        self.assertIn("  not told over the network: plugin, library, ", text)
+        self.assertIn("  not shown with --remote: plugin, library, ", text)
         self.assertIn("did you mean '/lidar'", self.ask("component", "info", "lidor", code=1).stderr)
 
     def test_what_is_not_there_is_1_with_the_nearest_name(self):

@@ -98,7 +98,7 @@ void print_remote(const json& reply, const NodeView& view) {
     for (const auto& [name, value] : values->items()) std::printf("    %s: %s\n", name.c_str(), value.dump().c_str());
   }
   print(view);
-  std::printf("  not told over the network: plugin, library, what it was given, thread, callbacks, faults\n");
+  std::printf("  not shown with --remote: plugin, library, what it was given, thread, callbacks, faults\n");
   std::fflush(stdout);
   tell_left_out(view.left_out, "`nacelle node info --all --remote`");
 }
