@@ -80,12 +80,18 @@ class BringUp(RobotTest):
         listed = self.run_program("component", "list", "--json")
         return {row["node"]: row["state"] for row in json.loads(listed.stdout)["components"] if row["state"] == "inactive"} if listed.returncode == 0 else {}
 
-    def test_says_what_it_waits_for_and_undoes_everything_when_the_time_is_over(self):
-        file = self.launch_file("stuck", "node: /blind/blind, when: first_message(/blind/detections), timeout: 3s", extra=BLIND)
+    def test_answers_while_it_waits(self):
+        file = self.launch_file("patient", "node: /blind/blind, when: first_message(/blind/detections), timeout: 60s", extra=BLIND)
         robot = self.start(file)
         listed = wait_for("it answers while it waits", lambda: self.listed_states().get("/late"), 30)
         self.assertEqual(listed, "inactive")
         self.assertIsNone(robot.poll())
+        said = self.end(robot)
+        self.assertEqual(robot.returncode, 1, said)
+
+    def test_says_what_it_waits_for_and_undoes_everything_when_the_time_is_over(self):
+        file = self.launch_file("stuck", "node: /blind/blind, when: first_message(/blind/detections), timeout: 3s", extra=BLIND)
+        robot = self.start(file)
         said = robot.communicate(timeout=60 * SLOW)[1]
         self.assertEqual(robot.returncode, 1, said)
         self.assertIn("/late waits for first_message(/blind/detections) of /blind/blind: no message yet (at most 3 s)", said)
