@@ -132,7 +132,7 @@ def total(runs, key):
 
 def topologies(programs, say):
     seconds = 10
-    for name, megabytes, others in (("sierra_nevada", 10, "3.85, events 1.57"), ("mont_blanc", 20, "7.29, events 2.27")):
+    for name, megabytes, others, rclcpp_mb in (("sierra_nevada", 10, "3.85, events 1.57", 22.1), ("mont_blanc", 20, "7.29, events 2.27", 25.9)):
         say(f"{name}: container, bare, bare, container, {seconds} s each")
         runs, bare, ratio = in_turn(programs, graphs.topology(name), seconds)
         per_delivery = total(bare, "switches") / total(bare, "delivered")
@@ -145,7 +145,8 @@ def topologies(programs, say):
         yield row("M5", f"{name}: CPU beside the bare program's", ratio, "x", at_most(1.5),
                   f"bare {60 * total(bare, 'cpu_s') / total(bare, 'seconds'):.2f} s of 60")  # fmt: skip
         yield row("M5", f"{name}: mallocs", total(runs, "mallocs") / total(runs, "delivered"), "1/delivery", at_most(0.001), "events executor 6.9")
-        yield row("M6", f"{name}: RSS", runs[-1]["rss"] / 1e6, "MB", at_most(megabytes), f"bare program {bare[-1]['rss'] / 1e6:.1f}")
+        yield row("M6", f"{name}: RSS", runs[-1]["rss"] / 1e6, "MB", at_most(megabytes),
+                  f"bare program {bare[-1]['rss'] / 1e6:.1f}; rclcpp jazzy {rclcpp_mb}")  # fmt: skip
 
 
 def saturation(programs, say):
