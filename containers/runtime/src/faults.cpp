@@ -99,7 +99,7 @@ void Container::Impl::note_closed_fault(Record& record, const std::string& code)
 void Container::Impl::tell_open_fault(FaultEvent event) {
   if (event.lasted) {
     history.lock()->end(event.node, event.code, *event.lasted);
-    log.info("{}: {} is over after {:.1f} s", event.node, event.code, to_seconds(*event.lasted));
+    log.info("{}: the fault {} is closed after {:.1f} s", event.node, event.code, to_seconds(*event.lasted));
   } else {
     history.lock()->add(event);
     log.error("{}: {}: {}", event.node, event.code, event.text);
