@@ -103,8 +103,10 @@ void DdsMirror::Impl::Services::Questions::look_for_server(Question& question) {
         matched, [&](const dds::MatchedPeer& one) { return one.endpoint.gid.same_participant(question.peer); });
   };
   if (question.next == kNeverExpires && question.asked == 0 && has(question.reader->matched()) &&
-      has(question.writer->matched()))
+      has(question.writer->matched())) {
     question.next = services_.mirror.clock.now() + kUntilMet;
+    question.ends = question.next + kPatience;  // the time that it took to meet is not that of the answers
+  }
 }
 
 void DdsMirror::Impl::Services::Questions::send(Question& question) {
