@@ -135,10 +135,12 @@ class Tools(RunningRobotTest):
         sender = Sender(self.folder / "nacelle" / "robot.sock", "/chaos/do", STRING,
                         lambda: string(orders.pop() if orders else "nothing"), rate_hz=200)  # fmt: skip
         try:
-            late = wait_for("/chaos is late", lambda: next(
-                (late for row in self.json_of("streams")["streams"] if row["name"] == "/chaos/do" for late in row["late"] if "lost" in late["why"]), None))  # fmt: skip
+            busy = re.compile(r"\d+ lost.*: (its thread 'executor' is busy|a callback on its thread overstays|its callback )")
+            # A slow machine may look after the spinning is over: then the cause is another one, and the chaos spins once more.
+            late = wait_for("/chaos is late since it spins", lambda: orders.append("spin") or next(
+                (late for row in self.json_of("streams")["streams"] if row["name"] == "/chaos/do" for late in row["late"] if busy.match(late["why"])), None))  # fmt: skip
             self.assertEqual(late["node"], "/chaos")
-            self.assertRegex(late["why"], r"^\d+ lost.*: (its thread 'executor' is busy|a callback on its thread overstays|its callback )")
+            orders.clear()
             text = self.expect_exit(self.run_program("streams", "--once"), 0).stdout
             self.assertRegex(text, r"(?m)^/chaos/do .* overwritten.*\n  /chaos is late: ")
         finally:
