@@ -2,13 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the benchmarks and prints goal, figure and baseline. Called by ./dev bench, which has built what this needs.
 
-usage: bench.py --programs FOLDER [--json FILE] [NAME]
+usage: bench.py --programs FOLDER [--json FILE] [--record] [NAME]
 
-NAME: only the benchmarks whose name contains it (m1-inline, m8, robot, ...). Being slow is no failure: the exit code is 1 only
-when a program crashes.
+NAME: only the benchmarks whose name contains it (m1-inline, m8, robot, ...). --record writes the figures of all benchmarks into the
+table of docs/performance.md. Being slow is no failure: the exit code is 1 only when a program crashes.
 """
 import argparse
 import json
+import os
+import platform
+import re
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -16,6 +20,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from goals import BENCHMARKS, ON_REQUEST  # noqa: E402  (python3 -I leaves this folder out of the path)
 from measure import Crash, Programs  # noqa: E402
+
+PAGE = Path(__file__).resolve().parents[2] / "docs/performance.md"
+TABLE = re.compile(r"(?s)(?<=<!-- figures of ./dev bench: begin -->\n).*?(?=<!-- figures of ./dev bench: end -->)")
 
 
 def judge(row):
@@ -49,12 +56,44 @@ def table(rows):
             print("  ".join("-" * w for w in widths))
 
 
+def place():
+    """Names what the figures were taken on: "Debian GNU/Linux 12, g++ 12.2.0, x86_64, 2 CPUs, tree 0123456789ab"."""
+    release = dict(re.findall(r'^(\w+)="?([^"\n]*)"?$', Path("/etc/os-release").read_text(encoding="utf-8"), re.MULTILINE))
+
+    def said(*command):
+        return subprocess.run(command, capture_output=True, text=True, check=True, cwd=PAGE.parent).stdout.strip()
+
+    tree = said("git", "-c", "safe.directory=*", "describe", "--always", "--abbrev=12", "--dirty")
+    return (f"{release['NAME']} {release['VERSION_ID']}, g++ {said('c++', '-dumpfullversion')}, {platform.machine()}, "
+            f"{os.cpu_count()} CPUs, tree {tree}")
+
+
+def record(rows, page, where):
+    """Replaces the table of the page; a page without its marks is refused."""
+
+    def line(row):
+        value = "-" if row["value"] is None else f"{row['value']:.4g}" if abs(row["value"]) < 1e4 else f"{row['value']:.0f}"
+        met = {True: "yes", False: "**no**", None: ""}[row["ok"]]
+        return f"| {row['id']} | {row['what']} | {value} {row['unit']} | {row['goal']} | {row['baseline']} | {met} |\n"
+
+    text = page.read_text(encoding="utf-8")
+    if not TABLE.search(text):
+        raise SystemExit(f"{page}: the marks of the table of figures are missing; put them back (git checkout {page})")
+    table_text = (f"Taken on {where}.\n\n| id | what | figure | goal | baseline | met |\n| --- | --- | ---: | ---: | --- | --- |\n"
+                  + "".join(map(line, rows)))
+    page.write_text(TABLE.sub(lambda _: table_text, text), encoding="utf-8")
+
+
 def main():
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("name", nargs="?", default="")
     words.add_argument("--programs", required=True)
     words.add_argument("--json")
+    words.add_argument("--record", action="store_true")
     asked = words.parse_args()
+    if asked.record and asked.name:
+        words.error("--record takes all benchmarks: leave NAME out")
+    where = place() if asked.record else ""  # of the tree that runs, before this writes into it
     known = BENCHMARKS if not asked.name else BENCHMARKS | ON_REQUEST
     chosen = {name: run for name, run in known.items() if asked.name.lower() in name}
     if not chosen:
@@ -85,6 +124,9 @@ def main():
     if asked.json:
         Path(asked.json).write_text(json.dumps(rows, indent=1) + "\n")
         print(f"written: {asked.json}")
+    if asked.record and not crashes:
+        record(rows, PAGE, where)
+        print(f"recorded in {PAGE}")
     for crash in crashes:
         print(f"crashed: {crash}", file=sys.stderr)
     return 1 if crashes else 0

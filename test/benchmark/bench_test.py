@@ -94,6 +94,30 @@ class Running(unittest.TestCase):
         self.assertIn("there are: m1-inline, m8-saturation", said)
 
 
+class Recording(unittest.TestCase):
+    MARKS = ("before\n<!-- figures of ./dev bench: begin -->\n", "<!-- figures of ./dev bench: end -->\nafter\n")
+
+    def test_the_table_of_the_page_is_replaced_and_the_rest_stays(self):
+        rows = [{**goals.row("M1", "snail", 9.87654, "Ir", goals.at_most(8), "others 7"), "goal": "<= 8", "ok": False},
+                {**goals.row("M2", "unseen", None, "us"), "goal": "", "ok": None}]  # fmt: skip
+        with tempfile.TemporaryDirectory() as folder:
+            page = Path(folder) / "page.md"
+            page.write_text("old figures\n".join(self.MARKS))
+            bench.record(rows, page, "a desk")
+            self.assertEqual(page.read_text(), (
+                "Taken on a desk.\n\n| id | what | figure | goal | baseline | met |\n| --- | --- | ---: | ---: | --- | --- |\n"
+                "| M1 | snail | 9.877 Ir | <= 8 | others 7 | **no** |\n| M2 | unseen | - us |  |  |  |\n").join(self.MARKS))  # fmt: skip
+            page.write_text("no marks")
+            with self.assertRaisesRegex(SystemExit, "marks .* are missing"):
+                bench.record(rows, page, "a desk")
+
+    def test_readme_counts_the_goals_that_the_table_misses(self):
+        met = [line.rsplit("|", 2)[1].strip() for line in bench.TABLE.search(bench.PAGE.read_text()).group().splitlines()
+               if line.startswith("| M")]  # fmt: skip
+        missed = f"{met.count('**no**')} of {met.count('**no**') + met.count('yes')} goals are missed"
+        self.assertIn(missed, (bench.PAGE.parents[1] / "README.md").read_text())
+
+
 class Starting(unittest.TestCase):
     def program(self, folder, text):
         file = Path(folder) / "program"
