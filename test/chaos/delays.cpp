@@ -9,11 +9,13 @@
 #include <poll.h>
 #include <pthread.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <cstdarg>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -82,6 +84,19 @@ void* following(std::atomic<void*>& known, const char* name) {
 
 }  // namespace
 
+// The runtime's own locks and waits are futex calls without a function of the C library.
+extern "C" __attribute__((visibility("default"))) long syscall(long number, ...) noexcept {
+  static std::atomic<void*> known{nullptr};
+  va_list rest;
+  va_start(rest, number);
+  long words[6];
+  for (long& word : words) word = va_arg(rest, long);
+  va_end(rest);
+  if (number == SYS_futex) maybe_sleep();
+  return reinterpret_cast<decltype(&syscall)>(following(known, "syscall"))(number, words[0], words[1], words[2],
+                                                                           words[3], words[4], words[5]);
+}
+
 // Each function differs in its parameters only. `noexcept` as the C library declares them.
 #define NACELLE_DELAYED(result, name, parameters, arguments)                     \
   extern "C" __attribute__((visibility("default"))) result name parameters {     \
@@ -106,4 +121,8 @@ NACELLE_DELAYED(ssize_t, read, (int file, void* bytes, size_t size), (file, byte
 NACELLE_DELAYED(ssize_t, write, (int file, const void* bytes, size_t size), (file, bytes, size))
 NACELLE_DELAYED(ssize_t, sendmsg, (int file, const msghdr* message, int flags), (file, message, flags))
 NACELLE_DELAYED(ssize_t, recvmsg, (int file, msghdr* message, int flags), (file, message, flags))
+NACELLE_DELAYED(ssize_t, send, (int file, const void* bytes, size_t size, int flags), (file, bytes, size, flags))
+NACELLE_DELAYED(ssize_t, recv, (int file, void* bytes, size_t size, int flags), (file, bytes, size, flags))
+NACELLE_DELAYED(int, ppoll, (pollfd * files, nfds_t count, const timespec* limit, const sigset_t* signals),
+                (files, count, limit, signals))
 NACELLE_DELAYED(int, poll, (pollfd * files, nfds_t count, int timeout_ms), (files, count, timeout_ms))

@@ -21,6 +21,7 @@ struct Log {
 
 struct RecordingContext::State {
   explicit State(const Clock& c) : clock(c), transport(c) {}
+  std::map<std::string, std::vector<std::pair<std::string, Announced>>> announced;
   ~State() {
     for (auto& [name, log] : logs) {
       for (Block* block : log.blocks) drop_reference(*block);
@@ -239,6 +240,10 @@ std::unique_ptr<SubscriptionHandle> RecordingHost::create_subscription(const End
                                                                        MessageCallback callback,
                                                                        const CallbackGroup::SharedPtr&) {
   auto reader = state_.transport.create_reader(spec, taking, nullptr);
+  {
+    const std::lock_guard lock(state_.mutex);
+    state_.announced[spec.topic].emplace_back(spec.type->name, spec.announced);
+  }
   if (!active_) reader->set_enabled(false);
   return std::make_unique<Port>(std::move(reader), taking, callback, state_.ports, readers_);
 }
@@ -342,6 +347,11 @@ bool RecordingContext::call(const std::string& service, void* request, void* res
   return answered;
 }
 
+std::vector<std::pair<std::string, Announced>> RecordingContext::announced(const std::string& topic) const {
+  const std::lock_guard lock(state_->mutex);
+  const auto found = state_->announced.find(topic);
+  return found == state_->announced.end() ? decltype(found->second){} : found->second;
+}
 std::vector<FaultReason> RecordingContext::faults() const {
   const std::lock_guard lock(state_->mutex);
   return state_->faults;

@@ -72,6 +72,8 @@ class RecordingContext final : public Context {
   /// Waits until so many are open.
   void wait_for_open_faults(std::size_t count);
   [[nodiscard]] std::vector<Claimed> frames() const;
+  /// Type name and announcement of each subscription that was made of a topic, in their order.
+  [[nodiscard]] std::vector<std::pair<std::string, Announced>> announced(const std::string& topic) const;
   /// Who owns a claimed frame: true (the default) for every claim until a test says that somebody else does.
   void set_frame_owner(const std::string& child, const std::string& other_node);
   /// The registered stop frame; empty when there is none.

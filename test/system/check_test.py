@@ -285,6 +285,13 @@ class Import(RobotTest):
         self.assertRegex(outcome.stderr, r"mine\.yaml: would be written over .*; give another -o FILE")
         self.assertEqual(path.read_text(), "ekf: {ros__parameters: {frequency: 30.0}}\n")
 
+    def test_a_file_of_an_unknown_driver_is_a_failure_that_names_it(self):
+        path = self.folder / "mpu6050.yaml"
+        path.write_text("mpu6050: {ros__parameters: {frequency: 30.0, calibrate: true}}\n")
+        outcome = self.expect_exit(self.run_program("import", path), 1)
+        self.assertIn("mpu6050", outcome.stdout + outcome.stderr)
+        self.assertNotIn("ekf", outcome.stdout)
+
     def test_a_file_that_is_none_is_a_problem_with_its_line(self):
         path = self.folder / "none.yaml"
         path.write_text("ekf: [1, 2\n")

@@ -153,6 +153,10 @@ class Robot(RemoteTest):
                 driver = self.listen("topic", "pub", topic, f"geometry_msgs/msg/{kind}", "{}", "--rate", "20", "-p", "0")
                 wait_for(f"{topic} is a {kind}", lambda topic=topic, kind=kind: is_only(topic, kind))
                 self.assertEqual(self.ask("topic", "echo", topic, "--once", "--field", field).stdout.splitlines()[0], "0.0")
+                rate = json.loads(self.ask("topic", "hz", topic, "--once", "--json").stdout)["rate_hz"]
+                self.assertAlmostEqual(rate, 20, delta=6 * SLOW)
+                # What `bag record -a` subscribes to: one type a topic.
+                self.assertEqual([line for line in self.ask("topic", "list", "-t").stdout.splitlines() if "," in line], [])
                 driver.process.send_signal(signal.SIGINT)
                 self.assertEqual(driver.process.wait(10 * SLOW), 0)
             wait_for("the default without one", lambda topic=topic: is_only(topic, "TwistStamped"))

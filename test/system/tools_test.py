@@ -63,6 +63,10 @@ class Tools(RunningRobotTest):
         if shutil.which("pdftotext"):
             words = subprocess.run(["pdftotext", files["pdf"], "-"], capture_output=True, text=True, check=True).stdout
             self.assertIn("camera_optical_frame", words)
+        undrawn = self.folder / "undrawn.svg"
+        outcome = self.run_program("tf", "tree", "--svg", undrawn, env={**self.environment, "PATH": "/no/such/folder"})
+        self.assertIn(f"dot -Tsvg {self.folder}/undrawn.dot -o {undrawn}", outcome.stderr)
+        self.assertIn("digraph", (self.folder / "undrawn.dot").read_text())
         outcome = self.expect_exit(self.run_program("tf", "tree", "--svg", "/no/such/folder/x.svg"), 1)
         self.assertIn("/no/such/folder/x.svg", outcome.stderr)
 

@@ -31,7 +31,7 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
     : LifecycleNode("camera", options), make_port_(std::move(make_port)), options_(declare_options(*this)) {
   declare_control_overrides();
   declare_frame_use(options_.camera_frame_id, "camera_frame_id");
-  if (options_.source != "pattern") declare_device_use(options_.video_device, "video_device");
+  if (options_.video_device != kPattern) declare_device_use(options_.video_device, "video_device");
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
   if (const auto device = read_device_parameters(*this); !device) declare_problem(device.error());
   if (const auto file = check_calibration(options_.camera_info_url); !file) declare_problem(file.error());
@@ -40,27 +40,13 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
   infos_ = create_publisher<sensor_msgs::msg::CameraInfo>("~/camera_info", SensorDataQoS(QoS(2)));
 }
 
-Source CameraComponent::choose_source(const CameraSetup& setup) const {
-  if (setup.source != Source::Auto) return setup.source;
-  std::error_code ignored;
-  if (std::filesystem::exists(setup.wish.device, ignored)) return Source::V4l2;
-  get_logger().warn(
-      "no camera at {}: showing a pattern instead; set source to pattern to say that this is meant, or to v4l2 to "
-      "require the camera",
-      setup.wish.device);
-  return Source::Pattern;
-}
-
 CallbackReturn CameraComponent::on_configure(const State&) {
   auto setup = validated(options_, get_fully_qualified_name());
   if (!setup) return refuse(setup.error());
-  const Source source = choose_source(*setup);
+  const Source source = setup->source;
   CaptureLoop::Settings settings;
   settings.wish = setup->wish;
-  if (source == Source::Pattern) {
-    settings.wish.device = "pattern";
-    settings.wish.pixel_format = setup->output->code;
-  }
+  if (source == Source::Pattern) settings.wish.pixel_format = setup->output->code;
   settings.output = setup->output;
   settings.frame_id = options_.camera_frame_id;
   settings.camera_info_url = options_.camera_info_url;
@@ -71,11 +57,10 @@ CallbackReturn CameraComponent::on_configure(const State&) {
   device_ = *device;
   port_ = make_port_(source, get_clock());
   if (source == Source::V4l2) {
-    const auto& wish = setup->wish;
-    const Duration period =
-        wish.period_num == 0 ? Duration{} : from_seconds(double{1} * wish.period_num / wish.period_den);
+    // Its silence follows from the frame rate that the device agrees to.
     watch_ = std::make_unique<DeviceWatch>(
-        *this, device_, DeviceWatch::Settings{wish.device, silence_of(period), "CAMERA_SILENT", kFaultAfter},
+        *this, device_,
+        DeviceWatch::Settings{.device = setup->wish.device, .fault_code = "CAMERA_SILENT", .fault_after = kFaultAfter},
         get_clock().now());
   }
   loop_ = std::make_unique<CaptureLoop>(CaptureLoop::Surroundings{*port_, get_clock(), get_logger(), *images_, *infos_,

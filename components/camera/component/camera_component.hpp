@@ -20,7 +20,7 @@
 
 namespace nacelle::camera {
 
-/// Publishes the pictures of a V4L2 camera, or of a pattern where there is none, on ~/image_raw and ~/camera_info.
+/// Publishes the images of a V4L2 camera, or a test pattern (video_device: pattern), on ~/image_raw and ~/camera_info.
 ///
 /// Parameters have v4l2_camera's names (camera_options.hpp), one more per control of the device. on_configure opens the
 /// device and agrees on a format, on_activate streams: the thread "camera_rx" captures and publishes. A pulled cable
@@ -50,7 +50,6 @@ class CameraComponent final : public LifecycleNode {
   CallbackReturn on_error(const State&) override { return let_go(); }
 
  private:
-  [[nodiscard]] Source choose_source(const CameraSetup& setup) const;
   void declare_control_overrides();
   void declare_controls(std::vector<Control> controls);
   void on_reopened();

@@ -34,11 +34,10 @@ std::vector<std::string> encodings() {
 
 CameraOptions declare_options(Node& node) {
   CameraOptions o;
-  o.source = node.declare_parameter<std::string>(
-      "source", o.source, fixed("Where pictures come from.", "auto (device if there, else pattern), v4l2 or pattern"));
   o.video_device = node.declare_parameter<std::string>(
       "video_device", o.video_device,
-      fixed("The camera's node; a path in /dev/v4l/by-id names the same camera in any port.", "a path, or pattern"));
+      fixed("The camera's node; a path in /dev/v4l/by-id names the same camera in any port.",
+            "a path, or pattern: a test pattern without a device"));
   o.pixel_format = node.declare_parameter<std::string>(
       "pixel_format", o.pixel_format, fixed("What the camera sends.", "a V4L2 name of four characters"));
   o.output_encoding = node.declare_parameter<std::string>(
@@ -66,21 +65,9 @@ CameraOptions declare_options(Node& node) {
 
 Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::string& node) {
   CameraSetup setup;
-  if (options.source == "v4l2") {
-    setup.source = Source::V4l2;
-  } else if (options.source == "pattern") {
-    setup.source = Source::Pattern;
-  } else if (options.source != "auto") {
-    return err(wrong(node, "source", fmt::format("'{}' is no source", options.source),
-                     suggestion(options.source, {"auto", "v4l2", "pattern"})));
-  }
   if (options.video_device.empty())
-    return err(wrong(node, "video_device", "is empty", "give a path such as /dev/video0"));
-  if (options.video_device == "pattern") {
-    if (setup.source == Source::V4l2)
-      return err(wrong(node, "video_device", "'pattern' is no device", "set source to pattern, or name a device"));
-    setup.source = Source::Pattern;
-  }
+    return err(wrong(node, "video_device", "is empty", "give a path such as /dev/video0, or pattern"));
+  setup.source = options.video_device == kPattern ? Source::Pattern : Source::V4l2;
   const auto code = parse_fourcc(options.pixel_format);
   if (!code || find_pixel_format(*code) == nullptr) {
     std::vector<std::string> known;

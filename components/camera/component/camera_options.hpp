@@ -12,17 +12,18 @@
 
 namespace nacelle::camera {
 
-/// Where pictures come from.
+/// Where images come from.
 enum class Source : std::uint8_t {
-  Auto,  ///< The device if it is there, otherwise the pattern, with a warning.
   V4l2,
-  Pattern  ///< The scene that needs no device.
+  Pattern  ///< A drawn scene; needs no device.
 };
 
-/// The camera's parameters as written: v4l2_camera's names and defaults, and `source`.
+/// The value of video_device that stands for Source::Pattern.
+inline constexpr const char* kPattern = "pattern";
+
+/// The camera's parameters as written: v4l2_camera's names and defaults.
 struct CameraOptions {
-  std::string source = "auto";
-  std::string video_device = "/dev/video0";  ///< Or "pattern".
+  std::string video_device = "/dev/video0";  ///< Or kPattern.
   std::string pixel_format = "YUYV";
   std::string output_encoding = "rgb8";
   std::vector<std::int64_t> image_size{640, 480};
@@ -35,7 +36,7 @@ struct CameraOptions {
 
 /// What checked options mean.
 struct CameraSetup {
-  Source source = Source::Auto;
+  Source source = Source::V4l2;
   CaptureWish wish;  ///< For a device.
   const PixelFormat* output = nullptr;
 };

@@ -34,6 +34,7 @@ Result<void, Problem> CaptureLoop::open() {
   for (const std::string& remark : format->remarks) around_.logger.warn("{}: {}", settings_.wish.device, remark);
   if (!info->remark.empty()) around_.logger.warn("{}", info->remark);
   format_ = std::move(*format);
+  if (around_.watch != nullptr) around_.watch->expect_every(format_.frame_period);
   maker_ = std::make_unique<ImageMaker>(std::move(*maker));
   info_ = info->info;
   info_.header.frame_id = settings_.frame_id;

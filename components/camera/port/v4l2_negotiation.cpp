@@ -69,7 +69,7 @@ Result<FourCc, Problem> choose_format(const V4l2Device& device, const CaptureWis
         wish.device,
         fmt::format("offers no pixel format that can be read, only {}", offered.empty() ? "none" : names_of(offered)),
         "a camera on a ribbon cable gives raw sensor data here and needs libcamera; use a USB camera, or "
-        "source:=pattern"});
+        "video_device:=pattern"});
   }
   format.remarks.push_back(fmt::format("pixel_format {} is not offered ({}); {} is used", to_text(wish.pixel_format),
                                        names_of(offered), to_text(chosen->code)));
@@ -104,7 +104,8 @@ Problem describe_trouble(const std::string& device, std::string_view step, int o
   std::string way_out;
   switch (code) {
     case ENOENT:
-      way_out = "is the camera plugged in? `ls /dev/v4l/by-id` shows what is there; source:=pattern needs no device";
+      way_out =
+          "is the camera plugged in? `ls /dev/v4l/by-id` shows what is there; video_device:=pattern needs no device";
       break;
     case ENODEV:
     case ENXIO: way_out = "it was unplugged; plug it in again"; break;

@@ -101,19 +101,24 @@ void EkfComponent::listen(std::size_t index, const InputOptions& input) {
 void EkfComponent::listen_to_commands(bool stamped) {
   using geometry_msgs::msg::Twist;
   using geometry_msgs::msg::TwistStamped;
+  SubscriptionOptions said;
+  said.announced = Announced::WithItsPublisher;  // the base of the robot names the topic's type
   if (!stamped) {
-    commands_ =
-        create_subscription<Twist>("cmd_vel", QoS(1), [this](const Twist& message) { command(message, now()); });
+    commands_ = create_subscription<Twist>(
+        "cmd_vel", QoS(1), [this](const Twist& message) { command(message, now()); }, said);
     return;
   }
-  commands_ = create_subscription<TwistStamped>("cmd_vel", QoS(1), [this](const TwistStamped& message) {
-    const std::string& frame = message.header.frame_id;
-    if (frame.empty() || frame == options_->base_link_frame)
-      return command(message.twist, time_of(message.header.stamp));
-    if (std::exchange(told_command_frame_, true)) return;
-    get_logger().warn("commands in the frame '{}' are not used: use_control takes them in base_link_frame ('{}')",
-                      frame, options_->base_link_frame);
-  });
+  commands_ = create_subscription<TwistStamped>(
+      "cmd_vel", QoS(1),
+      [this](const TwistStamped& message) {
+        const std::string& frame = message.header.frame_id;
+        if (frame.empty() || frame == options_->base_link_frame)
+          return command(message.twist, time_of(message.header.stamp));
+        if (std::exchange(told_command_frame_, true)) return;
+        get_logger().warn("commands in the frame '{}' are not used: use_control takes them in base_link_frame ('{}')",
+                          frame, options_->base_link_frame);
+      },
+      said);
 }
 
 void EkfComponent::command(const geometry_msgs::msg::Twist& twist, WallTime stamp) {

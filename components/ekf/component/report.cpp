@@ -112,6 +112,14 @@ void Watch::look_at_stamps(const Input& input, const Input::Part& part, const Pa
   }
   if (!far && seen.behind) logger.info("{}: its stamps are up to date again", part.name);
   seen.behind = behind || (seen.behind && far);
+  // Without a fused one among them, look() has said so.
+  const std::uint64_t early = now.of(Rejection::Future) - seen.stats.of(Rejection::Future);
+  const bool fused = now.fused > seen.stats.fused;
+  if (early > 0 && fused && !seen.ahead)
+    logger.warn("{}: {} of its last {} stamps lie in the future{}; these measurements are not fused", part.name, early,
+                now.received - seen.stats.received, skews_ == nullptr ? "" : skews_->cause(input.writer()));
+  if (early == 0 && fused && seen.ahead) logger.info("{}: its stamps no longer lie in the future", part.name);
+  seen.ahead = early > 0 ? seen.ahead || fused : seen.ahead && !fused;
 }
 
 void Watch::look_at_losses(const Input& input, const Filter& filter, Losses& losses, const Logger& logger) {

@@ -12,8 +12,8 @@
 
 namespace nacelle::ekf {
 
-/// Says why a part of an input is not fused, once per cause, and when it is fused again; which input's stamps stand still or
-/// lag behind the clock, once; and how many of its messages were lost, at most every ten seconds.
+/// Says why a part of an input is not fused, once per cause, and when it is fused again; which input's stamps stand still,
+/// lag behind the clock or are ahead of it, once; and how many of its messages were lost, at most every ten seconds.
 /// Threads: one. Allocates: only when there is something to say.
 class Watch {
  public:
@@ -32,7 +32,7 @@ class Watch {
     Rejection cause{};
     int idle_looks{0};
     int behind_looks{0};
-    bool stands{false}, behind{false};
+    bool stands{false}, behind{false}, ahead{false};
   };
   struct Losses {
     std::uint64_t told{};

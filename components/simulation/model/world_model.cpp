@@ -71,14 +71,14 @@ void WorldModel::send_imu_sample() {
 }
 
 void WorldModel::send_feedback() {
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+  constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
   UgvFeedback feedback;
   board_.describe(feedback);
   const double yaw_rad = std::remainder(drive_.pose().yaw_rad, 2.0 * std::numbers::pi);
-  feedback.yaw_deg = yaw_rad * kDegPerRad;
+  feedback.yaw_deg = yaw_rad * kDegreesPerRadian;
   feedback.q0 = std::cos(yaw_rad / 2.0);
   feedback.q3 = std::sin(yaw_rad / 2.0);
-  feedback.gz = drive_.yaw_rate_rps() * kDegPerRad;
+  feedback.gz = drive_.yaw_rate_rps() * kDegreesPerRadian;
   const std::string text = print_feedback(feedback);
   line(Device::Base).send(now_, as_bytes(text));
   last_feedback_ = now_;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <exception>
+#include <new>
 #include <utility>
 
 #include "nacelle/control/trust.hpp"
@@ -90,10 +91,15 @@ void ControlServer::run() {
       service_.descriptor_was_lost();
     }
     serve_all(waits.data() + 2);
-    send_the_idle_away();
-    if (accept_again_ && *accept_again_ <= now_) accept_again_.reset();
-    if ((waits[1].revents & POLLIN) != 0) accept_all();
-    look_at_descriptors();
+    try {
+      send_the_idle_away();
+      if (accept_again_ && *accept_again_ <= now_) accept_again_.reset();
+      if ((waits[1].revents & POLLIN) != 0) accept_all();
+      look_at_descriptors();
+    } catch (const std::bad_alloc&) {
+      ++faults_;
+      accept_again_ = now_ + limits_.without_descriptors;
+    }
   }
   while (!clients_.empty()) remove(clients_.back());
   if (descriptor_kept_ >= 0) ::close(descriptor_kept_);
@@ -174,7 +180,12 @@ bool ControlServer::make_room_for_descriptors() {
 void ControlServer::admit(int descriptor, bool for_stops) {
   std::unique_ptr<Connection> connection;
   if (spare_.empty()) {
-    connection = std::make_unique<Connection>(descriptor);
+    try {
+      connection = std::make_unique<Connection>(descriptor);
+    } catch (const std::bad_alloc&) {
+      ::close(descriptor);
+      throw;
+    }
   } else {
     connection = std::move(spare_.back());
     spare_.pop_back();

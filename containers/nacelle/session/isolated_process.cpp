@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -99,12 +100,14 @@ class IsolatedProcess {
     return all_returned;
   }
 
+  /// Serves the container's requests until the container or a signal ends it.
   void run(const StopSignal& stop) {
     while (!over_ && !stop.is_raised()) {
       std::array<pollfd, 2> waits{pollfd{stop.descriptor(), POLLIN, 0}, pollfd{event_, POLLIN, 0}};
       ::poll(waits.data(), waits.size(), -1);
-      // The component closed descriptors that it does not own.
-      if (((waits[0].revents | waits[1].revents) & POLLNVAL) != 0) return;
+      // Closed, or another file has the number now.
+      if (((waits[0].revents | waits[1].revents) & POLLNVAL) != 0) end_without_descriptors();
+      if (waits[0].revents != 0 && !stop.is_raised()) end_without_descriptors();
       std::uint64_t count = 0;
       static_cast<void>(!::read(event_, &count, sizeof count));
       std::vector<std::string> notes;
@@ -119,7 +122,18 @@ class IsolatedProcess {
  private:
   void wake() const {
     const std::uint64_t one = 1;
-    static_cast<void>(!::write(event_, &one, sizeof one));
+    // The main thread sleeps on a descriptor that no one can signal any more.
+    if (::write(event_, &one, sizeof one) < 0 && errno == EBADF) end_without_descriptors();
+  }
+
+  /// The component closed descriptors that it does not own. Destructors would wait for what cannot be woken.
+  [[noreturn]] static void end_without_descriptors() {
+    static_cast<void>(runtime::write_all_safe_stops());
+    std::fputs(
+        "nacelle: a component closed file descriptors of its process; find its call of closefrom() or a descriptor "
+        "that is closed twice\n",
+        stderr);
+    ::_exit(1);
   }
 
   // On the link's thread, beside whatever the component is at: a stop does not wait for a transition to return.

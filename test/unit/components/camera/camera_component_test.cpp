@@ -39,8 +39,7 @@ TEST_P(BadOptions, refuse_the_configuration_with_name_value_and_way_out) {
 }
 INSTANTIATE_TEST_SUITE_P(
     All, BadOptions,
-    ::testing::Values(BadOption{"source", std::string("v4l"), "did you mean 'v4l2'"},
-                      BadOption{"pixel_format", std::string("YUYW"), "did you mean 'YUYV'"},
+    ::testing::Values(BadOption{"pixel_format", std::string("YUYW"), "did you mean 'YUYV'"},
                       BadOption{"output_encoding", std::string("rgb"), "did you mean 'rgb8'"},
                       BadOption{"image_size", std::vector<std::int64_t>{640}, "[640] is no size"},
                       BadOption{"image_size", std::vector<std::int64_t>{-1, 480}, "[-1, 480] is no size"},
@@ -54,7 +53,6 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(CameraComponent, says_that_the_device_is_absent_when_it_is_required) {
   test::RecordingContext context;
   CameraComponent camera{NodeOptions{context}
-                             .append_parameter_override("source", std::string("v4l2"))
                              .append_parameter_override("required_device", true)
                              .append_parameter_override("video_device", std::string("/dev/no-such-camera"))};
   const auto outcome = camera.trigger(Transition::Configure);
@@ -63,11 +61,23 @@ TEST(CameraComponent, says_that_the_device_is_absent_when_it_is_required) {
   EXPECT_THAT(outcome.reason, HasSubstr("plugged in"));
 }
 
-TEST(CameraComponent, shows_the_pattern_on_its_thread_when_there_is_no_device) {
-  const SystemClock clock;
-  test::RecordingContext context{clock};
+TEST(CameraComponent, opens_a_fault_and_shows_no_pattern_when_the_device_is_absent) {
+  test::RecordingContext context;
   CameraComponent camera{
       NodeOptions{context}.append_parameter_override("video_device", std::string("/dev/no-such-camera"))};
+  ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  ASSERT_EQ(context.open_faults().size(), 1U);
+  EXPECT_EQ(context.open_faults()[0].code, kDeviceLost);
+  EXPECT_THAT(context.open_faults()[0].text, HasSubstr("/dev/no-such-camera"));
+  ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
+  EXPECT_TRUE(context.published<Image>("/camera/image_raw").empty());
+}
+
+TEST(CameraComponent, shows_the_pattern_on_its_thread) {
+  const SystemClock clock;
+  test::RecordingContext context{clock};
+  CameraComponent camera{NodeOptions{context}.append_parameter_override("video_device", std::string("pattern"))};
   for (int round = 1; round <= 2; ++round) {  // up and down twice
     ASSERT_TRUE(camera.trigger(Transition::Configure).success);
     ASSERT_TRUE(camera.trigger(Transition::Activate).success);
@@ -93,7 +103,7 @@ TEST(CameraComponent, shows_the_pattern_on_its_thread_when_there_is_no_device) {
 TEST(CameraComponent, can_be_activated_again_after_a_deactivation_and_shut_down_from_any_state) {
   const SystemClock clock;
   test::RecordingContext context{clock};
-  CameraComponent camera{NodeOptions{context}.append_parameter_override("source", std::string("pattern"))};
+  CameraComponent camera{NodeOptions{context}.append_parameter_override("video_device", std::string("pattern"))};
   ASSERT_TRUE(camera.trigger(Transition::Configure).success);
   for (int round = 0; round < 3; ++round) {
     ASSERT_TRUE(camera.trigger(Transition::Activate).success);
@@ -115,7 +125,7 @@ class CameraControls : public ::testing::Test {
     device->control_values[V4L2_CID_BRIGHTNESS] = 128;
   }
   CameraComponent make(NodeOptions options) {
-    return CameraComponent{options.append_parameter_override("source", std::string("v4l2")),
+    return CameraComponent{options,
                            [this](Source, const Clock& c) { return std::make_unique<V4l2Capture>(c, device); }};
   }
   test::RecordingContext context;

@@ -239,6 +239,27 @@ TEST_F(EkfNode, says_whose_stamps_are_zero_stand_still_or_lag) {
   for (const auto& status : diagnostics.back().status) EXPECT_EQ(status.level, DiagnosticStatus::WARN) << status.name;
 }
 
+TEST_F(EkfNode, says_once_which_input_has_stamps_ahead_among_good_ones) {
+  start();
+  const Lines lines;
+  const auto told = [&](const std::string& text) {
+    return std::count_if(lines.all.begin(), lines.all.end(),
+                         [&](const std::string& line) { return line.find(text) != std::string::npos; });
+  };
+  for (int i = 0; i < 500; ++i) {
+    context_.advance(10ms);
+    send_odometry(0.3, 0.0, i % 10 == 5 ? -5s : 0s);
+  }
+  const std::string all = ::testing::PrintToString(lines.all);
+  EXPECT_EQ(told("odom0 twist: "), 1) << all;
+  EXPECT_EQ(told("stamps lie in the future; these measurements are not fused"), 1) << all;
+  for (int i = 0; i < 300; ++i) {
+    context_.advance(10ms);
+    send_odometry(0.3);
+  }
+  EXPECT_EQ(told("odom0 twist: its stamps no longer lie in the future"), 1) << ::testing::PrintToString(lines.all);
+}
+
 TEST_F(EkfNode, measurements_that_the_queues_lose_are_counted_and_reported) {
   options_.append_parameter_override("measurement_queue_limit", std::int64_t{16});
   start();
@@ -288,6 +309,9 @@ TEST_F(EkfNode, use_control_predicts_with_what_cmd_vel_commands) {
     options.append_parameter_override("control_config", std::vector<bool>{true, false, false, false, false, true});
     EkfComponent node{options};
     ASSERT_TRUE(node.trigger(Transition::Configure).success);
+    const auto announced = context.announced("/cmd_vel");
+    ASSERT_EQ(announced.size(), 1U);
+    EXPECT_EQ(announced[0].second, Announced::WithItsPublisher) << "the base may read another type there";
     ASSERT_TRUE(node.trigger(Transition::Activate).success);
     Odometry still;
     still.header.stamp = stamp_of(context.clock().wall_now());

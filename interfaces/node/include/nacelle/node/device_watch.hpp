@@ -33,9 +33,9 @@ void declare_device_parameters(Node& node);
 /// Errors: a Problem that names the parameter, its value and the way out.
 [[nodiscard]] Result<DeviceOptions, Problem> read_device_parameters(const Node& node);
 
-/// How long a device that sends with this period may be silent: three periods, and 0.4 s at least, so that a driver that looks every
-/// 0.1 s reports it within half a second.
-[[nodiscard]] constexpr Duration silence_of(Duration period) { return std::max<Duration>(400ms, 3 * period); }
+/// Returns how long a device that sends with this period may be silent. A driver looks every 0.1 s, so that silence is reported
+/// within half a second, or within three periods where these are longer.
+[[nodiscard]] constexpr Duration silence_of(Duration period) { return std::max<Duration>(500ms, 3 * period) - 100ms; }
 
 /// Tells whether a driver's device is there: the one place where silence becomes a fault, for every driver.
 ///
@@ -44,8 +44,8 @@ void declare_device_parameters(Node& node);
 class DeviceWatch {
  public:
   struct Settings {
-    std::string device{};      ///< As people know it: "/dev/ttyUSB0".
-    Duration silence = 400ms;  ///< See silence_of().
+    std::string device{};  ///< As people know it: "/dev/ttyUSB0".
+    Duration silence = silence_of(Duration{});
     std::string fault_code{};  ///< Of DeviceLost::Fault ...
     Duration fault_after{};    ///< ... and the silence that it takes.
   };
@@ -55,6 +55,8 @@ class DeviceWatch {
   /// Closes the open fault.
   ~DeviceWatch();
 
+  /// Sets the silence to silence_of(period): for drivers that learn the period from the device. 0: unknown.
+  void expect_every(Duration period) { settings_.silence = silence_of(period); }
   /// Something usable came: ends a loss.
   void heard(MonotonicTime now) {
     last_ = now;
@@ -77,7 +79,7 @@ class DeviceWatch {
 
   LifecycleNode& node_;
   const DeviceOptions options_;
-  const Settings settings_;
+  Settings settings_;
   MonotonicTime last_;
   std::string why_;  // of the loss, as it was told last
   bool faulted_ = false;

@@ -299,6 +299,20 @@ TEST_F(DriveTest, the_limited_velocity_is_published_on_request_and_keeps_the_cur
   EXPECT_NEAR(twists[19].twist.linear.x, 0.25, 1e-9);
 }
 
+TEST_F(DriveTest, use_stamped_vel_chooses_the_type_that_its_inputs_announce_without_a_publisher) {
+  using geometry_msgs::msg::Twist;
+  using geometry_msgs::msg::TwistStamped;
+  for (const bool stamped : {true, false}) {
+    test::RecordingContext context;
+    const DiffDriveComponent drive{NodeOptions{context}.append_parameter_override("use_stamped_vel", stamped)};
+    for (const auto& [type, announced] : context.announced("/cmd_vel")) {
+      const bool is_default = type == (stamped ? TwistStamped::message_type() : Twist::message_type()).name;
+      EXPECT_EQ(announced, is_default ? Announced::ByDefault : Announced::WithItsPublisher) << type;
+    }
+    EXPECT_EQ(context.announced("/cmd_vel").size(), 2U);
+  }
+}
+
 TEST_F(DriveTest, an_emergency_stop_stops_the_board_and_a_release_alone_moves_nothing) {
   DiffDriveComponent drive{on_the_board()};
   activate(drive);
