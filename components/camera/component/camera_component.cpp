@@ -43,6 +43,8 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
 CallbackReturn CameraComponent::on_configure(const State&) {
   auto setup = validated(options_, get_fully_qualified_name());
   if (!setup) return refuse(setup.error());
+  // The device, which also asks for it, may be absent now.
+  if (const auto file = check_calibration(options_.camera_info_url); !file) return refuse(file.error());
   const Source source = setup->source;
   CaptureLoop::Settings settings;
   settings.wish = setup->wish;
