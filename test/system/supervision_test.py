@@ -275,13 +275,12 @@ class ClosesTheDescriptorsOfItsProcess(ChaosTest):
       param: [{{name: stop_file, value: {folder}/far_stop}}]
 """
 
-    def test_it_ends_with_its_stop_frame_and_the_others_go_on(self):
+    def test_its_process_ends_with_its_stop_frame_and_the_robot_stops(self):
         self.order("far", "close")
         wait_for("its process has ended and says why", lambda: "a component closed file descriptors of its process" in self.said())
         self.assertIn("STOP\n", (self.folder / "far_stop").read_text())
-        fault = wait_for("its component is faulted", lambda: next((row for row in self.faults()["components"] if row["node"] == "/far"), None))
-        self.assertIn("1", fault["text"], fault)
-        self.assertEqual(self.state_of("/lidar")["state"], "active")
+        self.assertIn("its process exited with 1", self.last_of("/far")["text"])
+        self.assertEqual(self.faults()["robot_stopped_by"], "/far")
 
 
 class Crashes(ChaosTest):

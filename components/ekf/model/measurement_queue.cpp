@@ -9,7 +9,7 @@ namespace nacelle::ekf {
 
 MeasurementQueue::MeasurementQueue(std::size_t limit) : limit_(limit) {
   NACELLE_EXPECT(limit > 0, "a queue of measurements needs room for one");
-  make_places(kChunk);
+  make_places(kAtFirst);
 }
 
 void MeasurementQueue::make_places(std::size_t count) {

@@ -251,8 +251,33 @@ TEST(FilterQueue, grows_with_the_rates_and_loses_nothing) {
   std::uint64_t fused = 0;
   for (std::size_t part = 0; part < 3; ++part) fused += filter.stats(part).fused;
   EXPECT_EQ(fused, offered);
-  EXPECT_GE(filter.queue_places(), 33U * 4U);
+  EXPECT_GE(filter.queue_places(), 2U * 33U * 4U) << "twice of what waits";
   EXPECT_LE(filter.queue_places(), 512U);
+}
+
+TEST(FilterQueue, a_pause_of_half_a_second_allocates_nothing) {
+  Filter filter{options()};
+  const auto offer = [&](int from_ms, int to_ms) {
+    for (int ms = from_ms; ms < to_ms; ms += 10) {  // an IMU of 100 Hz, odometry of 50 Hz
+      for (std::uint16_t part = 0; part < (ms % 20 == 0 ? 2 : 1); ++part) {
+        filter.offer(part, at_ms(ms), at_ms(ms), [&](Reading& r) -> Prepared {
+          r.rows = 0;
+          r.add(part == 0 ? kVyaw : kVx, 0.1, 1e-2);
+          return {};
+        });
+      }
+    }
+  };
+  for (int ms = 0; ms < 1000; ms += 20) {
+    offer(ms, ms + 20);
+    filter.step(at_ms(ms + 20));
+  }
+  const test::AllocationGuard guard;
+  offer(1000, 1500);
+  filter.step(at_ms(1500));
+  offer(1500, 1520);
+  filter.step(at_ms(1520));
+  EXPECT_EQ(guard.count(), 0U);
 }
 
 TEST(FilterQueue, at_its_limit_fuses_what_is_due_instead_of_losing_it) {
