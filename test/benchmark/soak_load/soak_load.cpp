@@ -396,8 +396,9 @@ class Soak {
       clock_};
   PermanentReader<String> echo_{container_, "/echo", QoS(10)};
   PermanentReader<String> latched_{container_, "/latched", QoS(1).transient_local()};
-  PermanentReader<Point> lateness_{container_, "/lateness", QoS(1000)};
-  std::uint64_t lost_ticks_ = 0;  // by this reader, while cycles ran
+  PermanentReader<Point> lateness_{container_, "/lateness",
+                                   QoS(10'000)};  // ten seconds of ticks: a busy machine may pause the cycles
+  std::uint64_t lost_ticks_ = 0;                  // by this reader, while cycles ran
   std::unique_ptr<Writer> word_;
   std::unique_ptr<BareTimer> bare_;
   DurationHistogram load_, unload_, unseen_, dlopen_, dlclose_;
