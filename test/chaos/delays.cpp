@@ -10,7 +10,6 @@
 #include <pthread.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -19,6 +18,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 
 namespace {
 
@@ -84,6 +84,7 @@ void* following(std::atomic<void*>& known, const char* name) {
 
 }  // namespace
 
+// NOLINTBEGIN(readability-inconsistent-declaration-parameter-name): the C library's names are reserved ones
 // The runtime's own locks and waits are futex calls without a function of the C library.
 extern "C" __attribute__((visibility("default"))) long syscall(long number, ...) noexcept {
   static std::atomic<void*> known{nullptr};
@@ -97,6 +98,7 @@ extern "C" __attribute__((visibility("default"))) long syscall(long number, ...)
                                                                            words[3], words[4], words[5]);
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): they are parameter and argument lists
 // Each function differs in its parameters only. `noexcept` as the C library declares them.
 #define NACELLE_DELAYED(result, name, parameters, arguments)                     \
   extern "C" __attribute__((visibility("default"))) result name parameters {     \
@@ -126,3 +128,5 @@ NACELLE_DELAYED(ssize_t, recv, (int file, void* bytes, size_t size, int flags), 
 NACELLE_DELAYED(int, ppoll, (pollfd * files, nfds_t count, const timespec* limit, const sigset_t* signals),
                 (files, count, limit, signals))
 NACELLE_DELAYED(int, poll, (pollfd * files, nfds_t count, int timeout_ms), (files, count, timeout_ms))
+// NOLINTEND(bugprone-macro-parentheses)
+// NOLINTEND(readability-inconsistent-declaration-parameter-name)

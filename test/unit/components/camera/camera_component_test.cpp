@@ -124,7 +124,7 @@ class CameraControls : public ::testing::Test {
     device->controls = {brightness};
     device->control_values[V4L2_CID_BRIGHTNESS] = 128;
   }
-  CameraComponent make(NodeOptions options) {
+  CameraComponent make(const NodeOptions& options) {
     return CameraComponent{options,
                            [this](Source, const Clock& c) { return std::make_unique<V4l2Capture>(c, device); }};
   }
