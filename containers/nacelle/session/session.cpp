@@ -400,12 +400,11 @@ std::optional<Problem> Session::serve() {
       if (program->spec().required) return problem;
       say("nacelle: " + problem.text());
     }
-    attempt("requests", [&] { desk_->serve(waits.data() + guests_at); });
-    if (waits[1].revents != 0) {
-      attempt("requests", [&] {
-        for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
-      });
-    }
+    attempt("requests", [&] {
+      desk_->serve(waits.data() + guests_at);
+      if (waits[1].revents == 0) return;
+      for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
+    });
   }
   return std::nullopt;
 }
