@@ -256,7 +256,9 @@ TEST(FilterQueue, grows_with_the_rates_and_loses_nothing) {
 }
 
 TEST(FilterQueue, a_pause_of_half_a_second_allocates_nothing) {
-  Filter filter{options()};
+  FilterOptions o = options();
+  o.queue_limit = 4096;
+  Filter filter{o};
   const auto offer = [&](int from_ms, int to_ms) {
     for (int ms = from_ms; ms < to_ms; ms += 10) {  // an IMU of 100 Hz, odometry of 50 Hz
       for (std::uint16_t part = 0; part < std::uint16_t{2} && (part == 0 || ms % 20 == 0); ++part) {
