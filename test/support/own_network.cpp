@@ -5,6 +5,7 @@
 #include <net/if.h>
 #include <sched.h>
 #include <sys/ioctl.h>
+#include <sys/mount.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -17,12 +18,24 @@
 namespace nacelle::test {
 namespace {
 bool has_own_network = false;
+
+// Fast DDS has shared memory for each participant, named after the domain, and leaves it behind when its process is killed.
+void enter_own_shared_memory() {
+  if (::unshare(CLONE_NEWNS) != 0) return;
+  // In a chroot, / is no mount of its own.
+  if (::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 &&
+      ::mount(nullptr, "/dev/shm", nullptr, MS_PRIVATE, nullptr) != 0)
+    return;
+  static_cast<void>(::mount("tmpfs", "/dev/shm", "tmpfs", MS_NOSUID | MS_NODEV, "mode=1777"));
 }
+
+}  // namespace
 
 bool enter_own_network() {
   // Who is not root may have one together with a user namespace.
   if (::unshare(CLONE_NEWNET) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return false;
   has_own_network = true;
+  enter_own_shared_memory();
   // The kernel gives a port of its own choice to each sender; none of those that the domains of tests have (100 to 199).
   if (std::FILE* const range = std::fopen("/proc/sys/net/ipv4/ip_local_port_range", "we"); range != nullptr) {
     static_cast<void>(std::fputs("58000 65000", range));

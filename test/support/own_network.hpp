@@ -4,8 +4,9 @@
 namespace nacelle::test {
 
 /// Puts this process into a network of its own, in which there is nothing but a loopback interface: what other tests,
-/// robots and machines send does not come here. Processes and threads that are started afterwards are in it too. Call
-/// it before there are threads. Errors: false where the kernel does not allow it; then everything stays as it was.
+/// robots and machines send does not come here. It gets an empty /dev/shm as well, which ends with it. Processes and
+/// threads that are started afterwards are in it, too. Call it before there are threads. Errors: false where the kernel
+/// does not allow it; then everything stays as it was.
 [[nodiscard]] bool enter_own_network();
 
 /// Gives lo of this process's own network one more address ("10.9.9.1"). Errors: false without such a network.

@@ -61,7 +61,7 @@ class RobotTest(unittest.TestCase):
             cls.environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
 
     def run(self, result=None):
-        """As unittest's; notes how long each case took, for .ci/slowest.py."""
+        """As unittest's; notes how long each case took, for .ci/last_run.py."""
         begin = time.monotonic()
         super().run(result)
         if "NACELLE_CASE_TIMES" in os.environ:
