@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the last run of the tests shows.
 
-usage: last_run.py failed|slowest BUILD_DIRECTORY
+usage: last_run.py failed|skipped|slowest BUILD_DIRECTORY
 
 failed   where each failed test went wrong
+skipped  what was skipped, a line each: whole tests, and cases of tests that passed
 slowest  the ten slowest tests, cases of system tests and compile units
 """
 import re
@@ -13,10 +14,11 @@ import xml.etree.ElementTree as xml
 from pathlib import Path
 
 MOST = 10
-MOST_LINES = 30  # of a failed test
-# A failure begins so in the output of GoogleTest, of unittest and of the sanitizers.
+MOST_LINES = 30  # of a failed test, about
+# A failure begins and ends so in the output of GoogleTest, of unittest and of the sanitizers.
 FAILURES = re.compile(r".*: Failure$|\[  FAILED  \]|(FAIL|ERROR): |.*(ERROR: \w+Sanitizer|WARNING: ThreadSanitizer|runtime error:)")
-LINES_OF_A_FAILURE = 12
+ENDS = re.compile(r"\[ +(RUN|OK|-*) +\]|\[  FAILED  \]|={70}|Ran \d+ tests?|SUMMARY: ")
+FIRST_LINES, LAST_LINES = 4, 8  # of a long one; the last ones of a traceback say what it is
 
 
 def results(build):
@@ -39,12 +41,34 @@ def failures(build):
             continue
         lines = [line for line in (test.findtext("system-out") or "").splitlines() if line.strip()]
         shown = set()
-        for number, line in enumerate(lines):
+        for begin, line in enumerate(lines):
             if FAILURES.match(line) and len(shown) < MOST_LINES:
-                shown.update(range(number, min(number + LINES_OF_A_FAILURE, len(lines))))
+                end = next((n for n in range(begin + 1, len(lines)) if ENDS.match(lines[n])), len(lines))
+                shown.update(n for n in range(max(0, begin - 1), end) if n < begin + FIRST_LINES or n >= end - LAST_LINES)
         # What says nothing of the kind was ended, or ended itself: its last lines.
-        shown = shown or range(max(0, len(lines) - LINES_OF_A_FAILURE), len(lines))
+        shown = shown or range(max(0, len(lines) - LAST_LINES), len(lines))
         yield test.get("name"), [lines[number] for number in sorted(shown)]
+
+
+def skipped(build):
+    """Name of each test that was skipped, and of each case, with its reason where the output says it."""
+    for test in results(build):
+        if test.get("status") in ("notrun", "disabled"):
+            said = (test.findtext("system-out") or "").split("\n")[-2:]
+            yield f"{test.get('name')}: {' '.join(said).strip() or 'disabled'}"
+    log = build / "Testing" / "Temporary" / "LastTest.log"  # unlike the XML, it has the whole output of what passed
+    name, reason = "", ""
+    for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else ():
+        if found := re.match(r"\d+/\d+ Testing: (.*)", line):
+            name = found.group(1)
+        elif reason is None:
+            reason = line
+        elif line.endswith(": Skipped"):
+            reason = None
+        elif found := re.match(r"\[  SKIPPED \] (\S+) \(\d+ ms\)", line):
+            yield f"{name}, {found.group(1)}: {reason}"
+        elif found := re.match(r"(?:OK|FAILED) \(.*skipped=(\d+)", line):
+            yield from [f"{name}: a case"] * int(found.group(1))
 
 
 def cases(build):
@@ -71,6 +95,10 @@ def main():
     if what == "failed":
         for name, lines in failures(build):
             print(f"\nfailed {name}:", *lines, sep="\n  ")
+    elif what == "skipped":
+        for line in skipped(build):
+            print(line)
+        return
     else:
         for kind, rows in (("tests", tests(build)), ("cases of system tests", cases(build)), ("compile units", units(build))):
             print(f"\nslowest {kind}:")

@@ -22,7 +22,19 @@ AssertionError: 1 != 2
 <testcase name="killed" time="2" status="fail"><system-out>the last words</system-out></testcase>
 <testcase name="good" time="4" status="run"><system-out>x: Failure
 </system-out></testcase>
+<testcase name="rig" time="0" status="notrun"><system-out>no machine
+</system-out></testcase>
 </testsuite>
+"""
+LOG = """1/2 Testing: gtest
+x_test.cpp:5: Skipped
+no network
+
+[  SKIPPED ] Links.are_up (3 ms)
+[  SKIPPED ] 1 test, listed below:
+[  SKIPPED ] Links.are_up
+2/2 Testing: unittest
+OK (skipped=2)
 """
 
 
@@ -30,19 +42,26 @@ class LastRun(unittest.TestCase):
     def run_it(self, what):
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "test-results.xml").write_text(RESULTS, encoding="utf-8")
+            log = pathlib.Path(folder) / "Testing" / "Temporary" / "LastTest.log"
+            log.parent.mkdir(parents=True)
+            log.write_text(LOG, encoding="utf-8")
             done = subprocess.run([sys.executable, "-B", PROGRAM, what, folder], capture_output=True, text=True, check=True)
         return done.stdout.split("\n\n")
 
     def test_a_failure_is_shown_from_where_it_begins(self):
         self.assertEqual([part.strip("\n") for part in self.run_it("failed") if part.strip()], [
-            "failed gtest:\n  some_test.cpp:3: Failure\n  Value of: speed\n  [  FAILED  ] Some.case (3 ms)",
-            "failed unittest:\n  FAIL: test_one (__main__.Cases)\n  AssertionError: 1 != 2",
+            "failed gtest:\n  before\n  some_test.cpp:3: Failure\n  Value of: speed\n  [  FAILED  ] Some.case (3 ms)",
+            "failed unittest:\n  a ? b\n  FAIL: test_one (__main__.Cases)\n  AssertionError: 1 != 2",
             "failed killed:\n  the last words"])
+
+    def test_skipped_cases_of_tests_that_passed_are_named(self):
+        self.assertEqual(self.run_it("skipped")[0].splitlines(), [
+            "rig: no machine", "gtest, Links.are_up: no network", "unittest: a case", "unittest: a case"])
 
     def test_the_slowest_come_first(self):
         rows = self.run_it("slowest")[0].strip().splitlines()
         self.assertEqual(rows[0], "slowest tests:")
-        self.assertEqual([row.split()[-1] for row in rows[1:]], ["good", "unittest", "killed", "gtest"])
+        self.assertEqual([row.split()[-1] for row in rows[1:]], ["good", "unittest", "killed", "gtest", "rig"])
 
 
 if __name__ == "__main__":

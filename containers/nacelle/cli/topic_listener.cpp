@@ -93,6 +93,7 @@ std::optional<int> take_all(Heard& heard, std::size_t index, const session::Stop
     auto frame = heard.client.receive(0ns);
     if (!frame) return stop.is_raised() ? kDone : complain(frame.error());
     if (!frame.value()) return std::nullopt;
+    if (frame.value()->kind == control::FrameKind::Fault) return complain(heard.client.problem_of(*frame.value()));
     if (frame.value()->kind != control::FrameKind::Item) continue;
     ++heard.items;
     if (!take(index, as_text(frame.value()->payload))) return kDone;

@@ -74,12 +74,15 @@ Problem Client::gone(const char* what) const {
   return {"container", what, "look at the container's own output"};
 }
 
+Problem Client::problem_of(const Frame& fault) const {
+  return {is_container_ ? "container" : "", std::string{as_text(fault.payload)}, ""};
+}
+
 Problem Client::farewell(const char* what) {
   while (true) {
     auto frame = receive(0ns);
     if (!frame || !frame.value()) return gone(what);
-    if (frame.value()->kind == FrameKind::Fault)
-      return {is_container_ ? "container" : "", std::string{as_text(frame.value()->payload)}, ""};
+    if (frame.value()->kind == FrameKind::Fault) return problem_of(*frame.value());
   }
 }
 
@@ -173,9 +176,7 @@ Result<Frame, Problem> Client::expect(FrameKind kind, Duration limit) {
       return err(gone("it did not answer in time"));
     }
     if (frame.value()->kind == kind) return *frame.value();
-    if (frame.value()->kind == FrameKind::Fault) {
-      return err(Problem{is_container_ ? "container" : "", std::string{as_text(frame.value()->payload)}, ""});
-    }
+    if (frame.value()->kind == FrameKind::Fault) return err(problem_of(*frame.value()));
     // Something that was announced while we waited (Shutdown); the caller asks for it when it matters.
   }
 }

@@ -46,6 +46,8 @@ class Client {
   [[nodiscard]] Result<std::string, Problem> stats(Duration limit);
 
   [[nodiscard]] int descriptor() const { return fd_; }
+  /// What a frame of kind Fault says.
+  [[nodiscard]] Problem problem_of(const Frame& fault) const;
 
  private:
   explicit Client(int fd);

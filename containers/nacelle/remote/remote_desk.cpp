@@ -104,14 +104,16 @@ void RemoteDesk::run() {
     const Clock& clock = network_->clock();
     for (;;) {
       std::vector<pollfd> waits{
-          {stop_.descriptor(), POLLIN, 0}, {signal_event.load(), POLLIN, 0}, {came_.descriptor(), POLLIN, 0}};
-      constexpr std::size_t kOwn = 3;
+          {stop_.descriptor(), POLLIN, 0}, {signal_event.load(), POLLIN, 0}, {came_.descriptor(), POLLIN, 0},
+          {network_->descriptor(), POLLIN, 0}};
+      constexpr std::size_t kOwn = 4;
       desk.append_waits(waits);
       int limit_ms = -1;
       if (const auto due = desk.next_due())
         limit_ms = static_cast<int>(std::max<Duration::rep>(0, (*due - clock.now()) / 1ms + 1));
       ::poll(waits.data(), waits.size(), limit_ms);
       if (waits[0].revents != 0 || waits[1].revents != 0) break;
+      if (waits[3].revents != 0) network_->drain();
       desk.serve(waits.data() + kOwn);
       if (waits[2].revents == 0) continue;
       std::uint64_t count = 0;

@@ -124,9 +124,13 @@ bool RemoteNetwork::wait(MonotonicTime until, const std::function<bool()>& holds
     if (left <= 0ns) return false;
     ::poll(waits.data(), waits.size(), static_cast<int>(std::min(left, kLook) / 1ms) + 1);
     if (std::any_of(waits.begin() + 1, waits.end(), [](const pollfd& wait) { return wait.revents != 0; })) return false;
-    std::uint64_t count = 0;
-    static_cast<void>(!::read(bell_.descriptor(), &count, sizeof count));
+    drain();
   }
+}
+
+void RemoteNetwork::drain() {
+  std::uint64_t count = 0;
+  static_cast<void>(!::read(bell_.descriptor(), &count, sizeof count));
 }
 
 EndpointSpec RemoteNetwork::spec_of(std::string topic, const msgs::MessageType& type, const QoS& qos) const {

@@ -53,6 +53,9 @@ class RemoteNetwork {
 
   /// Whoever waits here returns at once when one of these is readable. To be set before the first wait.
   void interrupted_by(std::vector<int> descriptors) { interrupts_ = std::move(descriptors); }
+  /// Readable when a problem has been found since the last wait() or drain().
+  [[nodiscard]] int descriptor() const { return bell_.descriptor(); }
+  void drain();
   /// Whether `holds` does at last. It is looked at whenever something has happened.
   [[nodiscard]] bool wait(MonotonicTime until, const std::function<bool()>& holds);
   /// Waits for what others have to be known: for the time of discovery, counted from now, and a moment more while one who

@@ -187,8 +187,8 @@ void RemoteNodes::take_frame(control::Connection& from, const control::Frame& fr
     }
     case FrameKind::Publish: {
       const auto publication = control::read_publication(frame.payload);
-      const char* const why = publication ? publish(*publication) : "it is no message";
-      return why == nullptr ? void() : refuse(why);
+      const auto why = publication ? publish(*publication) : std::optional<std::string>{"it is no message"};
+      return why ? refuse(*why) : void();
     }
     case FrameKind::Stats: {
       network_.find_all();
@@ -203,7 +203,7 @@ Result<std::uint16_t, std::string> RemoteNodes::open_writer(control::NamePair na
   auto type = network_.types().message(names.second);
   if (!type) return err(type.error().text());
   const std::string topic{names.first};
-  OpenWriter made{&owner, type.value(), nullptr};
+  OpenWriter made{&owner, topic, type.value(), nullptr};
   made.writer = network_.transport().create_writer(network_.spec_of(topic, *type.value(), QoS{10}));
   // What is published before its readers have met it never reaches them.
   const auto is_read = [&] {
@@ -223,11 +223,13 @@ Result<std::uint16_t, std::string> RemoteNodes::open_writer(control::NamePair na
   return static_cast<std::uint16_t>(writers_.size() - 1);
 }
 
-const char* RemoteNodes::publish(const control::Publication& publication) {
+std::optional<std::string> RemoteNodes::publish(const control::Publication& publication) {
   if (publication.handle >= writers_.size() || !writers_[publication.handle].writer)
     return "no such handle; open the writer first";
   const OpenWriter& open = writers_[publication.handle];
-  return session::publish_encoded(*open.writer, *open.type, publication.cdr);
+  if (const auto problem = network_.problem_of(open.topic)) return problem->text();
+  const char* const why = session::publish_encoded(*open.writer, *open.type, publication.cdr);
+  return why == nullptr ? std::nullopt : std::optional<std::string>{why};
 }
 
 void RemoteNodes::has_left(const control::Connection& connection) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ class RemoteNodes final : public session::Respondent {
   [[nodiscard]] const Clock& clock() const override { return network_.clock(); }
   [[nodiscard]] session::Answer answer(const std::string& verb, const nlohmann::json& request) override;
   [[nodiscard]] Result<std::unique_ptr<session::TopicTap>, Problem> tap(const session::TapWish& wish) override;
+  [[nodiscard]] std::optional<Problem> problem_of(const std::string& topic) const override {
+    return network_.problem_of(topic);
+  }
   /// OpenWriter, Publish and Stats, as a container's control thread takes them.
   void take_frame(control::Connection& from, const control::Frame& frame) override;
   void has_left(const control::Connection& connection) override;
@@ -29,6 +33,7 @@ class RemoteNodes final : public session::Respondent {
  private:
   struct OpenWriter {
     const control::Connection* owner = nullptr;
+    std::string topic;
     const msgs::MessageType* type = nullptr;
     std::unique_ptr<Writer> writer;
   };
@@ -36,8 +41,8 @@ class RemoteNodes final : public session::Respondent {
       const session::TapWish& wish, const std::vector<transport_dds::RemoteEndpoint>& ends);
   [[nodiscard]] Result<std::uint16_t, std::string> open_writer(control::NamePair names,
                                                                const control::Connection& owner);
-  /// Null, or why it was refused.
-  [[nodiscard]] const char* publish(const control::Publication& publication);
+  /// Nothing, or why it was refused.
+  [[nodiscard]] std::optional<std::string> publish(const control::Publication& publication);
 
   RemoteNetwork& network_;
   std::vector<OpenWriter> writers_;

@@ -4,7 +4,7 @@
 namespace nacelle::session {
 
 TopicTap::TopicTap(Transport& transport, const std::string& topic, const msgs::MessageType& type, std::size_t depth)
-    : type_(type) {
+    : topic_(topic), type_(type) {
   // No node name: the endpoint of a tool.
   EndpointSpec spec{topic, &type, QoS{KeepLast{depth}}.best_effort(), ""};
   reader_ = transport.create_reader(spec, Taking::Share, this);
@@ -14,7 +14,7 @@ TopicTap::TopicTap(Transport& transport, const std::string& topic, const msgs::M
   if (all != 0 && with_history->writer_count() == all) reader_ = std::move(with_history);
 }
 
-TopicTap::TopicTap(Transport& transport, const EndpointSpec& spec) : type_(*spec.type) {
+TopicTap::TopicTap(Transport& transport, const EndpointSpec& spec) : topic_(spec.topic), type_(*spec.type) {
   reader_ = transport.create_reader(spec, Taking::Share, this);
 }
 

@@ -27,12 +27,14 @@ class TopicTap final : private ReadyListener {
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
   /// The next message, or null; call until null. The block is returned with drop_reference().
   [[nodiscard]] Block* take();
+  [[nodiscard]] const std::string& topic() const { return topic_; }
   [[nodiscard]] const msgs::MessageType& type() const { return type_; }
   [[nodiscard]] std::size_t writer_count() const { return reader_->writer_count(); }
 
  private:
   void on_ready() noexcept override;
 
+  const std::string topic_;
   const msgs::MessageType& type_;
   control::Event event_;
   std::unique_ptr<Reader> reader_;

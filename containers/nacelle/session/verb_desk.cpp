@@ -168,7 +168,15 @@ void VerbDesk::serve(const pollfd* waits) {
     const bool has_answer = guest.waits_for_answer && (waits++)->revents != 0;
     guarded(guest, [&] { serve(guest, events, has_message, has_answer); });
   }
+  end_hopeless_listening();
   remove_the_gone();
+}
+
+void VerbDesk::end_hopeless_listening() {
+  for (Guest& guest : guests_) {
+    if (guest.gone || !guest.tap) continue;
+    if (const auto problem = respondent_.problem_of(guest.tap->topic())) take_leave(guest, problem->text().c_str());
+  }
 }
 
 void VerbDesk::serve(Guest& guest, short events, bool has_message, bool has_answer) {

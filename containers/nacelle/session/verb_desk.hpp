@@ -37,6 +37,8 @@ class Respondent {
   [[nodiscard]] virtual Answer answer(const std::string& verb, const nlohmann::json& request) = 0;
   /// Errors: no such topic, a type that it has not, or that nobody here knows.
   [[nodiscard]] virtual Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) = 0;
+  /// Why no message of a topic can come to those who listen to it. The desk asks each time it is served.
+  [[nodiscard]] virtual std::optional<Problem> problem_of(const std::string& /*topic*/) const { return std::nullopt; }
   /// A frame that is no request; what is to be said to it goes to `from.out`.
   virtual void take_frame(control::Connection& from, const control::Frame& frame);
   virtual void has_left(const control::Connection&) {}
@@ -100,6 +102,7 @@ class VerbDesk {
   void take_leave(Guest& guest, const char* why);
   [[nodiscard]] std::optional<MonotonicTime> end_of(const Guest& guest) const;
   void serve(Guest& guest, short events, bool has_message, bool has_answer);
+  void end_hopeless_listening();
   void remove_the_gone();
   void answer(Guest& guest, const std::string& request);
   [[nodiscard]] Answer reply_to(Guest& guest, const nlohmann::json& request);

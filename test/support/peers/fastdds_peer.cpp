@@ -29,6 +29,7 @@
 
 #include <array>
 #include <atomic>
+#include <type_traits>
 
 #include "peer.hpp"
 
@@ -217,8 +218,12 @@ class FastDds {
     Writer(FastDds& dds, const std::string& topic, const Qos& qos) : bell_(dds.bell_) {
       dds::DataWriterQos policies = dds::DATAWRITER_QOS_DEFAULT;
       set(policies, qos);
-      policies.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;  // for what needs several packets
-      policies.publish_mode().flow_controller_name = kPace;
+      // For what needs several packets only: a flow controller still holds a message that a full history replaces by the next one,
+      // and Fast DDS 3.1 then ends the process (FlowControllerImpl.hpp:1130, "!change->writer_info.is_linked").
+      if constexpr (std::is_same_v<T, Image>) {
+        policies.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+        policies.publish_mode().flow_controller_name = kPace;
+      }
 #if NACELLE_FASTDDS >= 3
       policies.reliable_writer_qos().times.heartbeat_period = {0, 100 * 1000 * 1000};
 #else

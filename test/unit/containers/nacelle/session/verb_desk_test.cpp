@@ -9,6 +9,8 @@
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <std_msgs/msg/string.hpp>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -16,6 +18,7 @@
 
 #include "nacelle/base/time.hpp"
 #include "nacelle/control/client.hpp"
+#include "nacelle/runtime/broker.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -38,12 +41,18 @@ class FakeRobot final : public Respondent {
     }
     return json{{"ok", true}, {"verb", verb}};
   }
-  [[nodiscard]] Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish&) override {
-    return err(Problem{"topic", "there is none", ""});
+  [[nodiscard]] Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) override {
+    return std::make_unique<TopicTap>(broker_, wish.topic, std_msgs::msg::String::message_type(), 1);
   }
+  [[nodiscard]] std::optional<Problem> problem_of(const std::string& topic) const override {
+    return topic == "/forbidden" ? problem_ : std::nullopt;
+  }
+  void forbid() { problem_ = Problem{"/forbidden", "is not on the network", ""}; }
 
  private:
   const SystemClock clock_;
+  runtime::Broker broker_{clock_};
+  std::optional<Problem> problem_;
 };
 
 class Desk : public ::testing::Test {
@@ -115,6 +124,24 @@ TEST_F(Desk, closes_the_longest_idle_connection_for_a_new_one) {
   EXPECT_TRUE(holds(next_words(first), "closed as the longest idle connection"));
   EXPECT_TRUE(holds(next_words(second), "two"));
   EXPECT_EQ(next_words(second), "nothing") << "it stays";
+}
+
+TEST_F(Desk, ends_listening_to_a_topic_that_turns_out_to_be_unreachable) {
+  VerbDesk desk{robot_};
+  control::Client listener = come(desk, "good"), other = come(desk, "good");
+  for (auto& [client, topic] : {std::pair{&listener, "/forbidden"}, {&other, "/open"}}) {
+    next_words(*client);
+    ASSERT_TRUE(client->send(control::FrameKind::Request, json{{"verb", "topic.listen"}, {"topic", topic}}.dump()));
+  }
+  serve(desk);
+  EXPECT_TRUE(holds(next_words(listener), "std_msgs/msg/String"));
+  EXPECT_TRUE(holds(next_words(other), "std_msgs/msg/String"));
+  EXPECT_EQ(next_words(listener), "nothing");
+  robot_.forbid();
+  serve(desk);
+  EXPECT_EQ(next_words(listener), "/forbidden: is not on the network");
+  EXPECT_EQ(next_words(listener), "gone");
+  EXPECT_EQ(next_words(other), "nothing");
 }
 
 TEST_F(Desk, closes_idle_connections) {
