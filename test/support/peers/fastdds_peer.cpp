@@ -194,12 +194,17 @@ class FastDds {
       qos.transport().listen_socket_buffer_size = 4 << 20;
     }
     // A socket's buffer holds two packets of a long message; a writer that outruns its reader sends most of them again,
-    // seconds later.
-    auto pace = std::make_shared<eprosima::fastdds::rtps::FlowControllerDescriptor>();
-    pace->name = kPace;
-    pace->max_bytes_per_period = 130000;
-    pace->period_ms = 4;
-    qos.flow_controllers().push_back(pace);
+    // seconds later. For images only: discovery goes through a flow controller, too, as soon as there is one, and when it announces
+    // itself again before the last announcement has left, Fast DDS 3.1 ends the process (FlowControllerImpl.hpp:1130,
+    // "!change->writer_info.is_linked").
+    if (options.verb == "pub" && options.type == "image") {
+      auto pace = std::make_shared<eprosima::fastdds::rtps::FlowControllerDescriptor>();
+      pace->name = kPace;
+      pace->max_bytes_per_period = 130000;
+      pace->period_ms = 4;
+      qos.flow_controllers().push_back(pace);
+      qos.wire_protocol().builtin.discovery_config.initial_announcements.period = {0, 500 * 1000 * 1000};
+    }
     participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos);
     if (participant_ == nullptr) std::exit(1);
     publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
@@ -218,10 +223,8 @@ class FastDds {
     Writer(FastDds& dds, const std::string& topic, const Qos& qos) : bell_(dds.bell_) {
       dds::DataWriterQos policies = dds::DATAWRITER_QOS_DEFAULT;
       set(policies, qos);
-      // For what needs several packets only: a flow controller still holds a message that a full history replaces by the next one,
-      // and Fast DDS 3.1 then ends the process (FlowControllerImpl.hpp:1130, "!change->writer_info.is_linked").
       if constexpr (std::is_same_v<T, Image>) {
-        policies.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+        policies.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;  // it needs several packets
         policies.publish_mode().flow_controller_name = kPace;
       }
 #if NACELLE_FASTDDS >= 3
