@@ -103,9 +103,10 @@ void RemoteDesk::run() {
     session::VerbDesk desk{nodes};
     const Clock& clock = network_->clock();
     for (;;) {
-      std::vector<pollfd> waits{
-          {stop_.descriptor(), POLLIN, 0}, {signal_event.load(), POLLIN, 0}, {came_.descriptor(), POLLIN, 0},
-          {network_->descriptor(), POLLIN, 0}};
+      std::vector<pollfd> waits{{stop_.descriptor(), POLLIN, 0},
+                                {signal_event.load(), POLLIN, 0},
+                                {came_.descriptor(), POLLIN, 0},
+                                {network_->descriptor(), POLLIN, 0}};
       constexpr std::size_t kOwn = 4;
       desk.append_waits(waits);
       int limit_ms = -1;

@@ -50,7 +50,7 @@ class FakeRobot final : public Respondent {
   void forbid() { problem_ = Problem{"/forbidden", "is not on the network", ""}; }
 
  private:
-  const SystemClock clock_;
+  const SystemClock clock_{};
   runtime::Broker broker_{clock_};
   std::optional<Problem> problem_;
 };
