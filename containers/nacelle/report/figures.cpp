@@ -44,8 +44,9 @@ json stream_between(const Interval& interval, const json& stream) {
   row["hz"] = hz;
   row["dropped_per_s"] = per_second(dropped, interval);
   row["age_s"] = nullptr;
-  if (stream["published"] != 0)
-    row["age_s"] = (interval.after["now_ns"].get<double>() - stream["last_ns"].get<double>()) * 1e-9;
+  if (stream["published"] != 0) {  // a message may have come after the time was read
+    row["age_s"] = std::max(0.0, (interval.after["now_ns"].get<double>() - stream["last_ns"].get<double>()) * 1e-9);
+  }
   row["late"] = late_readers(interval, stream, hz);
   row.erase("last_ns");
   return row;

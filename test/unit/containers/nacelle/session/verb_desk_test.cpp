@@ -61,7 +61,8 @@ class Desk : public ::testing::Test {
   control::Client come(VerbDesk& desk, const std::string& verb) {
     std::array<int, 2> ends{-1, -1};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()), 0);
-    desk.take({std::make_unique<control::Connection>(ends[1]), json{{"verb", verb}}.dump()});
+    auto connection = std::make_unique<control::Connection>(ends[1]);
+    desk.take({std::move(connection), json{{"verb", verb}}.dump()});
     return control::Client::over(ends[0], 0ns);
   }
   /// The next thing that it was told: a reply's words, or those of a fault.
