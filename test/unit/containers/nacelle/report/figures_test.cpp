@@ -115,6 +115,11 @@ TEST_F(Figures, of_a_stream_without_messages_have_no_age) {
   EXPECT_TRUE(streams_between(before, after)["streams"][0]["age_s"].is_null());
 }
 
+TEST_F(Figures, of_a_message_that_came_after_the_clock_was_read_are_not_negative) {
+  after["streams"][0]["last_ns"] = after["now_ns"].get<std::int64_t>() + 491'000;
+  EXPECT_EQ(streams_between(before, after)["streams"][0]["age_s"].get<double>(), 0.0);
+}
+
 TEST_F(Figures, tell_what_was_dropped_and_why) {
   after["streams"][0]["dropped"]["overwritten"] = 12;
   after["streams"][0]["dropped"]["pool_dry"] = 3;
