@@ -294,8 +294,8 @@ class Peer {
       }
       return false;
     };
-    // Cyclone tells of a match a moment before its reader takes what comes. A request in that moment is lost, since Fast DDS counts it
-    // as history by then; on a busy machine the moment is long. So it is asked again.
+    // On a busy machine the first request of Fast DDS to Cyclone may be lost (seen twice in CI). Most likely Cyclone reports the match
+    // before its reader takes messages, and then counts the request as history. So the request is repeated.
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     do {
       requests.write({client, 1, options_.a, options_.b});
