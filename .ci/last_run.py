@@ -57,7 +57,7 @@ def skipped(build):
             said = (test.findtext("system-out") or "").split("\n")[-2:]
             yield f"{test.get('name')}: {' '.join(said).strip() or 'disabled'}"
     log = build / "Testing" / "Temporary" / "LastTest.log"  # unlike the XML, it has the whole output of what passed
-    name, reason = "", ""
+    name, reason, case, unnamed = "", "", "", 0
     for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else ():
         if found := re.match(r"\d+/\d+ Testing: (.*)", line):
             name = found.group(1)
@@ -67,8 +67,15 @@ def skipped(build):
             reason = None
         elif found := re.match(r"\[  SKIPPED \] (\S+) \(\d+ ms\)", line):
             yield f"{name}, {found.group(1)}: {reason}"
+        elif found := re.search(r"\.\.\. skipped (['\"])(.*)\1$", line):
+            unnamed -= 1
+            yield f"{name}, {re.sub(r' .*', '', line) if line.startswith('test_') else case}: {found.group(2)}"
+        elif found := re.match(r"(test_\w+) \(", line):
+            case = found.group(1)
         elif found := re.match(r"(?:OK|FAILED) \(.*skipped=(\d+)", line):
-            yield from [f"{name}: a case"] * int(found.group(1))
+            unnamed += int(found.group(1))
+            yield from [f"{name}: a case"] * unnamed
+            unnamed = 0
 
 
 def cases(build):

@@ -3,38 +3,10 @@
 #include <std_msgs/msg/header.hpp>
 #include <thread>
 
-#include "transport_laws.hpp"
+#include "qos_laws.hpp"
 
 namespace nacelle {
 namespace {
-
-struct Told final : StatusListener {
-  void on_status() noexcept override { ++times; }
-  std::atomic<int> times{0};
-};
-
-template <typename T>
-class QosContract : public TransportLaws<T> {
- public:
-  using Texts = typename TransportLaws<T>::Texts;
-  EndpointSpec at(const std::string& node, QoS qos, Told* told = nullptr) {
-    EndpointSpec spec = this->spec(qos);
-    spec.node = node;
-    spec.status_listener = told;
-    spec.tells_lost = told != nullptr;
-    return spec;
-  }
-  std::unique_ptr<Writer> writer(QoS qos, Told* told = nullptr) {
-    return this->transport.create_writer(at("/writer", qos, told));
-  }
-  std::unique_ptr<Reader> reader(QoS qos, Told* told = nullptr) {
-    return this->transport.create_reader(at("/reader", qos, told), Taking::Share, nullptr);
-  }
-  MonotonicTime pass(Duration time) {
-    this->clock.advance(time);
-    return this->transport.watch(this->clock.now());
-  }
-};
 
 TYPED_TEST_SUITE(QosContract, EveryTransport);
 
@@ -123,21 +95,6 @@ TYPED_TEST(QosContract, a_message_older_than_its_lifespan_is_not_delivered_and_c
   EXPECT_EQ(this->receive(*reader), typename TestFixture::Texts{"last"}) << "its last nanosecond still counts";
 }
 
-TYPED_TEST(QosContract, a_late_joiner_gets_no_expired_history) {
-  if constexpr (!kTimeIsTold<TypeParam>)
-    GTEST_SKIP() << "history grows old by the clock of DDS: expired_history_is_not_sent_to_a_late_reader";
-  auto writer = this->writer(QoS(10).transient_local().lifespan(50ms));
-  this->send(*writer, "old");
-  this->clock.advance(40ms);
-  this->send(*writer, "younger");
-  this->clock.advance(20ms);
-  auto late = this->reader(QoS(10).transient_local());
-  EXPECT_EQ(this->receive(*late), typename TestFixture::Texts{"younger"});
-  this->pass(1s);
-  auto later = this->reader(QoS(10).transient_local());
-  EXPECT_EQ(this->receive(*later), typename TestFixture::Texts{});
-}
-
 TYPED_TEST(QosContract, an_expired_message_makes_room_in_a_full_keep_all_reader) {
   auto writer = this->writer(QoS(10).lifespan(50ms));
   auto reader = this->reader(QoS(KeepAll{}).max_samples(1));
@@ -146,42 +103,6 @@ TYPED_TEST(QosContract, an_expired_message_makes_room_in_a_full_keep_all_reader)
   this->clock.advance(51ms);
   EXPECT_EQ(this->send(*writer, "new"), PublishResult::Published);
   EXPECT_EQ(this->receive(*reader), typename TestFixture::Texts{"new"});
-}
-
-TYPED_TEST(QosContract, manual_liveliness_is_lost_after_the_lease_and_comes_back_with_a_message_or_an_assertion) {
-  if constexpr (!kTimeIsTold<TypeParam>)
-    GTEST_SKIP() << "the lease is watched by DDS: manual_liveliness_of_a_remote_writer_is_lost_and_comes_back";
-  Told lost, changed;
-  const QoS manual = QoS(10).liveliness(Liveliness::ManualByTopic).liveliness_lease_duration(200ms);
-  auto writer = this->writer(manual, &lost);
-  auto reader = this->reader(manual, &changed);
-  EXPECT_EQ(reader->status().alive, 1U);
-  const MonotonicTime due = this->pass(200ms);
-  EXPECT_EQ(due, this->clock.now() + 1ns);
-  EXPECT_EQ(reader->status().alive, 1U);
-  lost.times = changed.times = 0;
-  EXPECT_EQ(this->pass(1ns), kNeverExpires);
-  EXPECT_EQ(writer->status().liveliness_lost, 1U);
-  EXPECT_EQ(reader->status().alive, 0U);
-  EXPECT_EQ(reader->status().not_alive, 1U);
-  EXPECT_EQ(lost.times, 1);
-  EXPECT_EQ(changed.times, 1);
-  this->pass(1s);
-  EXPECT_EQ(writer->status().liveliness_lost, 1U) << "it is lost once";
-
-  this->send(*writer, "here");
-  EXPECT_EQ(reader->status().alive, 1U);
-  EXPECT_EQ(changed.times, 2);
-  this->pass(150ms);
-  writer->assert_liveliness();
-  this->pass(150ms);
-  EXPECT_EQ(writer->status().liveliness_lost, 1U);
-  this->pass(51ms);
-  EXPECT_EQ(writer->status().liveliness_lost, 2U);
-  writer->assert_liveliness();
-  EXPECT_EQ(reader->status().alive, 1U);
-  writer.reset();
-  EXPECT_EQ(reader->status().alive + reader->status().not_alive, 0U);
 }
 
 TYPED_TEST(QosContract, automatic_liveliness_lives_as_long_as_the_writer) {
@@ -253,51 +174,6 @@ TYPED_TEST(QosContract, another_type_is_told_once_but_not_to_a_node_that_reads_b
   EXPECT_EQ(reader->status().incompatible_type, 1U);
   EXPECT_EQ(reader->status().last_policy, "type");
   EXPECT_EQ(of_both->status().incompatible_type, 0U);
-}
-
-TYPED_TEST(QosContract, a_reliable_writer_waits_for_room_as_long_as_it_may) {
-  if constexpr (!kHoldsUp<TypeParam>) GTEST_SKIP() << "nobody waits: no_publisher_waits_for_a_full_keep_all_reader";
-  auto reader = this->reader(QoS(KeepAll{}).max_samples(1));
-  auto patient = this->writer(QoS(10).max_blocking_time(60s));
-  // Many rounds, and in each a little longer until room is made: in most of them the sender has begun to wait by then.
-  for (int round = 0; round < 20; ++round) {
-    this->send(*patient, "a");
-    PublishResult result{};
-    std::atomic<bool> sending{false}, done{false};
-    std::thread sender([&] {
-      sending = true;
-      result = this->send(*patient, "b");
-      done = true;
-    });
-    while (!sending) std::this_thread::yield();
-    for (int i = 0; i < 4 * round; ++i) std::this_thread::yield();
-    typename TestFixture::Texts all;
-    while (!done || reader->has_waiting()) {
-      for (auto& text : this->receive(*reader)) all.push_back(text);
-      std::this_thread::yield();
-    }
-    sender.join();
-    ASSERT_EQ(all, (typename TestFixture::Texts{"a", "b"})) << round;
-    ASSERT_EQ(result, PublishResult::Published) << round;
-  }
-  EXPECT_EQ(reader->counters().full, 0U);
-}
-
-TYPED_TEST(QosContract, waiting_for_room_ends) {
-  if constexpr (!kHoldsUp<TypeParam>) GTEST_SKIP() << "nobody waits: no_publisher_waits_for_a_full_keep_all_reader";
-  auto reader = this->reader(QoS(KeepAll{}).max_samples(1));
-  auto writer = this->writer(QoS(10).max_blocking_time(1ns));
-  this->send(*writer, "a");
-  std::atomic<bool> done{false};
-  std::thread sender([&] {
-    EXPECT_EQ(this->send(*writer, "b"), PublishResult::WouldBlock);
-    done = true;
-  });
-  while (!done) {
-    this->clock.advance(1ms);
-    std::this_thread::yield();
-  }
-  sender.join();
 }
 
 }  // namespace

@@ -199,20 +199,6 @@ TYPED_TEST(TransportLaws, a_message_outlives_its_writer_and_its_reader) {
   drop_reference(*block);
 }
 
-TYPED_TEST(TransportLaws, an_adopted_message_is_not_copied_within_a_process) {
-  if constexpr (kCopies<TypeParam>)
-    GTEST_SKIP() << "it is another process: what_crosses_to_another_process_is_counted_as_copied";
-  auto writer = this->transport.create_writer(this->spec(10));
-  auto reader = this->transport.create_reader(this->spec(10), Taking::Share, nullptr);
-  auto message = std::make_unique<String>();
-  const void* const address = message.get();
-  writer->publish(*writer->adopt(message.release()));
-  Block* const block = reader->take();
-  ASSERT_NE(block, nullptr);
-  EXPECT_EQ(block->message, address);
-  drop_reference(*block);
-}
-
 TYPED_TEST(TransportLaws, one_shared_ptr_serves_everybody_and_ends_last) {
   auto writer = this->transport.create_writer(this->spec(10));
   auto reader = this->transport.create_reader(this->spec(10), Taking::Share, nullptr);

@@ -9,10 +9,6 @@ namespace nacelle {
 
 // Where a law does not hold for every transport: what it is about, and why not. Each has laws of its own in place of it.
 
-/// Writer and reader are in two processes: what arrives is a copy, made in a message of the reader's side.
-template <typename T>
-inline constexpr bool kCopies = false;
-
 /// A reader on a network holds up no publisher (ADR 0012): what is too much for a KEEP_ALL reader is refused and counted there.
 template <typename T>
 inline constexpr bool kHoldsUp = true;
@@ -21,10 +17,6 @@ inline constexpr bool kHoldsUp = true;
 /// Cyclone says which readers get the same bytes.
 template <typename T>
 inline constexpr bool kTellsInfo = true;
-
-/// Whether a remote writer shows life, and how old its history is, is for Cyclone to say, by a clock of its own.
-template <typename T>
-inline constexpr bool kTimeIsTold = true;
 
 /// A transport that is chosen at run time.
 struct NamedTransport {

@@ -34,7 +34,11 @@ no network
 [  SKIPPED ] 1 test, listed below:
 [  SKIPPED ] Links.are_up
 2/2 Testing: unittest
-OK (skipped=2)
+test_one (__main__.Cases.test_one) ... skipped "it's late"
+test_two (__main__.Cases.test_two)
+What it is about. ... skipped 'no fish'
+test_three (__main__.Cases.test_three) ... ok
+OK (skipped=3)
 """
 
 
@@ -56,7 +60,8 @@ class LastRun(unittest.TestCase):
 
     def test_skipped_cases_of_tests_that_passed_are_named(self):
         self.assertEqual(self.run_it("skipped")[0].splitlines(), [
-            "rig: no machine", "gtest, Links.are_up: no network", "unittest: a case", "unittest: a case"])
+            "rig: no machine", "gtest, Links.are_up: no network",
+            "unittest, test_one: it's late", "unittest, test_two: no fish", "unittest: a case"])
 
     def test_the_slowest_come_first(self):
         rows = self.run_it("slowest")[0].strip().splitlines()

@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/futex.hpp"
 #include "support/recipe.hpp"
 
 namespace nacelle::bench {
@@ -27,14 +29,17 @@ class Rig {
   runtime::Container container_;
 };
 
-/// Something that happens once, for a thread that waits for it.
+/// Something that happens once, for a thread that waits for it. Not by atomic::wait(): libstdc++ yields up to four times before it
+/// sleeps, so that a count of system calls would depend on which thread is quicker.
 class Event {
  public:
   void set() {
     word_.store(1, std::memory_order_release);
-    word_.notify_all();
+    runtime::futex_wake(word_, std::numeric_limits<int>::max());
   }
-  void wait() const { word_.wait(0, std::memory_order_acquire); }
+  void wait() const {
+    while (word_.load(std::memory_order_acquire) == 0) runtime::futex_wait(word_, 0);
+  }
   void clear() { word_.store(0, std::memory_order_relaxed); }
 
  private:

@@ -11,7 +11,5 @@ namespace nacelle {
 /// In a program of its own, which has the daemon: a link whose streams iceoryx moves.
 using EveryTransport = ::testing::Types<test::LinkedByIceoryx>;
 inline constexpr NamedTransport kNamedTransports[] = {{"Iceoryx", make_transport<test::LinkedByIceoryx>}};
-template <>
-inline constexpr bool kCopies<test::LinkedByIceoryx> = true;
 
 }  // namespace nacelle

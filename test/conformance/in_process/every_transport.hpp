@@ -15,7 +15,5 @@ using EveryTransport = ::testing::Types<runtime::Broker, test::FakeTransport, te
 inline constexpr NamedTransport kNamedTransports[] = {{"Broker", make_transport<runtime::Broker>},
                                                       {"Fake", make_transport<test::FakeTransport>},
                                                       {"Linked", make_transport<test::LinkedBrokers>}};
-template <>
-inline constexpr bool kCopies<test::LinkedBrokers> = true;
 
 }  // namespace nacelle

@@ -11,12 +11,8 @@ namespace nacelle {
 /// Two graphs that only the network joins. Its matrix of QoS is in mirrored_matrix_test.cpp, all pairs at once.
 using EveryTransport = ::testing::Types<test::MirroredBrokers>;
 template <>
-inline constexpr bool kCopies<test::MirroredBrokers> = true;
-template <>
 inline constexpr bool kHoldsUp<test::MirroredBrokers> = false;
 template <>
 inline constexpr bool kTellsInfo<test::MirroredBrokers> = false;
-template <>
-inline constexpr bool kTimeIsTold<test::MirroredBrokers> = false;
 
 }  // namespace nacelle
