@@ -6,15 +6,15 @@ namespace nacelle::ask {
 using nlohmann::json;
 
 Result<Nodes::Found, Problem> Nodes::locate(const std::string& name) {
-  auto reply = client_.call({{"verb", "node.find"}, {"name", name}}, limit_ + on_the_way_);
+  auto reply = client_.call({{"verb", "node.find"}, {"name", name}, {"with_container", true}}, limit_ + on_the_way_);
   if (!reply) return err(reply.error());
   return Found{reply.value()["node"], reply.value().value("container", "")};
 }
 
 Result<std::string, Problem> Nodes::find(const std::string& name) {
-  auto found = locate(name);
-  if (!found) return err(found.error());
-  return std::move(found.value().node);
+  auto reply = client_.call({{"verb", "node.find"}, {"name", name}}, limit_ + on_the_way_);
+  if (!reply) return err(reply.error());
+  return reply.value()["node"].get<std::string>();
 }
 
 Result<Nodes::FoundContainer, Problem> Nodes::container(const std::string& name) {

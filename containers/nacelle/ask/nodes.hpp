@@ -34,7 +34,8 @@ class Nodes {
     std::string node;
     std::string container;  ///< Its node; empty: no Nacelle container, or not known.
   };
-  /// As find(), with the container.
+  /// As find(), with the container. On the network the answer for a node that no Nacelle container holds takes the whole time of
+  /// discovery.
   [[nodiscard]] Result<Found, Problem> locate(const std::string& name);
   struct FoundContainer {
     std::string node;

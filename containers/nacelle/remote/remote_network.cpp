@@ -101,9 +101,7 @@ bool RemoteNetwork::find(const std::function<bool()>& holds) {
   return find_until(std::max(found_by_, clock_.now() + spin_time_), holds);
 }
 
-void RemoteNetwork::find_all() {
-  static_cast<void>(find_until(found_by_, [] { return false; }));
-}
+void RemoteNetwork::find_all(const std::function<bool()>& holds) { static_cast<void>(find_until(found_by_, holds)); }
 
 bool RemoteNetwork::find_until(MonotonicTime until, const std::function<bool()>& holds) {
   if (wait(until, holds)) return true;

@@ -106,7 +106,11 @@ session::Answer RemoteNodes::answer(const std::string& verb, const json& request
   if (verb == "node.find") {
     const auto node = node_named(network_, request.value("name", ""));
     if (!node) return reply_of(node.error());
-    return json{{"ok", true}, {"node", node.value()}, {"container", container_of(network_, node.value())}};
+    if (!request.value("with_container", false)) return json{{"ok", true}, {"node", node.value()}};
+    // A node may be discovered before the services of its container are.
+    std::string container;
+    network_.find_all([&] { return !(container = container_of(network_, node.value())).empty(); });
+    return json{{"ok", true}, {"node", node.value()}, {"container", container}};
   }
   if (verb == "container.find") {
     const auto container = container_named(network_, request.value("name", ""));
