@@ -37,6 +37,21 @@ def wait_for(what, condition, limit_s=20.0):
         time.sleep(0.02)  # the polling period, not a synchronisation
 
 
+def expect_rate(read, expected, delta):
+    """Reads a figure until it is the expected one: beside other programs the robot waits for a processor now and then, and then its
+    rate is another for a while. What must hold at the first reading is in the tests that run alone."""
+    seen = []
+
+    def fits():
+        seen.append(read())
+        return abs(seen[-1] - expected) <= delta * SLOW
+
+    try:
+        wait_for(f"{expected} +- {delta}", fits)
+    except AssertionError as late:
+        raise AssertionError(f"{late}: {seen}") from None
+
+
 def interrupt(process):
     """Ends it as Ctrl-C does, if it still runs; returns when it has ended."""
     process.send_signal(signal.SIGINT)
