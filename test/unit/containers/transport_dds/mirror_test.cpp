@@ -153,6 +153,7 @@ TEST_F(Mirror, encodes_and_decodes_once_for_several_readers) {
     for (auto* const reader : {one.get(), two.get(), owner.get()}) EXPECT_EQ(hear(there.bell, *reader, 50), texts);
     return there.stats().decoded - before < 100;
   }));
+  EXPECT_TRUE(until([&] { return here.stats().encoded >= 50 * rounds; })) << "counted when it is gone";
   EXPECT_EQ(here.stats().encoded, 50 * rounds);
 }
 
