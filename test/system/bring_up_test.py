@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import time
@@ -70,9 +71,11 @@ class BringUp(RobotTest):
         )
         robot = self.start(file, "--transitions", log)
         wait_for("the late one is active", lambda: log.exists() and "activate /late\n" in log.read_text(), 30)
-        times = dict(reversed(line.split(" ms ", 1)) for line in pathlib.Path(f"{log}.times").read_text().splitlines())
-        ended = {key.split(" took ")[0]: float(value) for key, value in times.items()}
-        self.assertGreater(ended["activate /late"], ended["activate /lidar"] + 50, "a turn of the LiDAR takes 100 ms")
+        lines = re.findall(r"([\d.]+) ms (.+) took ([\d.]+) ms", pathlib.Path(f"{log}.times").read_text())
+        times = {step: (float(ended) - float(took), float(ended)) for ended, step, took in lines}
+        began, lidar_ended = times["activate /late"][0], times["activate /lidar"][1]
+        # When the first scan comes is chance: a turn may be nearly complete. That it is waited for shows in the next test.
+        self.assertGreaterEqual(began, lidar_ended)
         self.end(robot)
         self.assertEqual(robot.returncode, 0)
 
