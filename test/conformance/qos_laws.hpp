@@ -9,11 +9,13 @@
 
 namespace nacelle {
 
+/// Counts the changes of status that it is told.
 struct Told final : StatusListener {
   void on_status() noexcept override { ++times; }
   std::atomic<int> times{0};
 };
 
+/// Endpoints with listeners, and a clock that the test advances; T is a transport over a Clock.
 template <typename T>
 class QosContract : public TransportLaws<T> {
  public:

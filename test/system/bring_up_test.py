@@ -74,7 +74,7 @@ class BringUp(RobotTest):
         lines = re.findall(r"([\d.]+) ms (.+) took ([\d.]+) ms", pathlib.Path(f"{log}.times").read_text())
         times = {step: (float(ended) - float(took), float(ended)) for ended, step, took in lines}
         began, lidar_ended = times["activate /late"][0], times["activate /lidar"][1]
-        # When the first scan comes is chance: a turn may be nearly complete. That it is waited for shows in the next test.
+        # The first scan may come at once, since a turn may be nearly complete. test_answers_while_it_waits shows the waiting.
         self.assertGreaterEqual(began, lidar_ended)
         self.end(robot)
         self.assertEqual(robot.returncode, 0)

@@ -179,11 +179,12 @@ class Teleop(RunningRobotTest):
             self.commands.append((message["linear"]["x"], message["angular"]["z"]))
 
     def drive_forward(self):
-        def is_told():
-            os.write(self.keyboard, b"i")  # held: the first ones may be typed before somebody reads them, or listens
+        def forward_command_came():
+            # Typed again: teleop drops keys that come before it has set the terminal's mode, and the echo may not listen yet.
+            os.write(self.keyboard, b"i")
             return any(x > 0 for x, _ in self.commands)
 
-        wait_for("the robot is told to go", is_told)
+        wait_for("a command to drive forward", forward_command_came)
 
     def ends_with_zero(self):
         return bool(self.commands) and self.commands[-1] == (0, 0)

@@ -138,7 +138,7 @@ class Isolated(IsolatedRobot):
 
 
 class Rates(IsolatedRobot):
-    """Alone on the machine, as what is measured in commands_test.py."""
+    """Runs alone on the machine (CMakeLists.txt), so that rates can be held."""
 
     def test_a_stream_crosses_the_border_at_its_rate_and_the_others_keep_theirs_when_its_process_is_killed(self):
         self.assertAlmostEqual(self.rate("/scan"), 10, delta=1 * SLOW)

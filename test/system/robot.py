@@ -38,8 +38,8 @@ def wait_for(what, condition, limit_s=20.0):
 
 
 def expect_rate(read, expected, delta):
-    """Reads a figure until it is the expected one: beside other programs the robot waits for a processor now and then, and then its
-    rate is another for a while. What must hold at the first reading is in the tests that run alone."""
+    """Reads a rate until it is expected +- delta. Other tests run at the same time: a robot that waits for a processor has another
+    rate for some seconds. Rates that must hold at the first reading are checked by the tests named *_in_time, which run alone."""
     seen = []
 
     def fits():

@@ -61,7 +61,8 @@ class RemoteNetwork {
   /// Waits for what others have to be known: for the time of discovery, counted from now, and a moment more while one who
   /// was found has not told yet what it has. Whether it does hold at last.
   [[nodiscard]] bool find(const std::function<bool()>& holds);
-  /// The same for all that there is, counted from the join: what is not known after it is not there. Returns once `holds` does.
+  /// The same for all that there is, counted from the join: what is not known after it is not there. Returns early when
+  /// `holds` returns true.
   void find_all(const std::function<bool()>& holds = [] { return false; });
 
   /// Uses nothing else of this class.
