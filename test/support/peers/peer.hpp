@@ -118,7 +118,7 @@ inline void tell_message(const Odometry& message) {
 ///   serve  answers --topic's requests (add_two_ints)
 ///   call   asks once for --a plus --b when a line has come
 /// All stay until their standard input ends. The line is for the other side to say that it has found them: what is
-/// written before that is lost, if nobody keeps it.
+/// written before that is lost, if nobody keeps it. echo and serve answer it with "met" once they have found the other side, too.
 struct Options {
   std::string verb, topic = "rt/chatter", type = "string", text = "hello";
   unsigned domain = 0;
@@ -257,13 +257,22 @@ class Peer {
     tell("wrote " + std::to_string(options_.count));
     return stay();
   }
+  void tell_met(bool have_met) {
+    if (!told_to_go_ || !have_met || told_met_) return;
+    told_met_ = true;
+    tell("met");
+  }
   template <typename T>
   bool echo() {
     typename Dds::template Reader<T> reader(dds_, options_.topic, options_.qos);
     tell("ready");
     for (int i = 0; i < options_.count; ++i) {
       std::optional<T> message;
-      if (!wait([&] { return (message = reader.take()).has_value(); })) return false;
+      const auto comes = [&] {
+        tell_met(reader.matched() > 0);
+        return (message = reader.take()).has_value();
+      };
+      if (!wait(comes)) return false;
       tell_message(*message);
     }
     return stay();
@@ -274,7 +283,11 @@ class Peer {
     tell("ready");
     for (int i = 0; i < options_.count; ++i) {
       std::optional<AddRequest> request;
-      if (!wait([&] { return replies.matched() > 0 && (request = requests.take()).has_value(); })) return false;
+      const auto comes = [&] {
+        tell_met(requests.matched() > 0 && replies.matched() > 0);
+        return replies.matched() > 0 && (request = requests.take()).has_value();
+      };
+      if (!wait(comes)) return false;
       replies.write({request->client, request->number, request->a + request->b});
       tell("served " + std::to_string(request->a) + " " + std::to_string(request->b));
     }
@@ -315,6 +328,7 @@ class Peer {
   const Options options_;
   Bell bell_;
   std::atomic<bool> ended_{false}, told_to_go_{false};
+  bool told_met_ = false;
   Dds dds_;
 };
 

@@ -73,6 +73,8 @@ TEST_P(ServicePeer, serves_a_client_of_this_container) {
   here.load(calling, "caller");
   const auto peer = start({"serve", "--count", "2"});
   ASSERT_TRUE(here.bell.until([&] { return calling.client->service_is_ready(); }));
+  peer->go();
+  ASSERT_EQ(peer->line(), "met");
   for (std::int64_t b : {4, 5}) {
     AddTwoInts::Request request;
     request.a = 3;
