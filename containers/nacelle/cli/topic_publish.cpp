@@ -93,15 +93,15 @@ std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSi
     if (!readers) return complain(readers.error());
     if (readers.value().size() >= wish.readers) return std::nullopt;
     if (stop.is_raised()) return kDone;
+    if (told == MonotonicTime{} || clock.now() - told >= 1s) {
+      std::fprintf(stderr, "Waiting for at least %zu matching subscription(s)...\n", wish.readers);
+      told = clock.now();
+    }
     if (wish.longest_wait_s > 0 && clock.now() - began >= from_seconds(wish.longest_wait_s)) {
       return complain(
           {"Timed out waiting for subscribers",
            fmt::format("Expected {} subscribers but only got {} subscribers", wish.readers, readers.value().size()),
            "see " + wish.whom.command("topic info " + absolute(wish.topic))});
-    }
-    if (told == MonotonicTime{} || clock.now() - told >= 1s) {
-      std::fprintf(stderr, "Waiting for at least %zu matching subscription(s)...\n", wish.readers);
-      told = clock.now();
     }
     wait_until(clock.now() + kLook, stop, clock);
   }

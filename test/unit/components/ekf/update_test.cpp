@@ -15,10 +15,14 @@ namespace {
 
 using Dynamic = Eigen::MatrixXd;
 
+/// Where `Reading::covariance` keeps the entry of `row` and `column`.
+std::size_t noise_index(int row, int column) {
+  return static_cast<std::size_t>(row) * kStates + static_cast<std::size_t>(column);
+}
 Dynamic noise_of(const Reading& r) {
   Dynamic R(r.rows, r.rows);
   for (int k = 0; k < r.rows; ++k) {
-    for (int l = 0; l < r.rows; ++l) R(k, l) = r.covariance[static_cast<std::size_t>(k * kStates + l)];
+    for (int l = 0; l < r.rows; ++l) R(k, l) = r.covariance[noise_index(k, l)];
   }
   return R;
 }
@@ -42,7 +46,7 @@ Reading random_reading(std::mt19937& random, int rows, bool correlated) {
     for (double& value : half.reshaped()) value = any(random);
     const Dynamic R = half * half.transpose() + 0.1 * Dynamic::Identity(rows, rows);
     for (int k = 0; k < rows; ++k) {
-      for (int l = 0; l < rows; ++l) r.covariance[static_cast<std::size_t>(k * kStates + l)] = R(k, l);
+      for (int l = 0; l < rows; ++l) r.covariance[noise_index(k, l)] = R(k, l);
     }
   }
   return r;
