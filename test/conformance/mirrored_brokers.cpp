@@ -235,6 +235,7 @@ void MirroredBrokers::settle_messages() const {
   if (has_arrived()) return;
   until("what was sent has arrived", [&] { return has_arrived(); });
   send_fence();
+  until("the last fence is counted, too", [&] { return has_arrived(); });
 }
 
 // Whatever was sent or arrived before it has been handed on when it has: each mirror looks at all in order.
