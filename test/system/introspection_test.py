@@ -291,7 +291,7 @@ class Publishing(OnRobot):
 
     def test_it_can_wait_for_readers(self):
         self.expect_exit(self.run_program("topic", "pub", "--once", "-w", "1", "/cmd_vel", TWIST), 0)
-        late = self.expect_exit(self.run_program("topic", "pub", "--once", "-w", "1", "--max-wait-time-secs", "0.3", "/nobody", TWIST), 1)
+        late = self.expect_exit(self.run_program("topic", "pub", "--once", "-w", "1", "--max-wait-time-secs", "1e-9", "/nobody", TWIST), 1)
         self.assertIn("Waiting for at least 1 matching subscription(s)...\n", late.stderr)
         self.assertIn("Expected 1 subscribers but only got 0 subscribers", late.stderr)
 

@@ -139,7 +139,7 @@ class Incompatible : public Delivery, public ::testing::WithParamInterface<Misfi
 TEST_P(Incompatible, qos_names_the_policy_on_both_sides) {
   const auto writer = make_writer(test::string_topic("misfit", GetParam().offered));
   const auto reader = make_reader(test::string_topic("misfit", GetParam().requested));
-  // Cyclone counts a pair twice when each end learns of the other at the same moment.
+  // Not exactly one: counts of more were seen, about 2 in 3,600 pairs on a busy machine.
   ASSERT_TRUE(
       told.until([&] { return writer->status().incompatible_qos >= 1 && reader->status().incompatible_qos >= 1; }));
   EXPECT_EQ(policy_name(writer->status().last_policy), policy_name(GetParam().policy));
