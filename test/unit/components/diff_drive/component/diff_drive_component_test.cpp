@@ -287,6 +287,7 @@ TEST_F(DriveTest, records_how_long_a_command_took_to_the_wheels) {
 
 TEST_F(DriveTest, the_limited_velocity_is_published_on_request_and_keeps_the_curve) {
   auto options = on_the_loopback();
+  options.append_parameter_override("cmd_vel_timeout", 60.0);  // as on_the_board()
   options.append_parameter_override("publish_limited_velocity", true);
   options.append_parameter_override("linear.x.max_velocity", 0.25);
   options.append_parameter_override("linear.x.max_acceleration", 1.0);
