@@ -55,6 +55,13 @@ TYPED_TEST(QosOfOneGraph, manual_liveliness_is_lost_after_the_lease_and_comes_ba
   EXPECT_EQ(writer->status().liveliness_lost, 2U);
   writer->assert_liveliness();
   EXPECT_EQ(reader->status().alive, 1U);
+  this->clock.advance(201ms);
+  this->send(*writer, "late");
+  EXPECT_EQ(writer->status().liveliness_lost, 3U) << "the lease ran out before anything looked at it";
+  EXPECT_EQ(reader->status().alive, 1U);
+  this->clock.advance(201ms);
+  writer->assert_liveliness();
+  EXPECT_EQ(writer->status().liveliness_lost, 4U);
   writer.reset();
   EXPECT_EQ(reader->status().alive + reader->status().not_alive, 0U);
 }

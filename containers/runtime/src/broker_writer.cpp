@@ -170,7 +170,7 @@ void BrokerWriter::keep(Block& block) {
 // --- the contract -------------------------------------------------------------------------------------------------------
 
 void BrokerWriter::note_message(MonotonicTime now) {
-  bool missed = false, started = false, revived = false;
+  bool missed = false, started = false, revived = false, died = false;
   {
     const std::lock_guard lock(contract_mutex_);
     if (deadline_.is_set()) {
@@ -179,9 +179,12 @@ void BrokerWriter::note_message(MonotonicTime now) {
       totals_.deadline_missed += late;
       missed = late != 0;
     }
+    // It may have run out unseen.
+    died = lease_.look(now);
+    if (died) ++totals_.liveliness_lost;
     revived = lease_.is_set() && lease_.show_life(now);
   }
-  if (missed) tell();
+  if (missed || died) tell();
   if (lease_.is_set()) broker_.links_.life(id_);
   if (revived) {
     const std::lock_guard lock(topic_->mutex_);
@@ -192,10 +195,16 @@ void BrokerWriter::note_message(MonotonicTime now) {
 
 void BrokerWriter::assert_liveliness() {
   if (lease_.is_set()) broker_.links_.life(id_);
+  bool died = false;
   {
     const std::lock_guard lock(contract_mutex_);
-    if (!lease_.is_set() || !lease_.show_life(broker_.clock_.now())) return;
+    if (!lease_.is_set()) return;
+    const MonotonicTime now = broker_.clock_.now();
+    died = lease_.look(now);
+    if (died) ++totals_.liveliness_lost;
+    if (!lease_.show_life(now)) return;
   }
+  if (died) tell();
   {
     const std::lock_guard lock(topic_->mutex_);
     tell_readers();
