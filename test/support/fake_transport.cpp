@@ -282,12 +282,7 @@ class FakeTransport::FakeWriter final : public Writer {
   MonotonicTime watch(MonotonicTime now) {
     if (spec_.gate != nullptr && !spec_.gate->load()) deadline_.last.reset();
     if (deadline_.look(now)) tell(spec_);
-    if (alive_ && lease() != 0ns && now - life_ > lease()) {
-      alive_ = false;
-      ++totals_.liveliness_lost;
-      tell(spec_);
-      tell_readers();
-    }
+    if (lose_life(now)) tell_readers();
     return std::min(deadline_.due(), alive_ && lease() != 0ns ? life_ + lease() + 1ns : kNeverExpires);
   }
   void replay(FakeReader& reader) {
@@ -305,7 +300,15 @@ class FakeTransport::FakeWriter final : public Writer {
     const QoS qos = spec_.qos.resolved();
     return qos.liveliness() == Liveliness::ManualByTopic ? qos.liveliness_lease_duration() : 0ns;
   }
+  bool lose_life(MonotonicTime now) {
+    if (!alive_ || lease() == 0ns || now - life_ <= lease()) return false;
+    alive_ = false;
+    ++totals_.liveliness_lost;
+    tell(spec_);
+    return true;
+  }
   void show_life(MonotonicTime now) {
+    static_cast<void>(lose_life(now));
     life_ = now;
     if (!std::exchange(alive_, true)) tell_readers();
   }
