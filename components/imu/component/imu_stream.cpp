@@ -57,7 +57,7 @@ void ImuStream::on_bytes(ByteView bytes, MonotonicTime received) {
 
 void ImuStream::on_sample(MonotonicTime received) {
   Sample sample = assembler_.sample();
-  sample.captured = arrival_.settle(sample.captured, period_);
+  sample.captured = arrival_.settle(received, received - sample.captured, period_);
   Vector3 bias_rps{};
   if (!calibrate(sample, bias_rps)) return;
   watch_.heard(received);

@@ -29,7 +29,7 @@ void ScanStream::on_bytes(ByteView bytes, MonotonicTime received) {
         last_angle_cdeg_ < 0.0 ? 0.0 : std::fmod(frame.last_angle_cdeg + 36000.0 - last_angle_cdeg_, 36000.0);
     last_angle_cdeg_ = frame.last_angle_cdeg;
     const Duration step = frame.speed_dps == 0 ? Duration{} : from_seconds(turned_cdeg / 100.0 / frame.speed_dps);
-    const MonotonicTime last_point = arrival_.settle(received - byte_time_ * on_line, step);
+    const MonotonicTime last_point = arrival_.settle(received, byte_time_ * on_line, step);
     assembler_.add(frame, last_point, [this](const Scan& scan) { publish(scan); });
     watch_.heard(received);
   });

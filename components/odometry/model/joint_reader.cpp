@@ -25,6 +25,7 @@ JointReader::Side JointReader::side_of(const std::vector<std::string>& names, do
 
 void JointReader::restart() {
   last_.reset();
+  dt_before_s_ = 0.0;
   for (Side* side : {&left_, &right_}) {
     for (Wheel& wheel : side->wheels) wheel.unwrap.restart();
   }
@@ -45,6 +46,8 @@ bool JointReader::is_finite(const Side& side, std::span<const double> values) {
 }
 
 std::optional<double> JointReader::step_of(Side& side, const Values& values, double dt_s) const {
+  // A position is measured between the sample before and its own: after a pause the first may be as old as the pause is long.
+  const double most_rad = max_wheel_speed_rps_ * (dt_s + dt_before_s_);
   double sum_rad = 0.0;
   bool jumped = false;
   for (Wheel& wheel : side.wheels) {
@@ -57,8 +60,7 @@ std::optional<double> JointReader::step_of(Side& side, const Values& values, dou
       sum_rad += expected_rad;
       continue;
     }
-    const auto step_rad =
-        wheel.unwrap.step(values.positions_rad[wheel.place], max_wheel_speed_rps_ * dt_s, expected_rad, is_measured);
+    const auto step_rad = wheel.unwrap.step(values.positions_rad[wheel.place], most_rad, expected_rad, is_measured);
     jumped = jumped || !step_rad;
     if (!is_measured) wheel.speed_rps = step_rad && dt_s > 0.0 ? *step_rad / dt_s : 0.0;
     sum_rad += step_rad.value_or(0.0);
@@ -108,6 +110,7 @@ std::optional<JointReader::Step> JointReader::read(WallTime stamp, std::span<con
   last_ = stamp;
   const auto left_rad = step_of(left_, values, dt_s);
   const auto right_rad = step_of(right_, values, dt_s);
+  dt_before_s_ = dt_s;
   if (!left_rad || !right_rad) {
     ++stats_.jumps;
     return std::nullopt;

@@ -84,6 +84,7 @@ class JointReader {
   Side left_, right_;
   double max_wheel_speed_rps_;
   std::optional<WallTime> last_;
+  double dt_before_s_{};
   JointReaderStats stats_;
 };
 

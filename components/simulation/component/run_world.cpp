@@ -30,7 +30,7 @@ namespace {
 
 // A machine that stood still for longer than this (suspended, stopped in a debugger) is not caught up with: the robot
 // would jump. The world's clock jumps instead.
-constexpr Duration kLongestCatchUp = 250ms;
+constexpr Duration kLongestCatchUp = 1s;
 // Steps made up for at a time: between them the other side gets its chance to empty the lines.
 constexpr std::uint64_t kStepsAtATime = 20;
 

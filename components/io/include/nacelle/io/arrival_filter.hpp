@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include "nacelle/base/time.hpp"
 
@@ -11,35 +12,53 @@ namespace nacelle::io {
 ///
 /// A receive time is never too early but often too late: the reading thread had to wait for a processor. So the
 /// earliest times are believed: a sample is placed one device step after the one before, sooner if it came sooner,
-/// and later only by as much as two quartz clocks can differ. A lasting delay is believed after a while, a gap at once.
+/// and later only by as much as two quartz clocks can differ. A lasting delay is believed after a while.
+///
+/// A sample that is very late comes after a gap, or is the first of a burst that waited for a thread that was away. The
+/// next one tells: in a burst it comes at once, and all of them keep their places; after a gap it comes one step later,
+/// and the gap is believed. The first one after a gap is so placed as if there were none.
 /// Threads: one. Allocates: nothing.
 class ArrivalFilter {
  public:
-  /// `received`: when this sample left the device at the latest. `step`: the device's own time since the sample before.
-  MonotonicTime settle(MonotonicTime received, Duration step) {
+  /// `read`: when the sample was read. `on_line`: how long before that it left the device at the least. `step`: the
+  /// device's own time since the sample before.
+  MonotonicTime settle(MonotonicTime read, Duration on_line, Duration step) {
+    const MonotonicTime received = read - on_line;
     const MonotonicTime expected = last_ + step;
     const Duration late = received - expected;
-    if (!started_ || late > kGap || step <= Duration::zero()) {
+    if (!started_ || step <= Duration::zero() || late > kLongestAway) {
       last_ = received;
-    } else {
-      // After a loss was believed too late, or when a burst of old bytes comes, time still goes forward: at half the
-      // pace.
+      very_late_ = 0;
+    } else if (late <= kGap) {
+      // After a loss was believed too late time still goes forward: at half the pace.
       last_ = std::max(expected + std::min(late, std::max(step / kCreep, Duration{1})), last_ + step / 2);
+      very_late_ = 0;
+    } else {
+      if (very_late_ == 0) first_very_late_ = read;
+      const bool in_a_burst = very_late_ == 0 || read - first_very_late_ < very_late_ * step * 3 / 4;
+      last_ = in_a_burst ? expected : received;
+      very_late_ = in_a_burst ? very_late_ + 1 : 0;
     }
     started_ = true;
     return last_;
   }
   /// Forgets the pace: the line was opened again.
-  void restart() { started_ = false; }
+  void restart() {
+    started_ = false;
+    very_late_ = 0;
+  }
 
   /// A step may take a hundredth longer than the device says: crystals differ by 1/10000, motors' speed figures by
   /// more.
   static constexpr std::int64_t kCreep = 100;
-  /// Later than this is not scheduling but a loss.
+  /// Later than this is very late.
   static constexpr Duration kGap = 100ms;
+  /// What came in a longer time does not wait in the line's buffer (4096 bytes): a gap.
+  static constexpr Duration kLongestAway = 1s;
 
  private:
-  MonotonicTime last_{};
+  MonotonicTime last_{}, first_very_late_{};
+  std::int64_t very_late_ = 0;  ///< Samples in a row that may belong to a burst.
   bool started_ = false;
 };
 

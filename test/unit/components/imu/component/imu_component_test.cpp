@@ -126,6 +126,27 @@ TEST_F(ImuComponentTest, stamps_a_sample_with_the_time_its_first_byte_was_sent) 
   }
 }
 
+TEST_F(ImuComponentTest, stamps_what_came_while_its_thread_was_away_when_it_was_measured) {
+  ImuComponent& imu = make(25);
+  ASSERT_TRUE(imu.trigger(Transition::Configure).success);
+  ASSERT_TRUE(imu.trigger(Transition::Activate).success);
+  line_->wait_until_read();
+  auto burst = imu_.sample(ScriptedImu::at_rest());
+  for (int i = 1; i < 50; ++i) {
+    const auto next = imu_.sample(ScriptedImu::at_rest());
+    burst.at = next.at;
+    burst.bytes.insert(burst.bytes.end(), next.bytes.begin(), next.bytes.end());
+  }
+  line_->append(burst);
+  line_->wait_until_read();
+  const auto messages = context_.published<Imu>("/imu/data");
+  ASSERT_GE(messages.size(), 50U);
+  for (std::size_t i = 0; i < 50; ++i) {
+    const double expected = 0.01 * static_cast<double>(25 + i);
+    EXPECT_NEAR(seconds_of(messages[messages.size() - 50 + i]) - 1.7e9, expected, 0.0021) << "sample " << i;
+  }
+}
+
 TEST_F(ImuComponentTest, covariances_are_never_zero_for_what_is_there_and_minus_one_for_what_is_not) {
   ImuComponent& imu = make(25);
   ASSERT_TRUE(imu.trigger(Transition::Configure).success);
