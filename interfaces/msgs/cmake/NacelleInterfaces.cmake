@@ -169,9 +169,11 @@ function(nacelle_generate_interfaces package)
   set(compiled ${own_sources})
   nacelle_unite(compiled ${target})
   add_library(${target} SHARED ${compiled} ${stamp})
-  nacelle_target_defaults(${target})
   # Copies and tables: -O2 takes twice as long to compile and is no faster (the codec is in libnacelle_msgs_runtime).
-  target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1> $<$<CONFIG:RelWithDebInfo>:-g1>)
+  set(NACELLE_LEVEL -O1)
+  set(NACELLE_READS_NO_BYTES ON)
+  nacelle_target_defaults(${target})
+  target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-g1>)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${output}/include>
                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/nacelle/msgs>)
   target_link_libraries(${target} PUBLIC nacelle::msgs_runtime ${libraries})
