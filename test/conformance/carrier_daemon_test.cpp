@@ -212,5 +212,30 @@ TEST_F(IceoryxDaemon, carries_images_between_two_processes_and_none_is_lost_when
             }));
 }
 
+// The daemon as docs/between_processes.md configures it, for "one 640 x 480 rgb8 image".
+TEST(IceoryxDaemonsPage, shows_pools_that_hold_an_image_of_the_camera) {
+  std::ifstream file{NACELLE_SOURCE_DIR "/docs/between_processes.md"};
+  const std::string page{std::istreambuf_iterator<char>{file}, {}};
+  constexpr std::string_view kFence = "\n```toml\n";
+  const std::size_t begin = page.find(kFence) + kFence.size();
+  std::string why_not;
+  const auto roudi = RouDi::start_configured(page.substr(begin, page.find("```", begin) - begin), why_not);
+  if (!roudi) {
+    EXPECT_EQ(RouDi::start(small_pools(), why_not), nullptr) << "it starts with other pools than the page's";
+    GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: " << why_not;
+  }
+
+  EXPECT_EQ(0, run_in_child([] {
+              const auto carrier = IceoryxCarrier::start();
+              ASSERT_TRUE(carrier) << carrier.error().text();
+              const auto writer = carrier.value()->create_writer(kImages);
+              KeepingSink sink(Image::message_type());
+              const auto reader = carrier.value()->create_reader(kImages, sink);
+              const Image image = image_of(921'600, 1);
+              ASSERT_EQ(Sender<Image>(*writer).send(image), Sent::Yes);
+              EXPECT_EQ(message_in<Image>(sink.wait_for(1)[0]), image);
+            }));
+}
+
 }  // namespace
 }  // namespace nacelle::test

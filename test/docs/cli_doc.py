@@ -28,6 +28,7 @@ from machines import enter_own_network  # noqa: E402
 from robot import PROGRAM, SLOW, RunningRobotTest, wait_for  # noqa: E402
 
 DOCUMENT = ROOT / "docs" / "cli.md"
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
 LONGEST_LINE, MOST_LINES = 150, 24
 
 
@@ -43,6 +44,7 @@ class Example:
     exit_codes: tuple = (0,)
     lines: int = MOST_LINES  # that are shown
     silent: bool = False  # it prints nothing when all is well
+    prints: str = ""  # what must be in its output
     network: bool = False  # it needs a network of its own, which root only can make
 
 
@@ -137,10 +139,13 @@ One example of each, with what it printed in the folder of the sources, beside t
 `./dev nacelle launch launch/robot.launch.yaml` starts there. This page is written by `test/docs/cli_doc.py --write`; the tests run
 every line of it, from the first to the last. `nacelle` is `./dev nacelle`, or `build/bin/nacelle`. Words, options and output follow `ros2`'s.
 
-Every command has `--help`, and a word that is wrong is told with the nearest that is right. Those that ask a container have `--json`
-and `--container NAME`; `topic`, `node`, `service`, `param`, `lifecycle`, `component` and `action` ask ROS 2 nodes of the network with `--remote`
-([network.md](network.md#asking-other-machines)). The same is in the manual page (`man nacelle`, once installed). Completion of commands, options and names of
-the running robot: `source <(nacelle completion bash)`, also `zsh` and `fish`; an installation has it in place.
+Every command has `--help`, and for a wrong word it names the nearest right one. Those that ask a container have `--json` and
+`--container NAME`. With `--remote` commands ask over the network, as in `nacelle topic echo /scan --remote`: `topic`, `node`, `service`,
+`param`, `lifecycle`, `component` and `action` ask any ROS 2 node; `tf`, `streams`, `top`, `faults` and `estop release` need a Nacelle container
+there; `estop set` stops every base it finds ([network.md](network.md#asking-other-machines)).
+
+The same is in the manual page (`man nacelle`, once installed). Completion of commands, options and names of the running robot:
+`source <(nacelle completion bash)`, also `zsh` and `fish`; an installation has it in place.
 
 Exit codes: 0 done; 1 failed: what is named is not there, a file cannot be read, the robot refused; 2 wrong usage: a word, an option or
 a value that cannot be, which shows without asking anybody; 3 no container is running.
@@ -184,6 +189,11 @@ class Robot(RunningRobotTest):
 
     def run_example(self, example):
         """What it printed. Fails if it did not exit as it should."""
+        said = self.output_of(example)
+        self.assertIn(example.prints, said, example.line)
+        return said
+
+    def output_of(self, example):
         if example.keys is not None:
             return self.run_on_terminal(example)
         if example.ends is not None:
@@ -274,9 +284,8 @@ ELSEWHERE = {
     "launch launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1": Example("check launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1"),
     "topic hz /scan": Example("topic hz /scan", ends=3),
     "teleop": Example("teleop", keys="k"),
-    # The component of README is compiled as it stands there (test/docs/CMakeLists.txt); loading it takes a package of the reader's.
-    "component load nacelle::obstacle_stop::ObstacleStopComponent --name obstacle_stop -p distance_m:=0.5": None,
-    "topic echo /blocked": None,
+    # The component that README shows is built from there (CMakeLists.txt), and loaded by the line above this one.
+    "topic echo /blocked": Example("topic echo /blocked", ends=3, prints="data: "),
     # A second robot is put apart from the one that runs.
     "launch launch/robot.launch.yaml --resume":
         Example("launch launch/robot.launch.yaml --resume sim_dir:=resumed-sim namespace:=resumed --name resumed", ends=6),
@@ -298,7 +307,7 @@ ELSEWHERE = {
 class OtherPages(Robot):
     def test_every_command_of_every_page_runs(self):
         tried = set()
-        for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
+        for page in PAGES:
             if page == DOCUMENT:
                 continue
             for line in commands_of(page.read_text()):
@@ -306,19 +315,53 @@ class OtherPages(Robot):
                 with self.subTest(page=page.name, line=line):
                     example = ELSEWHERE.get(" ".join(words), Example(line))
                     tried.add(" ".join(words))
-                    if example is not None and (self.has_own_network or not example.network):
-                        self.run_example(example)
+                    if example.network and not self.has_own_network:
+                        self.skipTest("it needs a network of its own, which only root can make")
+                    self.run_example(example)
         self.assertEqual(set(ELSEWHERE) - tried, set(), "these stand in no page any more")
+
+    def test_the_yaml_and_xml_of_every_page_is_sound(self):
+        (wheels,) = [block for page in PAGES for block in blocks_of(page.read_text(), "xml")]
+        urdf = (ROOT / "launch" / "robot.urdf").read_text()
+        (self.home / "robot.urdf").write_text(re.sub(r"(?s)<ros2_control.*</ros2_control>\n", lambda _: wheels, urdf))
+        for page in PAGES:
+            if page.name == "launch_files.md":  # names what is not here; test/unit/launch/documentation_test.cpp loads it
+                continue
+            for block in blocks_of(page.read_text(), "yaml"):
+                with self.subTest(page=page.name, block=block):
+                    (self.home / "block.yaml").write_text(block)
+                    (self.home / "block.launch.yaml").write_text(launch_file_of(block))
+                    self.run_example(Example("check block.launch.yaml"))
+
+    def test_nothing_escapes(self):
+        built = (ROOT / "test" / "docs" / "CMakeLists.txt").read_text()
+        for page in PAGES:
+            languages = re.findall(r"^ *```(\S+)$", page.read_text(), re.MULTILINE)
+            with self.subTest(page=page.name):
+                self.assertLessEqual(set(languages), {"sh", "console", "text", "yaml", "xml", "toml", "cpp", "cmake"})
+                self.assertEqual(languages.count("cpp") + languages.count("cmake"), built.count(f"write_block({page.relative_to(ROOT)} "))
 
 
 def lines_of(document):
     return re.findall(r"^\$ (?:echo '.*' \| )?nacelle (.*)$", document, re.MULTILINE)
 
 
+def blocks_of(page, language):
+    return re.findall(rf"^```(?:{language})\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+
+
+def launch_file_of(block):
+    """Where a page's YAML belongs: a launch file, the default robot's parameter file (block.yaml), or a container's components."""
+    if block.startswith("launch:"):
+        return block + "- include: {file: launch/robot.launch.yaml}\n"
+    if "ros__parameters:" in block:
+        return "launch:\n- include: {file: launch/robot.launch.yaml, arg: [{name: config, value: $(dirname)/block.yaml}]}\n"
+    return "launch:\n- node_container:\n    name: robot\n    composable_node:\n" + block
+
+
 def commands_of(page):
     """The command lines in a page's blocks of shell text, behind `nacelle`."""
-    blocks = re.findall(r"^```(?:sh|console|bash)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    return [line for block in blocks for line in re.findall(r"^(?:\$ )?(?:\./dev )?nacelle (.*)$", block, re.MULTILINE)]
+    return [line for block in blocks_of(page, "sh|console") for line in re.findall(r"^(?:\$ )?(?:\./dev )?nacelle (.*)$", block, re.MULTILINE)]
 
 
 class Writer(Robot):

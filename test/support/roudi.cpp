@@ -62,7 +62,7 @@ void remove_files() {
 /// The keeper's side: the daemon and what it says.
 class Keeper {
  public:
-  Keeper(int control, std::string pools) : control_(control), pools_(std::move(pools)) {}
+  Keeper(int control, std::string configuration) : control_(control), configuration_(std::move(configuration)) {}
 
   [[noreturn]] void run() {
     ::setpgid(0, 0);  // a Ctrl-C is for the test; its end is ours
@@ -87,7 +87,8 @@ class Keeper {
   char start() {
     char name[] = "/tmp/nacelle_roudi_XXXXXX";
     const int file = ::mkstemp(name);
-    if (file < 0 || ::write(file, pools_.data(), pools_.size()) != static_cast<ssize_t>(pools_.size()))
+    if (file < 0 ||
+        ::write(file, configuration_.data(), configuration_.size()) != static_cast<ssize_t>(configuration_.size()))
       die("daemon's configuration");
     ::close(file);
     int says[2];
@@ -134,12 +135,12 @@ class Keeper {
   }
 
   int control_;
-  std::string pools_;
+  std::string configuration_;
   pid_t daemon_ = 0;
   int output_ = -1;
 };
 
-std::string configuration(const std::vector<ChunkPool>& pools) {
+std::string configuration_of(const std::vector<ChunkPool>& pools) {
   std::string text = "[general]\nversion = 1\n[[segment]]\n";
   for (const ChunkPool& pool : pools) {
     text +=
@@ -151,6 +152,10 @@ std::string configuration(const std::vector<ChunkPool>& pools) {
 }  // namespace
 
 std::unique_ptr<RouDi> RouDi::start(const std::vector<ChunkPool>& pools, std::string& why_not) {
+  return start_configured(configuration_of(pools), why_not);
+}
+
+std::unique_ptr<RouDi> RouDi::start_configured(const std::string& configuration, std::string& why_not) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) die("socketpair");
   std::fflush(nullptr);
@@ -158,7 +163,7 @@ std::unique_ptr<RouDi> RouDi::start(const std::vector<ChunkPool>& pools, std::st
   if (keeper < 0) die("fork");
   if (keeper == 0) {
     ::close(ends[0]);
-    Keeper{ends[1], configuration(pools)}.run();
+    Keeper{ends[1], configuration}.run();
   }
   ::close(ends[1]);
   char word = kBroken;

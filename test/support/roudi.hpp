@@ -31,6 +31,8 @@ class RouDi {
  public:
   /// Waits for its turn. Null: there is none to be had, and why; the test is to be skipped with that reason.
   [[nodiscard]] static std::unique_ptr<RouDi> start(const std::vector<ChunkPool>& pools, std::string& why_not);
+  /// The same with the text of a configuration file.
+  [[nodiscard]] static std::unique_ptr<RouDi> start_configured(const std::string& configuration, std::string& why_not);
   ~RouDi();
   RouDi(const RouDi&) = delete;
   RouDi& operator=(const RouDi&) = delete;
