@@ -33,12 +33,14 @@ std::optional<std::string> choice_of(const std::string& value, const std::vector
 Builder::Builder(const Environment& environment, const std::map<std::string, std::string>& arguments, Wanted wanted)
     : environment_(environment), arguments_(arguments), wanted_(wanted) {}
 
-void Builder::report(const Location& where, std::string what, std::string way_out) {
-  problems_.push_back({where.text(), std::move(what), std::move(way_out)});
+void Builder::report(const Place& where, std::string what, std::string way_out) {
+  problems_.push_back({where, std::move(what), std::move(way_out)});
 }
 
-void Builder::report(const Location& where, const Problem& problem) {
-  if (!problem.what.empty()) report(where, problem.what, problem.way_out);
+void Builder::report(const Place& where, Problem problem) {
+  if (problem.what.empty()) return;
+  problem.where = where;
+  problems_.push_back(std::move(problem));
 }
 
 void Builder::run_top(const std::string& text, const std::string& path) {
@@ -50,9 +52,9 @@ void Builder::run_top(const std::string& text, const std::string& path) {
 }
 
 void Builder::run_file(const std::string& text, const std::string& path, Scope& scope,
-                       const std::optional<Location>& from) {
+                       const std::optional<Place>& from) {
   if (++files_read_ > kMaxFiles) {
-    return report(from.value_or(Location{path, 0}), "more than " + std::to_string(kMaxFiles) + " files are included");
+    return report(from.value_or(Place{path, 0}), "more than " + std::to_string(kMaxFiles) + " files are included");
   }
   auto root = read_launch_file(text, path);
   if (!root) {
@@ -166,7 +168,7 @@ void Builder::declare_argument(const Element& element, Scope& scope) {
 
 void Builder::include(const Element& element, Scope& scope) {
   const auto named = text(element, "file", scope);
-  std::vector<std::pair<std::string, Location>> given;
+  std::vector<std::pair<std::string, Place>> given;
   for (const auto& child : element.children) {
     const auto name = text(child, "name", scope);
     if (!name) continue;
@@ -174,7 +176,7 @@ void Builder::include(const Element& element, Scope& scope) {
     if (child.name == "arg") given.emplace_back(*name, at(child.line));
   }
   if (!named) return;
-  const Location where = at(element.line);
+  const Place where = at(element.line);
   const std::string path = beside_file(*named);
   std::string chain;
   for (const auto& file : files_) {

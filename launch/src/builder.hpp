@@ -46,7 +46,7 @@ struct Scope {
   std::map<std::string, std::optional<std::string>> environment;  ///< Set to, or unset.
   std::vector<ParameterSource> parameters;
   std::vector<RemapRule> remaps;
-  std::vector<Location> remap_lines;  // beside remaps
+  std::vector<Place> remap_lines;  // beside remaps
 };
 
 /// A launch file while it is worked on.
@@ -65,18 +65,18 @@ class Builder {
   void run_top(const std::string& text, const std::string& path);
   [[nodiscard]] const std::set<std::string>& declared_arguments() const { return declared_; }
   [[nodiscard]] Result<Plan, std::vector<Problem>> finish();
-  void report(const Location& where, std::string what, std::string way_out = {});
+  void report(const Place& where, std::string what, std::string way_out = {});
   /// The same for a Problem without `where`; one without `what` was reported before.
-  void report(const Location& where, const Problem& problem);
+  void report(const Place& where, Problem problem);
 
  private:
   struct Target {  // a load_composable_node's
     std::string name;
-    Location where;
+    Place where;
   };
 
   // actions.cpp
-  void run_file(const std::string& text, const std::string& path, Scope& scope, const std::optional<Location>& from);
+  void run_file(const std::string& text, const std::string& path, Scope& scope, const std::optional<Place>& from);
   void run_actions(const Element& parent, Scope& scope);
   void run_action(const Element& action, Scope& scope);
   void declare_argument(const Element& element, Scope& scope);
@@ -105,7 +105,7 @@ class Builder {
   [[nodiscard]] static bool is_for_every_file(const std::string& argument);
   void name_space(const Element& element, Scope& scope);
   void enter_namespace(Scope& scope);
-  void note_named(const Location& where);
+  void note_named(const Place& where);
   /// The node's name without the launch's namespace: as its files write it.
   [[nodiscard]] std::string name_in_files(const std::string& full_name) const;
   void check_namespace();
@@ -114,7 +114,7 @@ class Builder {
   [[nodiscard]] bool counted(const Element& action);
 
   // values.cpp
-  [[nodiscard]] Location at(int line) const { return {files_.back().path, line}; }
+  [[nodiscard]] Place at(int line) const { return {files_.back().path, line}; }
   /// The attribute's text; nothing if it is missing or was reported.
   [[nodiscard]] std::optional<std::string> text(const Element& element, std::string_view attribute, Scope& scope);
   [[nodiscard]] std::optional<std::string> evaluate(const RawText& raw, Scope& scope);
@@ -132,7 +132,7 @@ class Builder {
   [[nodiscard]] bool condition_holds(const Element& element, Scope& scope);
   [[nodiscard]] std::string beside_file(const std::string& path) const;
   /// The text of a file, with its reading reported at `where` if it fails: "the <kind> '<path>' cannot be read: ...".
-  [[nodiscard]] std::optional<std::string> read_file(const std::string& path, const char* kind, const Location& where);
+  [[nodiscard]] std::optional<std::string> read_file(const std::string& path, const char* kind, const Place& where);
   [[nodiscard]] std::vector<std::string> words_of(const Element& element, std::string_view attribute, Scope& scope);
 
   // parameters.cpp
@@ -148,7 +148,7 @@ class Builder {
                                                const std::string& full_name);
   void note_sections(const ParameterSource& source, const std::string& full_name);
   void read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into,
-                   std::vector<Location>* lines = nullptr);
+                   std::vector<Place>* lines = nullptr);
   void check_remaps(const ComponentPlan& component);
   [[nodiscard]] std::string node_namespace(const Element& element, Scope& scope);
 
@@ -174,13 +174,13 @@ class Builder {
   std::set<std::string> declared_;
   std::optional<std::string> namespace_given_;  // on the command line
   bool tf_given_ = false;
-  Location declared_namespace_;
-  std::optional<Location> first_named_;  // what `namespace` would come too late for
-  unsigned groups_ = 0;                  // around the action
-  Scope outermost_;                      // only what the launch's namespace puts into every scope
+  Place declared_namespace_;
+  std::optional<Place> first_named_;  // what `namespace` would come too late for
+  unsigned groups_ = 0;               // around the action
+  Scope outermost_;                   // only what the launch's namespace puts into every scope
   std::map<std::string, std::shared_ptr<const ParameterFile>> parameter_files_;
   std::set<std::string> unreadable_;  // parameter files that were reported
-  std::map<std::pair<std::string, std::string>, std::pair<Location, bool>> sections_;  // (path, pattern) -> used
+  std::map<std::pair<std::string, std::string>, std::pair<Place, bool>> sections_;  // (path, pattern) -> used
 };
 
 /// true/True/TRUE/1 and false/False/FALSE/0, as launch's conditions.

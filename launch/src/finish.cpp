@@ -7,8 +7,8 @@
 namespace nacelle::launch {
 
 void Builder::check_names() {
-  std::map<std::string, Location> seen;
-  const auto claim = [&](const std::string& full_name, const Location& where) {
+  std::map<std::string, Place> seen;
+  const auto claim = [&](const std::string& full_name, const Place& where) {
     const auto [first, added] = seen.emplace(full_name, where);
     if (!added)
       report(where, "a second node has the name '" + full_name + "'; the first is at " + first->second.text(),

@@ -40,7 +40,7 @@ void Builder::take_namespace_arguments(const std::set<std::string>& declared) {
     namespace_given_ = join_namespaces("/", *path);
     plan_.name_space.where = {"namespace:=" + path->substr(0, 80), 0};
     if (const auto fine = validate_namespace(*namespace_given_); !fine) {
-      problems_.push_back({plan_.name_space.where.text(), fine.error().what, fine.error().way_out});
+      problems_.push_back({plan_.name_space.where, fine.error().what, fine.error().way_out});
       namespace_given_ = "/";
     }
     plan_.name_space.path = *namespace_given_;
@@ -106,7 +106,7 @@ void Builder::enter_namespace(Scope& scope) {
   scope.remap_lines = outermost_.remap_lines;
 }
 
-void Builder::note_named(const Location& where) {
+void Builder::note_named(const Place& where) {
   if (!first_named_) first_named_ = where;
 }
 

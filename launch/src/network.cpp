@@ -36,6 +36,7 @@ void Builder::network(const Element& element, Scope& scope) {
   if (const auto mode = word(element, "mode", kModes, scope)) made.mode = static_cast<NetworkMode>(*mode);
   if (const auto domain = count(element, "domain_id", kMostDomain, scope)) made.domain_id = static_cast<int>(*domain);
   made.allow_load = flag(element, "allow_load", false, scope);
+  made.remote_control = flag(element, "remote_control", false, scope);
   const auto take = [&](const char* key, auto validate, std::vector<std::string>& into) {
     for (const auto& one : words_of(element, key, scope)) {
       if (const auto valid = validate(one); !valid) {

@@ -58,7 +58,7 @@ class Reader {
  private:
   void report(int line, std::string what, std::string way_out = {}) {
     if (problems.size() >= kMaxProblems) return;
-    problems.push_back({file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)});
+    problems.push_back({Place(file_, line), std::move(what), std::move(way_out)});
   }
 
   void refuse_repeated(const YamlNode& map) {
@@ -196,7 +196,7 @@ Result<ParameterFile, std::vector<Problem>> read_parameter_tree(const YamlNode& 
   // One word about the whole file instead of one for each of its lines.
   if (!reader.problems.empty() && root.is_map() && !root.items.empty() && !has_marker(root)) {
     return err(std::vector<Problem>{
-        {file_name + ":" + std::to_string(root.items.front().key_line),
+        {Place(file_name, root.items.front().key_line),
          "the file has no 'ros__parameters': it is of ROS 1's form, or no parameter file",
          "write '<node>:' and below it 'ros__parameters:' above the values, or '/**:' for every node"}});
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "nacelle/base/printable.hpp"
 #include "shown.hpp"
 
 namespace nacelle::launch {
@@ -138,12 +139,14 @@ std::string quoted_if_needed(const std::string& text) {
   if (plain) return text;
   std::string out = "\"";
   constexpr std::string_view kHex = "0123456789abcdef";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
     if (c == '"' || c == '\\') {
       out += '\\';
       out += c;
-    } else if (byte < ' ' || byte == 0x7f) {
+    } else if (const std::size_t bytes = control_bytes(text, at); bytes != 0) {
+      at += bytes - 1;
+      const auto byte = static_cast<unsigned char>(text[at]);
       out += "\\x";
       out += kHex[byte >> 4U];
       out += kHex[byte & 15U];

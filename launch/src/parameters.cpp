@@ -147,7 +147,7 @@ std::vector<Parameter> Builder::resolve(const std::vector<ParameterSource>& sour
 }
 
 void Builder::read_remaps(const Element& element, Scope& scope, std::vector<RemapRule>& into,
-                          std::vector<Location>* lines) {
+                          std::vector<Place>* lines) {
   for (const auto& child : element.children) {
     if (child.name != "remap") continue;
     const auto from = text(child, "from", scope);

@@ -64,7 +64,8 @@ void describe(Text& out, const NetworkPlan& n) {
   if (!n.declared && !n.mode) return;
   out.line(0, std::string("network ") + (n.mode ? to_text(*n.mode) : "default") +
                   (n.domain_id ? " domain " + std::to_string(*n.domain_id) : "") + " interfaces [" +
-                  join(n.interfaces) + "] peers [" + join(n.peers) + "]" + (n.allow_load ? ", allow_load" : ""));
+                  join(n.interfaces) + "] peers [" + join(n.peers) + "]" + (n.allow_load ? ", allow_load" : "") +
+                  (n.remote_control ? ", remote_control" : ""));
   if (n.security) {
     out.line(1, "security keystore '" + n.security->keystore + "' enclave '" + n.security->enclave + "' " +
                     (n.security->enforced ? "Enforce" : "Permissive"));

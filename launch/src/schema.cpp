@@ -85,7 +85,8 @@ const std::map<std::string, Rule>& rules() {
     r["budget"] = make_rule("topic " + limits, "");
     r["on_fault"] = make_rule("policy max backoff", "restart");
     r["restart"] = make_rule("max backoff", "");
-    r["network"] = make_rule("mode domain_id interfaces* peers* export* allow_load if unless", "export security");
+    r["network"] =
+        make_rule("mode domain_id interfaces* peers* export* allow_load remote_control if unless", "export security");
     r["security"] = make_rule("keystore enclave strategy", "");
     r["export"] = make_rule("topic! max_hz max_bytes compressed_only", "");
     r["namespace"] = make_rule("name! tf if unless", "");
@@ -145,7 +146,7 @@ class Checker {
 
  private:
   void report(int line, std::string what, std::string way_out = {}) {
-    problems_.push_back({file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)});
+    problems_.push_back({Place(file_, line), std::move(what), std::move(way_out)});
   }
   // A refusal's text is "<what>; <way out>" already.
   void refuse(int line, const std::string& name, const char* why) { report(line, "'" + name + "' is refused: " + why); }

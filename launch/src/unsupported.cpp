@@ -67,7 +67,7 @@ std::vector<Problem> refuse_unavailable(const Plan& plan) {
   for (const auto& program : plan.programs) {
     if (!program.respawn) continue;
     problems.push_back(
-        {program.where.text(), "respawn: true is not available yet: a program that ends stays ended", "leave it out"});
+        {program.where, "respawn: true is not available yet: a program that ends stays ended", "leave it out"});
   }
   return problems;
 }

@@ -192,7 +192,7 @@ std::string Builder::beside_file(const std::string& path) const {
   return joined.empty() ? "." : joined;
 }
 
-std::optional<std::string> Builder::read_file(const std::string& path, const char* kind, const Location& where) {
+std::optional<std::string> Builder::read_file(const std::string& path, const char* kind, const Place& where) {
   if (!environment_.read_file) return std::nullopt;
   auto text = environment_.read_file(path);
   if (text) return std::move(text).value();

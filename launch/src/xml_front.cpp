@@ -36,8 +36,7 @@ class XmlFront {
     }
   }
   void report(int line, std::string what, std::string way_out = {}) {
-    if (problems.size() < 100)
-      problems.push_back({file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)});
+    if (problems.size() < 100) problems.push_back({Place(file_, line), std::move(what), std::move(way_out)});
   }
   [[nodiscard]] bool too_many() const { return elements_ > kMaxXmlElements; }
   std::vector<Problem> problems;

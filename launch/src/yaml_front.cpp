@@ -41,7 +41,7 @@ class YamlFront {
 
  private:
   void report(int line, std::string what, std::string way_out = {}) {
-    problems.push_back({file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)});
+    problems.push_back({Place(file_, line), std::move(what), std::move(way_out)});
   }
 
   void check_repeated(const YamlNode& map) {

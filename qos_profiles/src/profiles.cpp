@@ -33,7 +33,7 @@ class Reader {
 
  private:
   void report(int line, std::string what, std::string way_out = {}) {
-    problems.push_back({file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)});
+    problems.push_back({Place(file_, line), std::move(what), std::move(way_out)});
   }
 
   void read_profile(const YamlNode& node) {

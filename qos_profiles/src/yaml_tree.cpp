@@ -150,7 +150,7 @@ class Passer final : public YAML::EventHandler {
 };
 
 Problem problem_at(const std::string& file, int line, std::string what, std::string way_out) {
-  return {file + ":" + std::to_string(line), std::move(what), std::move(way_out)};
+  return {{file, line}, std::move(what), std::move(way_out)};
 }
 
 /// The column, from 1, of a tab that indents a line (from 1); 0 for none.
@@ -211,7 +211,7 @@ const char* YamlNode::kind_text() const {
 
 Result<YamlNode, Problem> parse_yaml(std::string_view text, const std::string& file_name) {
   if (text.size() > kMaxYamlBytes) {
-    return err(Problem{file_name,
+    return err(Problem{Place(file_name, 0),
                        "the file has " + std::to_string(text.size()) + " bytes; at most " +
                            std::to_string(kMaxYamlBytes) + " are read",
                        ""});
@@ -235,7 +235,7 @@ Result<YamlNode, Problem> parse_yaml(std::string_view text, const std::string& f
   } catch (const YAML::Exception& fault) {
     return err(syntax_problem(text, file_name, fault));
   } catch (const std::exception& fault) {
-    return err(Problem{file_name, std::string("this is not YAML: ") + fault.what(), ""});
+    return err(Problem{Place(file_name, 0), std::string("this is not YAML: ") + fault.what(), ""});
   }
 }
 

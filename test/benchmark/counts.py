@@ -5,10 +5,12 @@
 usage: counts.py --programs FOLDER [--record]
 
 Counts do not depend on how busy the machine is: instructions, mallocs, locked instructions and system calls of M1 to M3. The exit
-code is 1 when one of them is more than 1 % above its record. --record writes counts.json anew for this release and compiler.
+code is 1 if one of them is more than 1 % above its record. A count that cannot be taken here, or has no record, is reported in a line
+"skipped: ...", which .ci/steps counts. --record writes counts.json anew for this release and compiler, with the least of five counts.
 """
 import argparse
 import json
+import math
 import platform
 import re
 import subprocess
@@ -20,9 +22,10 @@ from measure import Programs  # noqa: E402  (python3 -I leaves this folder out o
 
 RECORDS = Path(__file__).resolve().parent / "counts.json"
 TOLERANCE = 0.01
-# The executor reads a thread's CPU clock at times that the clock chooses: a few system calls per thousand messages more or less.
-SLACK = {"system calls": 0.005, "mallocs": 0.0005, "locked instructions": 0.005}
-TRIES = 3
+# What is not exact, since it depends on how threads meet. M3: of the six system calls of the benchmark itself in a burst of 500 messages
+# three are waits, each of which is made or not. M2: under callgrind on a busy machine some readers are found before they sleep.
+SLACK = {"M3 system calls": 3 / 500, "M2 locked instructions": 0.1}
+TRIES = 5
 
 
 def place(compiler):
@@ -32,14 +35,17 @@ def place(compiler):
     return f"{release['ID']} {release['VERSION_ID']}, g++ {version}, {platform.machine()}"
 
 
+class NotCounted(Exception):
+    """Why a count cannot be taken on this machine."""
+
+
 def per_message(figure):
     return lambda programs, path: (run := programs.run("handover", path=path, messages=20000))[figure] / run["delivered"]
 
 
 def system_calls(programs, path, few, many):
-    # strace stops the threads at each call, so that it finds a reader awake that was to be found asleep.
     if path == "asleep" and programs.calls_are_counted_by != "perf":
-        return None
+        raise NotCounted("perf may not count here, and strace wakes the reader that is to be found asleep")
     return programs.syscalls("handover", path=path, few=few, many=many)
 
 
@@ -48,41 +54,51 @@ def counts():
     for take, name in (("const_ref", "const T&"), ("loan", "Loan<T>"), ("shared", "shared_ptr<const T>")):
         yield f"M1 instructions, {name}", lambda programs, take=take: programs.instructions("handover", path="inline", take=take)
     yield "M1 instructions, four readers", lambda programs: programs.instructions("handover", path="inline", readers=4)
-    yield "M1 locked instructions", lambda programs: (programs.steps(path="inline") or {}).get("locked")
-    for goal, path, few, many in (("M1", "inline", 20000, 60000), ("M2", "asleep", 2000, 12000), ("M3", "busy", 5000, 15000)):
+    # M1 makes so few system calls that those of start and end would show in fewer messages.
+    for goal, path, few, many in (("M1", "inline", 20000, 1020000), ("M2", "asleep", 2000, 12000), ("M3", "busy", 5000, 15000)):
         if goal != "M1":
             yield f"{goal} instructions", lambda programs, path=path: programs.instructions("handover", path=path)
+        yield f"{goal} locked instructions", lambda programs, path=path: programs.executed("handover", path=path)["Ge"]
         yield f"{goal} mallocs", lambda programs, path=path: per_message("mallocs")(programs, path)
         yield f"{goal} system calls", lambda programs, path=path, few=few, many=many: system_calls(programs, path, few, many)
 
 
 def limit_of(name, recorded):
-    slack = next((value for word, value in SLACK.items() if word in name), 0)
-    return recorded * (1 + TOLERANCE) + slack
+    return recorded * (1 + TOLERANCE) + SLACK.get(name, 0)
 
 
-def compare(programs, recorded, say=print):
-    """Counts everything; a count that is above its limit is taken up to three times, since a scheduler may be in it."""
-    measured, above = {}, []
+def least(count, programs, limit):
+    """The count; one that is above the limit is taken up to five times, since a scheduler may be in it."""
+    value = count(programs)
+    for _ in range(TRIES - 1):
+        if value <= limit:
+            break
+        value = min(value, count(programs))
+    return value
+
+
+def compare(programs, recorded, is_record=False, say=print):
+    """Counts everything; for a record as often as may be. Returns what was measured, the names of what is above its limit, and why
+    others were not compared."""
+    measured, above, skipped = {}, [], []
     for name, count in counts():
         was = recorded.get(name)
-        value = None
-        for _ in range(TRIES):
-            again = count(programs)
-            if again is None:
-                break
-            value = again if value is None else min(value, again)
-            if was is None or value <= limit_of(name, was):
-                break
-        measured[name] = None if value is None else round(value, 4)
+        limit = limit_of(name, was) if was is not None else -math.inf if is_record else math.inf
         verdict = ""
-        if value is None:
-            verdict = "not measured: this kernel does not let it be counted here"
-        elif was is not None and value > limit_of(name, was):
-            verdict = f"ABOVE the limit of {limit_of(name, was):.4g}"
-            above.append(name)
-        say(f"{name:<36} {'-' if value is None else format(value, '.4g'):>9}   recorded {'-' if was is None else format(was, '.4g'):>9}   {verdict}".rstrip())
-    return measured, above
+        try:
+            value = least(count, programs, limit)
+            measured[name] = round(value, 4)
+            if was is None:
+                skipped.append(f"{name}: it has no record")
+            elif value > limit:
+                verdict = f"ABOVE the limit of {limit:.4g}"
+                above.append(name)
+        except NotCounted as reason:
+            value = None
+            skipped.append(f"{name}: {reason}")
+        figures = ("-" if figure is None else format(figure, ".4g") for figure in (value, was))
+        say("{:<36} {:>9}   recorded {:>9}   {}".format(name, *figures, verdict).rstrip())
+    return measured, above, skipped
 
 
 def main():
@@ -95,13 +111,16 @@ def main():
     here = place(asked.compiler)
     recorded = {} if asked.record else records.get(here, {})
     print(f"counts per message on {here}")
-    measured, above = compare(Programs(asked.programs), recorded)
+    measured, above, skipped = compare(Programs(asked.programs), recorded, asked.record)
     if asked.record:
-        records[here] = {name: value for name, value in measured.items() if value is not None}
+        records[here] = measured
         RECORDS.write_text(json.dumps(records, indent=1, sort_keys=True) + "\n", encoding="utf-8")
         print(f"recorded in {RECORDS.name}")
+        skipped = [reason for reason in skipped if not reason.endswith("it has no record")]
     elif not recorded:
-        print(f"skipped: nothing is recorded for {here}; ./dev bench --counts --record does")
+        skipped = [f"nothing is recorded for {here}; ./dev bench --counts --record does"]
+    for reason in skipped:
+        print(f"skipped: {reason}")
     return 1 if above else 0
 
 

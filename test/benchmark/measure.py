@@ -87,13 +87,19 @@ class Programs:
 
     def instructions(self, name, few=2000, many=12000, **words):
         """Instructions per message of all threads, as callgrind counts them (the vDSO is not seen)."""
+        return self.executed(name, few, many, **words)["Ir"]
 
-        def total(messages):
-            prefix = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
+    def executed(self, name, few=2000, many=12000, **words):
+        """The same ("Ir"), and how many of them are locked ("Ge", callgrind's name for a global bus event)."""
+
+        def totals(messages):
+            prefix = ["valgrind", "--tool=callgrind", "--collect-bus=yes", "--callgrind-out-file=/dev/null"]
             said = self._start(prefix, name, words | {"messages": messages}, {"GLIBC_TUNABLES": PLAIN_ROUTINES})
-            return int(re.search(r"Collected : (\d+)", said.stderr).group(1))
+            events, figures = (re.search(rf"{row} *: (.*)", said.stderr)[1].split() for row in ("Events", "Collected"))
+            return {event: int(figure) for event, figure in zip(events, figures, strict=True)}
 
-        return (total(many) - total(few)) / (many - few)
+        less, more = totals(few), totals(many)
+        return {event: (more[event] - less[event]) / (many - few) for event in more}
 
     def syscalls(self, name, few=1000, many=3000, **words):
         """System calls per message of all threads. perf counts them as they happen; strace, where perf may not, stops the

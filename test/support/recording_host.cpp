@@ -146,7 +146,7 @@ class RecordingHost final : public NodeHost {
     return std::make_unique<Handle>();
   }
   std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child, FrameClaimKind kind,
-                                          const std::string&) override {
+                                          const Place&) override {
     struct Claim final : FrameClaim {
       Claim(RecordingContext::State& s, std::string c) : state(s), child(std::move(c)) {}
       bool is_owner() const override { return !withdrawn && state.frame_owners.count(child) == 0; }

@@ -111,7 +111,7 @@ class Actions(RobotTest):
 
     def feedback_stands_still(self):
         def published():
-            rows = json.loads(self.run_program("topic", "list", "--json").stdout)
+            rows = json.loads(self.run_program("streams", "--json", "--interval", "0.1").stdout)["streams"]
             return [row["published"] for row in rows if row["name"] == f"{NAME}/_action/feedback"]
 
         before = published()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program without a container: usage, exit codes, messages."""
+import contextlib
 import json
 import os
 import pathlib
@@ -8,7 +9,7 @@ import signal
 import subprocess
 import unittest
 
-from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, wait_for
+from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, interrupt, of_words, wait_for
 
 # Two LiDARs on one topic, one of which does not offer what the reader asks for; the ports are never opened.
 CLASH = """launch:
@@ -36,21 +37,85 @@ CLASH = """launch:
 """
 
 
+# Listens on a socket in the folder, and prints what is sent to it.
+STRANGER = """
+import os, socket, sys
+os.mkdir(sys.argv[1], 0o755)
+listener = socket.socket(socket.AF_UNIX)
+listener.bind(sys.argv[1] + "/other.sock")
+os.chmod(sys.argv[1] + "/other.sock", 0o666)
+listener.listen()
+print("ready", flush=True)
+while True:
+    print("asked", listener.accept()[0].recv(100), flush=True)
+"""
+
+
 class OfAnotherUser(RobotTest):
-    USER = 64999  # nobody's
+    USER, VICTIM = 64999, 64998  # ids that no account has
+
+    def words_of(self, user):
+        """What runs a program as that user."""
+        them = ["setpriv", f"--reuid={user}", f"--regid={user}", "--clear-groups"]
+        if subprocess.run([*them, "test", "-x", PROGRAM], check=False).returncode != 0:
+            self.skipTest(f"another user cannot run {PROGRAM}: a folder above it is closed to them")
+        return them
+
+    @contextlib.contextmanager
+    def stranger_in(self, folder):
+        """A listener of USER in a folder that is named for another user. It must not be asked anything."""
+        stranger = subprocess.Popen([*self.words_of(self.USER), "/usr/bin/python3", "-c", STRANGER, folder], cwd="/", stdout=subprocess.PIPE, text=True)
+        try:
+            self.assertEqual(stranger.stdout.readline(), "ready\n")
+            yield
+        finally:
+            stranger.kill()
+            said = stranger.communicate()[0]
+            shutil.rmtree(folder, ignore_errors=True)
+        self.assertEqual(said, "", "the stranger's socket was used")
+
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("setpriv"), "two users need root")
+    def test_the_socket_of_a_stranger_in_this_users_folder_takes_no_stop(self):
+        victim = self.words_of(self.VICTIM)
+        folder = f"/tmp/nacelle-{self.VICTIM}"
+        ignored = f"nacelle: {folder}: ignored: owned by user {self.USER}; another user may have created it; remove it"
+        without_runtime_dir = {key: value for key, value in self.environment.items() if key != "XDG_RUNTIME_DIR"}
+        home = self.folder / "victim"
+        home.mkdir()
+        os.chown(home, self.VICTIM, self.VICTIM)
+        os.chmod(self.folder, 0o711)
+        at_home = self.environment | {"XDG_RUNTIME_DIR": str(home)}
+        with self.stranger_in(folder):
+            alone = subprocess.run([*victim, PROGRAM, "estop", "set"], env=without_runtime_dir, capture_output=True, text=True, check=False)
+            self.assertEqual((alone.returncode, alone.stdout), (3, ""), alone.stderr)
+            self.assertEqual([line for line in alone.stderr.splitlines() if folder in line], [ignored])
+
+            robot = subprocess.Popen(
+                [*victim, PROGRAM, "container", "--name", "robot", "network:=off"], env=at_home, cwd=home,
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            )  # fmt: skip
+            self.addCleanup(interrupt, robot)
+            wait_for("the victim's own container runs", lambda: (home / "nacelle" / "robot.sock").exists())
+            words = [*victim, PROGRAM, "estop", "set", "--topic", "/emergency_stop"]
+            beside = subprocess.run(words, env=at_home, capture_output=True, text=True, check=False)
+            self.assertEqual((beside.returncode, beside.stdout), (0, "/emergency_stop set, heard by 0 readers\n"), beside.stderr)
+            self.assertEqual(beside.stderr.splitlines(), [ignored])
 
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("setpriv"), "two users need root")
     def test_is_named_with_the_way_to_ask_it(self):
         environment = {key: value for key, value in self.environment.items() if key != "XDG_RUNTIME_DIR"}
         folder = pathlib.Path(f"/tmp/nacelle-{self.USER}")
-        them = ["setpriv", f"--reuid={self.USER}", f"--regid={self.USER}", "--clear-groups"]
-        if subprocess.run([*them, "test", "-x", PROGRAM], check=False).returncode != 0:
-            self.skipTest(f"another user cannot run {PROGRAM}: a folder above it is closed to them")
+        them = self.words_of(self.USER)
         theirs = subprocess.Popen([*them, PROGRAM, "container", "--name", "theirs"], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
         try:
             wait_for("their container runs", lambda: (folder / "theirs.sock").exists())
             outcome = self.expect_exit(self.run_program("component", "list"), 3)
             self.assertIn(f"no container of yours is running; user #{self.USER} runs 'theirs'; ask as its user: sudo -u '#{self.USER}'", outcome.stderr)
+            ours = self.start_program("container", "--name", "ours", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.addCleanup(interrupt, ours)
+            wait_for("a container of one's own runs", lambda: self.run_program("component", "list").returncode == 0)
+            outcome = self.expect_exit(self.run_program("component", "list", "--container", "wrong"), 3)
+            self.assertEqual(outcome.stderr, "nacelle: container 'wrong': not running; running: ours\n")
         finally:
             theirs.send_signal(signal.SIGINT)
             theirs.wait(30 * SLOW)
@@ -70,6 +135,7 @@ class OfAnotherUser(RobotTest):
             world.communicate(timeout=30 * SLOW)
 
 
+@of_words
 class WithoutContainer(RobotTest):
     COMMANDS = (
         ["launch"], ["drive"], ["component"], ["component", "list"], ["component", "load"], ["component", "unload"], ["lifecycle"],

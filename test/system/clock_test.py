@@ -18,16 +18,20 @@ from control import CLOCK, TWIST, Sender, clock, twist
 from robot import LAUNCH_FILE, SLOW, RunningRobotTest, wait_for
 from stop_test import Truth
 
-STREAMS = {"/odom": "header", "/odometry/filtered": "header", "/imu/data_raw": "header", "/joint_states": "header"}
+STREAMS = ("/odom", "/odometry/filtered", "/imu/data_raw", "/joint_states")
 
 
 class Listening(RunningRobotTest):
-    """Writes down what is said on topics."""
+    """Writes down what is said on topics: the whole messages, or their stamps."""
 
-    def echo(self, topic, kind=()):
+    def echo(self, topic, *field):
         path = self.folder / f"echo{topic.replace('/', '_')}"
         with open(path, "w") as file:
-            return path, self.start_program("topic", "echo", topic, *kind, "--json", stdout=file)
+            return path, self.start_program("topic", "echo", topic, *field, "--json", stdout=file)
+
+    def echo_stamps(self, topic):
+        """An image as JSON has a megabyte and more: a test that reads whole ones may never catch up with the camera."""
+        return self.echo(topic, "--field", "header.stamp")
 
     def lines(self, path):
         """Whole lines only: the last one may be half written."""
@@ -46,7 +50,7 @@ class ClockSteps(Listening):
         truth = Truth(self.folder / "sim" / "truth")
         sender = Sender(self.folder / "nacelle" / "robot.sock", "/cmd_vel", TWIST, lambda: twist(0.05, 0.3))
         wait_for("it drives", truth.moves, 5)
-        echoes = {topic: self.echo(topic) for topic in (*STREAMS, "/tf", "/diagnostics")}
+        echoes = {topic: self.echo_stamps(topic) for topic in STREAMS} | {topic: self.echo(topic) for topic in ("/tf", "/diagnostics")}
         heard = lambda topic: len(self.lines(echoes[topic][0]))
         for topic in (*STREAMS, "/tf"):
             wait_for(f"{topic} is heard", lambda: heard(topic) > 10)
@@ -65,9 +69,9 @@ class ClockSteps(Listening):
             process.send_signal(signal.SIGINT)
             process.wait(10 * SLOW)
 
-        for topic, key in STREAMS.items():
+        for topic in STREAMS:
             with self.subTest(stream=topic):
-                self.check_order([message[key]["stamp"] for message in self.lines(echoes[topic][0])])
+                self.check_order(self.lines(echoes[topic][0]))
         for child in ("base_footprint", "left_wheel_link"):
             with self.subTest(frame=child):
                 transforms = [t for message in self.lines(echoes["/tf"][0]) for t in message["transforms"] if t["child_frame_id"] == child]
@@ -81,9 +85,12 @@ class ClockSteps(Listening):
 
         self.robot.send_signal(signal.SIGINT)
         self.assertEqual(self.robot.wait(30 * SLOW), 0)
-        said = re.search(r"\[diff_drive\] (\d+) cycles \((\d+) skipped, (\d+) not written\)", (self.folder / "log").read_text())
-        self.assertGreater(int(said[1]), 50)
-        self.assertEqual((said[2], said[3]), ("0", "0"))
+        cycles, skipped, not_written = map(int, re.search(
+            r"\[diff_drive\] (\d+) cycles \((\d+) skipped, (\d+) not written\)", (self.folder / "log").read_text()).groups())  # fmt: skip
+        self.assertGreater(cycles, 50)
+        # A loop that followed the wall clock would skip 250 cycles for the step back, and more for the other. A busy machine skips a few.
+        self.assertLess(skipped, 25)
+        self.assertEqual(not_written, 0)
 
     def check_order(self, stamps):
         """Stamps grow but for the two steps, each of the size of its step."""
@@ -115,7 +122,7 @@ class SimTime(Listening):
         sender = Sender(socket, "/cmd_vel", TWIST, lambda: twist(0.05))
         truth = Truth(self.folder / "sim" / "truth")
         wait_for("it drives", truth.moves, 5)
-        echoes = {topic: self.echo(topic) for topic in (*self.STAMPED, "/tf")}
+        echoes = {topic: self.echo_stamps(topic) for topic in self.STAMPED} | {"/tf": self.echo("/tf")}
         for topic in echoes:
             wait_for(f"{topic} is heard", lambda: len(self.lines(echoes[topic][0])) > 2, 20)
         end_s = now_s()
@@ -126,7 +133,7 @@ class SimTime(Listening):
         wait_for("the timeout does not wait for /clock", lambda: not truth.moves(), 5)
         ticks.stop()
 
-        stamps = {topic: [message["header"]["stamp"] for message in self.lines(echoes[topic][0])] for topic in self.STAMPED}
+        stamps = {topic: self.lines(echoes[topic][0]) for topic in self.STAMPED}
         stamps["/tf"] = [t["header"]["stamp"] for message in self.lines(echoes["/tf"][0]) for t in message["transforms"]]
         for topic, of_topic in stamps.items():
             with self.subTest(stream=topic):
@@ -185,7 +192,7 @@ class JumpingSimTime(Listening):
         return {row["node"].removeprefix("/"): row for row in rows}
 
     def stamps(self, topic):
-        return [self.seconds(message["header"]["stamp"]) for message in self.lines(self.echoes[topic][0])]
+        return [self.seconds(stamp) for stamp in self.lines(self.echoes[topic][0])]
 
     def stamps_of_frame(self, child):
         return [
@@ -219,7 +226,7 @@ class JumpingSimTime(Listening):
         sender = Sender(socket, "/cmd_vel", TWIST, lambda: twist(0.05))
         truth = Truth(self.folder / "sim" / "truth")
         wait_for("it drives", truth.moves, 5)
-        self.echoes = {topic: self.echo(topic) for topic in (*self.STREAMS, "/tf")}
+        self.echoes = {topic: self.echo_stamps(topic) for topic in self.STREAMS} | {"/tf": self.echo("/tf")}
         self.wait_for_more("at full speed", 5)
 
         slow_from_s = world.go_on(0.5)

@@ -25,8 +25,8 @@ def swap_camera(test, times=3):
         test.assertNotIn("nacelle_camera.so", maps.read_text())
         test.expect_exit(test.run_program("component", "load", "camera"), 0)
         test.assertIn("nacelle_camera.so", maps.read_text())
-        before = test.topics()["/camera/image_raw"]["published"]
-        wait_for("the camera gives images again", lambda b=before: test.topics()["/camera/image_raw"]["published"] > b + 5)
+        before = test.streams()["/camera/image_raw"]["published"]
+        wait_for("the camera gives images again", lambda b=before: test.streams()["/camera/image_raw"]["published"] > b + 5)
 
 
 class Commands(RunningRobotTest):
@@ -87,9 +87,9 @@ class Commands(RunningRobotTest):
                 self.assertIn("stdout: cannot be written: No space left on device", said)
 
     def test_pub_reaches_the_robot_and_bad_messages_do_not(self):
-        before = sum(row["published"] for row in json.loads(self.run_program("topic", "list", "--json").stdout) if row["name"] == "/cmd_vel")
+        before = sum(row["published"] for row in json.loads(self.run_program("streams", "--json", "--interval", "0.1").stdout)["streams"] if row["name"] == "/cmd_vel")
         self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", "{}"), 0)
-        after = sum(row["published"] for row in json.loads(self.run_program("topic", "list", "--json").stdout) if row["name"] == "/cmd_vel")
+        after = sum(row["published"] for row in json.loads(self.run_program("streams", "--json", "--interval", "0.1").stdout)["streams"] if row["name"] == "/cmd_vel")
         self.assertEqual(after, before + 1)
         wrong = self.expect_exit(self.run_program("topic", "pub", "--once", "/cmd_vel", "geometry_msgs/msg/Twist", '{"linaer": {}}'), 2)
         self.assertIn("linear", wrong.stderr)
@@ -145,10 +145,10 @@ class Commands(RunningRobotTest):
 
     def test_the_camera_can_be_taken_out_and_put_back_while_the_others_run(self):
         others = [name for name in STREAMS_HZ if name != "/camera/image_raw"]
-        before = self.topics()
+        before = self.streams()
         swap_camera(self)
         for name in others:
-            self.assertGreater(self.topics()[name]["published"], before[name]["published"], name)
+            self.assertGreater(self.streams()[name]["published"], before[name]["published"], name)
         self.assertEqual(self.run_program("lifecycle", "get", "camera").stdout, "active [3]\n")
 
 

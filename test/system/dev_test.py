@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ./dev promises before it builds anything: words, exit codes, completion, and the one list of packages."""
 import os
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -15,6 +16,17 @@ def dev(*arguments, cwd=ROOT, env=None, script=ROOT / "dev"):
     return subprocess.run(
         [str(script), *arguments], cwd=cwd, env=env, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
     )
+
+
+# Stands for ctest: two tests of which the second failed.
+CTEST = """#!/bin/sh
+while [ "$1" != --output-junit ]; do shift; done
+echo '<testsuite name="x" tests="2" failures="1" disabled="0" skipped="0">
+<testcase name="good" time="1" status="run"/>
+<testcase name="bad" time="1" status="fail"/>
+</testsuite>' >"$2"
+exit 8
+"""
 
 
 class DevTest(unittest.TestCase):
@@ -63,6 +75,7 @@ class DevTest(unittest.TestCase):
             ("build", "--jobs", "0"),
             ("run", "--sanitizer"),
             ("bench", "--jsn", "x"),
+            ("test", "-L", "timing", "--busy", "2"),
         ):
             with self.subTest(arguments=arguments):
                 answer = dev(*arguments)
@@ -86,6 +99,42 @@ class DevTest(unittest.TestCase):
         answer = dev("setup", "no such line")
         self.assertEqual(answer.returncode, 2, answer)
         self.assertIn("no such line", answer.stderr)
+
+    def test_a_run_of_the_tests_is_a_line_with_the_commit_and_the_outcome(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tree, tools = Path(folder) / "tree", Path(folder) / "tools"
+            (tree / ".ci").mkdir(parents=True)
+            for name in ("dev", ".ci/last_run.py"):
+                shutil.copy(ROOT / name, tree / name)
+            (tree / ".ci/packages.txt").write_text("build: bash\ntest: bash\n")
+            (tree / ".gitignore").write_text("build/\n")
+            tools.mkdir()
+            for name, text in (("cmake", "#!/bin/sh\n"), ("ninja", "#!/bin/sh\n"), ("ctest", CTEST)):
+                (tools / name).write_text(text)
+                (tools / name).chmod(0o755)
+            env = {"PATH": f"{tools}:{os.environ['PATH']}", "HOME": folder}
+
+            def git(*arguments):
+                words = ("git", "-C", str(tree), "-c", "user.name=n", "-c", "user.email=e", *arguments)
+                return subprocess.run(words, env=env, capture_output=True, text=True, check=True).stdout.strip()
+
+            def last_line(*options):
+                outcome = dev("test", *options, "-R", "x", cwd=folder, env=env, script=tree / "dev")
+                self.assertEqual(outcome.returncode, 1, outcome.stdout + outcome.stderr)
+                return (tree / "build/test-runs.log").read_text().splitlines()[-1]
+
+            self.assertIn("  no-git  ", last_line())
+            git("init", "-q")
+            git("add", ".")
+            git("commit", "-q", "-m", "x")
+            commit = git("rev-parse", "--short=12", "HEAD")
+            self.assertRegex(last_line(), rf"^\S+Z  {commit}  run 1 of 1  1 passed, 1 failed  \d+ s  ctest -R x  failed: bad *$")
+            (tree / "new").touch()
+            self.assertIn(f"  {commit}-dirty  run 1 of 1  ", last_line())
+            self.assertEqual(len((tree / "build/test-runs.log").read_text().splitlines()), 3)
+            self.assertRegex(last_line("--repeat", "2", "--busy", "1"), r"  run 2 of 2  .*  beside 1 busy loops  ctest -R x")
+            self.assertRegex(last_line("--repeat", "2", "--chaos", "7"), r"  run 2 of 2  .*  chaos 8  ctest -R x")
+            self.assertEqual(len((tree / "build/test-runs.log").read_text().splitlines()), 7)
 
 
 if __name__ == "__main__":

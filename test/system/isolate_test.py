@@ -8,7 +8,8 @@ import signal
 import subprocess
 import unittest
 
-from robot import LAUNCH_FILE, SLOW, RobotTest, RunningRobotTest, wait_for
+from machines import Lines
+from robot import LAUNCH_FILE, PROGRAM, SLOW, RobotTest, RunningRobotTest, interrupt, wait_for
 
 ISOLATED = ("lidar", "detector")
 
@@ -46,8 +47,8 @@ class IsolatedRobot(RunningRobotTest):
 
     def expect_flow(self, topic):
         """Messages come."""
-        before = self.topics()[topic]["published"]
-        wait_for(f"{topic} flows", lambda: self.topics()[topic]["published"] >= before + 3)
+        before = self.streams()[topic]["published"]
+        wait_for(f"{topic} flows", lambda: self.streams()[topic]["published"] >= before + 3)
 
     def rate(self, topic):
         text = self.expect_exit(self.run_program("topic", "hz", topic, "--once"), 0).stdout
@@ -59,9 +60,9 @@ class Isolated(IsolatedRobot):
         for name in ISOLATED:
             self.assertIsNotNone(self.child_of(f"/{name}"))
         self.expect_flow("/scan")
-        self.assertGreater(wait_for("a scan is counted as copied", lambda: self.topics()["/scan"]["copies"]), 0)
+        self.assertGreater(wait_for("a scan is counted as copied", lambda: self.streams()["/scan"]["copies"]), 0)
         # Both ends of a stream: the images go there, the detections come back.
-        wait_for("a detection", lambda: self.topics()["/detections"]["published"] > 0)
+        wait_for("a detection", lambda: self.streams()["/detections"]["published"] > 0)
 
     def test_2_its_lifecycle_is_that_of_any_component(self):
         self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "deactivate"), 0)
@@ -103,6 +104,41 @@ class Isolated(IsolatedRobot):
             self.assertIn("out of reach", self.expect_exit(self.run_program("param", *words), 1).stderr)
         graph = json.loads(self.expect_exit(self.run_program("topic", "info", "/rosout", "--json"), 0).stdout)
         self.assertIn("/lidar", [end["node"] for end in graph["publishers"]], "its log comes from its own process")
+
+    def faults(self, node):
+        """What `nacelle faults` shows of a component now ({}: nothing), and what happened to it."""
+        told = json.loads(self.expect_exit(self.run_program("faults", "--json"), 0).stdout)
+        now = [row for row in told["components"] if row["node"] == node]
+        return now[0] if now else {}, [event for event in told["history"] if event["node"] == node]
+
+    def test_2c_a_lost_device_is_an_open_fault_in_the_container_until_it_is_back(self):
+        pid = self.child_of("/lidar")
+        self.addCleanup(self.run_program, "sim", "plug", "lidar", "--dir", self.folder / "sim")
+        self.expect_exit(self.run_program("sim", "unplug", "lidar", "--dir", self.folder / "sim"), 0)
+        row = wait_for("the open fault", lambda: self.faults("/lidar")[0])
+        self.assertEqual(row["state"], "active")
+        self.assertNotIn("fault", row, "on_fault is not applied")
+        self.assertEqual([fault["code"] for fault in row["open_faults"]], ["DEVICE_LOST"])
+        self.assertIn(f"{self.folder}/sim/lidar", row["open_faults"][0]["text"])
+        listed = self.components()["/lidar"]
+        self.assertEqual(listed["state"], "active")
+        self.assertEqual([fault["code"] for fault in listed["open_faults"]], ["DEVICE_LOST"])
+        event = self.faults("/lidar")[1][-1]
+        self.assertEqual((event["code"], event["open"]), ("DEVICE_LOST", True))
+        diagnostics = Lines([PROGRAM, "topic", "echo", "/diagnostics"], self.environment)
+        try:
+            diagnostics.wait_for("/diagnostics says so", lambda line: "DEVICE_LOST" in line)
+        finally:
+            diagnostics.interrupt()
+
+        self.expect_exit(self.run_program("sim", "plug", "lidar", "--dir", self.folder / "sim"), 0)
+        wait_for("the fault is over", lambda: not self.faults("/lidar")[0])
+        self.assertNotIn("open_faults", self.components()["/lidar"])
+        event = self.faults("/lidar")[1][-1]
+        self.assertEqual((event["code"], event["open"]), ("DEVICE_LOST", False))
+        self.assertGreater(event["lasted_s"], 0)
+        self.expect_flow("/scan")
+        self.assertEqual(self.child_of("/lidar"), pid, "it is the same process")
 
     def test_3_a_killed_process_faults_its_component_only(self):
         pid = self.child_of("/lidar")
@@ -161,6 +197,22 @@ class Refused(RobotTest):
 
     def test_its_verb_is_not_for_people(self):
         self.assertIn("there is no container", self.expect_exit(self.run_program("isolated", "--name", "/x"), 2).stderr)
+
+
+class Absent(RobotTest):
+    def test_a_device_that_is_not_there_at_the_bring_up_is_named_by_the_launch(self):
+        file, log = self.folder / "absent.launch.yaml", self.folder / "log"
+        file.write_text("launch:\n- node_container:\n    name: robot\n    namespace: ''\n    composable_node:\n"
+                        "    - {pkg: nacelle_lidar, plugin: 'nacelle::lidar::LidarComponent', name: lidar, isolate: process,\n"
+                        f"       param: [{{name: port_name, value: {self.folder}/no-such-line}}]}}\n")  # fmt: skip
+        with open(log, "w") as stream:
+            robot = self.start_program("launch", file, stdout=stream)
+        self.addCleanup(interrupt, robot)
+        wait_for("the last line of the launch", lambda: "not there yet" in log.read_text())
+        last = log.read_text().splitlines()[-1]
+        self.assertIn(f"/lidar (DEVICE_LOST: {self.folder}/no-such-line: ", last)
+        row = json.loads(self.expect_exit(self.run_program("faults", "--json"), 0).stdout)["components"][0]
+        self.assertEqual((row["node"], row["state"], [fault["code"] for fault in row["open_faults"]]), ("/lidar", "active", ["DEVICE_LOST"]))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 import json
 import unittest
 
-from machines import Lines
+from machines import Lines, drive_until
 from on_the_network import ASKS_THE_ROBOT, PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
 from robot import LAUNCH_FILE, PROGRAM, nightly, wait_for
 
@@ -62,23 +62,23 @@ class Kept(NetworkTest):
 
     def test_programs_with_nothing_set_see_a_local_robot_and_nothing_of_it_leaves(self):
         outside, inside = self.capture(self.laptop), self.capture(self.robot_machine, "lo")
-        self.start_robot()
+        robot = self.start_robot()
         wait_for("the robot speaks at home", inside.speakers)
-        robot = inside.speakers()
-        self.assertEqual(len(robot), 1, inside.frames())
+        speakers = inside.speakers()
+        self.assertEqual(len(speakers), 1, inside.frames())
         for vendor in PEERS:
             with self.subTest(vendor=vendor):
                 reader = self.reads_odometry(vendor, self.robot_machine)
                 reader.wait_for("odometry", is_odometry)
-                driver = self.drives(vendor, self.robot_machine)
-                reader.wait_for("the robot drives as it is told", lambda line: speed_of(line) > 0.1)
+                driver = drive_until(lambda limit_s: reader.wait_for("the robot drives as it is told", lambda line: speed_of(line) > 0.1, limit_s),
+                                     lambda: self.drives(vendor, self.robot_machine), robot)  # fmt: skip
                 driver.close()
                 images = self.peer(vendor, self.robot_machine, "echo", "--topic", "rt/camera/image_raw", "--type", "image", "--best-effort",
                                    "--count", 3)
                 images.wait_for("an image", lambda line: line.startswith("image "))
         self.assertEqual(self.reads_odometry("cyclone", self.laptop).within(SILENCE_S, is_odometry), False)
         self.assertTrue(outside.speakers(), "the programs themselves speak to the LAN: the capture works")
-        self.assertEqual(outside.speakers() & robot, set())
+        self.assertEqual(outside.speakers() & speakers, set())
 
     # What docs/network.md tells people who want to see a local robot with programs on the robot itself.
 

@@ -6,7 +6,7 @@ import re
 import subprocess
 import unittest
 
-from machines import Lines
+from machines import Lines, drive_until
 from on_the_network import ASKS_THE_ROBOT, PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
 from robot import LAUNCH_FILE, PROGRAM, SLOW, nightly, wait_for
 
@@ -22,8 +22,8 @@ class Exported(NetworkTest):
         line = reader.wait_for("odometry on the laptop", is_odometry)
         self.assertEqual(line.split()[2:], ["odom", "base_footprint"])
         self.assertAlmostEqual(speed_of(line), 0.0, delta=0.01)
-        driver = self.drives(vendor, self.laptop)
-        reader.wait_for("the robot drives as the laptop says", lambda line: speed_of(line) > 0.1)
+        driver = drive_until(lambda limit_s: reader.wait_for("the robot drives as the laptop says", lambda line: speed_of(line) > 0.1, limit_s),
+                             lambda: self.drives(vendor, self.laptop), robot)  # fmt: skip
         driver.close()
         reader.wait_for("it stops when the laptop falls silent", lambda line: is_odometry(line) and speed_of(line) < 0.01)
 
@@ -128,7 +128,13 @@ class TwoRobots(NetworkTest):
             self.assertIn("ROS_DOMAIN_ID", line)
         wait_for("doctor net shows every node", lambda: {"/lidar", "/ekf"} <= {
             clash["node"] for clash in self.on_the_network()["one"]["namesakes"]})
-        self.assertRegex(self.nacelle("doctor", "net").stdout, r"two of [^:]*/lidar[^:]*: also in nacelle \(process ")
+        # A line for each of the two, and not for each of their nodes.
+        def lines():
+            return [line for line in self.nacelle("doctor", "net").stdout.splitlines() if line.startswith("node ")]
+
+        wait_for("doctor net has a line for each robot", lambda: len(lines()) == 2)
+        for line in lines():
+            self.assertRegex(line, r"two of [^:]*/ekf, [^:]*/lidar[^:]*: also in nacelle \(process \d+ on [^)]+\); put one into a namespace or ")
         self.assertIn("received", self.crossed("one"))
         self.assertEqual([len(self.clashes_of(robot)) for robot in robots], [1, 1], "it is told once, and not for each node")
 
@@ -140,8 +146,8 @@ class TwoRobots(NetworkTest):
     def test_on_two_domains_they_do_not_meet(self):
         self.start_both(one={"ROS_DOMAIN_ID": "1"}, other={"ROS_DOMAIN_ID": "2"})
         # A program that drives one of them is heard by this one alone.
-        self.drives("cyclone", self.laptop, "--domain", 1)
-        wait_for("the one drives", lambda: self.speed("one") > 0.1)
+        drive_until(lambda limit_s: wait_for("the one drives", lambda: self.speed("one") > 0.1, limit_s),
+                    lambda: self.drives("cyclone", self.laptop, "--domain", 1))  # fmt: skip
         self.assertLess(self.speed("other"), 0.01)
         self.assertIn("received", self.crossed("one"))
         self.assertEqual(self.crossed("other"), {})
@@ -153,8 +159,8 @@ class TwoRobots(NetworkTest):
         self.start_both(**{name: {"arguments": [f"namespace:={name}"]} for name in ("one", "other")})
         reader = self.peer("cyclone", self.laptop, "echo", "--topic", "rt/one/odom", "--type", "odometry", "--count", 1000000)
         reader.wait_for("a program on the machine of the other sees the one", is_odometry)
-        self.drives("cyclone", self.laptop, topic="rt/one/cmd_vel")
-        reader.wait_for("the one drives", lambda line: speed_of(line) > 0.1)
+        drive_until(lambda limit_s: reader.wait_for("the one drives", lambda line: speed_of(line) > 0.1, limit_s),
+                    lambda: self.drives("cyclone", self.laptop, topic="rt/one/cmd_vel"))  # fmt: skip
         self.assertLess(self.speed("other", "/other/odom"), 0.01)
         for name in ("one", "other"):
             self.check_below(f"/{name}", name)
@@ -179,8 +185,7 @@ class Changed(NetworkTest):
         self.assertLess(sum(map(is_odometry, reader.read())), 10)
 
     def stream(self, name):
-        rows = json.loads(self.nacelle("topic", "list", "--json").stdout)
-        rows = rows["topics"] if isinstance(rows, dict) else rows
+        rows = json.loads(self.nacelle("streams", "--json", "--interval", "0.1").stdout)["streams"]
         return next(row for row in rows if row["name"] == name)
 
 

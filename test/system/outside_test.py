@@ -94,6 +94,52 @@ class Outside(RobotTest):
         return reply["response"]
 
 
+class Names(RobotTest):
+    """Frame ids are text of any kind, of any sender on the network."""
+
+    HOSTILE = "a\x1b[2J\n12:00:00.000 info [base] released"
+
+    def publish(self, parent, child):
+        message = json.dumps({"transforms": [{"header": {"frame_id": parent}, "child_frame_id": child}]})
+        self.expect_exit(self.run_program("topic", "pub", "--once", "-w", "1", "/tf", "tf2_msgs/msg/TFMessage", message), 0)
+
+    def test_a_frame_id_neither_moves_the_cursor_nor_forges_a_line(self):
+        log = self.folder / "log"
+        with log.open("w") as output:
+            container = self.start_program("container", "--name", "robot", "network:=off", stdout=output, stderr=subprocess.STDOUT)
+        self.addCleanup(interrupt, container)
+        wait_for("the container runs", lambda: self.run_program("component", "list").returncode == 0)
+        words = ("nacelle::transforms::TransformsComponent", "--name", "transforms", "-p", 'static_transforms:=["0 0 0 0 0 0 base_link laser"]')
+        self.expect_exit(self.run_program("component", "load", *words), 0)
+
+        self.publish(self.HOSTILE, self.HOSTILE)  # is refused
+        self.publish("odom", self.HOSTILE)
+
+        wait_for("the refusal is logged", lambda: "was refused" in log.read_text())
+        tree = wait_for("the frame is there", lambda: "odom" in (shown := self.run_program("tf", "tree").stdout) and shown)
+        self.assertIn("a\\x1b[2J\\x0a12:00:00.000 info [base] released", tree)
+        self.assertEqual(len(tree.splitlines()), 4, tree)
+        said = log.read_text()
+        self.assertIn("transform 'a\\x1b[2J\n  | 12:00:00.000 info [base] released' -> ", said)
+        self.assertNotIn("\n12:00:00.000 info", said)
+        for text in (said, tree):
+            self.assertNotIn("\x1b", text)
+
+    def test_a_parameter_is_printed_without_control_characters(self):
+        container = self.start_program("container", "--name", "robot", "network:=off", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(interrupt, container)
+        wait_for("the container runs", lambda: self.run_program("component", "list").returncode == 0)
+        words = ("nacelle::lidar::LidarComponent", "--name", "lidar", "-p", 'port_name:="/dev/\\x1b[2Jx"')
+        self.expect_exit(self.run_program("component", "load", *words), 0)
+
+        for command in (("param", "get", "lidar", "port_name"), ("component", "info", "lidar"), ("param", "dump", "lidar")):
+            shown = self.expect_exit(self.run_program(*command), 0).stdout
+            self.assertNotIn("\x1b", shown)
+            self.assertRegex(shown, r"/dev/\\(x1b|u001b)\[2Jx")
+        got = json.loads(self.run_program("param", "get", "lidar", "port_name", "--json").stdout)
+        self.assertEqual(got["value"], "/dev/\x1b[2Jx")
+
+
 class Limits(RobotTest):
     def start(self, *arguments, file_bytes):
         return self.run_program(*arguments, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""--remote: the commands of a laptop on which no container runs, asked of ROS 2 nodes on another machine of its network."""
+"""--remote: what a laptop on which no container runs may ask of ROS 2 nodes on another machine of its network."""
 import json
 import pathlib
 import shutil
@@ -9,70 +9,16 @@ import subprocess
 import time
 import unittest
 
-from machines import Lines, Machine, cable
-from on_the_network import PEERS, ApartTest
-from robot import LAUNCH_FILE, PROGRAM, SLOW, nightly, wait_for
+from machines import Lines
+from on_the_network import PEERS
+from remote import ACTIONS, RemoteRobotTest, RemoteTest
+from robot import PROGRAM, SLOW, nightly, wait_for
 
-ACTIONS = pathlib.Path(__file__).parent / "actions" / "actions.launch.yaml"
 SERIES, FIBONACCI = "/series/series", "example_interfaces/action/Fibonacci"
-CHAOS = "nacelle::test::Chaos"
 
 
-class RemoteTest(ApartTest):
-    """Two machines and a cable between them."""
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.far, cls.laptop = Machine(), Machine()
-        cls.addClassCleanup(cls.far.close)
-        cls.addClassCleanup(cls.laptop.close)
-        cable(cls.far, cls.laptop)
-
-    @classmethod
-    def start_far(cls, is_up, *words):
-        """A program on the other machine; returns when it says that it is up."""
-        program = Lines(cls.far.within(*words), cls.environment)
-
-        cls.addClassCleanup(program.interrupt)
-        program.wait_for("the other side is up", is_up, 60)
-        return program
-
-    @classmethod
-    def command(cls, *words):
-        return cls.laptop.within(PROGRAM, *words, "--remote")
-
-    # Its runtime folder is another one: no container's socket is seen here.
-    @classmethod
-    def laptop_environment(cls, **variables):
-        return {**cls.environment, "XDG_RUNTIME_DIR": str(cls.folder / "laptop"), **variables}
-
-    def ask(self, *words, code=0, limit_s=60, **variables):
-        outcome = subprocess.run(self.command(*words), capture_output=True, text=True, timeout=limit_s * SLOW,
-                                 env=self.laptop_environment(**variables))  # fmt: skip
-        return self.expect_exit(outcome, code)
-
-    def rows(self, *words):
-        return json.loads(self.ask(*words, "--json").stdout)
-
-    def listen(self, *words):
-        program = Lines(self.command(*words), self.laptop_environment())
-        self.addCleanup(program.close)
-        return program
-
-
-class Robot(RemoteTest):
-    """A simulated robot that is shown to the LAN."""
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.start_far(lambda line: line.startswith("network: shown"), PROGRAM, "launch", LAUNCH_FILE, "sim:=true",
-                      f"sim_dir:={cls.folder}/sim", "--name", "robot", "network:=export")  # fmt: skip
-
-    def local(self, *words):
-        """What the container itself says."""
-        return json.loads(self.expect_exit(self.run_program(*words, "--json"), 0).stdout)
+class Robot(RemoteRobotTest):
+    """Questions to a simulated robot that is shown to the LAN."""
 
     def test_nodes_and_topics_are_listed_as_on_the_robot(self):
         self.assertEqual(self.ask("node", "list").stdout, self.run_program("node", "list").stdout)
@@ -134,55 +80,6 @@ class Robot(RemoteTest):
         self.assertGreater(self.rows("topic", "bw", "/scan", "--once")["mean_bytes"], 1000)
         self.assertLess(self.rows("topic", "delay", "/scan", "--once")["delay_s"], 5 * SLOW)
 
-    def test_what_is_published_here_drives_there(self):
-        reader = self.listen("topic", "echo", "/odom", "--field", "twist.twist.linear.x")
-        reader.wait_for("odometry", lambda line: line and line != "---")
-        driver = self.listen("topic", "pub", "/cmd_vel", "geometry_msgs/msg/Twist", "{linear: {x: 0.15}}", "--rate", "20", "-p", "0")
-        reader.wait_for("the robot drives", lambda line: line not in ("", "---") and float(line) > 0.1)
-        driver.process.send_signal(signal.SIGINT)
-        self.assertEqual(driver.process.wait(10 * SLOW), 0)
-        reader.wait_for("it stands", lambda line: line not in ("", "---") and float(line) < 0.01)
-
-    def test_a_command_topic_has_the_type_of_its_publishers(self):
-        """So that `echo`, `hz` and `bag record -a` of ROS 2, which refuse a name with two types, take each kind of publisher."""
-        def is_only(topic, kind):
-            return f"{topic} [geometry_msgs/msg/{kind}]" in self.ask("topic", "list", "-t").stdout.splitlines()
-
-        for topic in ("/cmd_vel", "/cmd_vel_teleop"):
-            for kind, field in (("Twist", "linear.x"), ("TwistStamped", "twist.linear.x")):
-                driver = self.listen("topic", "pub", topic, f"geometry_msgs/msg/{kind}", "{}", "--rate", "20", "-p", "0")
-                wait_for(f"{topic} is a {kind}", lambda topic=topic, kind=kind: is_only(topic, kind))
-                self.assertEqual(self.ask("topic", "echo", topic, "--once", "--field", field).stdout.splitlines()[0], "0.0")
-                rate = json.loads(self.ask("topic", "hz", topic, "--once", "--json").stdout)["rate_hz"]
-                self.assertAlmostEqual(rate, 20, delta=6 * SLOW)
-                # What `bag record -a` subscribes to: one type a topic.
-                self.assertEqual([line for line in self.ask("topic", "list", "-t").stdout.splitlines() if "," in line], [])
-                driver.process.send_signal(signal.SIGINT)
-                self.assertEqual(driver.process.wait(10 * SLOW), 0)
-            wait_for("the default without one", lambda topic=topic: is_only(topic, "TwistStamped"))
-            # Who waits for a subscription before it publishes finds one: it is seen as a publisher first.
-            waited = self.ask("topic", "pub", topic, "geometry_msgs/msg/Twist", "{}", "--once", "-w", "1")
-            self.assertIn("publishing #1", waited.stdout)
-            self.assertIn(f"warning: topic {topic} has the type geometry_msgs/msg/TwistStamped", waited.stderr)
-
-    def test_an_emergency_stop_of_a_volatile_publisher_is_obeyed_and_kept_and_released_by_a_latched_one(self):
-        diagnostics = self.listen("topic", "echo", "/diagnostics", "--full")
-
-        def say(data):
-            self.ask("topic", "pub", "/emergency_stop", "std_msgs/msg/Bool", f"{{data: {data}}}", "--once", "-w", "1")  # volatile, as ros2's
-
-        def publishers():
-            return [end["node"] for end in self.rows("topic", "info", "/emergency_stop")["publishers"]]
-
-        self.addCleanup(self.run_program, "estop", "release")
-        say("true")
-        diagnostics.wait_for("the base stands", lambda line: "the emergency stop is set" in line)
-        wait_for("the container keeps it for late joiners", lambda: "/_emergency_stops" in publishers())
-        say("false")
-        self.assertIn("/_emergency_stops", publishers(), "who is volatile releases nothing")
-        self.expect_exit(self.run_program("estop", "release"), 0)
-        wait_for("it is released", lambda: "/_emergency_stops" not in publishers())
-
     def test_a_stamp_is_of_the_moment_of_sending(self):
         began = time.time()
         sent = self.ask("topic", "pub", "/stamped", "geometry_msgs/msg/TwistStamped", "{header: auto}", "--once", "--json",
@@ -203,45 +100,11 @@ class Robot(RemoteTest):
         answer = self.rows("service", "call", "/lidar/get_state", "lifecycle_msgs/srv/GetState", "{}")
         self.assertEqual(answer["response"]["current_state"], {"id": 3, "label": "active"})
 
-    def test_parameters_are_read_and_set(self):
-        self.assertEqual(self.ask("param", "list", "lidar").stdout, self.run_program("param", "list", "lidar").stdout)
-        self.assertEqual(self.ask("param", "dump", "/lidar").stdout, self.run_program("param", "dump", "/lidar").stdout)
-        everything = self.rows("param", "list")
-        self.assertEqual(sorted(everything), sorted(["/robot", *(row["node"] for row in self.local("component", "list")["components"])]))
-        self.expect_exit(self.run_program("component", "load", CHAOS, "--name", "chaos"), 0)
-        self.addCleanup(self.run_program, "component", "unload", "chaos")
-        self.assertEqual(self.ask("param", "describe", "chaos", "share").stdout, self.run_program("param", "describe", "chaos", "share").stdout)
-        self.assertEqual(self.ask("param", "set", "chaos", "share", "0.75").stdout, "Set parameter successful\n")
-        self.assertEqual(self.ask("param", "get", "/chaos", "share").stdout, "Double value is: 0.75\n")
-        self.assertIn("/chaos, parameter share: ", self.ask("param", "set", "chaos", "share", "text", code=1).stderr)
-        dumped = self.folder / "dumped.yaml"
-        dumped.write_text(self.ask("param", "dump", "chaos").stdout)
-        self.assertIn("Set parameter share successful\n", self.ask("param", "load", "chaos", dumped).stdout)
-        self.ask("param", "delete", "chaos", "loose")
-        self.assertNotIn("loose", self.run_program("param", "list", "chaos").stdout)
-
-    def test_a_lifecycle_is_seen_and_driven(self):
-        self.assertIn("/imu\n", self.ask("lifecycle", "nodes").stdout)
-        self.assertEqual(self.ask("lifecycle", "get", "imu").stdout, "active [3]\n")
-        self.assertEqual(self.ask("lifecycle", "set", "imu", "deactivate").stdout, "Transitioning successful\n")
-        self.addCleanup(self.run_program, "lifecycle", "set", "imu", "activate")
-        self.assertEqual(self.run_program("lifecycle", "get", "imu").stdout, "inactive [2]\n")
-        self.assertIn("- activate [3]\n", self.ask("lifecycle", "list", "/imu").stdout)
-        self.assertIn("it is inactive now", self.ask("lifecycle", "set", "imu", "deactivate", code=1).stderr)
-        self.assertEqual(self.ask("lifecycle", "set", "/imu", "activate").stdout, "Transitioning successful\n")
-
-    def test_components_are_listed_and_loading_is_refused_with_the_way_out(self):
-        here = {row["node"]: (row["id"], row["state"]) for row in self.local("component", "list")["components"]}
-        there = self.rows("component", "list")
-        self.assertEqual(there["container"], "robot")
-        self.assertEqual({row["node"]: (row["id"], row["state"]) for row in there["components"]}, here)
-        for words in (("load", CHAOS, "--name", "chaos"), ("unload", "camera")):
-            self.assertIn("allow_load", self.ask("component", *words, code=1).stderr)
-        self.assertIn("/robot", self.ask("component", "list", "--container", "robbot", code=1).stderr)
-
     def test_a_verb_gives_the_same_json_from_the_robot_and_from_the_network(self):
         for words in (
             ("component", "list"),
+            ("faults",),
+            ("tf", "echo", "base_link", "lidar_link", "--once"),
             ("lifecycle", "get", "lidar"),
             ("lifecycle", "list", "lidar"),
             ("lifecycle", "list", "lidar", "--all"),
@@ -253,28 +116,43 @@ class Robot(RemoteTest):
         ):
             with self.subTest(words=words):
                 self.assertEqual(self.rows(*words), self.local(*words))
-        for words in (("lifecycle", "set", "lidar", "configure"), ("lifecycle", "get", "robot"), ("component", "list", "--container", "robot")):
+        for words in (("lifecycle", "set", "lidar", "configure"), ("lifecycle", "get", "robot"), ("component", "list", "--container", "robot"),
+                      ("faults",), ("tf", "echo", "base_link", "lidar_lnk", "--once")):  # fmt: skip
             with self.subTest(words=words):
                 here = self.run_program(*words)
                 there = self.ask(*words, code=here.returncode)
                 self.assertEqual((there.stdout, there.stderr), (here.stdout, here.stderr))
 
-    def test_a_component_is_told_as_far_as_its_nodes_tell(self):
-        here = self.local("component", "info", "lidar")
-        there = self.rows("component", "info", "lidar")
-        for key in ("id", "node", "managed", "state", "state_id", "namespace"):
-            self.assertEqual(there[key], here[key], key)
-        self.assertEqual((there["container"], there["host"], there["enclave"]), ("robot", socket.gethostname(), "/"))
-        for key in ("plugin", "library", "parameters", "faults", "thread"):
-            self.assertNotIn(key, there)
-        ends = self.rows("node", "info", "/lidar")
-        self.assertEqual({key: there[key] for key in ends}, ends)
-        self.assertEqual(there["parameter_values"], {row["name"]: row["value"] for row in self.local("param", "list", "lidar")})
+    def test_figures_that_change_have_the_same_rows_from_the_robot_and_from_the_network(self):
+        def shape(words):
+            tables = [asked(*words) for asked in (self.rows, self.local)]
+            lists = [{key: value for key, value in table.items() if isinstance(value, list)} for table in tables]
+            self.assertEqual(tables[0].keys(), tables[1].keys())
+            return [{key: [row.keys() for row in rows] for key, rows in lists[i].items()} for i in (0, 1)], lists
+
+        (there, here), lists = shape(("tf", "tree"))
+        self.assertEqual(there, here)
+        same = ("child", "parent", "owner", "static")
+        self.assertEqual(*([[row[key] for key in same] for row in tree["frames"]] for tree in lists))
+        _, lists = shape(("streams", "--interval", "0.5"))
+        self.assertEqual(*({(row["name"], row["type"]): row.keys() for row in table["streams"]} for table in lists))
+        _, lists = shape(("top", "--interval", "0.5"))
+        self.assertEqual(*({row["node"]: row.keys() for row in table["components"]} for table in lists))
+        self.assertRegex(self.ask("top", "--once").stdout, r"^robot: [\d.]+ % of a core, [\d.]+ MB, \d+ threads\n")
+        monitored = self.rows("tf", "monitor", "odom", "lidar_link", "--once")
+        self.assertEqual(monitored["chain"], self.local("tf", "monitor", "odom", "lidar_link", "--once")["chain"])
+        self.assertTrue(any(row["rate_hz"] > 10 for row in monitored["frames"]))
+        self.assertIn("/robot", self.ask("top", "--container", "robbot", code=1).stderr)
+
+    def test_a_component_is_described_as_on_the_robot(self):
+        here, there = self.local("component", "info", "lidar"), self.rows("component", "info", "/lidar")
+        counters = [[(row["kind"], row["name"]) for row in info.pop("callbacks")] for info in (here, there)]
+        self.assertEqual(there, here)
+        self.assertEqual(*counters)
+        self.assertEqual((there["container"], there["host"]), ("robot", socket.gethostname()))
+        self.assertEqual(there["parameters"]["frame_id"], "lidar_link")
         self.assertEqual(self.rows("component", "info", str(here["id"]), "--container", "/robot")["node"], "/lidar")
-        text = self.ask("component", "info", "/lidar").stdout
-        for line in ("/lidar", "  container: /robot", "  state: active [3]", '    frame_id: "lidar_link"', "    /scan: sensor_msgs/msg/LaserScan"):
-            self.assertIn(line, text.splitlines())
-        self.assertIn("  not shown with --remote: plugin, library, ", text)
+        self.assertEqual(self.ask("component", "info", "lidar").stdout, self.run_program("component", "info", "lidar").stdout)
         self.assertIn("did you mean '/lidar'", self.ask("component", "info", "lidor", code=1).stderr)
 
     def test_what_is_not_there_is_1_with_the_nearest_name(self):
@@ -321,12 +199,11 @@ class Robot(RemoteTest):
         self.assertEqual(self.expect_exit(alone, 2).stderr, "nacelle: --domain: means something with --remote only; give --remote too\n")
 
     def test_ctrl_c_ends_it_and_leaves_the_network(self):
-        # Little comes: nothing reads it here, and a command that waits for room in its output does not hear of the signal.
-        reader = self.listen("topic", "echo", "/battery/state")
-        reader.wait_for("a battery's state", lambda line: line == "---")
+        reader = self.listen("topic", "echo", "/odom")
+        reader.wait_for("odometry", lambda line: line == "---")
 
         def ends():
-            found = self.rows("topic", "info", "/battery/state")["subscriptions"]
+            found = self.rows("topic", "info", "/odom")["subscriptions"]
             return [end for end in found if end["node"].startswith("/_nacelle_cli_")]
 
         self.assertEqual(len(ends()), 1)
@@ -338,33 +215,6 @@ class Robot(RemoteTest):
             wait_for("it has its socket", self.laptop.udp_sockets)
             waiting.process.send_signal(signal.SIGINT)
             self.assertEqual(waiting.process.wait(10 * SLOW), -signal.SIGINT)
-
-
-class Loading(RemoteTest):
-    """A container that lets others load."""
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        launch = cls.folder / "open.launch.yaml"
-        launch.write_text(f"launch:\n- network: {{mode: export, allow_load: true}}\n- include: {{file: {ACTIONS}}}\n")
-        cls.start_far(lambda line: line.startswith("network: shown"), PROGRAM, "launch", launch, "--name", "bench")
-
-    def test_a_component_is_loaded_with_a_parameter_and_unloaded(self):
-        loaded = self.rows("component", "load", CHAOS, "--name", "chaos", "--namespace", "/lab", "-p", "share:=0.25")
-        self.assertEqual(loaded["node"], "/lab/chaos")
-        held = {row["node"]: row["id"] for row in self.rows("component", "list", "--container", "bench")["components"]}
-        self.assertEqual(held["/lab/chaos"], loaded["id"])
-        self.assertEqual(self.ask("param", "get", "/lab/chaos", "share").stdout, "Double value is: 0.25\n")
-        self.assertIn("did you mean '/lab/chaos'", self.ask("component", "unload", "/lab/chaoz", code=1).stderr)
-        self.assertEqual(self.ask("component", "unload", "/lab/chaos").stdout, f"Unloaded component {loaded['id']} ('/lab/chaos')\n")
-        self.assertNotIn("/lab/chaos", [row["node"] for row in self.rows("component", "list")["components"]])
-        self.assertIn("the launch file has no component of that name; one of series, series_client",
-                      self.ask("component", "load", "camera", code=1).stderr)  # fmt: skip
-        # Its launch file's components are loaded, too, and a refused transition has its reason.
-        self.ask("component", "unload", "series")
-        self.assertEqual(self.rows("component", "load", "series")["state"], "active")
-        self.assertIn("could not configure: cannot configure from state active", self.ask("lifecycle", "set", "series", "configure", code=1).stderr)
 
 
 class Actions(RemoteTest):

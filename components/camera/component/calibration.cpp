@@ -28,7 +28,7 @@ void replace_all(std::string& text, std::string_view from, const std::string& to
 Result<std::string, Problem> calibration_text(const std::string& path) {
   auto text = read_regular_file(path, kMostCalibrationBytes);
   if (!text)
-    return err(Problem{"parameter camera_info_url", "the calibration " + path + " " + text.error().what,
+    return err(Problem{Place::of_parameter("camera_info_url"), "the calibration " + path + " " + text.error().what,
                        text.error().way_out});
   return text;
 }
@@ -54,7 +54,7 @@ sensor_msgs::msg::CameraInfo ideal_lens(const CaptureFormat& format) {
 }  // namespace
 
 Result<std::string, Problem> calibration_path(const std::string& url, const std::string& camera_name) {
-  const std::string where = "parameter camera_info_url";
+  const Place where = Place::of_parameter("camera_info_url");
   if (url.rfind("package://", 0) == 0) {
     return err(Problem{where, fmt::format("'{}' needs ROS's package index, which is not here", url),
                        "write file:// and the whole path"});

@@ -119,6 +119,7 @@ CallbackReturn CameraComponent::on_activate(const State&) {
       loop_->close();
       return refuse(started.error());
     }
+    if (watch_) watch_->heard(get_clock().now());  // before, no frame was to come
   }
   stop_ = false;
   thread_ = std::thread([this] { run(); });

@@ -17,7 +17,7 @@ ParameterDescriptor fixed(std::string description, std::string constraints = {})
 }
 
 Problem wrong(const std::string& node, const char* parameter, std::string what, std::string way_out) {
-  return {fmt::format("node {}, parameter {}", node, parameter), std::move(what), std::move(way_out)};
+  return {Place::of_parameter(parameter, node), std::move(what), std::move(way_out)};
 }
 
 std::string listed(const std::vector<std::int64_t>& values) { return fmt::format("[{}]", fmt::join(values, ", ")); }

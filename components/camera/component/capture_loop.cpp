@@ -65,7 +65,10 @@ void CaptureLoop::close() {
 }
 
 CaptureLoop::Turn CaptureLoop::turn(MonotonicTime deadline) {
-  if (away_ && !bring_back()) return Turn::Outage;
+  if (away_ && !bring_back()) {
+    look_for_silence();
+    return Turn::Outage;
+  }
   if (!image_) image_ = around_.images.borrow();
   ByteSpan room;
   if (image_) room = maker_->room_in(*image_);
@@ -78,9 +81,7 @@ CaptureLoop::Turn CaptureLoop::turn(MonotonicTime deadline) {
   const auto frame = around_.port.next(deadline, room);
   if (!frame) {
     if (frame.error() == CaptureFault::NoFrame) {
-      if (around_.watch != nullptr)
-        around_.watch->look(around_.clock.now(),
-                            [this] { return std::to_string(stats().published) + " frames so far"; });
+      look_for_silence();
       return Turn::Nothing;
     }
     lose(frame.error());
@@ -89,6 +90,11 @@ CaptureLoop::Turn CaptureLoop::turn(MonotonicTime deadline) {
   if (around_.watch != nullptr) around_.watch->heard(around_.clock.now());
   publish(frame.value());
   return Turn::Frame;
+}
+
+void CaptureLoop::look_for_silence() {
+  if (around_.watch == nullptr) return;
+  around_.watch->look(around_.clock.now(), [this] { return std::to_string(stats().published) + " frames so far"; });
 }
 
 void CaptureLoop::publish(const Frame& frame) {

@@ -84,6 +84,7 @@ class CaptureLoop {
   void publish(const Frame& frame);
   void lose(CaptureFault fault);
   bool bring_back();
+  void look_for_silence();
 
   Surroundings around_;
   const Settings settings_;

@@ -32,7 +32,7 @@ Result<ImageMaker, Problem> ImageMaker::make(const CaptureFormat& format, const 
     for (const auto* to = readable_formats_begin(); to != readable_formats_end(); ++to) {
       if (!to->encoding.empty() && can_become(format.pixel_format, to->code)) possible.emplace_back(to->encoding);
     }
-    return err(Problem{"parameter output_encoding",
+    return err(Problem{Place::of_parameter("output_encoding"),
                        fmt::format("{} cannot be made from {}", output.encoding, to_text(format.pixel_format)),
                        "use " + join(possible, " or ")});
   }

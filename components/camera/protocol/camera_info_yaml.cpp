@@ -19,7 +19,7 @@ class Reader {
   [[nodiscard]] const Problem& problem() const { return problem_; }
 
   bool fail(int line, std::string what, std::string way_out = "see camera_calibration's file format") {
-    problem_ = {file_ + ":" + std::to_string(line), std::move(what), std::move(way_out)};
+    problem_ = {Place(file_, line), std::move(what), std::move(way_out)};
     return false;
   }
 

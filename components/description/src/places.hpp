@@ -30,20 +30,20 @@ class Places {
     }
   }
   /// "robot.xacro:30" of the element and of all below it, in their order.
-  static void collect(const tinyxml2::XMLElement& element, std::vector<std::string>& into) {
-    const auto& place = *static_cast<const Place*>(element.GetUserData());
-    into.push_back(*place.file + ":" + std::to_string(place.line));
+  static void collect(const tinyxml2::XMLElement& element, std::vector<Place>& into) {
+    const auto& place = *static_cast<const Line*>(element.GetUserData());
+    into.push_back({*place.file, place.line});
     for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement())
       collect(*child, into);
   }
 
  private:
-  struct Place {
+  struct Line {
     const std::string* file;
     int line;
   };
   std::set<std::string> files_;  // both keep their entries where they are
-  std::deque<Place> places_;
+  std::deque<Line> places_;
 };
 
 }  // namespace nacelle::description

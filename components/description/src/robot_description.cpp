@@ -9,9 +9,9 @@
 #include "nacelle/description/xacro.hpp"
 
 namespace nacelle::description {
-std::string RobotDescription::place(std::size_t number, int line) const {
+Place RobotDescription::place(std::size_t number, int line) const {
   if (number < places.size()) return places[number];
-  return fmt::format("{}:{}", file.empty() ? "robot_description" : file, line);
+  return {file.empty() ? "robot_description" : file, line};
 }
 
 Result<RobotDescription, Problem> read_description(const std::string& path,
@@ -23,7 +23,7 @@ Result<RobotDescription, Problem> read_description(const std::string& path,
   for (const auto& argument : xacro_arguments) {
     const auto separator = argument.find(":=");
     if (separator == std::string::npos || separator == 0)
-      return err(Problem{"parameter xacro_arguments", "'" + argument + "' is not name:=value", ""});
+      return err(Problem{Place::of_parameter("xacro_arguments"), "'" + argument + "' is not name:=value", ""});
     arguments[argument.substr(0, separator)] = argument.substr(separator + 2);
   }
   auto expanded = expand_xacro(path, arguments, machine());

@@ -83,10 +83,10 @@ class Reader {
     for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement())
       number_all(*child);
   }
-  [[nodiscard]] std::string place(const XMLElement& element) const {
+  [[nodiscard]] Place place(const XMLElement& element) const {
     return description_.place(numbers_.at(&element), element.GetLineNum());
   }
-  void error(std::string where, std::string what, std::string way_out) {
+  void error(Place where, std::string what, std::string way_out) {
     constexpr std::size_t kMostErrors = 100;
     if (result_.errors.size() >= kMostErrors) return;
     result_.errors.push_back({std::move(where), std::move(what), std::move(way_out)});
@@ -208,7 +208,7 @@ class Reader {
         error(joint.where, fmt::format("the robot has no joint '{}'", joint.name), suggestion(joint.name, names_));
       } else if (real->second->type == "fixed" && !joint.commands.empty()) {
         error(joint.where,
-              fmt::format("joint '{}' is fixed ({}), and cannot be commanded", joint.name, real->second->where),
+              fmt::format("joint '{}' is fixed ({}), and cannot be commanded", joint.name, real->second->where.text()),
               "give it another type, or take its command interfaces out");
       }
     }

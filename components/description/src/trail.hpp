@@ -52,7 +52,7 @@ class Trail {
     for (const auto& step : reversed(steps_)) {
       if (!step.reason.empty()) (way_out.empty() ? what : way_out) += "\n  " + step.reason;
     }
-    throw Failure{{steps_.empty() ? std::string{} : place(), std::move(what), std::move(way_out)}};
+    throw Failure{{steps_.empty() ? Place{} : Place{file(), line}, std::move(what), std::move(way_out)}};
   }
 
   int line = 0;

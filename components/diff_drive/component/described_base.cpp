@@ -177,7 +177,7 @@ class Reading {
     for (const std::string& wheel : given ? *given : described) {
       const RobotJoint* const joint = description_.joint(wheel);
       if (joint == nullptr) {
-        base_.problems.push_back({fmt::format("parameter {}", parameter),
+        base_.problems.push_back({Place::of_parameter(parameter),
                                   fmt::format("{} holds '{}', and the robot has no such joint", parameter, wheel),
                                   suggestion(wheel, names)});
         continue;
@@ -194,7 +194,7 @@ class Reading {
   void check_interfaces(const std::string& wheel, const char* parameter) {
     const ControlJoint* const joint = description_.controlled(wheel);
     if (joint == nullptr) {
-      base_.problems.push_back({fmt::format("parameter {}", parameter),
+      base_.problems.push_back({Place::of_parameter(parameter),
                                 fmt::format("{} holds '{}', and no <ros2_control> block does", parameter, wheel),
                                 "name it there, with a velocity command and position and velocity states"});
       return;
@@ -243,7 +243,8 @@ DescribedBase read_described_base(Node& node) {
                                                 say("What the xacro file's arguments are, each \"name:=value\"."));
   DescribedBase none;
   if (!robot.urdf.empty() && !file.empty()) {
-    none.problems.push_back({"parameter robot_description", "robot_description_file is set, too", "give one of them"});
+    none.problems.push_back(
+        {Place::of_parameter("robot_description"), "robot_description_file is set, too", "give one of them"});
     return none;
   }
   if (!file.empty()) {

@@ -85,7 +85,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   for (const auto& problem : described_.problems) declare_problem(problem);
   for (const auto& warning : described_.warnings) declare_warning(warning);
   if (const auto setup = validated(options_, get_fully_qualified_name()); setup) {
-    tell_wheels(setup->loop.geometry);
+    tell_wheels();
   } else {
     declare_problem(setup.error());
   }
@@ -104,11 +104,12 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   hindrance_timer_ = create_wall_timer(kHindrancePeriod, [this] { tell_hindrance(); });
 }
 
-void DiffDriveComponent::tell_wheels(const DriveGeometry& geometry) {
+void DiffDriveComponent::tell_wheels() {
   auto list = wheels_->lock();
   std::erase_if(*list, [this](const BaseWheels& base) { return base.node == get_fully_qualified_name(); });
   list->push_back({get_fully_qualified_name(), get_namespace(), options_.left_wheel_names, options_.right_wheel_names,
-                   geometry.wheel_separation_m, geometry.left_wheel_radius_m, geometry.right_wheel_radius_m});
+                   options_.wheel_separation_m, options_.wheel_radius_m, options_.wheel_separation_multiplier,
+                   options_.left_wheel_radius_multiplier, options_.right_wheel_radius_multiplier});
 }
 
 void DiffDriveComponent::listen_to(std::size_t source, const std::string& topic) {
@@ -274,7 +275,8 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
                                        : io::SerialPort::open_or_await(line_settings, get_clock());
   if (!line) {
     Problem problem = line.error();
-    problem.where = get_fully_qualified_name() + ", parameter serial_port: " + problem.where;
+    problem.where.node = get_fully_qualified_name();
+    problem.where.parameter = "serial_port";
     return err(std::move(problem));
   }
   WaveshareSerialPort::Settings settings;
@@ -300,7 +302,7 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
   auto setup = validated(options_, get_fully_qualified_name());
   if (!setup) return refuse(setup.error());
   setup_ = std::move(setup).value();
-  tell_wheels(setup_.loop.geometry);
+  tell_wheels();
   for (const auto& warning : setup_.warnings) get_logger().warn("{}", warning);
 
   auto base = open_base();

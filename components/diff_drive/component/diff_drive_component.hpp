@@ -55,7 +55,7 @@ class DiffDriveComponent : public LifecycleNode {
 
  private:
   /// Enters the wheels in the container's list, for odometry.
-  void tell_wheels(const DriveGeometry& geometry);
+  void tell_wheels();
   void listen_to(std::size_t source, const std::string& topic);
   void listen_to_lock(std::size_t lock, const std::string& topic);
   void on_twist(std::size_t source, const geometry_msgs::msg::Twist& twist, const MessageInfo& info);

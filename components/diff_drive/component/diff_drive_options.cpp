@@ -124,7 +124,7 @@ Result<AxisLimits, Problem> axis_limits(const AxisOptions& axis, const std::stri
   if (!std::isnan(axis.min_acceleration)) {
     deprecated("min_acceleration", "use max_deceleration and max_acceleration_reverse");
     if (!(axis.min_acceleration <= 0.0) || std::isinf(axis.min_acceleration)) {
-      return err(Problem{fmt::format("node {}, parameter {}min_acceleration", node, prefix),
+      return err(Problem{Place::of_parameter(prefix + "min_acceleration", node),
                          fmt::format("{} must be zero or negative, or .nan (off)", axis.min_acceleration),
                          "write a negative number"});
     }
@@ -151,7 +151,8 @@ Result<AxisLimits, Problem> axis_limits(const AxisOptions& axis, const std::stri
   if (!checked) {
     const LimitFault& fault = checked.error();
     return err(Problem{
-        fmt::format("node {}, parameter {}{}", node, prefix, fault.name), fmt::format("{} {}", fault.value, fault.rule),
+        Place::of_parameter(fmt::format("{}{}", prefix, fault.name), node),
+        fmt::format("{} {}", fault.value, fault.rule),
         std::isfinite(fault.value) ? fmt::format("did you mean {}?", -fault.value) : "write .nan for no limit"});
   }
   return checked.value();
@@ -161,12 +162,12 @@ std::optional<Problem> problem_of_wheels(const DiffDriveOptions& options, const 
   const auto& left = options.left_wheel_names;
   const auto& right = options.right_wheel_names;
   if (left.empty() || right.empty()) {
-    return Problem{fmt::format("node {}, parameter {}", node, left.empty() ? "left_wheel_names" : "right_wheel_names"),
+    return Problem{Place::of_parameter(left.empty() ? "left_wheel_names" : "right_wheel_names", node),
                    "the list of joints is empty",
                    "name the wheels' joints of the robot description, e.g. [left_wheel_joint]"};
   }
   if (left.size() != right.size()) {
-    return Problem{fmt::format("node {}, parameters left_wheel_names and right_wheel_names", node),
+    return Problem{Place::of_parameter("right_wheel_names", node),
                    fmt::format("{} on the left, {} on the right", left.size(), right.size()),
                    "name as many wheels on each side"};
   }
@@ -174,28 +175,27 @@ std::optional<Problem> problem_of_wheels(const DiffDriveOptions& options, const 
   all.insert(all.end(), right.begin(), right.end());
   std::sort(all.begin(), all.end());
   if (all.front().empty()) {
-    return Problem{fmt::format("node {}, parameters left_wheel_names and right_wheel_names", node),
-                   "a joint without a name", "name it"};
+    return Problem{Place::of_parameter("right_wheel_names", node), "a joint without a name", "name it"};
   }
   if (const auto twice = std::adjacent_find(all.begin(), all.end()); twice != all.end()) {
-    return Problem{fmt::format("node {}, parameters left_wheel_names and right_wheel_names", node),
-                   fmt::format("joint '{}' is named twice", *twice), "a wheel is on one side only"};
+    return Problem{Place::of_parameter("right_wheel_names", node), fmt::format("joint '{}' is named twice", *twice),
+                   "a wheel is on one side only"};
   }
   return std::nullopt;
 }
 
 std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, const std::string& node) {
   if (std::find(kHardware.begin(), kHardware.end(), options.hardware) == kHardware.end()) {
-    return Problem{fmt::format("node {}, parameter hardware", node),
-                   fmt::format("'{}' is no kind of base", options.hardware), suggestion(options.hardware, kHardware)};
+    return Problem{Place::of_parameter("hardware", node), fmt::format("'{}' is no kind of base", options.hardware),
+                   suggestion(options.hardware, kHardware)};
   }
   if (options.hardware != "waveshare") return std::nullopt;
   if (options.serial_port.empty()) {
-    return Problem{fmt::format("node {}, parameter serial_port", node), "no path", "see `ls -l /dev/serial/by-id`"};
+    return Problem{Place::of_parameter("serial_port", node), "no path", "see `ls -l /dev/serial/by-id`"};
   }
   if (options.baud_rate <= 0 || options.baud_rate > 10'000'000 ||
       !io::is_standard_baud(static_cast<unsigned>(options.baud_rate))) {
-    return Problem{fmt::format("node {}, parameter baud_rate", node),
+    return Problem{Place::of_parameter("baud_rate", node),
                    fmt::format("{} is not a standard baud rate", options.baud_rate), "the board speaks 115200"};
   }
   return std::nullopt;
@@ -204,7 +204,7 @@ std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, cons
 std::optional<Problem> problem_of_channel(const std::string& prefix, const std::string& name, const std::string& topic,
                                           double timeout_s, std::int64_t priority, const std::string& node) {
   const auto where = [&](const char* key) {
-    return fmt::format("node {}, parameter {}{}.{}", node, prefix, name, key);
+    return Place::of_parameter(fmt::format("{}{}.{}", prefix, name, key), node);
   };
   if (topic.empty()) return Problem{where("topic"), "no topic is named", "e.g. cmd_vel_joy"};
   if (!(timeout_s >= 0.0 && timeout_s <= 60.0)) {
@@ -227,7 +227,7 @@ std::optional<Problem> problem_of_input(const DiffDriveOptions& options, const s
       return problem;
   }
   if (std::find(kRearm.begin(), kRearm.end(), options.rearm) == kRearm.end()) {
-    return Problem{fmt::format("node {}, parameter rearm", node), fmt::format("'{}' is no rule", options.rearm),
+    return Problem{Place::of_parameter("rearm", node), fmt::format("'{}' is no rule", options.rearm),
                    suggestion(options.rearm, kRearm)};
   }
   return std::nullopt;
@@ -267,9 +267,8 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
     descriptor.additional_constraints = fmt::format("{} to {} {}", row.least, row.most, row.unit);
     node.declare_parameter(row.name, defaults.*row.field, std::move(descriptor));
   }
-  node.declare_parameter(
-      "emergency_stop_required", defaults.emergency_stop_required,
-      described("the wheels stand while nobody who could set the emergency stop is there and alive"));
+  node.declare_parameter("emergency_stop_required", defaults.emergency_stop_required,
+                         described("the wheels stay stopped while no live publisher of the emergency stop is there"));
   node.declare_parameter("publish_limited_velocity", defaults.publish_limited_velocity,
                          described("TwistStamped on ~/cmd_vel_out in every cycle"));
   node.declare_parameter(
@@ -344,7 +343,7 @@ Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std
   for (const auto& row : kNumbers) {
     const double value = options.*row.field;
     if (value >= row.least && value <= row.most) continue;  // NaN is in no range
-    return err(Problem{fmt::format("node {}, parameter {}", node, row.name),
+    return err(Problem{Place::of_parameter(row.name, node),
                        fmt::format("{} is not in {} to {} {}", value, row.least, row.most, row.unit),
                        fmt::format("the default is {}", DiffDriveOptions{}.*row.field)});
   }

@@ -37,10 +37,12 @@ void write_block(const StateCovariance& covariance, int first, int size, std::ar
 EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", options) {
   declare_ekf_parameters(*this);
   for (const auto& [name, input] : parameters_of_absent_inputs(*this))
-    declare_problem({"parameter " + name, fmt::format("parameter '{}' belongs to {}, which is not given", name, input),
+    declare_problem({Place::of_parameter(name),
+                     fmt::format("parameter '{}' belongs to {}, which is not given", name, input),
                      "give " + input + " its topic, or leave it out"});
   for (const auto& input : inputs_without_config(*this))
-    declare_problem({"parameter " + input, fmt::format("'{0}' has no '{0}_config': nothing of it is fused", input),
+    declare_problem({Place::of_parameter(input),
+                     fmt::format("'{0}' has no '{0}_config': nothing of it is fused", input),
                      fmt::format("give {}_config 15 booleans (x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, "
                                  "ax ay az), or leave the input out",
                                  input)});
@@ -80,7 +82,8 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
   if (read->print_diagnostics)
     diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(10));
   if (read->publish_tf)
-    claim_ = claim_frame(read->tf_parent(), read->tf_child(), FrameClaimKind::Primary, "parameter publish_tf");
+    claim_ =
+        claim_frame(read->tf_parent(), read->tf_child(), FrameClaimKind::Primary, Place::of_parameter("publish_tf"));
   // With another name for the base, the inputs' frame may be known to them alone.
   if (read->base_link_frame_output == read->base_link_frame)
     declare_frame_use(read->base_link_frame, "base_link_frame");
@@ -134,7 +137,7 @@ CallbackReturn EkfComponent::on_configure(const State&) {
   auto options = read_ekf_parameters(*this);
   if (!options) {
     Problem problem = options.error();
-    problem.where = get_fully_qualified_name() + ", " + problem.where;
+    problem.where.node = get_fully_qualified_name();
     return refuse(problem);
   }
   options_ = std::move(options).value();

@@ -15,7 +15,7 @@ namespace nacelle::ekf {
 namespace {
 
 Problem wrong(const std::string& parameter, std::string what, std::string way_out) {
-  return {fmt::format("parameter {}", parameter), std::move(what), std::move(way_out)};
+  return {Place::of_parameter(parameter), std::move(what), std::move(way_out)};
 }
 
 double gate_of(const Node& node, const std::string& name) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ekf/component/input.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 namespace nacelle::ekf {
 namespace {
@@ -77,6 +79,17 @@ const Input::Part* Input::part(StateMask mask) const {
 }
 
 void Input::forget() { memory_ = {}; }
+
+void Input::comes_from(std::uint64_t writer, std::uint64_t sequence) {
+  auto known = std::ranges::find(heard_, writer, &Heard::writer);
+  if (known == heard_.end()) {
+    known = std::prev(heard_.end());  // heard longest ago
+    *known = {writer, sequence};
+  }
+  if (sequence > known->sequence + 1) lost_ += sequence - known->sequence - 1;
+  known->sequence = sequence;
+  std::rotate(heard_.begin(), known, std::next(known));
+}
 
 Result<RigidTransform, Rejection> Input::transform(std::string_view target, std::string_view source, WallTime stamp) {
   if (source.starts_with('/')) source.remove_prefix(1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,16 +38,13 @@ class Input {
   void take(const geometry_msgs::msg::PoseWithCovarianceStamped& message);
   void take(const geometry_msgs::msg::TwistWithCovarianceStamped& message);
   void take(const sensor_msgs::msg::Imu& message);
-  /// Who wrote the message that is to be taken, and the how manieth of it it is. A gap is a loss before it got here.
-  void comes_from(std::uint64_t writer, std::uint64_t sequence) {
-    if (writer == writer_ && sequence > sequence_ + 1) lost_ += sequence - sequence_ - 1;
-    writer_ = writer;
-    sequence_ = sequence;
-  }
+  /// Counts the gap before a message as lost. Call before take(), with the message's MessageInfo. The publishers of one topic are
+  /// told apart; of more than kMostWriters, a gap is seen only in those that were heard last.
+  void comes_from(std::uint64_t writer, std::uint64_t sequence);
   /// Forgets what differential and relative poses refer to.
   void forget();
   /// What is sent while nothing listens is no loss.
-  void begin() { writer_ = sequence_ = 0; }
+  void begin() { heard_ = {}; }
 
   struct Part {
     std::string name;  ///< "odom0 twist"
@@ -59,9 +57,11 @@ class Input {
   /// Messages that the subscription's queue dropped.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
   /// Of the last message; 0 before it.
-  [[nodiscard]] std::uint64_t writer() const { return writer_; }
+  [[nodiscard]] std::uint64_t writer() const { return heard_.front().writer; }
   /// Why the last transform was not there.
   [[nodiscard]] const spatial::LookupFault& last_fault() const { return last_fault_; }
+
+  static constexpr std::size_t kMostWriters = 8;
 
   /// How many parts an input has.
   [[nodiscard]] static std::uint16_t parts_of(const InputOptions& options);
@@ -97,7 +97,11 @@ class Input {
   std::vector<Part> parts_;
   PoseMemory memory_;
   WallTime now_{};
-  std::uint64_t messages_{0}, writer_{0}, sequence_{0}, lost_{0};
+  struct Heard {
+    std::uint64_t writer{}, sequence{};  // 0: none
+  };
+  std::array<Heard, kMostWriters> heard_{};  // the last message of each publisher, the latest first
+  std::uint64_t messages_{0}, lost_{0};
   spatial::LookupFault last_fault_;
 };
 

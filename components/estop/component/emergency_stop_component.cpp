@@ -94,8 +94,7 @@ void EmergencyStopComponent::on_heard(const Bool& stop) {
 
 Result<GpioSettings, Problem> EmergencyStopComponent::gpio_settings() const {
   const auto problem_of = [this](const char* name, std::string what, std::string way_out) {
-    return err(Problem{fmt::format("node {}, parameter {}", get_fully_qualified_name(), name), std::move(what),
-                       std::move(way_out)});
+    return err(Problem{Place::of_parameter(name, get_fully_qualified_name()), std::move(what), std::move(way_out)});
   };
   GpioSettings settings;
   settings.chip = get<std::string>("gpio_chip");
@@ -128,8 +127,8 @@ CallbackReturn EmergencyStopComponent::on_configure(const State&) {
   const bool may_wait = !device_.required && !std::filesystem::exists(gpio_.chip, ignored);
   if (!opened && !may_wait) {
     Problem problem = opened.error();
-    problem.where =
-        fmt::format("node {}, parameters gpio_chip and gpio_line: {}", get_fully_qualified_name(), problem.where);
+    problem.where.node = get_fully_qualified_name();
+    problem.where.parameter = "gpio_line";
     return refuse(problem);
   }
   watch_ = std::make_unique<DeviceWatch>(*this, device_, DeviceWatch::Settings{gpio_.chip}, get_clock().now());

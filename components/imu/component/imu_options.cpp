@@ -18,8 +18,7 @@ ParameterDescriptor within(std::string description, double from, double to) {
 }
 
 Problem refusal(const Node& node, const char* parameter, std::string what, std::string way_out) {
-  return {fmt::format("node {}, parameter {}", node.get_fully_qualified_name(), parameter), std::move(what),
-          std::move(way_out)};
+  return {Place::of_parameter(parameter, node.get_fully_qualified_name()), std::move(what), std::move(way_out)};
 }
 
 }  // namespace

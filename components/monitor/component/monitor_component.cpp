@@ -52,22 +52,25 @@ void MonitorComponent::declare_streams() {
   common.most_age = from_seconds(declare_parameter<double>(
       "max_age", 0.0, bounded("Age of a message in seconds that is a warning; 0 for any.", 0.0, 3600.0)));
 
-  const std::string where = "node " + get_fully_qualified_name() + ", ";
-  const auto refuse_value = [&](const Problem& problem) -> void {
-    throw exceptions::InvalidParameterValueException(
-        Problem{where + problem.where, problem.what, problem.way_out}.text());
+  const auto refuse_value = [&](Problem problem) -> void {
+    problem.where.node = get_fully_qualified_name();
+    declare_problem(problem);  // a check of the launch file finds the line by its parameter
+    throw exceptions::InvalidParameterValueException(problem.text());
   };
   if (share != "reference" && share != "pointer") {
-    refuse_value({"parameter share_as", "'" + share + "' is no form", suggestion(share, {"reference", "pointer"})});
+    refuse_value(
+        {Place::of_parameter("share_as"), "'" + share + "' is no form", suggestion(share, {"reference", "pointer"})});
   }
   if (!rates.empty() && rates.size() != entries.size()) {
-    refuse_value({"parameter expected_rates", fmt::format("has {} values for {} streams", rates.size(), entries.size()),
+    refuse_value({Place::of_parameter("expected_rates"),
+                  fmt::format("has {} values for {} streams", rates.size(), entries.size()),
                   "give one per stream, 0 where any rate is fine"});
   }
   const auto bad_rate =
       std::find_if(rates.begin(), rates.end(), [](double rate) { return !(rate >= 0 && rate <= 1e6); });
   if (bad_rate != rates.end())
-    refuse_value({"parameter expected_rates", fmt::format("{} is no rate", *bad_rate), "give Hz from 0 to 1000000"});
+    refuse_value(
+        {Place::of_parameter("expected_rates"), fmt::format("{} is no rate", *bad_rate), "give Hz from 0 to 1000000"});
 
   const ShareAs share_as = share == "pointer" ? ShareAs::Pointer : ShareAs::Reference;
   for (std::size_t i = 0; i < entries.size(); ++i) {

@@ -160,7 +160,7 @@ std::vector<std::string> names_of_topics() {
 Result<StreamPlan, Problem> plan_stream(std::string_view entry) {
   const auto first = entry.find_first_not_of(' ');
   if (first == std::string_view::npos)
-    return err(Problem{"parameter streams", "an entry is empty", "name a topic, such as /scan"});
+    return err(Problem{Place::of_parameter("streams"), "an entry is empty", "name a topic, such as /scan"});
   entry.remove_prefix(first);
   entry = entry.substr(0, entry.find_last_not_of(' ') + 1);
   const auto gap = entry.find(' ');
@@ -174,13 +174,13 @@ Result<StreamPlan, Problem> plan_stream(std::string_view entry) {
     const std::string type{entry.substr(entry.find_first_not_of(' ', gap))};
     plan.types.push_back(find_type(type));
     if (plan.types[0] == nullptr) {
-      return err(Problem{"parameter streams, entry " + plan.topic, "the type '" + type + "' cannot be read",
+      return err(Problem{Place::of_parameter("streams"), "of " + plan.topic + " the type '" + type + "' cannot be read",
                          suggestion(type, names_of_types())});
     }
   } else {
     if (known == std::end(kTopics)) {
       const std::string near = nearest_name(plan.topic, names_of_topics());
-      return err(Problem{"parameter streams", "the type of " + plan.topic + " is not known",
+      return err(Problem{Place::of_parameter("streams"), "the type of " + plan.topic + " is not known",
                          "write it behind the topic, as in '" + plan.topic + " sensor_msgs/msg/LaserScan'" +
                              (near.empty() ? "" : ", or did you mean '" + near + "'?")});
     }

@@ -28,7 +28,7 @@ DescribedWheels read_described_wheels(Node& node) {
                                                 say("What the xacro file's arguments are, each \"name:=value\"."));
   if (!robot.urdf.empty() && !file.empty()) {
     wheels.problems.push_back(
-        {"parameter robot_description", "robot_description_file is set, too", "give one of them"});
+        {Place::of_parameter("robot_description"), "robot_description_file is set, too", "give one of them"});
     return wheels;
   }
   if (!file.empty()) {

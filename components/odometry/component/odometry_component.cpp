@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <string>
 
 #include "nacelle/node/frame_name.hpp"
 #include "nacelle/qos/presets.hpp"
@@ -40,9 +42,9 @@ OdometryComponent::OdometryComponent(const NodeOptions& options)
       "reset_odom", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { reset_pose(); });
   if (get<bool>("enable_odom_tf")) {
     // Where nobody asked for it, it yields to a filter; who writes it beside one has asked for two owners.
-    const bool asked = parameters().overrides().count("enable_odom_tf") != 0;
     claim_ = claim_frame(frame_name(*this, "odom_frame_id"), frame_name(*this, "base_frame_id"),
-                         asked ? FrameClaimKind::Primary : FrameClaimKind::Fallback, "parameter enable_odom_tf");
+                         is_given("enable_odom_tf") ? FrameClaimKind::Primary : FrameClaimKind::Fallback,
+                         Place::of_parameter("enable_odom_tf"));
   }
   declare_frame_use(frame_name(*this, "odom_frame_id"), "odom_frame_id");
   declare_frame_use(frame_name(*this, "base_frame_id"), "base_frame_id");
@@ -53,49 +55,65 @@ CallbackReturn OdometryComponent::on_configure(const State&) {
   auto options = read_odometry_parameters(*this);
   if (!options) {
     Problem problem = options.error();
-    problem.where = get_fully_qualified_name() + ", " + problem.where;
+    problem.where.node = get_fully_qualified_name();
     return refuse(problem);
   }
   options_ = std::move(options).value();
   take_wheels_of_base();
-  reader_.emplace(JointReaderOptions{options_.left_wheel_names, options_.right_wheel_names,
-                                     options_.wheel_radius_m * options_.left_wheel_radius_multiplier,
-                                     options_.wheel_radius_m * options_.right_wheel_radius_multiplier,
-                                     options_.max_wheel_speed_rps, options_.position_range_rad});
+  reader_.emplace(JointReaderOptions{options_.left_wheel_names, options_.right_wheel_names, options_.left_radius_m(),
+                                     options_.right_radius_m(), options_.max_wheel_speed_rps,
+                                     options_.position_range_rad});
   velocity_.emplace(static_cast<std::size_t>(options_.velocity_rolling_window_size));
   reset_pose();
   told_owner_ = false;
   told_jumps_ = 0;
+  told_incomplete_ = false;
   return CallbackReturn::SUCCESS;
 }
 
-void OdometryComponent::take_wheels_of_base() {
-  const auto is_given = [this](const char* parameter) { return parameters().overrides().count(parameter) != 0; };
-  const bool separation = !is_given("wheel_separation") && !is_given("wheel_separation_multiplier");
-  const bool radii = !is_given("wheel_radius") && !is_given("left_wheel_radius_multiplier") &&
-                     !is_given("right_wheel_radius_multiplier");
+std::optional<BaseWheels> OdometryComponent::find_base() const {
   auto list = wheels_->lock();
-  const auto base = std::find_if(list->begin(), list->end(), [this](const BaseWheels& b) {
-    return b.name_space == get_namespace() && b.left_joints == options_.left_wheel_names &&
-           b.right_joints == options_.right_wheel_names;
+  std::vector<BaseWheels> bases;
+  std::ranges::copy_if(*list, std::back_inserter(bases),
+                       [this](const BaseWheels& base) { return base.name_space == get_namespace(); });
+  const auto same = std::ranges::find_if(bases, [this](const BaseWheels& base) {
+    return base.left_joints == options_.left_wheel_names && base.right_joints == options_.right_wheel_names;
   });
-  if (base == list->end() || !(separation || radii)) return;
+  if (same != bases.end()) return *same;
+  const OdometryOptions untold;
+  const bool names_are_told = is_given("left_wheel_names") || is_given("right_wheel_names") ||
+                              options_.left_wheel_names != untold.left_wheel_names ||
+                              options_.right_wheel_names != untold.right_wheel_names;
+  if (names_are_told || bases.size() != 1) return std::nullopt;
+  return bases.front();
+}
+
+void OdometryComponent::take_wheels_of_base() {
+  const auto base = find_base();
+  if (!base) return;
+  options_.left_wheel_names = base->left_joints;
+  options_.right_wheel_names = base->right_joints;
+  // A length comes with its corrections; a correction of its own corrects the base's length.
+  const bool separation = !is_given("wheel_separation"), radius = !is_given("wheel_radius");
   if (separation) {
     options_.wheel_separation_m = base->separation_m;
-    options_.wheel_separation_multiplier = 1.0;
+    if (!is_given("wheel_separation_multiplier")) options_.wheel_separation_multiplier = base->separation_multiplier;
   }
-  if (radii) {
-    options_.wheel_radius_m = base->left_radius_m;
-    options_.left_wheel_radius_multiplier = 1.0;
-    options_.right_wheel_radius_multiplier = base->right_radius_m / base->left_radius_m;
+  if (radius) {
+    options_.wheel_radius_m = base->radius_m;
+    if (!is_given("left_wheel_radius_multiplier")) options_.left_wheel_radius_multiplier = base->left_radius_multiplier;
+    if (!is_given("right_wheel_radius_multiplier"))
+      options_.right_wheel_radius_multiplier = base->right_radius_multiplier;
   }
+  if (!separation && !radius) return;
   get_logger().info("{} of {}: {} m apart, radii {} and {} m",
-                    separation && radii ? "the wheels are those"
-                    : separation        ? "the wheels' separation is that"
-                                        : "the wheels' radii are those",
-                    base->node, options_.separation_m(), options_.wheel_radius_m,
-                    options_.wheel_radius_m * options_.right_wheel_radius_multiplier);
+                    separation && radius ? "the wheels are those"
+                    : separation         ? "the wheels' separation is that"
+                                         : "the wheels' radius is that",
+                    base->node, options_.separation_m(), options_.left_radius_m(), options_.right_radius_m());
 }
+
+bool OdometryComponent::is_given(const char* parameter) const { return parameters().overrides().count(parameter) != 0; }
 
 CallbackReturn OdometryComponent::on_activate(const State&) {
   // What happened while inactive was not seen: the next sample starts the differences.
@@ -122,6 +140,7 @@ void OdometryComponent::on_joint_state(const sensor_msgs::msg::JointState& joint
                     {joints.position.data(), joints.position.size()}, {joints.velocity.data(), joints.velocity.size()});
   if (!step) {
     if (reader_->stats().jumps != told_jumps_) tell_jumps();
+    if (reader_->stats().incomplete != 0 && !told_incomplete_) tell_incomplete(joints);
     return;
   }
   pose_ = integrate(pose_, step->wheels, options_.separation_m(), options_.noise);
@@ -209,6 +228,25 @@ void OdometryComponent::tell_jumps() {
         told_jumps_);
   }
   velocity_->clear();
+}
+
+void OdometryComponent::tell_incomplete(const sensor_msgs::msg::JointState& joints) {
+  told_incomplete_ = true;
+  std::string missing;
+  for (const auto* const names : {&options_.left_wheel_names, &options_.right_wheel_names}) {
+    for (const auto& name : *names) {
+      if (missing.empty() && std::ranges::find(joints.name, name) == joints.name.end()) missing = name;
+    }
+  }
+  if (!missing.empty()) {
+    get_logger().warn("a message on {} does not have the joint '{}': without it there is no odometry",
+                      joints_->get_topic_name(), missing);
+  } else {
+    get_logger().warn(
+        "a message on {} has {} names, {} positions and {} velocities: without as many of one of them as names "
+        "there is no odometry",
+        joints_->get_topic_name(), joints.name.size(), joints.position.size(), joints.velocity.size());
+  }
 }
 
 }  // namespace nacelle::odometry

@@ -18,7 +18,7 @@ namespace nacelle::odometry {
 
 /// Wheel odometry: joint_states (positions, of encoders that may count in a circle; else speeds) in, odom (one per sample, with its stamp) and the transform odom -> base out.
 ///
-/// Separation and radii that it was not given are those of the base in its namespace whose wheels it reads.
+/// Wheels, separation and radius that it was not given are those of the base in its namespace.
 /// It owns the transform only while nobody claims it with more right (an EKF); it says once who does. The service reset_odom
 /// (std_srvs/Empty, as ROS users call it) puts the pose back to the origin.
 /// Threads: the component's executor. Allocates: nothing at the rate of joint_states.
@@ -35,13 +35,17 @@ class OdometryComponent final : public LifecycleNode {
   CallbackReturn on_cleanup(const State&) override;
 
  private:
+  /// The base that has these wheels; the only one, where this node was not told which wheels it reads.
+  [[nodiscard]] std::optional<BaseWheels> find_base() const;
   /// The base's wheels, as far as this node was not given its own.
   void take_wheels_of_base();
+  [[nodiscard]] bool is_given(const char* parameter) const;
   void on_joint_state(const sensor_msgs::msg::JointState& joints);
   void reset_pose();
   void publish_odometry(const sensor_msgs::msg::JointState& joints, const WheelStep& step, double dt_s);
   void publish_transform(const sensor_msgs::msg::JointState& joints);
   void tell_jumps();
+  void tell_incomplete(const sensor_msgs::msg::JointState& joints);
 
   OdometryOptions options_;
   const std::shared_ptr<BaseWheelsList> wheels_;
@@ -55,6 +59,7 @@ class OdometryComponent final : public LifecycleNode {
   std::unique_ptr<FrameClaim> claim_;
   bool told_owner_{false};
   std::uint64_t told_jumps_{0};
+  bool told_incomplete_{false};
 };
 
 }  // namespace nacelle::odometry

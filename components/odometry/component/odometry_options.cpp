@@ -11,7 +11,7 @@ namespace nacelle::odometry {
 namespace {
 
 Problem wrong(const char* parameter, std::string what, std::string way_out) {
-  return {fmt::format("parameter {}", parameter), std::move(what), std::move(way_out)};
+  return {Place::of_parameter(parameter), std::move(what), std::move(way_out)};
 }
 
 std::vector<double> listed(const std::array<double, 6>& values) { return {values.begin(), values.end()}; }
@@ -69,18 +69,20 @@ Result<OdometryOptions, Problem> validated(OdometryOptions o) {
 
 void declare_odometry_parameters(Node& node, const OdometryOptions& d) {
   const auto say = [](const char* text) { return ParameterDescriptor{.description = text, .read_only = true}; };
-  node.declare_parameter("left_wheel_names", d.left_wheel_names, say("Joints of the left wheels; their mean counts."));
-  node.declare_parameter("right_wheel_names", d.right_wheel_names, say("Joints of the right wheels."));
+  node.declare_parameter("left_wheel_names", d.left_wheel_names,
+                         say("Joints of the left wheels; their mean counts. Not given: the base's, if it is there."));
+  node.declare_parameter("right_wheel_names", d.right_wheel_names,
+                         say("Joints of the right wheels. Not given: the base's, if it is there."));
   node.declare_parameter(
       "wheel_separation", d.wheel_separation_m,
       say("Between the middles of left and right wheels, m. Not given: the base's, if it is there."));
   node.declare_parameter("wheel_radius", d.wheel_radius_m, say("m. Not given: the base's, if it is there."));
   node.declare_parameter("wheel_separation_multiplier", d.wheel_separation_multiplier,
-                         say("Calibration of the separation."));
+                         say("Calibration of the separation. Not given: with the base's separation comes its own."));
   node.declare_parameter("left_wheel_radius_multiplier", d.left_wheel_radius_multiplier,
-                         say("Calibration of the left radius."));
+                         say("Calibration of the left radius. Not given: with the base's radius comes its own."));
   node.declare_parameter("right_wheel_radius_multiplier", d.right_wheel_radius_multiplier,
-                         say("Calibration of the right radius."));
+                         say("Calibration of the right radius. Not given: with the base's radius comes its own."));
   declare_frame_prefix(node);
   node.declare_parameter("odom_frame_id", d.odom_frame_id, say("Parent frame of the odometry."));
   node.declare_parameter("base_frame_id", d.base_frame_id, say("Child frame of the odometry."));

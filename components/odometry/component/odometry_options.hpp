@@ -32,6 +32,8 @@ struct OdometryOptions {
   double position_range_rad = 0.0;  ///< Wheel positions count in a circle of so much; 0: found out.
 
   [[nodiscard]] double separation_m() const { return wheel_separation_m * wheel_separation_multiplier; }
+  [[nodiscard]] double left_radius_m() const { return wheel_radius_m * left_wheel_radius_multiplier; }
+  [[nodiscard]] double right_radius_m() const { return wheel_radius_m * right_wheel_radius_multiplier; }
 };
 
 /// Errors: one sentence about the first parameter that is wrong.

@@ -73,8 +73,8 @@ void TransformsComponent::claim_frames() {
         claim_frame(joint.parent, joint.child, kind, "the joint '" + joint.name + "' of the robot description"));
   }
   for (const StaticTransform& transform : options->static_transforms) {
-    claims_.push_back(
-        claim_frame(transform.parent, transform.child, FrameClaimKind::Fixed, "parameter static_transforms"));
+    claims_.push_back(claim_frame(transform.parent, transform.child, FrameClaimKind::Fixed,
+                                  Place::of_parameter("static_transforms")));
   }
 }
 
@@ -82,7 +82,7 @@ CallbackReturn TransformsComponent::on_configure(const State&) {
   auto options = read_transforms_parameters(*this);
   if (!options) {
     Problem problem = options.error();
-    problem.where = get_fully_qualified_name() + ", " + problem.where;
+    problem.where.node = get_fully_qualified_name();
     return refuse(problem);
   }
   options_ = std::move(options).value();

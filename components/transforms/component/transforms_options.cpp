@@ -19,7 +19,7 @@ Result<void, Problem> check_parents(const TransformsOptions& options) {
     const auto [known, added] = parents.emplace(transform.child, transform.parent);
     if (!added) {
       return err(Problem{
-          "parameter static_transforms",
+          Place::of_parameter("static_transforms"),
           fmt::format("frame '{}' has two parents, '{}' and '{}'", transform.child, known->second, transform.parent),
           "leave one of them out"});
     }
@@ -49,7 +49,7 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
   TransformsOptions options;
   options.description = node.get<std::string>("robot_description");
   const auto file = node.get<std::string>("robot_description_file");
-  std::string where = "parameter robot_description";
+  Place where = Place::of_parameter("robot_description");
   if (!options.description.empty() && !file.empty()) {
     return err(Problem{where, "robot_description_file is set, too", "give one of them"});
   }
@@ -63,7 +63,7 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
   options.frame_prefix = node.get<std::string>(kFramePrefixParameter);
   for (const std::string& entry : node.get<std::vector<std::string>>("static_transforms")) {
     auto transform = read_static_transform(entry, options.frame_prefix);
-    if (!transform) return err(Problem{"parameter static_transforms", transform.error(), ""});
+    if (!transform) return err(Problem{Place::of_parameter("static_transforms"), transform.error(), ""});
     options.static_transforms.push_back(std::move(transform).value());
   }
   if (options.description.empty() && options.static_transforms.empty()) {

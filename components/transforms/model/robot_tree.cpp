@@ -114,7 +114,7 @@ RigidTransform Joint::at(double position) const {
   return origin;
 }
 
-Result<RobotTree, Problem> read_urdf(const std::string& text, const std::string& where) {
+Result<RobotTree, Problem> read_urdf(const std::string& text, const Place& where) {
   const std::lock_guard lock{parser_lock()};
   const char* const way_out = "check it with `check_urdf` (package liburdfdom-tools)";
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
@@ -124,7 +124,7 @@ Result<RobotTree, Problem> read_urdf(const std::string& text, const std::string&
   // urdfdom's own words differ between its releases, and the older one's recursion has no bound.
   {
     tinyxml2::XMLDocument document;
-    if (auto parsed = parse_xml(document, text, where); !parsed) {
+    if (auto parsed = parse_xml(document, text, where.text()); !parsed) {
       Problem problem = parsed.error();
       if (problem.way_out.empty()) problem.way_out = way_out;
       return err(std::move(problem));

@@ -48,6 +48,6 @@ struct RobotTree {
 /// Errors: a Problem with `where` as given and urdfdom's own words; also for a mimic chain that never ends or names no joint,
 ///         an axis of length zero, and a number that is not finite.
 /// Threads: any, one after another (urdfdom reports its errors through one process-wide channel).
-[[nodiscard]] Result<RobotTree, Problem> read_urdf(const std::string& text, const std::string& where);
+[[nodiscard]] Result<RobotTree, Problem> read_urdf(const std::string& text, const Place& where);
 
 }  // namespace nacelle::transforms

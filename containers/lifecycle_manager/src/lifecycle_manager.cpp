@@ -134,8 +134,8 @@ LifecycleManager::Readiness LifecycleManager::readiness(Entry& entry) {
     }
     if (wait.since && waited >= dependency.timeout) {
       entry.outcome = {false, StateId::Inactive,
-                       fmt::format("{}: waited {:.3g} s for {}: {}", dependency.where, to_seconds(dependency.timeout),
-                                   words_of(dependency), lacking)};
+                       fmt::format("{}: waited {:.3g} s for {}: {}", dependency.where.text(),
+                                   to_seconds(dependency.timeout), words_of(dependency), lacking)};
       return Readiness::Never;
     }
   }
@@ -187,7 +187,8 @@ void LifecycleManager::run_phase(Transition transition, Crew& crew, Outcome& res
   }
   for (const auto& entry : entries_) {
     if (entry.outcome.success || entry.left_out) continue;
-    result.problem = {entry.node.name, std::string("could not ") + to_text(transition) + ": " + entry.outcome.reason,
+    result.problem = {Place::of_node(entry.node.name),
+                      std::string("could not ") + to_text(transition) + ": " + entry.outcome.reason,
                       "nothing was left running: what had been started is undone"};
     return;
   }
@@ -221,7 +222,7 @@ Outcome LifecycleManager::startup(Crew& crew) {
   for (const Transition transition : {Transition::Configure, Transition::Activate}) {
     run_phase(transition, crew, result);
     if (result.problem.where.empty()) continue;
-    undo("undo: " + result.problem.where + " could not " + to_text(transition));
+    undo("undo: " + result.problem.where.text() + " could not " + to_text(transition));
     return result;
   }
   for (const auto& entry : entries_) {
@@ -243,7 +244,8 @@ Outcome LifecycleManager::take_down(Transition transition) {
       result.activated.push_back(entry.node.name);
     } else if (result.success) {
       result.success = false;
-      result.problem = {entry.node.name, std::string("could not ") + to_text(transition) + ": " + outcome.reason, ""};
+      result.problem = {Place::of_node(entry.node.name),
+                        std::string("could not ") + to_text(transition) + ": " + outcome.reason, ""};
     }
   }
   return result;

@@ -14,6 +14,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr const char* kGetComponent = "nacelle_interfaces/srv/GetComponent";
 constexpr const char* kGetComponents = "nacelle_interfaces/srv/GetComponents";
 constexpr const char* kLoadComponent = "nacelle_interfaces/srv/LoadComponent";
 constexpr const char* kUnloadComponent = "nacelle_interfaces/srv/UnloadComponent";
@@ -27,35 +28,24 @@ constexpr const char* kNodesChangeState = "lifecycle_msgs/srv/ChangeState";
 // A component may take its time to find its device; the container gives it up after half a minute.
 constexpr Duration kTransition = 80s;
 
-std::string service_of(const std::string& container, const char* name) { return container + "/_container/" + name; }
-
 std::string text_of(const json& row, const char* key) { return row.at(key).get<std::string>(); }
-
-Problem problem_of(const json& response) {
-  const json& problem = response.at("problem");
-  return {text_of(problem, "where"), text_of(problem, "what"), text_of(problem, "way_out")};
-}
 
 /// nacelle_interfaces/msg/Component as a row for people and scripts.
 json row_of(json component) {
-  if (component["fault"].empty()) {
-    component.erase("fault");
-  } else {
-    component["fault"] = json(component["fault"].front());
-  }
+  unwrap(component, "fault");
   if (component["open_faults"].empty()) component.erase("open_faults");
   component["state"] = component["managed"].get<bool>() ? json(component["state"]["label"]) : json("");
   return component;
 }
 
 Result<json, Problem> components_of(Nodes& nodes, const std::string& container) {
-  return nodes.call(service_of(container, "get_components"), kGetComponents, json::object());
+  return nodes.call(service_of_container(container, "get_components"), kGetComponents, json::object());
 }
 
 // --- of containers that are not Nacelle's ----------------------------------------------------------------------------
 
 Result<json, Problem> members_of(Nodes& nodes, const std::string& container) {
-  const auto answer = nodes.call(service_of(container, "list_nodes"), kListNodes, json::object());
+  const auto answer = nodes.call(service_of_container(container, "list_nodes"), kListNodes, json::object());
   if (!answer) return err(answer.error());
   const json& names = answer.value()["full_node_names"];
   const json& ids = answer.value()["unique_ids"];
@@ -139,7 +129,7 @@ Result<json, Problem> load_member(Nodes& nodes, const std::string& container, co
   // A class is taken to be in the package of its first namespace.
   request.value()["package_name"] = wish.component.substr(0, wish.component.find("::"));
   request.value()["plugin_name"] = wish.component;
-  const auto answer = nodes.call(service_of(container, "load_node"), kLoadNode, request.value(), kTransition);
+  const auto answer = nodes.call(service_of_container(container, "load_node"), kLoadNode, request.value(), kTransition);
   if (!answer) return err(answer.error());
   if (!answer.value()["success"].get<bool>())
     return err(Problem{container, text_of(answer.value(), "error_message"), ""});
@@ -157,8 +147,8 @@ Result<json, Problem> unload_member(Nodes& nodes, const std::string& container, 
   if (!rows) return err(rows.error());
   const auto row = row_named(rows.value(), name, container);
   if (!row) return err(row.error());
-  const auto done =
-      nodes.call(service_of(container, "unload_node"), kUnloadNode, {{"unique_id", row.value()["id"]}}, kTransition);
+  const auto done = nodes.call(service_of_container(container, "unload_node"), kUnloadNode,
+                               {{"unique_id", row.value()["id"]}}, kTransition);
   if (!done) return err(done.error());
   if (!done.value()["success"].get<bool>()) return err(Problem{container, text_of(done.value(), "error_message"), ""});
   return json{{"id", row.value()["id"]},
@@ -178,6 +168,45 @@ Result<json, Problem> state_of(Nodes& nodes, const std::string& node) {
   const auto answer = nodes.call(node + "/get_state", kGetState, json::object());
   if (!answer) return err(answer.error());
   return json(answer.value()["current_state"]);
+}
+
+/// The details of nacelle_interfaces/srv/GetComponent.
+json info_of(json response) {
+  json info = row_of(response["component"]);
+  info["state_id"] = response["component"]["state"]["id"];
+  info["container"] = text_of(response, "container").substr(1);
+  for (const char* const key : {"host", "isolated", "actuator", "callbacks"}) info[key] = std::move(response[key]);
+  info["faults"] = json::array();
+  for (const json& fault : response["faults"]) {
+    info["faults"].push_back({{"code", fault["code"]},
+                              {"text", fault["text"]},
+                              {"callback", fault["callback"]},
+                              {"time_s", fault["time_ns"].get<double>() * 1e-9}});
+  }
+  for (json& load : response["load"]) {
+    info["parameters"] = json::object();
+    for (const json& parameter : load["parameters"])
+      info["parameters"][text_of(parameter, "name")] = json_of(value_of(parameter["value"]));
+    info["remaps"] = std::move(load["remap_rules"]);
+    for (const char* const key : {"qos_overrides", "thread", "on_fault"}) info[key] = std::move(load[key]);
+  }
+  return info;
+}
+
+/// The same of a component that another container holds.
+Result<json, Problem> info_of_member(Nodes& nodes, const std::string& container, const std::string& name) {
+  auto row = find_component(nodes, container, name);
+  if (!row) return row;
+  json& info = row.value();
+  info.erase("plugin");
+  info.erase("library");
+  info["state_id"] = 0;
+  if (!info["managed"].get<bool>()) return row;
+  const auto state = state_of(nodes, text_of(info, "node"));
+  if (!state) return err(state.error());
+  info["state"] = state.value()["label"];
+  info["state_id"] = state.value()["id"];
+  return row;
 }
 
 }  // namespace
@@ -204,6 +233,23 @@ Result<json, Problem> find_component(Nodes& nodes, const std::string& container,
   return row;
 }
 
+Result<json, Problem> component_info(Nodes& nodes, const std::string& container, const std::string& name) {
+  const auto found = nodes.container(container);
+  if (!found) return err(found.error());
+  const std::string& holder = found.value().node;
+  auto info = found.value().is_nacelle
+                  ? nodes.call(service_of_container(holder, "get_component"), kGetComponent, {{"component", name}})
+                  : info_of_member(nodes, holder, name);
+  if (!info) return info;
+  if (found.value().is_nacelle) {
+    if (!info.value()["success"].get<bool>()) return err(problem_of(info.value()));
+    info = info_of(std::move(info).value());
+  }
+  const std::string node = text_of(info.value(), "node");
+  info.value()["namespace"] = node.rfind('/') == 0 ? "/" : node.substr(0, node.rfind('/'));
+  return info;
+}
+
 Result<json, Problem> load_component(Nodes& nodes, const std::string& container, const LoadWish& wish) {
   const auto found = nodes.container(container);
   if (!found) return err(found.error());
@@ -218,7 +264,7 @@ Result<json, Problem> load_component(Nodes& nodes, const std::string& container,
   auto request = request_of(wish, below);
   if (!request) return err(request.error());
   request.value()["component"] = wish.component;
-  auto answer = nodes.call(service_of(node, "load_component"), kLoadComponent, request.value(), kTransition);
+  auto answer = nodes.call(service_of_container(node, "load_component"), kLoadComponent, request.value(), kTransition);
   if (!answer) return err(answer.error());
   if (!answer.value()["success"].get<bool>()) return err(problem_of(answer.value()));
   json row = row_of(std::move(answer.value()["component"]));
@@ -231,7 +277,8 @@ Result<json, Problem> unload_component(Nodes& nodes, const std::string& containe
   if (!found) return err(found.error());
   const std::string& node = found.value().node;
   if (!found.value().is_nacelle) return unload_member(nodes, node, name);
-  auto answer = nodes.call(service_of(node, "unload_component"), kUnloadComponent, {{"component", name}}, kTransition);
+  auto answer =
+      nodes.call(service_of_container(node, "unload_component"), kUnloadComponent, {{"component", name}}, kTransition);
   if (!answer) return err(answer.error());
   if (!answer.value()["success"].get<bool>()) return err(problem_of(answer.value()));
   answer.value().erase("success");
@@ -266,7 +313,7 @@ Result<json, Problem> change_state(Nodes& nodes, const std::string& name, const 
   if (!found) return err(found.error());
   const auto& [node, container] = found.value();
   if (!container.empty()) {
-    const auto answer = nodes.call(service_of(container, "change_state"), kChangeState,
+    const auto answer = nodes.call(service_of_container(container, "change_state"), kChangeState,
                                    {{"component", node}, {"transition", transition}}, kTransition);
     if (!answer) return err(answer.error());
     if (!answer.value()["success"].get<bool>()) return err(problem_of(answer.value()));

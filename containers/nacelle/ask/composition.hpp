@@ -29,6 +29,19 @@ inline constexpr std::size_t kMostParametersText = 448U << 10U;
 [[nodiscard]] Result<nlohmann::json, Problem> find_component(Nodes& nodes, const std::string& container,
                                                              const std::string& name);
 
+/// Returns what there is to know of a component: what list_components() has, "container", "state_id", "namespace", and of a Nacelle
+/// container:
+///
+///   "host", "isolated" (in a process of its own), "actuator" (it moves something)
+///   "faults"      so far: "code", "text", "callback", "time_s"
+///   "callbacks"   "kind", "name", and their counters
+///   what it was loaded with, where that is known: "parameters" (name to value), "remaps" ("scan:=/front/scan"), "qos_overrides" ("topic",
+///   "publisher"), "thread" ("own", "threads", "priority", "cpus"), "on_fault" ("policy", "max_restarts", "backoff_s")
+///
+/// `name`: id, full name, or name without namespace. Errors: there is none, with the nearest; several.
+[[nodiscard]] Result<nlohmann::json, Problem> component_info(Nodes& nodes, const std::string& container,
+                                                             const std::string& name);
+
 /// What is to be loaded.
 struct LoadWish {
   std::string component;  ///< A name of the launch file, or a class; the rest is of a class.

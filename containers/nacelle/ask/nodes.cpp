@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/ask/nodes.hpp"
 
+#include "nacelle/base/problem_json.hpp"
+
 namespace nacelle::ask {
 
 using nlohmann::json;
@@ -23,6 +25,8 @@ Result<Nodes::FoundContainer, Problem> Nodes::container(const std::string& name)
   return FoundContainer{reply.value()["node"], reply.value()["is_nacelle"]};
 }
 
+Result<json, Problem> Nodes::graph() { return client_.call({{"verb", "graph"}}, limit_ + on_the_way_); }
+
 Result<json, Problem> Nodes::call(const std::string& service, const char* type, const json& request) {
   return call(service, type, request, limit_);
 }
@@ -38,6 +42,16 @@ Result<json, Problem> Nodes::call(const std::string& service, const char* type, 
   return std::move(reply.value()["response"]);
 }
 
+Result<json, Problem> Nodes::ask_container(const std::string& name, const char* service, const char* type,
+                                           const json& request) {
+  const auto found = container(name);
+  if (!found) return err(found.error());
+  const std::string& node = found.value().node;
+  if (!found.value().is_nacelle)
+    return err(Problem{"container " + node, std::string{"has no service "} + service + ": it is not Nacelle's", ""});
+  return call(service_of_container(node, service), type, request);
+}
+
 std::vector<bool> Nodes::prepare(const std::vector<std::pair<std::string, const char*>>& services) {
   json names = json::array();
   for (const auto& [service, type] : services) names.push_back({{"service", service}, {"type", type}});
@@ -45,6 +59,21 @@ std::vector<bool> Nodes::prepare(const std::vector<std::pair<std::string, const 
   std::vector<bool> offered(services.size(), false);
   if (reply) reply.value()["offered"].get_to(offered);
   return offered;
+}
+
+std::string service_of_container(const std::string& container, const char* name) {
+  return container + "/_container/" + name;
+}
+
+Problem problem_of(const json& response) { return response.at("problem").get<Problem>(); }
+
+void unwrap(json& message, const char* key) {
+  json list = std::move(message.at(key));
+  if (list.empty()) {
+    message.erase(key);
+  } else {
+    message[key] = std::move(list.front());
+  }
 }
 
 }  // namespace nacelle::ask

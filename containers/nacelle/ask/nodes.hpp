@@ -44,12 +44,19 @@ class Nodes {
   /// Returns the container of that name; the only one for an empty name, or the one at the other end.
   /// Errors: there is none, or several and no name.
   [[nodiscard]] Result<FoundContainer, Problem> container(const std::string& name);
+  /// Returns who is there and what joins them, as the other end sees it (session/graph_verbs.hpp).
+  [[nodiscard]] Result<nlohmann::json, Problem> graph();
   /// Calls a service and returns the response; messages are JSON as interfaces/msgs/README.md describes it.
   /// Errors: no such service, no answer within the limit, a request that does not fit the type.
   [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
                                                      const nlohmann::json& request);
   [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
                                                      const nlohmann::json& request, Duration limit);
+  /// Calls a service of nacelle_interfaces of a container, which is found as by container(). `service` is the name below ~/_container.
+  /// Errors: as container() and call(); the container is not Nacelle's.
+  [[nodiscard]] Result<nlohmann::json, Problem> ask_container(const std::string& name, const char* service,
+                                                              const char* type,
+                                                              const nlohmann::json& request = nlohmann::json::object());
   /// Announces services that will be called next, each with its type, and returns which of them are offered. On the network their
   /// clients find their servers meanwhile. False for each of them if the other end does not answer; the calls that follow say why.
   std::vector<bool> prepare(const std::vector<std::pair<std::string, const char*>>& services);
@@ -58,5 +65,12 @@ class Nodes {
   control::Client& client_;
   const Duration limit_, on_the_way_;
 };
+
+/// Returns the full name of a service of a container's node: "/robot/_container/get_faults".
+[[nodiscard]] std::string service_of_container(const std::string& container, const char* name);
+/// Returns the Problem in a response of nacelle_interfaces.
+[[nodiscard]] Problem problem_of(const nlohmann::json& response);
+/// Replaces a list of at most one element by the element; removes an empty one.
+void unwrap(nlohmann::json& message, const char* key);
 
 }  // namespace nacelle::ask

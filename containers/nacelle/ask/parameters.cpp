@@ -74,24 +74,6 @@ ParameterType type_in(const json& message) {
                                                               : static_cast<ParameterType>(type);
 }
 
-ParameterValue value_in(const json& message) {
-  const ParameterType type = type_in(message);
-  const json& value = type == ParameterType::NotSet ? json{} : message[kFields[static_cast<std::size_t>(type)]];
-  switch (type) {
-    case ParameterType::NotSet: return {};
-    case ParameterType::Bool: return value.get<bool>();
-    case ParameterType::Integer: return value.get<std::int64_t>();
-    case ParameterType::Double: return double_of(value);
-    case ParameterType::String: return value.get<std::string>();
-    case ParameterType::ByteArray: return value.get<std::vector<std::uint8_t>>();
-    case ParameterType::BoolArray: return value.get<std::vector<bool>>();
-    case ParameterType::IntegerArray: return value.get<std::vector<std::int64_t>>();
-    case ParameterType::DoubleArray: return doubles_of(value);
-    case ParameterType::StringArray: return value.get<std::vector<std::string>>();
-  }
-  return {};
-}
-
 /// Makes a row of list_parameters() from rcl_interfaces/msg/ParameterDescriptor.
 json row_of(const json& descriptor, const ParameterValue& value) {
   json row{{"name", descriptor["name"]},
@@ -133,7 +115,7 @@ Result<std::vector<ParameterValue>, Problem> values_of(Nodes& nodes, const std::
   if (values.size() != with_value.size()) return err(changed);
   std::vector<ParameterValue> all;
   for (std::size_t i = 0, next = 0; i < names.size(); ++i)
-    all.push_back(types[i] == 0 ? ParameterValue{} : value_in(values[next++]));
+    all.push_back(types[i] == 0 ? ParameterValue{} : value_of(values[next++]));
   return all;
 }
 
@@ -146,6 +128,24 @@ bool has_fixed_type(Nodes& nodes, const std::string& node, const std::string& pa
 }
 
 }  // namespace
+
+ParameterValue value_of(const json& message) {
+  const ParameterType type = type_in(message);
+  const json& value = type == ParameterType::NotSet ? json{} : message[kFields[static_cast<std::size_t>(type)]];
+  switch (type) {
+    case ParameterType::NotSet: return {};
+    case ParameterType::Bool: return value.get<bool>();
+    case ParameterType::Integer: return value.get<std::int64_t>();
+    case ParameterType::Double: return double_of(value);
+    case ParameterType::String: return value.get<std::string>();
+    case ParameterType::ByteArray: return value.get<std::vector<std::uint8_t>>();
+    case ParameterType::BoolArray: return value.get<std::vector<bool>>();
+    case ParameterType::IntegerArray: return value.get<std::vector<std::int64_t>>();
+    case ParameterType::DoubleArray: return doubles_of(value);
+    case ParameterType::StringArray: return value.get<std::vector<std::string>>();
+  }
+  return {};
+}
 
 json json_of(const ParameterValue& value) { return std::visit(ToJson{}, value); }
 

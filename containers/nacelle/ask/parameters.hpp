@@ -43,5 +43,7 @@ struct ParameterOutcome {
 [[nodiscard]] nlohmann::json json_of(const ParameterValue& value);
 /// Returns rcl_interfaces/msg/ParameterValue as JSON.
 [[nodiscard]] nlohmann::json message_of(const ParameterValue& value);
+/// Returns the value of such a message.
+[[nodiscard]] ParameterValue value_of(const nlohmann::json& message);
 
 }  // namespace nacelle::ask

@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/node/action_names.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -55,7 +56,7 @@ int list(const ActionWish& wish) {
   json rows = json::array();
   for (const auto& [name, ends] : actions) {
     rows.push_back({{"name", name}, {"types", ends.types}});
-    if (!wish.as_json) std::printf("%s [%s]\n", name.c_str(), types_text(ends.types).c_str());
+    if (!wish.as_json) print_text("%s [%s]\n", name.c_str(), types_text(ends.types).c_str());
   }
   if (wish.as_json) std::printf("%s\n", rows.dump().c_str());
   return kDone;
@@ -78,10 +79,10 @@ json rows_of(const std::map<std::string, std::string>& nodes) {
 }
 
 void print_ends(const char* title, const std::map<std::string, std::string>& nodes, const ActionWish& wish) {
-  std::printf("Action %s: %zu\n", title, nodes.size());
+  print_text("Action %s: %zu\n", title, nodes.size());
   if (wish.only_count) return;
   for (const auto& [node, type] : nodes)
-    std::printf(wish.with_types ? "    %s [%s]\n" : "    %s\n", node.c_str(), type.c_str());
+    print_text(wish.with_types ? "    %s [%s]\n" : "    %s\n", node.c_str(), type.c_str());
 }
 
 int info(const ActionWish& wish) {
@@ -95,7 +96,7 @@ int info(const ActionWish& wish) {
     std::printf("%s\n", answer.dump().c_str());
     return kDone;
   }
-  std::printf("Action: %s\n", absolute(wish.name).c_str());
+  print_text("Action: %s\n", absolute(wish.name).c_str());
   print_ends("clients", ends.value().clients, wish);
   print_ends("servers", ends.value().servers, wish);
   return kDone;

@@ -10,6 +10,7 @@
 #include "action_commands.hpp"
 #include "asking.hpp"
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -17,6 +18,7 @@
 #include "nacelle/session/message_text.hpp"
 #include "nacelle/session/message_yaml.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -68,7 +70,7 @@ class Errand {
 
   const GoalWish& wish_;
   const SystemClock clock_;
-  const session::StopSignal stop_;
+  const session::StopSignal stop_{nullptr, session::FullOutput::Dropped};
   control::Client asking_, listening_;
   msgs::TypeLibrary library_{program_places().message_folders};
   const msgs::ActionType* type_ = nullptr;
@@ -81,7 +83,7 @@ void Errand::say(const json& event, const std::string& text) const {
   if (wish_.as_json) {
     if (!event.is_null()) std::printf("%s\n", event.dump().c_str());
   } else {
-    std::printf("%s\n", text.c_str());
+    print_text("%s\n", text.c_str());
   }
   std::fflush(stdout);
 }
@@ -132,7 +134,7 @@ Result<void, int> Errand::wait_for_server() {
   say(nullptr, "Waiting for an action server to become available...");
   const MonotonicTime began = clock_.now();
   for (bool told = false; !stop_.is_raised() && !is_late();) {
-    auto graph = asking_.call({{"verb", "graph"}}, kAnswerLimit);
+    auto graph = ask::Nodes{asking_}.graph();
     if (!graph) return err(complain(graph.error()));
     const auto actions = actions_of(graph.value());
     const auto found = actions.find(name_);
@@ -221,7 +223,7 @@ int Errand::wait_for_result() {
     const json reply = parse_json_or_discard(as_text(frame.value()->payload));
     if (reply.is_object() && reply.value("ok", false)) return show_result(reply["response"]);
     const json problem = reply.is_object() ? reply.value("problem", json::object()) : json::object();
-    return complain({text_of(problem, "where"), text_of(problem, "what"), text_of(problem, "way_out")});
+    return complain(problem.get<Problem>());
   }
 }
 

@@ -6,38 +6,25 @@
 #include <set>
 
 #include "nacelle/base/names.hpp"
+#include "nacelle/base/printable.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
 
 using nlohmann::json;
 
-int ask(const Whom& whom, const json& request, bool as_json, const std::function<void(const json&)>& show,
-        Duration limit) {
-  auto client = connect(whom);
-  if (!client) return client.error();
-  auto reply = client.value().call(request, limit);
-  if (!reply) return complain(reply.error());
-  if (as_json) {
-    reply.value().erase("ok");
-    std::printf("%s\n", reply.value().dump().c_str());
-  } else {
-    show(reply.value());
-  }
-  return kDone;
-}
-
 int ask_nodes(const Whom& whom, bool as_json, const std::function<Result<json, Problem>(ask::Nodes&)>& question,
-              const std::function<void(const json&)>& show) {
+              const std::function<void(const json&)>& show, Duration on_the_way) {
   auto client = connect(whom);
   if (!client) return client.error();
   // A container that loads another component meanwhile answers when that is done.
-  constexpr Duration kOnTheWay = 2s;
-  ask::Nodes nodes{client.value(), kAnswerLimit - kOnTheWay, kOnTheWay};
+  constexpr Duration kNodesLimit = 8s;
+  ask::Nodes nodes{client.value(), kNodesLimit, on_the_way};
   const auto answer = question(nodes);
   if (!answer) return complain(answer.error());
   for (const auto& warning : answer.value().value("warnings", json::array()))
-    std::fprintf(stderr, "nacelle: warning: %s\n", warning.get<std::string>().c_str());
+    std::fprintf(stderr, "nacelle: warning: %s\n", printable_entry(warning.get<std::string>()).c_str());
   if (as_json) {
     std::printf("%s\n", answer.value().dump().c_str());
   } else {
@@ -46,17 +33,10 @@ int ask_nodes(const Whom& whom, bool as_json, const std::function<Result<json, P
   return kDone;
 }
 
-int ask(const std::string& container, const json& request, bool as_json, const std::function<void(const json&)>& show,
-        Duration limit) {
-  Whom whom;
-  whom.container = container;
-  return ask(whom, request, as_json, show, limit);
-}
-
 Result<json, int> graph_of(const Whom& whom) {
   auto client = connect(whom);
   if (!client) return err(client.error());
-  auto reply = client.value().call({{"verb", "graph"}}, kAnswerLimit);
+  auto reply = ask::Nodes{client.value()}.graph();
   if (!reply) return err(complain(reply.error()));
   return std::move(reply).value();
 }
@@ -84,6 +64,10 @@ void tell_left_out(std::size_t rows, const char* shown_by) {
 }
 
 std::string text_of(const json& row, const char* key) { return row.value(key, ""); }
+
+std::string fault_text(const json& fault) {
+  return printable_line(text_of(fault, "code") + ": " + text_of(fault, "text"));
+}
 
 std::vector<std::string> texts_of(const json& rows, const char* key, const std::function<bool(const json&)>& fits) {
   std::set<std::string> texts;
@@ -122,9 +106,9 @@ void print_names(const std::vector<std::string>& names, bool only_count, bool as
   if (as_json) {
     std::printf("%s\n", (only_count ? json(names.size()) : json(names)).dump().c_str());
   } else if (only_count) {
-    std::printf("%zu\n", names.size());
+    print_text("%zu\n", names.size());
   } else {
-    for (const auto& name : names) std::printf("%s\n", name.c_str());
+    for (const auto& name : names) print_text("%s\n", name.c_str());
   }
 }
 

@@ -18,17 +18,11 @@ namespace nacelle::cli {
 
 inline constexpr Duration kAnswerLimit = 10s;
 
-/// One request; on success `show` prints the reply, or the reply is printed as JSON. Returns the exit code.
-int ask(const Whom& whom, const nlohmann::json& request, bool as_json,
-        const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
-/// The same of a container, for commands that can ask nobody else.
-int ask(const std::string& container, const nlohmann::json& request, bool as_json,
-        const std::function<void(const nlohmann::json&)>& show, Duration limit = kAnswerLimit);
 /// Asks by services of nodes. On success prints the answer's "warnings" on stderr, and lets `show` print the answer, or prints it as
-/// JSON. Returns the exit code.
+/// JSON. `on_the_way`: how long a container may be busy before it takes the question. Returns the exit code.
 int ask_nodes(const Whom& whom, bool as_json,
               const std::function<Result<nlohmann::json, Problem>(ask::Nodes&)>& question,
-              const std::function<void(const nlohmann::json&)>& show);
+              const std::function<void(const nlohmann::json&)>& show, Duration on_the_way = 2s);
 
 /// The graph of the container or of the network (session/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
 [[nodiscard]] Result<nlohmann::json, int> graph_of(const Whom& whom);
@@ -47,6 +41,8 @@ int ask_nodes(const Whom& whom, bool as_json,
 void tell_left_out(std::size_t rows, const char* shown_by = "--all");
 /// The text under a key, or nothing.
 [[nodiscard]] std::string text_of(const nlohmann::json& row, const char* key);
+/// "code: text" of a fault, on one line.
+[[nodiscard]] std::string fault_text(const nlohmann::json& fault);
 /// The different texts under a key of rows that fit, sorted.
 [[nodiscard]] std::vector<std::string> texts_of(const nlohmann::json& rows, const char* key,
                                                 const std::function<bool(const nlohmann::json&)>& fits);

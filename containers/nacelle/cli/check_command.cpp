@@ -7,9 +7,11 @@
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/drawing/graphviz.hpp"
 #include "nacelle/launch/parameter_value.hpp"
 #include "nacelle/proof/drawing.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -24,11 +26,10 @@ struct CheckWish {
 };
 
 json to_json(const proof::Finding& finding) {
-  return {{"severity", proof::to_text(finding.severity)},
-          {"about", proof::to_text(finding.about)},
-          {"where", finding.problem.where},
-          {"what", finding.problem.what},
-          {"way_out", finding.problem.way_out}};
+  json row = finding.problem;
+  row["severity"] = proof::to_text(finding.severity);
+  row["about"] = proof::to_text(finding.about);
+  return row;
 }
 
 int answer(const CheckWish& wish, const std::vector<proof::Finding>& findings, std::size_t components,
@@ -42,9 +43,9 @@ int answer(const CheckWish& wish, const std::vector<proof::Finding>& findings, s
         {"verdict", verdict}, {"components", components}, {"streams", streams}, {"findings", std::move(rows)}};
     std::printf("%s\n", all.dump(2).c_str());
   } else {
-    for (const auto& finding : findings) std::printf("%s\n", finding.text().c_str());
-    std::printf("%s: %zu component%s, %zu stream%s: %s\n", wish.file.c_str(), components, components == 1 ? "" : "s",
-                streams, streams == 1 ? "" : "s", proof::summary(findings).c_str());
+    for (const auto& finding : findings) print_text("%s\n", finding.text().c_str());
+    print_text("%s: %zu component%s, %zu stream%s: %s\n", wish.file.c_str(), components, components == 1 ? "" : "s",
+               streams, streams == 1 ? "" : "s", proof::summary(findings).c_str());
   }
   return failed ? kFailed : kDone;
 }
@@ -93,9 +94,7 @@ std::vector<Row> rows_of(const proof::LoadedComponent& component) {
     for (const auto& given : component.plan->parameters) {
       if (given.name == parameter.name) row.origin = given.where.text();
     }
-    for (const auto& fault : component.faults) {
-      if (fault.parameter == parameter.name) row.origin = "default; the value of " + row.origin + " is refused";
-    }
+    if (component.has_fault_of(parameter.name)) row.origin = "default; the value of " + row.origin + " is refused";
     rows.push_back(std::move(row));
   }
   return rows;
@@ -114,7 +113,7 @@ int explain_parameters(const CheckWish& wish) {
   if (found == nullptr) return complain({"node " + wish.node, "is not in " + wish.file, suggestion(wish.node, names)});
   if (found->failure)
     return complain(
-        {found->plan->where.text() + ": " + found->failure->where, found->failure->what, found->failure->way_out});
+        {found->plan->where, found->failure->where.text() + ": " + found->failure->what, found->failure->way_out});
   const std::vector<Row> rows = rows_of(*found);
   if (wish.as_json) {
     json all = json::array();
@@ -127,7 +126,7 @@ int explain_parameters(const CheckWish& wish) {
     widest = std::min<std::size_t>(widest, 60);
     for (const auto& row : rows) {
       const std::string pair = row.name + ": " + (row.value.empty() ? "(not set)" : row.value);
-      std::printf("%-*s  # %s\n", static_cast<int>(widest), pair.c_str(), row.origin.c_str());
+      print_text("%-*s  # %s\n", static_cast<int>(widest), pair.c_str(), row.origin.c_str());
     }
   }
   // Those that go nowhere are not in the list, and just what somebody who asks is looking for.

@@ -210,6 +210,12 @@ int complain_of_extras(const Way& way, const std::vector<std::string>& extras) {
   return complain_of_usage({where_of(way), "it takes no further word: '" + join(extras, " ") + "'", help});
 }
 
+bool asks_for_json(const CLI::App& app) {
+  const CLI::Option* const option = app.get_option_no_throw("--json");
+  return (option != nullptr && option->count() != 0) ||
+         std::ranges::any_of(app.get_subcommands(), [](const CLI::App* below) { return asks_for_json(*below); });
+}
+
 }  // namespace
 
 int run_command_line(const Command& root, const std::string& version, int argc, char** argv) {
@@ -223,6 +229,7 @@ int run_command_line(const Command& root, const std::string& version, int argc, 
   try {
     add_command(app, root, chosen);
     app.parse(argc, argv);
+    if (asks_for_json(app)) complain_in_json();
     return chosen == nullptr ? kUsage : chosen->body()();
   } catch (const CLI::ExtrasError&) {
     return complain_of_extras(way, app.remaining(true));

@@ -9,8 +9,10 @@
 #include "completion.hpp"
 #include "man_page.hpp"
 #include "nacelle/ask/composition.hpp"
+#include "nacelle/ask/frames.hpp"
 #include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/files.hpp"
+#include "nacelle/base/printable.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
@@ -51,14 +53,6 @@ std::optional<control::Client> connect_to(const std::string& container) {
   return std::move(client).value();
 }
 
-/// Returns the container's answer; null if there is none, or it takes too long.
-json ask_it(const std::string& container, const json& request) {
-  auto client = connect_to(container);
-  if (!client) return nullptr;
-  auto reply = client->call(request, kCompletionLimit);
-  return reply ? reply.value() : json{nullptr};
-}
-
 std::vector<std::string> parameters_of(const std::string& container, const std::string& name) {
   auto client = connect_to(container);
   if (!client) return {};
@@ -69,12 +63,13 @@ std::vector<std::string> parameters_of(const std::string& container, const std::
   return names ? names.value() : std::vector<std::string>{};
 }
 
-json components_of(const std::string& container) {
+/// Returns the answer of a verb; null if there is none, or it takes too long.
+json answer_of(const std::string& container, const std::function<Result<json, Problem>(ask::Nodes&)>& question) {
   auto client = connect_to(container);
   if (!client) return nullptr;
   ask::Nodes nodes{*client, kCompletionLimit, 0s};
-  auto components = ask::list_components(nodes, "");
-  return components ? std::move(components).value() : json{nullptr};
+  auto answer = question(nodes);
+  return answer ? std::move(answer).value() : json{nullptr};
 }
 
 std::vector<std::string> texts(const json& reply, const char* list, std::initializer_list<const char*> keys) {
@@ -117,13 +112,16 @@ std::vector<std::string> types(std::string_view kind) {
 }
 
 std::vector<std::string> names_for(const NameQuestion& question) {
-  const auto told = [&](const json& request) { return ask_it(question.container, request); };
+  const auto told = [&](const auto& verb) { return answer_of(question.container, verb); };
+  const auto graph = [](ask::Nodes& nodes) { return nodes.graph(); };
+  const auto components = [](ask::Nodes& nodes) { return ask::list_components(nodes, ""); };
+  const auto frames = [](ask::Nodes& nodes) { return ask::list_frames(nodes, ""); };
   switch (question.names) {
-    case Names::Topic: return texts(told({{"verb", "topic.list"}}), "topics", {"name"});
-    case Names::Node: return texts(components_of(question.container), "components", {"node"});
-    case Names::Service: return texts(told({{"verb", "graph"}}), "services", {"name"});
-    case Names::Action: return actions(told({{"verb", "graph"}}));
-    case Names::Frame: return texts(told({{"verb", "tf.tree"}}), "frames", {"child", "parent"});
+    case Names::Topic: return texts(told(graph), "endpoints", {"topic"});
+    case Names::Node: return texts(told(components), "components", {"node"});
+    case Names::Service: return texts(told(graph), "services", {"name"});
+    case Names::Action: return actions(told(graph));
+    case Names::Frame: return texts(told(frames), "frames", {"child", "parent"});
     case Names::Parameter: {
       if (question.positional.empty()) return {};
       return parameters_of(question.container, question.positional.front());
@@ -143,7 +141,7 @@ int complete(const Command& root, const CompletionWish& wish) {
   for (const auto& candidate : completions(root, wish.words, names_for, container_names)) {
     if (std::find(seen.begin(), seen.end(), candidate.word) != seen.end()) continue;
     seen.push_back(candidate.word);
-    std::printf("%s\t%s\n", candidate.word.c_str(), candidate.what.c_str());
+    std::printf("%s\t%s\n", printable_line(candidate.word).c_str(), printable_line(candidate.what).c_str());
   }
   return kDone;
 }

@@ -10,6 +10,7 @@
 #include "nacelle/ask/composition.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "typed_value.hpp"
 
@@ -27,20 +28,19 @@ struct ComponentWish {
 
 int list(const ComponentWish& wish) {
   const auto show = [&](const json& reply) {
-    std::printf("/%s\n", text_of(reply, "container").c_str());
+    print_text("/%s\n", text_of(reply, "container").c_str());
     for (const auto& row : reply["components"]) {
-      std::printf("  %d  %s", row["id"].get<int>(), text_of(row, "node").c_str());
-      std::printf("  %s", row["managed"].get<bool>() ? text_of(row, "state").c_str() : "node");
-      if (wish.details) std::printf("  %s", text_of(row, "plugin").c_str());
-      if (row.contains("fault"))
-        std::printf("  faulted: %s: %s", text_of(row["fault"], "code").c_str(), text_of(row["fault"], "text").c_str());
+      print_text("  %d  %s", row["id"].get<int>(), text_of(row, "node").c_str());
+      print_text("  %s", row["managed"].get<bool>() ? text_of(row, "state").c_str() : "node");
+      if (wish.details) print_text("  %s", text_of(row, "plugin").c_str());
+      if (row.contains("fault")) print_text("  faulted: %s", fault_text(row["fault"]).c_str());
       for (const auto& fault : row.value("open_faults", json::array()))
-        std::printf("  open fault: %s: %s", text_of(fault, "code").c_str(), text_of(fault, "text").c_str());
+        print_text("  open fault: %s", fault_text(fault).c_str());
       std::printf("\n");
     }
     for (const auto& image : reply["kept_images"]) {
-      std::printf("  image kept: %s of %s, held by %s\n", text_of(image, "library").c_str(),
-                  text_of(image, "node").c_str(), text_of(image, "held_by").c_str());
+      print_text("  image kept: %s of %s, held by %s\n", text_of(image, "library").c_str(),
+                 text_of(image, "node").c_str(), text_of(image, "held_by").c_str());
     }
   };
   return ask_nodes(
@@ -68,8 +68,8 @@ int load(const ComponentWish& wish) {
       wish.whom, wish.as_json,
       [&](ask::Nodes& nodes) { return ask::load_component(nodes, wish.whom.container, wanted); },
       [](const json& reply) {
-        std::printf("Loaded component %d as '%s'%s\n", reply["id"].get<int>(), text_of(reply, "node").c_str(),
-                    reply["managed"].get<bool>() ? (", " + text_of(reply, "state")).c_str() : "");
+        print_text("Loaded component %d as '%s'%s\n", reply["id"].get<int>(), text_of(reply, "node").c_str(),
+                   reply["managed"].get<bool>() ? (", " + text_of(reply, "state")).c_str() : "");
       });
 }
 
@@ -78,9 +78,9 @@ int unload(const ComponentWish& wish) {
       wish.whom, wish.as_json,
       [&](ask::Nodes& nodes) { return ask::unload_component(nodes, wish.whom.container, wish.name); },
       [](const json& reply) {
-        std::printf("Unloaded component %d ('%s')\n", reply["id"].get<int>(), text_of(reply, "node").c_str());
+        print_text("Unloaded component %d ('%s')\n", reply["id"].get<int>(), text_of(reply, "node").c_str());
         if (!reply["image_closed"].get<bool>())
-          std::printf("Its library stays until it is free: held by %s\n", text_of(reply, "held_by").c_str());
+          print_text("Its library stays until it is free: held by %s\n", text_of(reply, "held_by").c_str());
       });
 }
 
@@ -98,8 +98,8 @@ int types(const ComponentWish& wish) {
   for (const auto& entry : entries) {
     rows.push_back({{"package", entry.package}, {"plugin", entry.class_name}, {"library", entry.file}});
     if (wish.as_json) continue;
-    if (entry.package != package) std::printf("%s\n", entry.package.c_str());
-    std::printf("  %s\n", entry.class_name.c_str());
+    if (entry.package != package) print_text("%s\n", entry.package.c_str());
+    print_text("  %s\n", entry.class_name.c_str());
     package = entry.package;
   }
   if (wish.as_json) std::printf("%s\n", rows.dump().c_str());
@@ -118,8 +118,7 @@ void add_component_commands(Command& root) {
   list_command.flag("-v,--verbose", wish->details, "the plugin too");
   list_command.runs([wish] { return list(*wish); });
 
-  Command& info_command = group.add(
-      "info", "where a component comes from, what it was given, how it runs; with --remote what its node tells");
+  Command& info_command = group.add("info", "where a component comes from, what it was given, how it runs");
   info_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
   add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return component_info(wish->whom, wish->name, wish->as_json); });

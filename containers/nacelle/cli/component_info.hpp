@@ -7,7 +7,7 @@
 
 namespace nacelle::cli {
 
-/// `nacelle component info`: of a container here, or of one on the network as far as nodes tell there. Returns the exit code.
+/// `nacelle component info`: of a Nacelle container, or of another one as far as its nodes tell. Returns the exit code.
 int component_info(const Whom& whom, const std::string& name, bool as_json);
 
 }  // namespace nacelle::cli

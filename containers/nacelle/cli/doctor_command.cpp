@@ -6,7 +6,9 @@
 #include "commands.hpp"
 #include "inert_launch.hpp"
 #include "nacelle/ask/composition.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/doctor/checks.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -68,19 +70,17 @@ void ask_containers(Findings& findings) {
 
 void print(const Findings& findings) {
   for (const auto& finding : findings)
-    std::printf("%-7s %-9s %s\n", to_text(finding.severity), finding.about.c_str(), finding.text().c_str());
-  std::printf("%s\n", doctor::summary(findings).c_str());
+    print_text("%-7s %-9s %s\n", to_text(finding.severity), finding.about.c_str(), finding.text().c_str());
+  print_text("%s\n", doctor::summary(findings).c_str());
 }
 
 void print_json(const Findings& findings) {
   json rows = json::array();
   for (const auto& finding : findings) {
-    rows.push_back({{"severity", to_text(finding.severity)},
-                    {"about", finding.about},
-                    {"where", finding.problem.where},
-                    {"value", finding.value},
-                    {"what", finding.problem.what},
-                    {"way_out", finding.problem.way_out}});
+    json& row = rows.emplace_back(finding.problem);
+    row["severity"] = to_text(finding.severity);
+    row["about"] = finding.about;
+    row["value"] = finding.value;
   }
   const json all{{"wrong", doctor::is_something_wrong(findings)}, {"findings", std::move(rows)}};
   std::printf("%s\n", all.dump(2).c_str());

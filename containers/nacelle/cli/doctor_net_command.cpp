@@ -9,11 +9,14 @@
 
 #include "commands.hpp"
 #include "inert_launch.hpp"
+#include "nacelle/ask/network.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/doctor/login_users.hpp"
 #include "nacelle/session/network.hpp"
 #include "nacelle/session/network_links.hpp"
 #include "nacelle/session/network_wish.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -35,15 +38,20 @@ json links_json() {
   return rows;
 }
 
+Result<json, Problem> network_of(control::Client& client) {
+  ask::Nodes nodes{client, 2s, 0s};
+  return ask::get_network(nodes, "");
+}
+
 /// What the robots that run on this machine are shown to, and where it is something else than `here`.
 json containers_json(const json& here) {
   json rows = json::array();
   for (const auto& found : trusted_containers()) {
     json row{{"name", found.name}, {"differs", json::array()}};
     auto client = control::Client::connect(found.path);
-    auto reply = client ? client.value().call({{"verb", "network"}}, 2s) : err(client.error());
+    auto reply = client ? network_of(client.value()) : err(client.error());
     if (!reply) {
-      row["problem"] = session::to_json(reply.error());
+      row["problem"] = reply.error();
       rows.push_back(std::move(row));
       continue;
     }
@@ -71,7 +79,7 @@ std::string words_of_rule(const json& rule) {
   return text;
 }
 
-void row(const char* key, const std::string& text) { std::printf("%-11s %s\n", key, text.c_str()); }
+void row(const char* key, const std::string& text) { print_text("%-11s %s\n", key, text.c_str()); }
 
 std::string words_of_security(const json& security) {
   if (security.is_null()) return "none: nobody asks for it";
@@ -100,6 +108,8 @@ void print_settings(const json& net) {
   }
   row("security", words_of_security(net["security"]));
   if (net["allow_load"].get<bool>()) row("allow_load", "others may load and unload components");
+  if (net["remote_control"].get<bool>())
+    row("control", "others may release emergency stops, change the network and end the robot");
   if (const auto uri = net["cyclonedds_uri"].get<std::string>(); !uri.empty()) row("CYCLONEDDS", uri);
 }
 
@@ -156,9 +166,7 @@ void print(const json& net) {
       row("clock", container["name"].get<std::string>() + ": " + skew["text"].get<std::string>() +
                        "; synchronise both (chrony, or timedatectl set-ntp true)");
   }
-  const auto print_problem = [](const char* key, const json& problem) {
-    row(key, Problem{problem["where"], problem["what"], problem["way_out"]}.text());
-  };
+  const auto print_problem = [](const char* key, const json& problem) { row(key, problem.get<Problem>().text()); };
   for (const auto& remark : net["remarks"]) print_problem("remark", remark);
   if (!net["other_users"].empty()) row("warning", words_of_users(net));
   if (!net["problem"].is_null()) print_problem("problem", net["problem"]);
@@ -168,12 +176,12 @@ void print(const json& net) {
 json net_of(const Result<transport_dds::NetworkSettings, Problem>& settings) {
   const auto tried = settings ? session::try_network(settings.value()) : err(settings.error());
   json net = settings ? session::to_json(settings.value()) : json{{"remarks", json::array()}};
-  net["problem"] = tried ? json(nullptr) : session::to_json(tried.error());
+  net["problem"] = tried ? json(nullptr) : json(tried.error());
   if (!tried) {
     net["line"] = session::network_off_line(tried.error());
     return net;
   }
-  for (const auto& remark : tried.value()) net["remarks"].push_back(session::to_json(remark));
+  for (const auto& remark : tried.value()) net["remarks"].push_back(remark);
   return net;
 }
 

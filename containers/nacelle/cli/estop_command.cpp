@@ -5,9 +5,11 @@
 #include <std_msgs/msg/bool.hpp>
 
 #include "commands.hpp"
+#include "nacelle/ask/faults.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/session/robot_service.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -15,10 +17,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration kEstopLimit = 2s;
+constexpr Duration kEstopLimit = 2s, kRemoteLimit = 10s;  // the second: for nodes of the network to be discovered
 
 struct EstopWish {
-  std::string container, topic;
+  Whom whom;
+  std::string topic;
   bool as_json = false;
 };
 
@@ -39,38 +42,7 @@ std::vector<Listener> listeners_in(const std::string& stats) {
   return found;
 }
 
-/// Through the control thread and not as a request: a container that is busy loading a component stops as quickly.
-int tell(const EstopWish& wish, bool set) {
-  auto client = connect(wish.container);
-  if (!client) return client.error();
-  auto stats = client.value().stats(kEstopLimit);
-  if (!stats) return complain(stats.error());
-  std::vector<Listener> listeners = listeners_in(stats.value());
-  if (!wish.topic.empty()) {
-    const std::string topic = wish.topic.front() == '/' ? wish.topic : "/" + wish.topic;
-    if (!session::is_emergency_stop(topic, session::kEmergencyStopType)) {
-      return complain_of_usage({"topic " + topic,
-                                "is no emergency stop: those end in " + std::string{session::kEmergencyStopTopic} +
-                                    ", as /emergency_stop and /arm/emergency_stop do",
-                                "without --topic every one that a component reads is meant"});
-    }
-    std::erase_if(listeners, [&](const Listener& listener) { return listener.topic != topic; });
-    // Said all the same: who joins later learns of it.
-    if (listeners.empty()) listeners.push_back({topic, 0});
-  }
-  if (listeners.empty()) {
-    return complain({"emergency stop", "no component of this container reads a topic emergency_stop",
-                     "the base (nacelle::diff_drive::DiffDriveComponent) does; is it loaded?"});
-  }
-  std_msgs::msg::Bool message;
-  message.data = set;
-  for (const Listener& listener : listeners) {
-    auto handle = client.value().open_writer(listener.topic, session::kEmergencyStopType, kEstopLimit);
-    if (!handle) return complain(handle.error());
-    if (auto sent = client.value().publish(handle.value(), msgs::to_cdr(message)); !sent) return complain(sent.error());
-  }
-  // A refusal comes as a fault; an answer to what was asked behind the messages says that they were taken.
-  if (auto taken = client.value().stats(kEstopLimit); !taken) return complain(taken.error());
+int print_stops(const EstopWish& wish, bool set, const std::vector<Listener>& listeners) {
   json topics = json::array();
   for (const Listener& listener : listeners)
     topics.push_back({{"name", listener.topic}, {"readers", listener.readers}});
@@ -79,17 +51,72 @@ int tell(const EstopWish& wish, bool set) {
     return kDone;
   }
   for (const Listener& listener : listeners) {
-    std::printf("%s %s, heard by %zu reader%s%s\n", listener.topic.c_str(), set ? "set" : "released", listener.readers,
-                listener.readers == 1 ? "" : "s",
-                set ? "" : "; the base moves again on a new command, after its input was zero or silent");
+    print_text("%s %s, heard by %zu reader%s%s\n", listener.topic.c_str(), set ? "set" : "released", listener.readers,
+               listener.readers == 1 ? "" : "s",
+               set ? "" : "; the base moves again on a new command, after its input was zero or silent");
   }
   return kDone;
+}
+
+/// Through the control thread and not as a request: a container that is busy loading a component stops as quickly. `topic`: empty, or
+/// the only one that is meant.
+int tell(const EstopWish& wish, bool set, const std::string& topic) {
+  auto client = connect(wish.whom);
+  if (!client) return client.error();
+  const Duration limit = wish.whom.is_remote() ? kRemoteLimit : kEstopLimit;
+  auto stats = client.value().stats(limit);
+  if (!stats) return complain(stats.error());
+  std::vector<Listener> listeners = listeners_in(stats.value());
+  if (!topic.empty()) {
+    std::erase_if(listeners, [&](const Listener& listener) { return listener.topic != topic; });
+    // Said all the same: who joins later learns of it.
+    if (listeners.empty()) listeners.push_back({topic, 0});
+  }
+  if (listeners.empty()) {
+    return complain({"emergency stop",
+                     wish.whom.is_remote() ? "no node of the network reads a topic emergency_stop"
+                                           : "no component of this container reads a topic emergency_stop",
+                     "the base (nacelle::diff_drive::DiffDriveComponent) does; is it loaded?"});
+  }
+  std_msgs::msg::Bool message;
+  message.data = set;
+  for (const Listener& listener : listeners) {
+    auto handle = client.value().open_writer(listener.topic, session::kEmergencyStopType, limit);
+    if (!handle) return complain(handle.error());
+    if (auto sent = client.value().publish(handle.value(), msgs::to_cdr(message)); !sent) return complain(sent.error());
+  }
+  // A refusal comes as a fault; an answer to what was asked behind the messages says that they were taken.
+  if (auto taken = client.value().stats(limit); !taken) return complain(taken.error());
+  return print_stops(wish, set, listeners);
+}
+
+/// By the container's service: a publisher that ends with this command cannot release a stop, since it is not latched.
+int release_remotely(const EstopWish& wish, const std::string& topic) {
+  auto client = connect(wish.whom);
+  if (!client) return client.error();
+  ask::Nodes nodes{client.value()};
+  const auto released = ask::release_emergency_stops(nodes, wish.whom.container, topic);
+  if (!released) return complain(released.error());
+  std::vector<Listener> listeners;
+  for (const json& row : released.value()["topics"]) listeners.push_back({row["name"], row["readers"]});
+  return print_stops(wish, false, listeners);
+}
+
+int run_estop(const EstopWish& wish, bool set) {
+  const std::string topic = wish.topic.empty() || wish.topic.front() == '/' ? wish.topic : "/" + wish.topic;
+  if (!topic.empty() && !session::is_emergency_stop(topic, session::kEmergencyStopType)) {
+    return complain_of_usage({"topic " + topic,
+                              "is no emergency stop: those end in " + std::string{session::kEmergencyStopTopic} +
+                                  ", as /emergency_stop and /arm/emergency_stop do",
+                              "without --topic every one that a component reads is meant"});
+  }
+  return wish.whom.is_remote() && !set ? release_remotely(wish, topic) : tell(wish, set, topic);
 }
 
 }  // namespace
 
 void add_estop_command(Command& root) {
-  Command& group = root.add("estop", "set or release the emergency stop: the wheels stand still meanwhile");
+  Command& group = root.add("estop", "set or release the emergency stop: while it is set, the wheels stay stopped");
   auto wish = std::make_shared<EstopWish>();
   for (const bool set : {true, false}) {
     Command& command = set ? group.add("set", "stop the wheels at once, until the stop is released")
@@ -99,8 +126,8 @@ void add_estop_command(Command& root) {
                 "this emergency stop only: a topic whose last name is emergency_stop (default: each that a component "
                 "reads)")
         .names_a(Names::Topic);
-    add_common_options(command, wish->container, wish->as_json);
-    command.runs([wish, set] { return tell(*wish, set); });
+    add_common_options(command, wish->whom, wish->as_json);
+    command.runs([wish, set] { return run_estop(*wish, set); });
   }
 }
 

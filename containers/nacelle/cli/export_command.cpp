@@ -4,6 +4,8 @@
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/ask/network.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -12,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 struct ExportWish {
-  std::string container;
+  Whom whom;
   bool as_json = false;
 };
 
@@ -24,13 +26,15 @@ void add_export_command(Command& root) {
   for (const bool exported : {true, false}) {
     Command& command = exported ? group.add("on", "other machines may see it, as far as the launch file's list goes")
                                 : group.add("off", "what the launch file says, but for this machine at most");
-    add_common_options(command, wish->container, wish->as_json);
+    add_common_options(command, wish->whom.container, wish->as_json);
     command.note(
         "ROS 2's tools meet all nodes anew; within the robot nothing changes. It holds until the container ends.\n"
         "What may leave and who may see it: docs/network.md in the source tree.");
     command.runs([wish, exported] {
-      return ask(wish->container, {{"verb", "network.show"}, {"exported", exported}}, wish->as_json,
-                 [](const json& state) { std::printf("%s\n", text_of(state, "line").c_str()); });
+      return ask_nodes(
+          wish->whom, wish->as_json,
+          [&](ask::Nodes& nodes) { return ask::set_network(nodes, wish->whom.container, exported); },
+          [](const json& state) { print_text("%s\n", text_of(state, "line").c_str()); });
     });
   }
 }

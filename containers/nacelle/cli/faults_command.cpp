@@ -5,7 +5,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/ask/faults.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -13,10 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration kFaultsLimit = 90s;  // it may be busy with a restart
-
 struct FaultsWish {
-  std::string container;
+  Whom whom;
   bool as_json = false;
 };
 
@@ -44,66 +45,53 @@ std::string how_it_ended(const json& event) {
   return text.data();
 }
 
-void show(const json& reply) {
+void print_faults(const json& reply) {
   if (!reply["robot_stopped_by"].is_null())
-    std::printf("the robot was stopped by %s\n", reply["robot_stopped_by"].get<std::string>().c_str());
+    print_text("the robot was stopped by %s\n", reply["robot_stopped_by"].get<std::string>().c_str());
   if (!reply["last_crash"].is_null())
-    std::printf("a run before crashed: %s\n", reply["last_crash"]["text"].get<std::string>().c_str());
-  if (const json own = reply.value("container", json(nullptr)); !own.is_null()) {
-    std::printf("the container is faulted: %s: %s\n", own["code"].get<std::string>().c_str(),
-                own["text"].get<std::string>().c_str());
-  }
+    print_text("a run before crashed: %s\n", reply["last_crash"]["text"].get<std::string>().c_str());
+  if (!reply["container"].is_null())
+    print_text("the container is faulted: %s\n", fault_text(reply["container"]).c_str());
   bool any = false;
   for (const auto& row : reply["left_out"]) {
     any = true;
-    std::printf("%s  left out: %s\n", row["node"].get<std::string>().c_str(), row["why"].get<std::string>().c_str());
+    print_text("%s  left out: %s\n", row["node"].get<std::string>().c_str(), row["why"].get<std::string>().c_str());
   }
   for (const auto& row : reply["components"]) {
     const bool faulted = row.contains("fault");
     const json open_faults = row.value("open_faults", json::array());
     any = any || faulted || !open_faults.empty();
-    std::printf("%s  %s%s", row["node"].get<std::string>().c_str(), row["state"].get<std::string>().c_str(),
-                faulted ? "  faulted: " : "");
+    print_text("%s  %s%s", row["node"].get<std::string>().c_str(), row["state"].get<std::string>().c_str(),
+               faulted ? "  faulted: " : "");
     if (faulted) {
-      std::printf("%s: %s%s", row["fault"]["code"].get<std::string>().c_str(),
-                  row["fault"]["text"].get<std::string>().c_str(),
-                  row.contains("last") ? where_of(row["last"]).c_str() : "");
+      print_text("%s%s", fault_text(row["fault"]).c_str(), row.contains("last") ? where_of(row["last"]).c_str() : "");
     }
-    for (const auto& fault : open_faults)
-      std::printf("  open fault: %s: %s", fault["code"].get<std::string>().c_str(),
-                  fault["text"].get<std::string>().c_str());
+    for (const auto& fault : open_faults) print_text("  open fault: %s", fault_text(fault).c_str());
     if (!faulted && !open_faults.empty()) {
       std::printf("\n  it mends this itself; on_fault is not applied\n");
       continue;
     }
-    std::printf("\n  on_fault: %s", row["policy"].get<std::string>().c_str());
+    print_text("\n  on_fault: %s", row["policy"].get<std::string>().c_str());
     if (row["policy"] == "restart")
-      std::printf(", restarted %d of %d times", row["restarts"].get<int>(), row["max_restarts"].get<int>());
-    if (row.contains("next_restart_s")) std::printf(", the next in %.1f s", row["next_restart_s"].get<double>());
+      print_text(", restarted %d of %d times", row["restarts"].get<int>(), row["max_restarts"].get<int>());
+    if (row.contains("next_restart_s")) print_text(", the next in %.1f s", row["next_restart_s"].get<double>());
     std::printf("\n");
   }
   if (!any) std::printf("no component is faulted\n");
   if (reply["history"].empty()) return;
   std::printf("what happened:\n");
   for (const auto& event : reply["history"]) {
-    std::printf("  %s  %s  %s: %s%s%s\n", clock_time(event["time_ns"].get<std::int64_t>()).c_str(),
-                event["node"].get<std::string>().c_str(), event["code"].get<std::string>().c_str(),
-                event["text"].get<std::string>().c_str(), where_of(event).c_str(), how_it_ended(event).c_str());
+    print_text("  %s  %s  %s%s%s\n", clock_time(event["time_ns"].get<std::int64_t>()).c_str(),
+               event["node"].get<std::string>().c_str(), fault_text(event).c_str(), where_of(event).c_str(),
+               how_it_ended(event).c_str());
   }
 }
 
 int faults(const FaultsWish& wish) {
-  auto client = connect(wish.container);
-  if (!client) return client.error();
-  auto reply = client.value().call({{"verb", "faults"}}, kFaultsLimit);
-  if (!reply) return complain(reply.error());
-  if (wish.as_json) {
-    reply.value().erase("ok");
-    std::printf("%s\n", reply.value().dump().c_str());
-  } else {
-    show(reply.value());
-  }
-  return kDone;
+  constexpr Duration kRestart = 80s;  // the main thread takes no question meanwhile
+  return ask_nodes(
+      wish.whom, wish.as_json, [&](ask::Nodes& nodes) { return ask::list_faults(nodes, wish.whom.container); },
+      print_faults, kRestart);
 }
 
 }  // namespace
@@ -111,7 +99,7 @@ int faults(const FaultsWish& wish) {
 void add_faults_command(Command& root) {
   auto wish = std::make_shared<FaultsWish>();
   Command& command = root.add("faults", "the components that cannot go on, why, and what is done about it");
-  add_common_options(command, wish->container, wish->as_json);
+  add_common_options(command, wish->whom, wish->as_json);
   command.runs([wish] { return faults(*wish); });
 }
 

@@ -5,6 +5,7 @@
 
 #include "commands.hpp"
 #include "nacelle/base/files.hpp"
+#include "nacelle/base/printable.hpp"
 #include "nacelle/ros_import/ros_import.hpp"
 #include "program.hpp"
 
@@ -56,7 +57,7 @@ int run(const ImportWish& wish) {
     return kDone;
   }
   if (wish.output.empty()) std::fputs(yaml.c_str(), stdout);
-  for (const auto& note : imported.notes) std::fprintf(stderr, "%s\n", note.line().c_str());
+  for (const auto& note : imported.notes) std::fprintf(stderr, "%s\n", printable_entry(note.line()).c_str());
   return kDone;
 }
 

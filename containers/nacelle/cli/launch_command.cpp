@@ -10,6 +10,7 @@
 #include "nacelle/base/log.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/stop_signal.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -40,10 +41,10 @@ std::optional<std::int64_t> seed_of(const launch::Plan& plan, const std::map<std
 void show_arguments(const launch::Plan& plan) {
   std::printf("Arguments (pass arguments as '<name>:=<value>'):\n");
   for (const auto& argument : plan.arguments) {
-    std::printf("\n    '%s':\n", argument.name.c_str());
-    if (!argument.description.empty()) std::printf("        %s\n", argument.description.c_str());
+    print_text("\n    '%s':\n", argument.name.c_str());
+    if (!argument.description.empty()) print_text("        %s\n", argument.description.c_str());
     if (argument.default_value) {
-      std::printf("        (default: '%s')\n", argument.default_value->c_str());
+      print_text("        (default: '%s')\n", argument.default_value->c_str());
     } else {
       std::printf("        (required)\n");
     }
@@ -58,7 +59,7 @@ void show_arguments(const launch::Plan& plan) {
        "what the launch file and ROS 2's variables say"}};
   for (const auto& [name, description, without] : kArguments) {
     if (std::ranges::find(plan.arguments, name, &launch::ArgumentPlan::name) != plan.arguments.end()) continue;
-    std::printf("\n    '%s':\n        %s\n        (default: %s)\n", name, description, without);
+    print_text("\n    '%s':\n        %s\n        (default: %s)\n", name, description, without);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "nacelle/ask/composition.hpp"
 #include "nacelle/node/lifecycle_graph.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -38,13 +39,13 @@ int list_transitions(const LifecycleWish& wish) {
     return kDone;
   }
   if (rows.empty()) {
-    std::printf("%s is %s: no transition leads on\n", text_of(reply.value(), "node").c_str(), state.c_str());
+    print_text("%s is %s: no transition leads on\n", text_of(reply.value(), "node").c_str(), state.c_str());
     if (state == "finalized")
-      std::printf("Unload it, and load it again: nacelle component unload %s\n", wish.node.c_str());
+      print_text("Unload it, and load it again: nacelle component unload %s\n", wish.node.c_str());
   }
   for (const auto& row : rows) {
-    std::printf("- %s [%d]\n\tStart: %s\n\tGoal: %s\n", text_of(row, "label").c_str(), row["id"].get<int>(),
-                text_of(row, "start").c_str(), text_of(row, "goal").c_str());
+    print_text("- %s [%d]\n\tStart: %s\n\tGoal: %s\n", text_of(row, "label").c_str(), row["id"].get<int>(),
+               text_of(row, "start").c_str(), text_of(row, "goal").c_str());
   }
   return kDone;
 }
@@ -71,7 +72,7 @@ int get_state(const LifecycleWish& wish) {
   return ask_nodes(
       wish.whom, wish.as_json, [&](ask::Nodes& nodes) { return ask::lifecycle_state(nodes, wish.node); },
       [](const json& reply) {
-        std::printf("%s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
+        print_text("%s [%d]\n", text_of(reply, "state").c_str(), reply["state_id"].get<int>());
       });
 }
 

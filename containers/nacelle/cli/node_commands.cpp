@@ -5,6 +5,7 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "node_view.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -39,7 +40,7 @@ int info(const NodeWish& wish) {
     std::printf("%s\n", answer.dump().c_str());
     return kDone;
   }
-  std::printf("%s\n", name.c_str());
+  print_text("%s\n", name.c_str());
   print(view);
   std::fflush(stdout);
   tell_left_out(view.left_out);

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "asking.hpp"
+#include "output.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -70,14 +71,14 @@ void add_to_json(json& answer, const NodeView& view) {
 
 void print(const NodeView& view) {
   for (const char* title : kSections) {
-    std::printf("  %s:\n", title);
+    print_text("  %s:\n", title);
     const auto section = view.sections.find(title);
     if (section == view.sections.end() || section->second.empty()) {
       std::printf("\n");
       continue;
     }
     for (const auto& [entry, types] : section->second)
-      std::printf("    %s: %s\n", entry.c_str(), join({types.begin(), types.end()}).c_str());
+      print_text("    %s: %s\n", entry.c_str(), join({types.begin(), types.end()}).c_str());
   }
 }
 

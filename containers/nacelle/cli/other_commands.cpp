@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "nacelle/ask/frames.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/session/stop_signal.hpp"
 #include "nacelle/teleop/teleop.hpp"
@@ -39,9 +40,13 @@ int run_teleop_command(TeleopWish& wish) {
   }
   auto asking = connect(wish.container);  // a connection that asks does not publish
   if (!asking) return asking.error();
-  const auto names = asking.value().call({{"verb", "names"}}, 5s);
+  ask::Nodes nodes{asking.value()};
+  const auto container = nodes.container("");
+  if (!container) return complain(container.error());
+  const auto names = ask::list_frames(nodes, "");
   if (!names) return complain(names.error());
-  wish.settings.topic = join_namespaces(names.value()["namespace"].get<std::string>(), wish.topic);
+  wish.settings.container = container.value().node;
+  wish.settings.topic = join_namespaces(names.value()["name_space"].get<std::string>(), wish.topic);
   wish.settings.frame.insert(0, names.value()["frame_prefix"].get<std::string>());
   wish.settings.stamped = !wish.twist;
   const SystemClock clock;

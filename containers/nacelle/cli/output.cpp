@@ -4,12 +4,16 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <string>
 
+#include "nacelle/base/printable.hpp"
 #include "nacelle/base/problem.hpp"
 
 namespace nacelle::cli {
@@ -18,6 +22,19 @@ namespace {
 int reason = 0;  // errno of the first flush that failed
 
 }  // namespace
+
+void print_text(const char* format, ...) {
+  va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, format, arguments);
+  va_end(arguments);
+  std::string text(static_cast<std::size_t>(std::max(length, 0)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
+  text = printable(text);
+  std::fwrite(text.data(), 1, text.size(), stdout);
+}
 
 bool flush_output() {
   if (reason != 0) return false;

@@ -10,6 +10,7 @@
 #include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/launch/parameter_file.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "typed_value.hpp"
 
@@ -43,8 +44,8 @@ std::string type_words(const json& row) {
 
 void print_list(const json& reply, bool with_types) {
   for (const auto& row : reply["parameters"]) {
-    std::printf("  %s", text_of(row, "name").c_str());
-    std::printf(with_types ? " (type: %s)\n" : "\n", type_words(row).c_str());
+    print_text("  %s", text_of(row, "name").c_str());
+    print_text(with_types ? " (type: %s)\n" : "\n", type_words(row).c_str());
   }
 }
 
@@ -61,7 +62,7 @@ int list(const ParamWish& wish) {
     }
     return kDone;
   }
-  auto graph = client.value().call({{"verb", "graph"}}, kAnswerLimit);
+  auto graph = ask::Nodes{client.value()}.graph();
   if (!graph) return complain(graph.error());
   const auto has_parameters = [](const json& row) { return row["id"] != 0 || row.value("parameters", false); };
   int result = kDone;
@@ -75,7 +76,7 @@ int list(const ParamWish& wish) {
     }
     all[node] = reply.value()["parameters"];
     if (wish.as_json) continue;
-    std::printf("%s:\n", node.c_str());
+    print_text("%s:\n", node.c_str());
     print_list(reply.value(), wish.with_types);
   }
   if (wish.as_json) std::printf("%s\n", all.dump().c_str());
@@ -119,12 +120,12 @@ int get(const ParamWish& wish) {
   } else if (value.is_null()) {
     std::printf("Parameter not set.\n");
   } else if (wish.hide_type) {
-    std::printf("%s\n", python_text(value).c_str());
+    print_text("%s\n", python_text(value).c_str());
   } else {
     std::string words = type_words(row.value());
     words[0] = static_cast<char>(words[0] - 'a' + 'A');
     if (const auto array = words.find(" array"); array != std::string::npos) words.resize(array);
-    std::printf("%s %s: %s\n", words.c_str(), value.is_array() ? "values are" : "value is", python_text(value).c_str());
+    print_text("%s %s: %s\n", words.c_str(), value.is_array() ? "values are" : "value is", python_text(value).c_str());
   }
   return kDone;
 }
@@ -140,7 +141,7 @@ int change(const ParamWish& wish, const Parameter& parameter, const char* done) 
   if (wish.as_json) {
     std::printf("%s\n", json{{"node", node.value()}, {"name", parameter.get_name()}}.dump().c_str());
   } else {
-    std::printf("%s\n", done);
+    print_text("%s\n", done);
   }
   return kDone;
 }
@@ -172,17 +173,17 @@ int describe(const ParamWish& wish) {
     return kDone;
   }
   for (const auto& row : rows) {
-    std::printf("Parameter name: %s\n  Type: %s\n", text_of(row, "name").c_str(), type_words(row).c_str());
-    if (!text_of(row, "description").empty()) std::printf("  Description: %s\n", text_of(row, "description").c_str());
+    print_text("Parameter name: %s\n  Type: %s\n", text_of(row, "name").c_str(), type_words(row).c_str());
+    if (!text_of(row, "description").empty()) print_text("  Description: %s\n", text_of(row, "description").c_str());
     std::printf("  Constraints:\n");
     if (row["read_only"].get<bool>()) std::printf("    Read only: true\n");
     if (row.contains("from")) {
-      std::printf("    Min value: %s\n    Max value: %s\n", python_text(row["from"]).c_str(),
-                  python_text(row["to"]).c_str());
-      if (row["step"] != 0) std::printf("    Step: %s\n", python_text(row["step"]).c_str());
+      print_text("    Min value: %s\n    Max value: %s\n", python_text(row["from"]).c_str(),
+                 python_text(row["to"]).c_str());
+      if (row["step"] != 0) print_text("    Step: %s\n", python_text(row["step"]).c_str());
     }
     if (!text_of(row, "constraints").empty())
-      std::printf("    Additional constraints: %s\n", text_of(row, "constraints").c_str());
+      print_text("    Additional constraints: %s\n", text_of(row, "constraints").c_str());
   }
   return kDone;
 }
@@ -205,7 +206,7 @@ int dump(const ParamWish& wish) {
   if (wish.as_json) {
     std::printf("%s\n", json{{text_of(reply.value(), "node"), {{"ros__parameters", values}}}}.dump().c_str());
   } else {
-    std::fputs(text.c_str(), stdout);
+    print_text("%s", text.c_str());
   }
   return kDone;
 }
@@ -261,7 +262,7 @@ int load(const ParamWish& wish) {
     if (!refusal.empty()) {
       complain({"Set parameter " + name + " failed", refusal, ""});
     } else if (!wish.as_json) {
-      std::printf("Set parameter %s successful\n", name.c_str());
+      print_text("Set parameter %s successful\n", name.c_str());
     }
   }
   if (wish.as_json) std::printf("%s\n", rows.dump().c_str());

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "nacelle/base/files.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/control/other_users.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/qos/profiles.hpp"
@@ -18,6 +19,8 @@ namespace nacelle::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+bool in_json = false;  // errors, as the command line asks
 
 fs::path program_path() {
   std::error_code ignored;
@@ -80,8 +83,13 @@ std::vector<std::string> packages_in(const std::vector<std::string>& prefixes) {
 
 }  // namespace
 
+void complain_in_json() { in_json = true; }
+
 int complain(const Problem& problem) {
-  std::fprintf(stderr, "nacelle: %s\n", problem.text().c_str());
+  using nlohmann::json;
+  const std::string line = in_json ? json{{"problem", problem}}.dump(-1, ' ', false, json::error_handler_t::replace)
+                                   : "nacelle: " + problem.text();
+  std::fprintf(stderr, "%s\n", line.c_str());
   return kFailed;
 }
 
@@ -173,10 +181,11 @@ Result<control::Client, int> connect(const std::string& container_option) {
   } else if (const char* const variable = std::getenv("NACELLE_CONTAINER"); variable != nullptr && *variable != '\0') {
     wanted = variable;
   }
-  auto found = control::choose_container(trusted_containers(), wanted);
+  const auto running = trusted_containers();
+  auto found = control::choose_container(running, wanted);
   if (!found) {
     Problem problem = found.error().problem;
-    if (found.error().fault == control::ChoiceFault::NoContainer) {
+    if (running.empty()) {
       const auto others = control::containers_of_others(read_regular_file("/proc/net/unix").value_or(""), ::geteuid());
       if (!others.empty()) problem = control::problem_of_others(others);
     }

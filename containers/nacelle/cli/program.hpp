@@ -20,8 +20,10 @@ namespace nacelle::cli {
 /// The program's exit codes.
 inline constexpr int kDone = 0, kFailed = 1, kUsage = 2, kNoContainer = 3;
 
-/// Says it on stderr and returns kFailed.
+/// Says it on stderr, as a line of JSON ({"problem": {...}}, nacelle/base/problem_json.hpp) after complain_in_json(). Returns kFailed.
 int complain(const Problem& problem);
+/// What --json of any command means for its errors.
+void complain_in_json();
 /// The same for what was typed wrong, as far as that shows without asking anybody. Returns kUsage.
 int complain_of_usage(const Problem& problem);
 

@@ -10,6 +10,7 @@
 #include "nacelle/base/names.hpp"
 #include "nacelle/qos/compatibility.hpp"
 #include "nacelle/qos/text.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -76,8 +77,8 @@ int explain(const QosWish& wish) {
                               : answer.verdict == Verdict::Warning ? "warning"
                                                                    : "error";
   if (!wish.as_json) {
-    std::printf("%s\n", verdict);
-    for (const auto& clash : answer.clashes) std::printf("  %s\n", clash.text().c_str());
+    print_text("%s\n", verdict);
+    for (const auto& clash : answer.clashes) print_text("  %s\n", clash.text().c_str());
     return kDone;
   }
   json reasons = json::array();
@@ -100,7 +101,7 @@ int check_launch_file(const QosWish& wish) {
   const InertLaunch& robot = *loaded.value();
   for (const auto& component : robot.inert.loaded) {
     if (component.failure)
-      return complain({component.plan->where.text() + ": " + component.failure->where, component.failure->what,
+      return complain({component.plan->where, component.failure->where.text() + ": " + component.failure->what,
                        component.failure->way_out});
   }
   const auto clashes = robot.inert.container->clashes();
@@ -122,10 +123,10 @@ int check_launch_file(const QosWish& wish) {
            {"streams", streams},
            {"clashes", std::move(rows)}});
   } else {
-    for (const auto& clash : clashes) std::printf("%s\n", clash.text().c_str());
-    std::printf("%zu components, %zu streams: %s\n", components, streams,
-                clashes.empty() ? "every publisher and subscription fits"
-                                : fmt::format("{} clash{}", clashes.size(), clashes.size() == 1 ? "" : "es").c_str());
+    for (const auto& clash : clashes) print_text("%s\n", clash.text().c_str());
+    print_text("%zu components, %zu streams: %s\n", components, streams,
+               clashes.empty() ? "every publisher and subscription fits"
+                               : fmt::format("{} clash{}", clashes.size(), clashes.size() == 1 ? "" : "es").c_str());
   }
   return clashes.empty() ? kDone : kFailed;
 }

@@ -54,7 +54,7 @@ int list(const ServiceWish& wish) {
                     {"nodes", texts_of(services, "node", of_name)}});
     if (std::ranges::any_of(services, [&](const json& row) { return of_name(row) && is_standard(row); }))
       rows.back()["standard"] = true;
-    if (!wish.as_json) std::printf("%s [%s]\n", name.c_str(), join(texts_of(services, "type", of_name)).c_str());
+    if (!wish.as_json) print_text("%s [%s]\n", name.c_str(), join(texts_of(services, "type", of_name)).c_str());
   }
   if (wish.as_json) std::printf("%s\n", rows.dump().c_str());
   return kDone;
@@ -103,7 +103,7 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
   if (!wish.as_json) {
     std::string shown;
     session::append_repr(shown, type.request(), request.get());
-    std::printf("requester: making request: %s\n\n", shown.c_str());
+    print_text("requester: making request: %s\n\n", shown.c_str());
     std::fflush(stdout);
   }
   const json values = parse_json_or_discard(msgs::to_json(type.request(), request.get()));
@@ -124,7 +124,7 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
       return err(complain(read.error()));
     std::string shown;
     session::append_repr(shown, type.response(), response.get());
-    std::printf("response:\n%s\n\n", shown.c_str());
+    print_text("response:\n%s\n\n", shown.c_str());
   }
   if (!flush_output()) return err(int{kDone});  // nobody waits for the next one
   return {};
@@ -141,7 +141,7 @@ int call(const ServiceWish& wish) {
     auto done = call_once(wish, client.value(), *type.value());
     return done ? kDone : done.error();
   }
-  const session::StopSignal stop;
+  const session::StopSignal stop{nullptr, session::FullOutput::Dropped};
   const SystemClock clock;
   while (!stop.is_raised()) {
     const MonotonicTime began = clock.now();

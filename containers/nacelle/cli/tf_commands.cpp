@@ -10,8 +10,11 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
+#include "nacelle/ask/frames.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/printable.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/drawing/frame_tree.hpp"
 #include "nacelle/drawing/graphviz.hpp"
 #include "nacelle/report/frame_delays.hpp"
@@ -24,7 +27,8 @@ namespace {
 using nlohmann::json;
 
 struct TfWish {
-  std::string container, source, target, svg, pdf, dot;
+  Whom whom;
+  std::string source, target, svg, pdf, dot;
   std::vector<std::string> frames;
   bool as_json = false, once = false, with_matrix = false;
   double rate_hz = 1.0, interval_s = 1.0;
@@ -61,7 +65,8 @@ std::string skews_text(const json& frames) {
   std::map<std::string, std::vector<std::string>> sent;
   for (const auto& frame : frames) {
     if (frame.contains("clock_skew"))
-      sent[frame["clock_skew"].get<std::string>()].push_back(frame["child"].get<std::string>());
+      sent[printable_line(frame["clock_skew"].get<std::string>())].push_back(
+          printable_line(frame["child"].get<std::string>()));
   }
   std::string text;
   for (const auto& [skew, children] : sent) text += "clock skew: " + skew + " (" + join(children) + ")\n";
@@ -70,9 +75,10 @@ std::string skews_text(const json& frames) {
 
 int tree(const TfWish& wish) {
   if (!is_named_for(wish.svg, "svg") || !is_named_for(wish.pdf, "pdf") || !is_named_for(wish.dot, "dot")) return kUsage;
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
-  auto reply = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
+  ask::Nodes nodes{client.value()};
+  auto reply = ask::list_frames(nodes, wish.whom.container);
   if (!reply) return complain(reply.error());
   const auto edges = edges_of(reply.value()["frames"]);
   const std::string dot_text = drawing::tree_dot(edges);
@@ -120,17 +126,16 @@ std::string echo_text(const json& transform, unsigned precision, bool with_matri
 
 int echo(const TfWish& wish) {
   LiveText live;
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
+  ask::Nodes nodes{client.value()};
   const SystemClock clock;
   const MonotonicTime patience = clock.now() + 1s;  // tf2_echo's: the first transforms may be about to come
   std::string last_trouble;
-  // target and source in tf2_echo's words: where SOURCE's axes see TARGET.
-  const json request{{"verb", "tf.lookup"}, {"target", wish.source}, {"source", wish.target}};
   do {
-    auto reply = client.value().call(request, kAnswerLimit);
+    // target and source in tf2_echo's words: where SOURCE's axes see TARGET.
+    const auto reply = ask::lookup_transform(nodes, wish.whom.container, wish.source, wish.target);
     if (reply) {
-      reply.value().erase("ok");
       last_trouble.clear();
       live.add(wish.as_json ? reply.value().dump() + "\n" : echo_text(reply.value(), wish.precision, wish.with_matrix));
       if (wish.once) return kDone;
@@ -138,7 +143,7 @@ int echo(const TfWish& wish) {
       last_trouble = reply.error().text();
       complain(reply.error());
       // A container that is gone does not come back on this connection.
-      if (wish.once || !client.value().call({{"verb", "tf.tree"}}, kAnswerLimit)) return kFailed;
+      if (wish.once || !nodes.container(wish.whom.container)) return kFailed;
     }
   } while (live.wait(wish.once ? 50ms : from_seconds(1.0 / wish.rate_hz)));
   return kDone;
@@ -213,21 +218,20 @@ json monitor_json(const Watched& watched, const json& frames, const report::Fram
 std::string monitor_text(const json& figures) {
   const auto owner_of = [](const json& row, const char* key) {
     const std::string owner = row[key];
-    return owner.empty() ? std::string{"<no authority available>"} : owner;
+    return owner.empty() ? std::string{"<no authority available>"} : printable_line(owner);
   };
-  const auto& chain = figures["chain"];
+  std::vector<std::string> chain;
+  for (const auto& frame : figures["chain"]) chain.push_back(printable_line(frame.get<std::string>()));
   std::string out;
   if (chain.empty()) {
     out = "RESULTS: for all Frames\n";
   } else {
-    out = fmt::format("RESULTS: for {} to {}\nChain is: ", chain.front().get<std::string>(),
-                      chain.back().get<std::string>());
-    for (const auto& frame : chain) out += (&frame == &chain.front() ? "" : " -> ") + frame.get<std::string>();
-    out += "\n";
+    out = fmt::format("RESULTS: for {} to {}\nChain is: {}\n", chain.front(), chain.back(), join(chain, " -> "));
   }
   out += "\nFrames:\n";
   for (const auto& row : figures["frames"]) {
-    out += fmt::format("Frame: {}, published by {}", row["frame"].get<std::string>(), owner_of(row, "owner"));
+    out += fmt::format("Frame: {}, published by {}", printable_line(row["frame"].get<std::string>()),
+                       owner_of(row, "owner"));
     out += row["static"].get<bool>()
                ? ", static\n"
                : fmt::format(", {:.3f} Hz, Average Delay: {:.6f}, Max Delay: {:.6f}\n", row["rate_hz"].get<double>(),
@@ -256,15 +260,16 @@ Result<void, Problem> take_in(control::Client& listener, report::FrameDelays& de
 
 int monitor(const TfWish& wish) {
   LiveText live;
-  auto client = connect(wish.container), listener = connect(wish.container);
-  if (!client || !listener) return client ? listener.error() : client.error();
-  auto tree = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);
+  auto client = connect(wish.whom);
+  if (!client) return client.error();
+  auto listener = connect(wish.whom);
+  if (!listener) return listener.error();
+  ask::Nodes nodes{client.value()};
+  auto tree = ask::list_frames(nodes, wish.whom.container);
   if (!tree) return complain(tree.error());
   if (auto watched = watched_by(wish.frames, tree.value()["frames"]); !watched) return complain(watched.error());
-  auto names = client.value().call({{"verb", "names"}}, kAnswerLimit);
-  if (!names) return complain(names.error());
   auto listens = listener.value().call(
-      {{"verb", "topic.listen"}, {"topic", names.value()["tf_topic"]}, {"show", "transforms"}}, kAnswerLimit);
+      {{"verb", "topic.listen"}, {"topic", tree.value()["tf_topic"]}, {"show", "transforms"}}, kAnswerLimit);
   if (!listens) return complain(listens.error());
 
   const SystemClock clock;
@@ -274,7 +279,7 @@ int monitor(const TfWish& wish) {
     if (auto taken = take_in(listener.value(), delays); !taken) return complain(taken.error());
     if (clock.now() < next) continue;
     next += from_seconds(wish.interval_s);
-    tree = client.value().call({{"verb", "tf.tree"}}, kAnswerLimit);  // frames come and go, and change hands
+    tree = ask::list_frames(nodes, wish.whom.container);  // frames come and go, and change hands
     if (!tree) return complain(tree.error());
     const auto watched = watched_by(wish.frames, tree.value()["frames"]);
     if (!watched) return complain(watched.error());
@@ -299,7 +304,7 @@ void add_tf_commands(Command& root) {
   tree_command.option("--svg", wish->svg, "draw it with Graphviz").value("FILE").names_a(Names::File);
   tree_command.option("--pdf", wish->pdf, "draw it with Graphviz").value("FILE").names_a(Names::File);
   tree_command.option("--dot", wish->dot, "write it in Graphviz's language").value("FILE").names_a(Names::File);
-  add_common_options(tree_command, wish->container, wish->as_json);
+  add_common_options(tree_command, wish->whom, wish->as_json);
   tree_command.note("Red in a drawing: a transform that is older than a second.");
   tree_command.runs([wish] { return tree(*wish); });
 
@@ -310,7 +315,7 @@ void add_tf_commands(Command& root) {
   echo_command.option("-p,--precision", wish->precision, "digits behind the point").within(0, 15).with_default();
   echo_command.flag("--matrix", wish->with_matrix, "the 4 x 4 matrix too");
   echo_command.flag("--once", wish->once, "one transform, then end; 1 if there is none within a second");
-  add_common_options(echo_command, wish->container, wish->as_json);
+  add_common_options(echo_command, wish->whom, wish->as_json);
   echo_command.runs([wish] { return echo(*wish); });
 
   Command& monitor_command = group.add("monitor", "rate, delay and owner of each transform, as tf2_monitor shows them");
@@ -321,7 +326,7 @@ void add_tf_commands(Command& root) {
       .with_default()
       .value("SECONDS");
   monitor_command.flag("--once", wish->once, "one table, then end");
-  add_common_options(monitor_command, wish->container, wish->as_json);
+  add_common_options(monitor_command, wish->whom, wish->as_json);
   monitor_command.note("Delay: from a transform's stamp to its publication, over its last thousand messages.");
   monitor_command.runs([wish] { return monitor(*wish); });
 }

@@ -2,13 +2,17 @@
 #include "topic_commands.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstdio>
+#include <map>
 #include <memory>
+#include <utility>
 
 #include "asking.hpp"
 #include "commands.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "output.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -28,34 +32,45 @@ std::vector<std::string> types_of(const json& endpoints, const std::string& topi
 /// ros2's second form of the list: who publishes, who reads.
 void print_both_sides(const json& endpoints, bool all) {
   for (const bool publisher : {true, false}) {
-    std::printf(publisher ? "Published topics:\n" : "\nSubscribed topics:\n");
+    print_text(publisher ? "Published topics:\n" : "\nSubscribed topics:\n");
     const auto of_side = [&](const json& end) {
       return end["publisher"] == publisher && (all || !is_hidden(text_of(end, "topic")));
     };
     for (const auto& topic : topics_with(endpoints, of_side)) {
       const auto count = std::ranges::count_if(
           endpoints, [&](const json& end) { return end["topic"] == topic && end["publisher"] == publisher; });
-      std::printf(" * %s [%s] %zd %s%s\n", topic.c_str(), join(types_of(endpoints, topic)).c_str(), count,
-                  publisher ? "publisher" : "subscriber", count == 1 ? "" : "s");
+      print_text(" * %s [%s] %zd %s%s\n", topic.c_str(), join(types_of(endpoints, topic)).c_str(), count,
+                 publisher ? "publisher" : "subscriber", count == 1 ? "" : "s");
     }
   }
 }
 
+/// Each topic with each of its types: how many publish it and how many read it.
+json rows_of(const json& endpoints) {
+  std::map<std::pair<std::string, std::string>, std::array<std::size_t, 2>> ends;
+  for (const json& end : endpoints)
+    ++ends[{text_of(end, "topic"), text_of(end, "type")}][end["publisher"] == true ? 0 : 1];
+  json rows = json::array();
+  for (const auto& [name, count] : ends)
+    rows.push_back({{"name", name.first}, {"type", name.second}, {"writers", count[0]}, {"readers", count[1]}});
+  return rows;
+}
+
 int list(const Wish& wish) {
-  if (wish.as_json && !wish.only_count) {
-    return ask(wish.whom, {{"verb", "topic.list"}}, false,
-               [](const json& reply) { std::printf("%s\n", reply["topics"].dump().c_str()); });
-  }
   auto graph = graph_of(wish.whom);
   if (!graph) return graph.error();
   const json& endpoints = graph.value()["endpoints"];
+  if (wish.as_json && !wish.only_count) {
+    std::printf("%s\n", rows_of(endpoints).dump().c_str());
+    return kDone;
+  }
   const auto names =
       topics_with(endpoints, [&](const json& end) { return wish.all || !is_hidden(text_of(end, "topic")); });
   if (wish.verbose) {
     print_both_sides(endpoints, wish.all);
   } else if (wish.with_types && !wish.only_count) {
     // As ros2 does: each name once, with all of its types.
-    for (const auto& name : names) std::printf("%s [%s]\n", name.c_str(), join(types_of(endpoints, name)).c_str());
+    for (const auto& name : names) print_text("%s [%s]\n", name.c_str(), join(types_of(endpoints, name)).c_str());
   } else {
     print_names(names, wish.only_count, wish.as_json);
   }
@@ -87,22 +102,22 @@ void print_end(const json& end) {
   const std::string node = text_of(end, "node");
   const auto slash = node.rfind('/');
   const json& qos = end["qos"];
-  std::printf("Node name: %s\nNode namespace: %s\nTopic type: %s\nTopic type hash: %s\nEndpoint type: %s\nGID: %s\n",
-              node.substr(slash + 1).c_str(), slash == 0 ? "/" : node.substr(0, slash).c_str(),
-              text_of(end, "type").c_str(), text_of(end, "hash").c_str(),
-              end["publisher"].get<bool>() ? "PUBLISHER" : "SUBSCRIPTION",
-              end.value("gid", words_of_id(end["id"].get<std::uint64_t>())).c_str());
+  print_text("Node name: %s\nNode namespace: %s\nTopic type: %s\nTopic type hash: %s\nEndpoint type: %s\nGID: %s\n",
+             node.substr(slash + 1).c_str(), slash == 0 ? "/" : node.substr(0, slash).c_str(),
+             text_of(end, "type").c_str(), text_of(end, "hash").c_str(),
+             end["publisher"].get<bool>() ? "PUBLISHER" : "SUBSCRIPTION",
+             end.value("gid", words_of_id(end["id"].get<std::uint64_t>())).c_str());
   std::string history = upper(text_of(qos, "history"));
   if (history == "KEEP_LAST") history += " (" + qos["depth"].dump() + ")";
-  std::printf(
+  print_text(
       "QoS profile:\n  Reliability: %s\n  History (Depth): %s\n  Durability: %s\n  Lifespan: %s\n"
       "  Deadline: %s\n  Liveliness: %s\n  Liveliness lease duration: %s\n",
       upper(text_of(qos, "reliability")).c_str(), history.c_str(), upper(text_of(qos, "durability")).c_str(),
       words_of_time(qos["lifespan_s"]).c_str(), words_of_time(qos["deadline_s"]).c_str(),
       upper(text_of(qos, "liveliness")).c_str(), words_of_time(qos["liveliness_lease_s"]).c_str());
   if (end.contains("command_timeout_s"))
-    std::printf("Command timeout: %g s (parameter %s)\n", end["command_timeout_s"].get<double>(),
-                text_of(end, "command_parameter").c_str());
+    print_text("Command timeout: %g s (parameter %s)\n", end["command_timeout_s"].get<double>(),
+               text_of(end, "command_parameter").c_str());
   if (end["elsewhere"].get<bool>()) std::printf("Process: another one\n");
   std::printf("\n");
 }
@@ -131,9 +146,9 @@ int info(const Wish& wish) {
     return kDone;
   }
   const char* const gap = wish.verbose ? "\n" : "";
-  std::printf("Type: %s\n%sPublisher count: %zu\n%s", words_of_types(types).c_str(), gap, publishers.size(), gap);
+  print_text("Type: %s\n%sPublisher count: %zu\n%s", words_of_types(types).c_str(), gap, publishers.size(), gap);
   if (wish.verbose) std::ranges::for_each(publishers, print_end);
-  std::printf("Subscription count: %zu\n%s", subscriptions.size(), gap);
+  print_text("Subscription count: %zu\n%s", subscriptions.size(), gap);
   if (wish.verbose) std::ranges::for_each(subscriptions, print_end);
   return kDone;
 }

@@ -70,7 +70,7 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
   const std::string look = "see " + wish.whom.command("topic info -v " + topic);
   if (heard.items != 0) return {where, "nothing has come since the first message", look};
   auto asking = connect(wish.whom);
-  auto graph = asking ? asking.value().call({{"verb", "graph"}}, kPatience) : err(Problem{});
+  auto graph = asking ? ask::Nodes{asking.value(), kPatience, 0s}.graph() : err(Problem{});
   if (!graph) return {where, "nothing has come yet", wish.whom.is_remote() ? look : "see `nacelle streams`"};
   const Publishers publishers = publishers_of(graph.value(), topic, heard.type);
   if (publishers.all.empty()) {
@@ -106,7 +106,7 @@ int listen(const Listening& wish, const std::function<bool(std::size_t, std::str
   for (const auto& topic : wish.topics) {
     if (complain_of_topic_name(topic.name)) return kUsage;
   }
-  const session::StopSignal stop;
+  const session::StopSignal stop{nullptr, session::FullOutput::Dropped};
   const SystemClock clock;
   std::vector<Heard> all;
   for (const auto& topic : wish.topics) {

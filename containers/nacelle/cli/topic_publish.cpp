@@ -33,7 +33,7 @@ void wait_until(MonotonicTime until, const session::StopSignal& stop, const Cloc
 
 /// The subscriptions that a message of that topic and type goes to. On a connection of its own: one that has asked cannot publish.
 Result<json, Problem> readers_of(control::Client& asking, const TopicWish& wish, Duration limit) {
-  auto graph = asking.call({{"verb", "graph"}}, limit);
+  auto graph = ask::Nodes{asking, limit, 0s}.graph();
   if (!graph) return err(graph.error());
   json readers = json::array();
   for (const auto& end : graph.value()["endpoints"]) {
@@ -134,7 +134,7 @@ int publish_topic(const TopicWish& asked) {
   if (complain_of_topic_name(asked.topic)) return kUsage;
   TopicWish wish = asked;
   wish.type = full_type_name(asked.type, "msg");
-  const session::StopSignal stop;
+  const session::StopSignal stop{nullptr, session::FullOutput::Dropped};
   const SystemClock clock;
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = library.message(wish.type);
@@ -150,7 +150,7 @@ int publish_topic(const TopicWish& asked) {
     if (!wish.whom.is_remote()) return complain(*clash);
     // There a node that reads several types shows the one that is published (nacelle/qos/announced.hpp).
     std::fprintf(stderr, "nacelle: warning: %s %s; only a node that reads both, as Nacelle's base does, hears this\n",
-                 clash->where.c_str(), clash->what.c_str());
+                 clash->where.text().c_str(), clash->what.c_str());
   }
   // Before the wait: a reader of several types may show itself only when it sees a publisher of its type.
   auto handle = client.open_writer(absolute(wish.topic), wish.type, kAnswerLimit);

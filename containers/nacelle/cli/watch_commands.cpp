@@ -7,6 +7,7 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
+#include "nacelle/ask/statistics.hpp"
 #include "nacelle/report/figures.hpp"
 #include "program.hpp"
 
@@ -16,12 +17,12 @@ namespace {
 using nlohmann::json;
 
 struct WatchWish {
-  std::string container;
+  Whom whom;
   bool as_json = false, once = false;
   double interval_s = 1.0;
 };
 
-/// What a command shows of two answers to "figures".
+/// What a command shows of two answers of ask::statistics().
 struct View {
   json (*between)(const json& before, const json& after);
   std::string (*text)(const json& table, std::size_t width);
@@ -31,12 +32,13 @@ struct View {
 int watch(const WatchWish& wish, const View& view) {
   LiveText live;
   live.end_on_q();
-  auto client = connect(wish.container);
+  auto client = connect(wish.whom);
   if (!client) return client.error();
-  auto before = client.value().call({{"verb", "figures"}}, kAnswerLimit);
+  ask::Nodes nodes{client.value()};
+  auto before = ask::statistics(nodes, wish.whom.container);
   if (!before) return complain(before.error());
   while (live.wait(from_seconds(wish.interval_s))) {
-    auto after = client.value().call({{"verb", "figures"}}, kAnswerLimit);
+    auto after = ask::statistics(nodes, wish.whom.container);
     if (!after) return complain(after.error());
     const json table = view.between(before.value(), after.value());
     if (wish.as_json) {
@@ -58,7 +60,7 @@ void add_view(Command& root, const char* name, const char* what, const char* not
       .with_default()
       .value("SECONDS");
   command.flag("--once", wish->once, "one table, then end; so it does when stdout is no terminal");
-  add_common_options(command, wish->container, wish->as_json);
+  add_common_options(command, wish->whom, wish->as_json);
   command.note(note);
   command.runs([wish, view] { return watch(*wish, view); });
 }

@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "nacelle/base/files.hpp"
+#include "nacelle/base/printable.hpp"
 #include "nacelle/launch/load_plan.hpp"
 #include "program.hpp"
 
@@ -29,7 +30,8 @@ int run(const XacroWish& wish) {
   auto prefixes = program_places().prefixes;
   auto expanded = description::expand_xacro(wish.file, arguments.value(), description::machine(std::move(prefixes)));
   if (!expanded) return complain(expanded.error());
-  for (const auto& warning : expanded.value().warnings) std::fprintf(stderr, "nacelle: %s\n", warning.c_str());
+  for (const auto& warning : expanded.value().warnings)
+    std::fprintf(stderr, "nacelle: %s\n", printable_entry(warning).c_str());
   const std::string& urdf = expanded.value().urdf;
   if (!wish.output.empty()) {
     const auto written = write_whole_file(wish.output, urdf);

@@ -17,6 +17,7 @@
 
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/control/trust.hpp"
 
 namespace nacelle::control {
@@ -44,9 +45,7 @@ char state_of(int process) {
 
 }  // namespace
 
-nlohmann::json reply_of(const Problem& problem) {
-  return {{"ok", false}, {"problem", {{"where", problem.where}, {"what", problem.what}, {"way_out", problem.way_out}}}};
-}
+nlohmann::json reply_of(const Problem& problem) { return {{"ok", false}, {"problem", problem}}; }
 
 Client::Client(int fd) : fd_(fd), reader_(kLongestReply) {}
 Client::Client(Client&& other) noexcept
@@ -191,8 +190,9 @@ Result<nlohmann::json, Problem> Client::call(const nlohmann::json& request, Dura
   nlohmann::json reply = parse_json_or_discard(as_text(frame.value().payload));
   if (!reply.is_object()) return err(gone("its answer is not an object"));
   if (reply.value("ok", false)) return reply;
-  const nlohmann::json problem = reply.value("problem", nlohmann::json::object());
-  return err(Problem{problem.value("where", ""), problem.value("what", "refused"), problem.value("way_out", "")});
+  auto problem = reply.value("problem", nlohmann::json::object()).get<Problem>();
+  if (problem.what.empty()) problem.what = "refused";
+  return err(std::move(problem));
 }
 
 Result<std::uint16_t, Problem> Client::open_writer(std::string_view topic, std::string_view type, Duration limit) {

@@ -47,7 +47,7 @@ bool is_ours(const std::vector<Process>& holders) {
 
 void look_at(const Machine& machine, const std::string& path, const std::string& by, Findings& findings) {
   Finding finding{Severity::Fine, kDevices, "", {path, "", ""}};
-  if (!by.empty()) finding.problem.where += " (" + by + ")";
+  if (!by.empty()) finding.problem.where.words += " (" + by + ")";
   const std::string target = machine.resolved(path);
   const auto access = machine.access(path);
   if (!access) {

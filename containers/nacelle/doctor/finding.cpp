@@ -17,7 +17,7 @@ const char* to_text(Severity severity) {
 }
 
 std::string Finding::text() const {
-  std::string text = problem.where;
+  std::string text = problem.where.text();
   if (!value.empty()) text += (text.empty() ? "" : ": ") + value;
   if (!problem.what.empty()) text += (value.empty() ? ": " : ", ") + problem.what;
   if (!problem.way_out.empty()) text += "; " + problem.way_out;

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "nacelle/base/printable.hpp"
 #include "nacelle/drawing/graphviz.hpp"
 
 namespace nacelle::drawing {
@@ -67,7 +68,7 @@ std::string short_time(double seconds) {
 }
 
 std::string describe(const FrameEdge& edge) {
-  const std::string owner = edge.owner.empty() ? "owner unknown" : edge.owner;
+  const std::string owner = edge.owner.empty() ? "owner unknown" : printable_line(edge.owner);
   if (edge.is_static) return "static, " + owner;
   return fmt::format("{:.1f} Hz, {} old, {}", edge.rate_hz, short_time(edge.age_s), owner);
 }
@@ -79,8 +80,9 @@ std::string tree_text(const std::vector<FrameEdge>& edges) {
   const std::function<void(std::size_t, const std::string&, std::size_t, bool)> write =
       [&](std::size_t i, const std::string& before, std::size_t wide, bool is_last) {
         const bool is_root = twigs[i].edge == nullptr;
-        lines.emplace_back(before + (is_root ? "" : is_last ? "└─ " : "├─ ") + twigs[i].name, twigs[i].edge);
-        letters.push_back(wide + (is_root ? 0 : 3) + twigs[i].name.size());
+        const std::string name = printable_line(twigs[i].name);
+        lines.emplace_back(before + (is_root ? "" : is_last ? "└─ " : "├─ ") + name, twigs[i].edge);
+        letters.push_back(wide + (is_root ? 0 : 3) + name.size());
         for (std::size_t n = 0; n < twigs[i].children.size(); ++n)
           write(twigs[i].children[n],
                 before + (is_root   ? ""

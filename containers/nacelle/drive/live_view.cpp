@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/printable.hpp"
 #include "nacelle/report/stream_rows.hpp"
 
 namespace nacelle::drive {
@@ -116,8 +117,8 @@ std::string LiveView::block(const nlohmann::json& stats, const std::string& acti
   if (in_line % kNodesPerLine != 0) text += '\n';
   for (const auto& node : stats["nodes"]) {
     if (node.contains("fault"))
-      text +=
-          fmt::format("  \033[31m{}: {}\033[0m\n", node["name"].get<std::string>(), node["fault"].get<std::string>());
+      text += fmt::format("  \033[31m{}: {}\033[0m\n", node["name"].get<std::string>(),
+                          printable_line(node["fault"].get<std::string>()));
   }
   for (const auto& row : report::rows_of(stats["streams"])) {
     const auto& stream = *row.stream;

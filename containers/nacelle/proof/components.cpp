@@ -28,19 +28,17 @@ bool can_be_found(const session::ProgramSpec& spec) {
   return false;
 }
 
-/// Constructors that throw say "node /x, parameter y: ..."; one that is the plan's is found in its file.
-std::string place_named_in(const launch::ComponentPlan& plan, const std::string& text) {
-  constexpr std::string_view kWord = "parameter ";
-  if (const auto at = text.find(kWord); at != std::string::npos) {
-    const std::size_t from = at + kWord.size();
-    return place_of_parameter(plan, text.substr(from, text.find_first_of(" ,:", from) - from));
-  }
-  // A file that is missing is told by its name: where the plan names it.
+/// Returns where the plan gives what a problem is about: a parameter by its name, a file or a name by the value that is it.
+Place place_in(const launch::ComponentPlan& plan, const Problem& problem) {
+  const Place& where = problem.where;
+  if (!where.parameter.empty()) return place_of_parameter(plan, where.parameter);
   for (const auto& given : plan.parameters) {
     const auto* const value = std::get_if<std::string>(&given.value);
-    if (value != nullptr && value->size() > 1 && text.find(*value) != std::string::npos) return given.where.text();
+    if (value != nullptr && !value->empty() &&
+        (where.file == *value || where.words == *value || problem.value == *value))
+      return given.where;
   }
-  return plan.where.text();
+  return plan.where;
 }
 
 void check_package(const LoadedComponent& component, Evidence& evidence) {
@@ -48,11 +46,11 @@ void check_package(const LoadedComponent& component, Evidence& evidence) {
   if (!component.declared || plan.package.empty() || component.declared->package.empty() ||
       plan.package == component.declared->package)
     return;
-  evidence.find(About::Plugin,
-                {plan.where.text(),
-                 plan.full_name() + ": the class " + plan.plugin + " is not of the package '" + plan.package + "'",
-                 "write pkg: " + component.declared->package},
-                Severity::Warning);
+  evidence.find(
+      About::Plugin,
+      {plan.where, plan.full_name() + ": the class " + plan.plugin + " is not of the package '" + plan.package + "'",
+       "write pkg: " + component.declared->package},
+      Severity::Warning);
 }
 
 }  // namespace
@@ -74,7 +72,7 @@ void check_programs(Evidence& evidence) {
       evidence.find(About::Program, spec.error());
     } else if (!can_be_found(spec.value())) {
       evidence.find(About::Program,
-                    {program.where.text(), "there is no program '" + spec.value().path + "' that could be started",
+                    {program.where, "there is no program '" + spec.value().path + "' that could be started",
                      "is it installed, and in PATH?"});
     }
   }
@@ -88,7 +86,7 @@ void check_components(Evidence& evidence) {
     if (!component.failure || has_errors(component.faults)) continue;
     const Problem& failure = *component.failure;
     evidence.find(About::Plugin,
-                  {place_named_in(*component.plan, failure.what), failure.where + ": " + failure.what, failure.way_out},
+                  {place_in(*component.plan, failure), failure.where.text() + ": " + failure.what, failure.way_out},
                   severity_of(*component.plan));
   }
 }
@@ -96,24 +94,24 @@ void check_components(Evidence& evidence) {
 void check_parameters(const LoadedComponent& component, Evidence& evidence) {
   const launch::ComponentPlan& plan = *component.plan;
   const std::string node = plan.full_name();
-  for (const ParameterFault& fault : component.faults) {
-    std::string what = fault.what;
+  for (const auto& [problem, is_warning] : component.faults) {
+    const std::string& parameter = problem.where.parameter;
+    std::string what = problem.what;
     if (what.ends_with('.')) what.pop_back();
-    const bool named = fault.parameter.empty() || what.find(fault.parameter) != std::string::npos;
-    std::string where = fault.where;
-    if (where.empty())
-      where = fault.parameter.empty() ? place_named_in(plan, what) : place_of_parameter(plan, fault.parameter);
-    evidence.find(About::Parameter,
-                  {std::move(where),
-                   fmt::format("{}: {}{}", node, named ? "" : fmt::format("parameter '{}': ", fault.parameter), what),
-                   fault.way_out},
-                  fault.is_warning ? Severity::Warning : severity_of(plan));
+    // What stands in a file that a parameter names is to be mended there.
+    const bool in_file = problem.where.line > 0, named = parameter.empty() || what.find(parameter) != std::string::npos;
+    if (!in_file && parameter.empty() && !problem.where.empty()) what = problem.where.text() + ": " + what;
+    evidence.find(
+        About::Parameter,
+        {in_file ? Place{problem.where.file, problem.where.line} : place_in(plan, problem),
+         fmt::format("{}: {}{}", node, named ? "" : fmt::format("parameter '{}': ", parameter), what), problem.way_out},
+        is_warning ? Severity::Warning : severity_of(plan));
   }
   if (!component.declared) return;
   std::vector<std::string> known;
   for (const auto& parameter : component.declared->parameters) known.push_back(parameter.name);
   for (const auto& name : component.declared->unknown_parameters) {
-    if (std::ranges::find(component.faults, name, &ParameterFault::parameter) != component.faults.end()) continue;
+    if (component.has_fault_of(name)) continue;
     if (name == "frame_prefix" && !evidence.plan.name_space.frame_prefix().empty())
       continue;  // all nodes of a launch in a namespace are given it
     const bool is_qos = name.starts_with("qos_overrides.");
@@ -134,11 +132,10 @@ void check_sections(Evidence& evidence) {
   for (const auto& section : evidence.plan.unused_sections) {
     // Files hold sections of nodes that run elsewhere; one that is nearly a node of this plan is a slip of the pen.
     const std::string near = nearest_name(section.pattern, nodes);
-    evidence.find(
-        About::Parameter,
-        {section.where.text(), "the parameters for '" + section.pattern + "' go to nobody: there is no such node",
-         near.empty() ? "leave them out, or give the node that name" : "did you mean '" + near + "'?"},
-        near.empty() ? Severity::Warning : Severity::Error);
+    evidence.find(About::Parameter,
+                  {section.where, "the parameters for '" + section.pattern + "' go to nobody: there is no such node",
+                   near.empty() ? "leave them out, or give the node that name" : "did you mean '" + near + "'?"},
+                  near.empty() ? Severity::Warning : Severity::Error);
   }
 }
 

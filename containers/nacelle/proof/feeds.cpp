@@ -181,7 +181,7 @@ void check_exports(Evidence& evidence) {
     if (is_raw && !plan.compressed_only) continue;  // a service
     const std::string near = is_raw ? std::string{} : slip_of(plan.topic, names);
     evidence.find(About::Export,
-                  {plan.where.text(),
+                  {plan.where,
                    is_raw ? "nobody publishes a compressed form of '" + plan.topic + "': nothing of it leaves"
                           : "export: no node has a topic or service '" + plan.topic + "': nothing leaves by this line",
                    is_raw          ? "add what publishes '" + plan.topic + "/compressed', or leave compressed_only out"

@@ -15,12 +15,10 @@ namespace {
 
 using runtime::ClaimedFrame;
 
-std::string place_of_claim(const launch::Plan& plan, const ClaimedFrame& claim) {
+Place place_of_claim(const launch::Plan& plan, const ClaimedFrame& claim) {
   const launch::ComponentPlan* const component = plan.find(claim.node);
   if (component == nullptr) return claim.node;
-  constexpr std::string_view kParameter = "parameter ";
-  if (claim.origin.starts_with(kParameter))
-    return place_of_parameter(*component, claim.origin.substr(kParameter.size()));
+  if (!claim.origin.parameter.empty()) return place_of_parameter(*component, claim.origin.parameter);
   // A joint of the description stands in the file that a parameter names.
   return place_of_parameter(*component, "robot_description_file");
 }
@@ -73,7 +71,7 @@ std::vector<Tree> trees_of(const std::vector<ClaimedFrame>& claims) {
 std::string first_of(const Tree& tree) {
   const ClaimedFrame& claim = *tree.claims.front();
   return "'" + claim.parent + "' -> '" + claim.child + "' (" + claim.node +
-         (claim.origin.empty() ? "" : ", " + claim.origin) + ")";
+         (claim.origin.empty() ? "" : ", " + claim.origin.text()) + ")";
 }
 
 /// The pair of names that are most alike, as a question.
@@ -118,8 +116,9 @@ void check_circles(const std::vector<ClaimedFrame>& claims, Evidence& evidence) 
       std::string text = "'" + at + "'";
       for (auto step = begin; step != path.end(); ++step) text += " is below '" + above.at(*step)->parent + "'";
       const ClaimedFrame& last = *above.at(at);
-      evidence.find(About::Frame, {place_of_claim(evidence.plan, last), "frames go round in a circle: " + text,
-                                   "change " + (last.origin.empty() ? last.node : last.origin + " of " + last.node)});
+      evidence.find(About::Frame,
+                    {place_of_claim(evidence.plan, last), "frames go round in a circle: " + text,
+                     "change " + (last.origin.empty() ? last.node : last.origin.text() + " of " + last.node)});
     }
     done.insert(path.begin(), path.end());
   }
@@ -166,19 +165,18 @@ std::string way_out_by_root(const std::string& child, const std::vector<ClaimedF
 void check_frames(Evidence& evidence) {
   const std::vector<ClaimedFrame> claims = evidence.container.frames();
   if (claims.empty()) return;  // whoever knows where things are, it is not this plan
-  std::map<std::string, std::vector<const ClaimedFrame*>> by_conflict;
-  for (const auto& claim : claims) by_conflict["frame '" + claim.child + "'"].push_back(&claim);
+  std::map<std::string, std::vector<const ClaimedFrame*>> by_child;
+  for (const auto& claim : claims) by_child[claim.child].push_back(&claim);
   for (auto& conflict : evidence.container.frame_conflicts()) {
-    std::string where = conflict.where, child;
-    for (const ClaimedFrame* const claim : by_conflict[conflict.where]) {
-      child = claim->child;
+    Place where = conflict.where;
+    for (const ClaimedFrame* const claim : by_child[conflict.value]) {
       where = place_of_claim(evidence.plan, *claim);
       // A joint's line is not known: the other end's is more use.
       if (claim->kind != FrameClaimKind::Fixed) break;
     }
-    if (auto way_out = way_out_by_root(child, claims, evidence); !way_out.empty())
+    if (auto way_out = way_out_by_root(conflict.value, claims, evidence); !way_out.empty())
       conflict.way_out = std::move(way_out);
-    evidence.find(About::Frame, {where, conflict.where + " " + conflict.what, conflict.way_out});
+    evidence.find(About::Frame, {where, conflict.where.text() + " " + conflict.what, conflict.way_out});
   }
   check_circles(claims, evidence);
   check_tree(claims, evidence);

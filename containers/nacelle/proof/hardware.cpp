@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rules about the robot itself: devices that two components open, wheels that two components measure differently.
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "nacelle/proof/rules.hpp"
 
@@ -21,17 +23,24 @@ std::string device_behind(const std::string& path) {
   return ignored || device.empty() ? path : device.string();
 }
 
-std::optional<double> number_of(const LoadedComponent& component, std::string_view parameter) {
+template <typename T>
+std::optional<T> value_of(const LoadedComponent& component, std::string_view parameter) {
   if (!component.declared) return std::nullopt;
   // A refused value has its own finding.
-  if (std::ranges::find(component.faults, parameter, &ParameterFault::parameter) != component.faults.end())
-    return std::nullopt;
+  if (component.has_fault_of(parameter)) return std::nullopt;
   for (const auto& declared : component.declared->parameters) {
     if (declared.name != parameter) continue;
-    const auto* const number = std::get_if<double>(&declared.value);
-    return number == nullptr ? std::nullopt : std::optional{*number};
+    const auto* const value = std::get_if<T>(&declared.value);
+    return value == nullptr ? std::nullopt : std::optional{*value};
   }
   return std::nullopt;
+}
+
+/// A reader in the base's process takes what it was not given from the base.
+bool takes_from_base(const LoadedComponent& base, const LoadedComponent& reader, std::string_view parameter) {
+  using launch::Isolation;
+  if (reader.plan->isolate != Isolation::None || base.plan->isolate != Isolation::None) return false;
+  return std::ranges::none_of(reader.plan->parameters, [&](const auto& given) { return given.name == parameter; });
 }
 
 /// The topic of joint states by which `reader` follows `writer`; empty: it does not.
@@ -55,23 +64,44 @@ constexpr std::array kWheelLengths{WheelLength{"wheel_separation", "wheel_separa
 void compare_wheels(const LoadedComponent& base, const LoadedComponent& reader, Evidence& evidence) {
   const std::string base_node = base.plan->full_name(), node = reader.plan->full_name();
   for (const WheelLength& length : kWheelLengths) {
-    const auto driven = number_of(base, length.parameter), measured = number_of(reader, length.parameter);
-    // A reader in the container takes what it was not given from the base.
-    const bool is_given =
-        std::ranges::any_of(reader.plan->parameters, [&](const auto& given) { return given.name == length.parameter; });
-    using launch::Isolation;
-    const bool are_together = reader.plan->isolate == Isolation::None && base.plan->isolate == Isolation::None;
-    if (!is_given && are_together) continue;
+    const auto driven = value_of<double>(base, length.parameter), measured = value_of<double>(reader, length.parameter);
+    if (takes_from_base(base, reader, length.parameter)) continue;
     if (!driven || !measured || std::abs(*driven - *measured) <= 1e-9 * std::abs(*driven)) continue;
     const std::string topic = joint_states_between(evidence, base_node, node);
     if (topic.empty()) continue;
-    evidence.find(
-        About::Parameter,
-        {place_of_parameter(*reader.plan, length.parameter),
-         fmt::format("{} is {} in {} and {} in {} ({}), which measures the same wheels on '{}'", length.parameter,
-                     *measured, node, *driven, base_node, place_of_parameter(*base.plan, length.parameter), topic),
-         fmt::format("give both the same value; a correction belongs in {}", length.calibration)},
-        severity_of(evidence.plan, {base_node, node}));
+    evidence.find(About::Parameter,
+                  {place_of_parameter(*reader.plan, length.parameter),
+                   fmt::format("{} is {} in {} and {} in {} ({}), which measures the same wheels on '{}'",
+                               length.parameter, *measured, node, *driven, base_node,
+                               place_of_parameter(*base.plan, length.parameter).text(), topic),
+                   fmt::format("give both the same value; a correction belongs in {}", length.calibration)},
+                  severity_of(evidence.plan, {base_node, node}));
+  }
+}
+
+/// Joints that the reader waits for, and that the only writer of its joint states does not have.
+void compare_names(const LoadedComponent& base, const LoadedComponent& reader, Evidence& evidence) {
+  using Names = std::vector<std::string>;
+  const std::string base_node = base.plan->full_name(), node = reader.plan->full_name();
+  for (const char* const parameter : {"left_wheel_names", "right_wheel_names"}) {
+    if (takes_from_base(base, reader, parameter)) continue;
+    const auto driven = value_of<Names>(base, parameter), awaited = value_of<Names>(reader, parameter);
+    if (!driven || !awaited) continue;
+    const auto absent = std::ranges::find_if(
+        *awaited, [&](const std::string& name) { return std::ranges::find(*driven, name) == driven->end(); });
+    const std::string topic = joint_states_between(evidence, base_node, node);
+    if (absent == awaited->end() || topic.empty()) continue;
+    const auto others = [&](const Endpoint& end) {
+      return end.publishes && end.topic == topic && end.node != base_node;
+    };
+    if (std::ranges::any_of(evidence.endpoints, others)) continue;
+    evidence.find(About::Parameter,
+                  {place_of_parameter(*reader.plan, parameter),
+                   fmt::format("{} of {} has the joint '{}', but {} ({}), which alone publishes '{}', has '{}'",
+                               parameter, node, *absent, base_node, place_of_parameter(*base.plan, parameter).text(),
+                               topic, fmt::join(*driven, "', '")),
+                   "give both the same names; without its joints there is no odometry"},
+                  severity_of(evidence.plan, {base_node, node}));
   }
 }
 
@@ -95,7 +125,7 @@ void check_devices(Evidence& evidence) {
                     {place_of_parameter(plan, use.parameter),
                      fmt::format("{} (parameter {}) opens the device '{}', which {} (parameter {}, {}) opens, too{}",
                                  plan.full_name(), use.parameter, use.path, other.full_name(), others.parameter,
-                                 place_of_parameter(other, others.parameter),
+                                 place_of_parameter(other, others.parameter).text(),
                                  others.path == use.path ? "" : " as '" + others.path + "'"),
                      "give each its own device; `ls -l /dev/serial/by-id` shows what is plugged in"},
                     severity_of(evidence.plan, {plan.full_name(), other.full_name()}));
@@ -106,7 +136,9 @@ void check_devices(Evidence& evidence) {
 void check_wheels(Evidence& evidence) {
   for (const LoadedComponent& base : evidence.loaded) {
     for (const LoadedComponent& reader : evidence.loaded) {
-      if (&base != &reader) compare_wheels(base, reader, evidence);
+      if (&base == &reader) continue;
+      compare_names(base, reader, evidence);
+      compare_wheels(base, reader, evidence);
     }
   }
 }

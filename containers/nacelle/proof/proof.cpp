@@ -22,7 +22,7 @@ std::optional<Problem> tied(const launch::ComponentPlan& plan, const session::Pr
   if (!alone.load(request)) return std::nullopt;  // told by the load that counts
   const auto ties = alone.ties();
   if (ties.empty()) return std::nullopt;
-  return Problem{plan.where.text(),
+  return Problem{plan.where,
                  plan.full_name() + " cannot be isolated: it " + join(ties, ", it ") + ", which ends at its process",
                  "leave isolate: process out"};
 }
@@ -61,11 +61,16 @@ std::vector<Finding> copies_between_processes(const launch::Plan& plan, runtime:
 
 }  // namespace
 
-std::string place_of_parameter(const launch::ComponentPlan& plan, const std::string& parameter) {
+bool LoadedComponent::has_fault_of(std::string_view parameter) const {
+  return std::ranges::any_of(faults,
+                             [&](const ParameterFault& fault) { return fault.problem.where.parameter == parameter; });
+}
+
+Place place_of_parameter(const launch::ComponentPlan& plan, const std::string& parameter) {
   for (const auto& given : plan.parameters) {
-    if (given.name == parameter) return given.where.text();
+    if (given.name == parameter) return given.where;
   }
-  return plan.where.text();
+  return plan.where;
 }
 
 std::vector<std::string> standard_services_of(const Evidence& evidence, const LoadedComponent& component) {
@@ -92,7 +97,7 @@ std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlace
                   {plan.file, "there is nothing to start",
                    "it needs a node_container with composable_node, a node or an executable (is an `if` false?)"});
   }
-  const auto options = session::container_options_of(plan.container.parameters, plan.container.where.text());
+  const auto options = session::container_options_of(plan.container.parameters, plan.container.where);
   if (!options) {
     for (const auto& problem : options.error()) evidence.find(About::Parameter, problem);
   }

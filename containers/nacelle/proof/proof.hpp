@@ -19,6 +19,8 @@ struct LoadedComponent {
   std::optional<Problem> failure;                         ///< Why it could not be made.
   std::shared_ptr<const runtime::Declarations> declared;  ///< Null if it was not made.
   std::vector<ParameterFault> faults;                     ///< Values that it cannot have.
+
+  [[nodiscard]] bool has_fault_of(std::string_view parameter) const;
 };
 
 /// Everything that is wrong with a plan whose components were made and not configured: parameters, plugins, types and QoS of
@@ -30,7 +32,7 @@ struct LoadedComponent {
                                          runtime::Container& container, const std::vector<LoadedComponent>& loaded);
 
 /// Where the plan gives a parameter to the component; else where the component stands.
-[[nodiscard]] std::string place_of_parameter(const launch::ComponentPlan& plan, const std::string& parameter);
+[[nodiscard]] Place place_of_parameter(const launch::ComponentPlan& plan, const std::string& parameter);
 
 /// Budgets with the topics that they mean: all that the component publishes, where it names none.
 [[nodiscard]] std::vector<runtime::StreamBudget> stream_budgets(const launch::Plan& plan,

@@ -32,7 +32,7 @@ struct Evidence {
 /// The same of several nodes: what one of them is optional for is optional.
 [[nodiscard]] Severity severity_of(const launch::Plan& plan, const std::vector<std::string>& nodes);
 /// Of a budget, which is told by its place.
-[[nodiscard]] Severity severity_of_budget(const launch::Plan& plan, const std::string& where);
+[[nodiscard]] Severity severity_of_budget(const launch::Plan& plan, const Place& where);
 
 // components.cpp
 void check_programs(Evidence& evidence);

@@ -9,14 +9,13 @@ namespace nacelle::proof {
 namespace {
 
 /// The line of `qos:` that made this end what it is; else the component's.
-std::string place_of_end(const launch::Plan& plan, const std::string& node, const std::string& topic,
-                         launch::Side side) {
+Place place_of_end(const launch::Plan& plan, const std::string& node, const std::string& topic, launch::Side side) {
   const launch::ComponentPlan* const component = plan.find(node);
   if (component == nullptr) return node;
   for (const auto& entry : component->qos) {
-    if (entry.topic == topic && entry.side == side) return entry.where.text();
+    if (entry.topic == topic && entry.side == side) return entry.where;
   }
-  return component->where.text();
+  return component->where;
 }
 
 /// A set_remap that fits no node of all that it stands above.
@@ -50,7 +49,7 @@ void check_shared_remaps(Evidence& evidence) {
     const std::string near = nearest_name(from.starts_with('/') ? from : "/" + from, names);
     evidence.find(
         About::Remap,
-        {shared.where.text(),
+        {shared.where,
          of_nobody
              ? "the set_remap of '" + from + "' is for a node '" + shared.rule.node + "', which is not there"
              : "no node has a topic or service '" + from + "': remapping it to '" + shared.rule.to + "' has no effect",
@@ -65,9 +64,9 @@ void check_shared_remaps(Evidence& evidence) {
 void check_pairs(Evidence& evidence) {
   for (const auto& clash : evidence.container.clashes()) {
     const bool type = clash.policy == "type";
-    const std::string writer = clash.topic + ": " + clash.writer_node + " (" +
-                               place_of_end(evidence.plan, clash.writer_node, clash.topic, launch::Side::Publisher) +
-                               ") publishes ";
+    const std::string writer =
+        clash.topic + ": " + clash.writer_node + " (" +
+        place_of_end(evidence.plan, clash.writer_node, clash.topic, launch::Side::Publisher).text() + ") publishes ";
     std::string what = type ? writer + clash.offered + ", " + clash.reader_node + " reads " + clash.requested
                             : writer + "with " + clash.policy + " " + clash.offered + ", " + clash.reader_node +
                                   " asks for " + clash.requested + ": it gets nothing from it";
@@ -92,7 +91,7 @@ void check_topics(Evidence& evidence) {
       if (unused.rule < plan.shared_remaps) continue;  // fits one node of several
       const bool has_line = unused.rule < plan.remap_lines.size();
       evidence.find(About::Remap,
-                    {(has_line ? plan.remap_lines[unused.rule] : plan.where).text(), std::move(unused.problem.what),
+                    {has_line ? plan.remap_lines[unused.rule] : plan.where, std::move(unused.problem.what),
                      std::move(unused.problem.way_out)},
                     severity);
     }
@@ -108,16 +107,16 @@ std::vector<runtime::StreamBudget> stream_budgets(const launch::Plan& plan, cons
       if (budget.topic.empty()) topics = container.topics_of(component.full_name());
       std::erase_if(topics, [&](const std::string& topic) { return budget.topic.empty() && is_standard_topic(topic); });
       for (const auto& topic : topics)
-        budgets.push_back({budget.where.text(), topic, budget.max_copies, budget.max_age, budget.min_hz});
+        budgets.push_back({budget.where, topic, budget.max_copies, budget.max_age, budget.min_hz});
     }
   }
   return budgets;
 }
 
-Severity severity_of_budget(const launch::Plan& plan, const std::string& where) {
+Severity severity_of_budget(const launch::Plan& plan, const Place& where) {
   for (const auto& component : plan.components) {
     for (const auto& budget : component.budgets) {
-      if (budget.where.text() == where) return severity_of(component);
+      if (budget.where == where) return severity_of(component);
     }
   }
   return Severity::Error;
@@ -133,7 +132,7 @@ void check_budgets(Evidence& evidence) {
       std::vector<std::string> topics{ends.published.begin(), ends.published.end()};
       topics.insert(topics.end(), ends.subscribed.begin(), ends.subscribed.end());
       evidence.find(About::Budget,
-                    {budget.where.text(),
+                    {budget.where,
                      component.plan->full_name() + " has no topic '" + budget.topic + "': this budget limits nothing",
                      suggestion(budget.topic, topics)},
                     severity_of(*component.plan));

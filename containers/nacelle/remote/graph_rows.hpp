@@ -16,7 +16,7 @@ namespace nacelle::remote {
 /// endpoint its "gid".
 [[nodiscard]] nlohmann::json graph_rows(const transport_dds::RemoteGraph& graph);
 
-/// The answer of the verb "topic.list": "name", "type", "writers", "readers".
+/// What a Stats frame has of each topic and type: "name", "type", "writers", "readers".
 [[nodiscard]] nlohmann::json topic_rows(const transport_dds::RemoteGraph& graph);
 
 }  // namespace nacelle::remote

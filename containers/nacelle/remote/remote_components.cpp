@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Containers of the network, and the processes that nodes are in.
+// Containers of the network.
 #include <nacelle_interfaces/srv/change_state.hpp>
 #include <set>
 #include <string_view>
@@ -11,8 +11,6 @@
 
 namespace nacelle::remote {
 namespace {
-
-using nlohmann::json;
 
 constexpr std::string_view kListNodes = "/_container/list_nodes", kChangeState = "/_container/change_state";
 
@@ -66,17 +64,6 @@ std::string container_of(const RemoteNetwork& network, const std::string& node) 
     if (name.ends_with(kChangeState)) return name.substr(0, name.size() - kChangeState.size());
   }
   return {};
-}
-
-json process_of(const RemoteNetwork& network, const std::string& node) {
-  json told = json::object();
-  const auto found = node_of(network, node);
-  if (!found) return told;
-  told["namespace"] = found->node_namespace;
-  for (const auto& [key, text] : {std::pair{"host", found->host}, {"pid", found->pid}, {"enclave", found->enclave}}) {
-    if (!text.empty()) told[key] = text;
-  }
-  return told;
 }
 
 }  // namespace nacelle::remote

@@ -11,6 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/printable.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/network_wish.hpp"
@@ -71,15 +73,14 @@ Result<void, Problem> RemoteNetwork::start(const RemoteOptions& options) {
   transport_dds::Environment environment = session::ros_environment();
   auto plan = plan_of(options, environment);
   if (!plan) return err(plan.error());
-  const auto say = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
+  const auto say = [](const std::string& line) { std::fprintf(stderr, "%s\n", printable_entry(line).c_str()); };
   network_ = std::make_unique<session::Network>(std::move(plan).value(), std::move(environment), broker_, clients_,
                                                 clock_, say);
   network_->tell_problems_to([this](const Problem& problem) { note(problem); });
   found_by_ = clock_.now() + spin_time_;
   if (auto started = network_->start(); !started) return started;
   const json state = network_->state();
-  if (const json& problem = state["problem"]; !problem.is_null())
-    return err(Problem{problem["where"], problem["what"], problem["way_out"]});
+  if (const json& problem = state["problem"]; !problem.is_null()) return err(problem.get<Problem>());
   if (!state["running"].get<bool>()) {
     return err(Problem{kOption, "the network is off: " + state["because_of"].get<std::string>() + " says so",
                        "set ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET, or give --network export"});
@@ -89,7 +90,7 @@ Result<void, Problem> RemoteNetwork::start(const RemoteOptions& options) {
 }
 
 void RemoteNetwork::note(const Problem& problem) {
-  if (!problem.where.starts_with("service ") && !problem.what.starts_with(kNotOnTheNetwork)) {
+  if (problem.code.empty()) {
     std::fprintf(stderr, "nacelle: warning: %s\n", problem.text().c_str());
     return;
   }
@@ -145,7 +146,7 @@ const msgs::MessageType& RemoteNetwork::bytes_of(const std::string& type, const 
 
 std::optional<Problem> RemoteNetwork::problem_of(const std::string& where) const {
   auto problems = problems_.lock();
-  const auto found = std::ranges::find(*problems, where, &Problem::where);
+  const auto found = std::ranges::find(*problems, Place{where}, &Problem::where);
   return found == problems->end() ? std::nullopt : std::optional<Problem>(*found);
 }
 

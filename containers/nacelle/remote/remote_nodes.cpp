@@ -80,11 +80,10 @@ bool offers(const RemoteNetwork& network, const std::string& service) {
 }
 
 session::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
-  if (verb == "graph" || verb == "topic.list") {
+  if (verb == "graph") {
     // Complete is what is asked for, so all have their time.
     network_.find_all();
-    if (verb == "graph") return network_.look(graph_rows);
-    return json{{"ok", true}, {"topics", network_.look(topic_rows)}};
+    return network_.look(graph_rows);
   }
   if (verb == "service.call") {
     const auto start = [&](const std::string& name, const msgs::ServiceType& type, void* given,
@@ -118,10 +117,6 @@ session::Answer RemoteNodes::answer(const std::string& verb, const json& request
     const std::string service = container.value() + "/_container/get_components";
     if (!offers(network_, service)) network_.find_all();
     return json{{"ok", true}, {"node", container.value()}, {"is_nacelle", offers(network_, service)}};
-  }
-  if (verb == "node.process") {
-    network_.find_all();
-    return json{{"ok", true}, {"process", process_of(network_, request.value("node", ""))}};
   }
   return reply_of(
       {"request '" + verb + "'", "cannot be asked of nodes outside", "ask the container itself, without --remote"});

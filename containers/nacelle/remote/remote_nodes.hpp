@@ -58,7 +58,4 @@ class RemoteNodes final : public session::Respondent {
 /// The Nacelle container of the process that a node is in, as far as it is known; empty if it is in another one.
 [[nodiscard]] std::string container_of(const RemoteNetwork& network, const std::string& node);
 
-/// What the participant of a node announces: "namespace", "host", "pid", "enclave"; what it does not is left out.
-[[nodiscard]] nlohmann::json process_of(const RemoteNetwork& network, const std::string& node);
-
 }  // namespace nacelle::remote

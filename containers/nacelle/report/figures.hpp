@@ -7,7 +7,7 @@
 
 namespace nacelle::report {
 
-// What `nacelle streams` and `nacelle top` show, made of two answers to the request "figures" (session/figures_verb.hpp): rates
+// What `nacelle streams` and `nacelle top` show, made of two answers of ask::statistics() (ask/statistics.hpp): rates
 // are those between the two, totals those of the second. Pure.
 
 /// {"seconds": ..., "streams": [{"name", "type", "hz", "age_s", "dropped": {cause: count}, "dropped_per_s", "late", ...}]}

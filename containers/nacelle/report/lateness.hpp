@@ -6,7 +6,7 @@
 
 namespace nacelle::report {
 
-/// Two answers to "figures" with what is looked up in them. Refers to them.
+/// Two answers of ask::statistics() with what is looked up in them. Refers to them.
 struct Interval {
   const nlohmann::json& before;
   const nlohmann::json& after;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "nacelle/base/printable.hpp"
+
 namespace nacelle::report {
 namespace {
 
@@ -28,10 +30,11 @@ std::string indented(const std::string& text, std::size_t width) {
 
 void TextTable::add_row(std::vector<std::string> cells) {
   cells.resize(columns_.size());
+  for (std::string& cell : cells) cell = printable_line(cell);
   lines_.push_back({std::move(cells), {}});
 }
 
-void TextTable::add_line(std::string text) { lines_.push_back({{}, std::move(text)}); }
+void TextTable::add_line(const std::string& text) { lines_.push_back({{}, printable_line(text)}); }
 
 std::string TextTable::text(std::size_t width) const {
   const std::size_t last = columns_.size() - 1;

@@ -8,7 +8,7 @@
 namespace nacelle::report {
 
 /// A table as text whose columns are as wide as what stands in them, and which a narrow terminal gets without its least
-/// important columns.
+/// important columns. Control characters in cells and lines are escaped (printable_line()).
 class TextTable {
  public:
   struct Column {
@@ -21,7 +21,7 @@ class TextTable {
   /// One cell for each column.
   void add_row(std::vector<std::string> cells);
   /// A line below the last row, across all columns.
-  void add_line(std::string text);
+  void add_line(const std::string& text);
 
   /// The lines, at most `width` characters each where that can be; 0: as wide as it is. A last cell that is too long goes on in
   /// lines of its own. The first line names the columns that were left out.

@@ -398,8 +398,7 @@ Result<void, std::vector<Problem>> import_file(std::string_view text, const std:
     std::vector<Problem> problems;
     for (const ParameterSection* const section : unknown)
       problems.push_back(
-          {section->where.text(),
-           "the driver of '" + section->pattern + "' is unknown: it is none of " + names_of_drivers(),
+          {section->where, "the driver of '" + section->pattern + "' is unknown: it is none of " + names_of_drivers(),
            "write the parameters of the Nacelle component yourself; `nacelle params --explain` lists them"});
     return err(std::move(problems));
   }

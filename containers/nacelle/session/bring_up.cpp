@@ -62,7 +62,7 @@ Result<void, Problem> Session::start_programs() {
     auto program = ForeignProgram::start(spec.value());
     if (!program)
       return err(
-          Problem{plan.where.text() + ": " + program.error().where, program.error().what, program.error().way_out});
+          Problem{plan.where, program.error().where.text() + ": " + program.error().what, program.error().way_out});
     programs_.push_back(std::move(program).value());
     if (auto ready = programs_.back()->wait_until_ready(kProgramReadyLimit, stop_.descriptor(), clock_); !ready)
       return ready;
@@ -140,14 +140,14 @@ Result<void, Problem> Session::activate() {
   };
   for (const auto& component : plan_.components) {
     if (component.required && !container_->find(component.full_name()))
-      return err(Problem{component.where.text(), component.full_name() + " was not loaded", "see above"});
+      return err(Problem{component.where, component.full_name() + " was not loaded", "see above"});
     if (!takes_part(component.full_name())) continue;
     lifecycle_manager::ManagedNode node{
         component.full_name(), {}, component.target == launch::TargetState::Active, component.required};
     for (const auto& after : component.after) {
       // One that was left out, or that has no state to wait for, cannot hold anybody up.
       if (!takes_part(after.node)) continue;
-      node.after.push_back({after.node, after.where.text(), words_of(after), missing_of(after, *container_),
+      node.after.push_back({after.node, after.where, words_of(after), missing_of(after, *container_),
                             after.timeout.value_or(lifecycle_manager::kReadinessLimit)});
     }
     nodes.push_back(std::move(node));
@@ -189,10 +189,12 @@ Result<void, Problem> Session::activate() {
     return {};
   }
   if (stop_.is_raised()) return err(interrupted(stop_));
-  const auto* const component = plan_of(outcome.problem.where);
+  const auto* const component = plan_of(outcome.problem.where.node);
   Problem problem = outcome.problem;
-  if (component != nullptr)
-    problem.where = component->where.text() + ": component " + component->name + " (" + component->plugin + ")";
+  if (component != nullptr) {
+    problem.where = component->where;
+    problem.what = "component " + component->name + " (" + component->plugin + "): " + problem.what;
+  }
   return err(problem);
 }
 

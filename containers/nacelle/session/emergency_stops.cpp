@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/session/emergency_stops.hpp"
 
+#include <algorithm>
 #include <std_msgs/msg/bool.hpp>
 #include <system_error>
 #include <utility>
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/msgs/message_type.hpp"
+#include "nacelle/runtime/repeat.hpp"
 #include "nacelle/session/robot_service.hpp"
 
 namespace nacelle::session {
@@ -17,6 +19,7 @@ QoS latched_qos() { return QoS(KeepAll{}).reliable().transient_local(); }
 }  // namespace
 
 void EmergencyStops::append_waits(std::vector<pollfd>& waits) const {
+  waits.reserve(waits.size() + 2 * topics_.size());  // all or none
   for (const auto& [name, topic] : topics_) {
     waits.push_back({topic.latched->descriptor(), POLLIN, 0});
     waits.push_back({topic.passing->descriptor(), POLLIN, 0});
@@ -32,20 +35,39 @@ void EmergencyStops::open(Topic& topic, const std::string& name, const msgs::Mes
   topic.passing = std::make_unique<TopicTap>(container_.transport(), spec);
 }
 
-void EmergencyStops::Topic::hear(const Block& block) {
-  if (block.info.source_time < said_at) return;
-  said_at = block.info.source_time;
-  is_set = static_cast<const std_msgs::msg::Bool*>(block.message)->data;
+// A late joiner gets the history of one publisher after the other, not in the order of time: the newest message decides.
+void EmergencyStops::Topic::hear_latched(const Block& block) {
+  const MonotonicTime said_at = block.info.source_time;
+  if (static_cast<const std_msgs::msg::Bool*>(block.message)->data) {
+    if (said_at < released_at) return;
+    is_set = true;
+    set_at = std::max(set_at, said_at);
+  } else if (said_at >= set_at) {
+    is_set = false;
+    released_at = std::max(released_at, said_at);
+  }
 }
 
-void EmergencyStops::say_again(Topic& topic, const std::string& name) {
-  const EndpointSpec spec{name, &topic.latched->type(), latched_qos(),
-                          fully_qualified_node_name(container_.options().name_space, "_emergency_stops")};
-  topic.again = container_.transport().create_writer(spec);
+// Returns whether it is a stop, which counts however old it is, as for the base: after a release it is later than that, whatever its
+// clock says, so that the release does not undo it for a late joiner. A release has to be heard by late joiners, too.
+bool EmergencyStops::Topic::hear_passing(const Block& block) {
+  if (!static_cast<const std_msgs::msg::Bool*>(block.message)->data) return false;
+  is_set = true;
+  set_at = std::max({set_at, block.info.source_time, released_at + 1ns});
+  return true;
+}
+
+// Each newer one: a release that was said before it must not release it for a late joiner. Only the newest is kept.
+void EmergencyStops::repeat_stop(Topic& topic, const std::string& name) {
+  if (!topic.again) {
+    const EndpointSpec spec{name, &topic.latched->type(), QoS(1).reliable().transient_local(),
+                            fully_qualified_node_name(container_.options().name_space, "_emergency_stops")};
+    topic.again = container_.transport().create_writer(spec);
+  }
   Block* const block = topic.again->borrow();
   if (block == nullptr) return;
   static_cast<std_msgs::msg::Bool*>(block->message)->data = true;
-  static_cast<void>(topic.again->publish(*block));
+  static_cast<void>(runtime::repeat(*topic.again, *block, topic.set_at));
 }
 
 bool EmergencyStops::look() {
@@ -68,30 +90,63 @@ bool EmergencyStops::look() {
     const bool before = topic.is_set;
     bool passing_set = false;
     while (Block* const block = topic.passing->take()) {
-      // Only a stop: who releases has to be heard by late joiners, too.
-      if (static_cast<const std_msgs::msg::Bool*>(block->message)->data) {
-        topic.hear(*block);
-        passing_set = true;
-      }
+      passing_set = topic.hear_passing(*block) || passing_set;
       drop_reference(*block);
     }
     while (Block* const block = topic.latched->take()) {
-      topic.hear(*block);
+      topic.hear_latched(*block);
       drop_reference(*block);
     }
-    if (passing_set && topic.is_set && !topic.again) say_again(topic, name);
+    if (passing_set && topic.is_set) repeat_stop(topic, name);
     if (!topic.is_set) topic.again.reset();
     changed = changed || topic.is_set != before;
   }
-  return changed;
-}
-
-std::vector<std::string> EmergencyStops::set() const {
+  if (!changed) return false;
   std::vector<std::string> names;
   for (const auto& [name, topic] : topics_) {
     if (topic.is_set) names.push_back(name);
   }
-  return names;
+  *set_.lock() = std::move(names);
+  return true;
+}
+
+Result<std::vector<EmergencyStops::Released>, Problem> EmergencyStops::release(const std::vector<std::string>& topics) {
+  std::vector<runtime::StreamReport> streams;
+  container_.report_streams(streams);
+  std::vector<Released> released;
+  for (const auto& stream : streams) {
+    if (stream.readers != 0 && is_emergency_stop(stream.name, stream.type))
+      released.push_back({stream.name, stream.readers});
+  }
+  if (!topics.empty()) {
+    std::vector<Released> wanted;
+    for (const auto& topic : topics) {
+      if (!is_emergency_stop(topic, kEmergencyStopType) || !validate_full_topic_name(topic))
+        return err(Problem{"topic " + topic, "is no emergency stop", "give one whose last name is emergency_stop"});
+      const auto found = std::ranges::find(released, topic, &Released::topic);
+      // Without a reader, too: one that joins later hears of it.
+      wanted.push_back(found == released.end() ? Released{topic, 0} : *found);
+    }
+    released = std::move(wanted);
+  }
+  if (released.empty()) {
+    return err(Problem{"emergency stop", "no component of this container reads a topic emergency_stop",
+                       "the base (nacelle::diff_drive::DiffDriveComponent) does; is it loaded?"});
+  }
+  auto writers = releases_.lock();
+  for (const Released& one : released) {
+    auto& writer = (*writers)[one.topic];
+    if (!writer) {
+      const EndpointSpec spec{one.topic, &std_msgs::msg::Bool::message_type(), QoS(1).reliable().transient_local(),
+                              fully_qualified_node_name(container_.options().name_space, "_emergency_release")};
+      writer = container_.transport().create_writer(spec);
+    }
+    Block* const block = writer->borrow();
+    if (block == nullptr) return err(Problem{"topic " + one.topic, "out of memory", "try again"});
+    static_cast<std_msgs::msg::Bool*>(block->message)->data = false;
+    writer->publish(*block);
+  }
+  return released;
 }
 
 }  // namespace nacelle::session

@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/base/guarded.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/session/topic_tap.hpp"
@@ -16,8 +19,10 @@ namespace nacelle::session {
 
 /// Which emergency stops are set, whoever set them: what a container that comes back after a crash has to say again.
 ///
-/// A stop of a publisher that keeps no history (`ros2 topic pub` without more) is said again latched, so that a base that is made or
-/// activated later obeys it; the release ends that. Threads: one.
+/// A stop of a publisher that keeps no history (`ros2 topic pub` without more) is repeated latched, so that a base that is made or
+/// activated later obeys it; the release ends that. The repetition has the time of the stop itself: a release that was said after
+/// the stop counts, also if it was on its way when the stop was repeated, and if the clock of both is behind.
+/// Threads: one, but for set() and release().
 class EmergencyStops {
  public:
   explicit EmergencyStops(runtime::Container& container) : container_(container) {}
@@ -25,21 +30,31 @@ class EmergencyStops {
   void append_waits(std::vector<pollfd>& waits) const;
   /// Finds topics that have come since, and takes what was said. True: set() is another one now.
   bool look();
-  /// The topics on which a stop is set, sorted.
-  [[nodiscard]] std::vector<std::string> set() const;
+  /// The topics on which a stop is set, sorted. Threads: any.
+  [[nodiscard]] std::vector<std::string> set() const { return *set_.lock(); }
+  struct Released {
+    std::string topic;
+    std::size_t readers = 0;
+  };
+  /// Releases the stops on these topics; for an empty list on every topic that a component reads. A release is latched.
+  /// Errors: a topic of another kind; no component reads one. Threads: any.
+  [[nodiscard]] Result<std::vector<Released>, Problem> release(const std::vector<std::string>& topics);
 
  private:
   struct Topic {
-    void hear(const Block& block);
+    void hear_latched(const Block& block);
+    bool hear_passing(const Block& block);
     std::unique_ptr<TopicTap> latched, passing;  // of publishers with a history, and of the others
     std::unique_ptr<Writer> again;               // while what one of the others said holds
-    MonotonicTime said_at{};                     // of several writers the newest word counts, as for the base
+    MonotonicTime set_at{}, released_at{};       // the newest of each
     bool is_set = false;
   };
   void open(Topic& topic, const std::string& name, const msgs::MessageType& type);
-  void say_again(Topic& topic, const std::string& name);
+  void repeat_stop(Topic& topic, const std::string& name);
   runtime::Container& container_;
   std::map<std::string, Topic> topics_;
+  Guarded<std::vector<std::string>> set_;
+  Guarded<std::map<std::string, std::unique_ptr<Writer>>> releases_;
 };
 
 }  // namespace nacelle::session

@@ -5,17 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "nacelle/ask/parameters.hpp"
-#include "nacelle/control/client.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/qos/text.hpp"
-#include "nacelle/session/load_request.hpp"
 #include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
 namespace {
 
-using control::reply_of;
 using nlohmann::json;
 
 /// Seconds, or null for "for ever".
@@ -53,39 +49,6 @@ json node_row(Session& session, const runtime::ComponentInfo& info) {
 json other_row(const std::string& node, bool hidden) {
   return {{"node", node}, {"id", 0},           {"managed", false}, {"state", ""},
           {"plugin", ""}, {"isolated", false}, {"hidden", hidden}};
-}
-
-json thread_of(const runtime::ThreadPolicy& thread) {
-  return {{"own", thread.own}, {"threads", thread.threads}, {"priority", thread.priority}, {"cpus", thread.cpus}};
-}
-
-json texts_of_parameters(const std::map<std::string, ParameterValue>& parameters) {
-  json all = json::object();
-  for (const auto& [name, value] : parameters) all[name] = ask::json_of(value);
-  return all;
-}
-
-json callbacks_of(Session& session, const std::string& node) {
-  std::vector<runtime::CallbackReport> callbacks;
-  session.container().report_callbacks(callbacks);
-  json rows = json::array();
-  for (const auto& callback : callbacks) {
-    if (callback.node != node) continue;
-    rows.push_back({{"kind", callback.kind}, {"name", callback.name}, {"count", callback.count}});
-  }
-  return rows;
-}
-
-json faults_of(Session& session, const std::string& node) {
-  json rows = json::array();
-  for (const auto& fault : session.container().faults()) {
-    if (fault.node != node) continue;
-    rows.push_back({{"code", fault.code},
-                    {"text", fault.text},
-                    {"callback", fault.callback},
-                    {"time_s", static_cast<double>(fault.when.nanoseconds()) * 1e-9}});
-  }
-  return rows;
 }
 
 }  // namespace
@@ -130,39 +93,6 @@ json graph_of(Session& session) {
           {"nodes", nodes},
           {"endpoints", endpoints},
           {"services", services}};
-}
-
-json component_info(Session& session, const json& request) {
-  auto component = session.container().find(request.value("name", ""));
-  if (!component) return reply_of(component.error());
-  const runtime::ComponentInfo& info = component.value();
-  json reply = node_row(session, info);
-  reply["ok"] = true;
-  reply["library"] = info.library;
-  reply["state_id"] = static_cast<int>(info.state);
-  if (!info.fault.code.empty()) reply["fault"] = {{"code", info.fault.code}, {"text", info.fault.text}};
-  for (const auto& fault : info.open_faults)
-    reply["open_faults"].push_back({{"code", fault.code}, {"text", fault.text}});
-  reply["faults"] = faults_of(session, info.node);
-  reply["actuator"] = info.actuator;
-  reply["callbacks"] = callbacks_of(session, info.node);
-  reply["namespace"] = info.node.rfind('/') == 0 ? "/" : info.node.substr(0, info.node.rfind('/'));
-  // Of another process: as the launch file has it.
-  std::optional<runtime::LoadRequest> given = session.container().request_of(info.id);
-  if (const auto* const plan = session.plan().find(info.node); !given && plan != nullptr)
-    given = load_request_of(*plan);
-  if (!given) return reply;
-  reply["remaps"] = json::array();
-  for (const auto& rule : given->remaps) reply["remaps"].push_back(to_text(rule));
-  reply["qos_overrides"] = json::array();
-  for (const auto& qos : given->qos)
-    reply["qos_overrides"].push_back({{"topic", qos.topic}, {"publisher", qos.for_publisher}});
-  reply["parameters"] = texts_of_parameters(given->parameters);
-  reply["thread"] = thread_of(given->thread);
-  reply["on_fault"] = {{"policy", runtime::words_of(given->on_fault.policy_for(info.actuator))},
-                       {"max_restarts", given->on_fault.max_restarts},
-                       {"backoff_s", to_seconds(given->on_fault.backoff)}};
-  return reply;
 }
 
 }  // namespace nacelle::session

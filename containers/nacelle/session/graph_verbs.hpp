@@ -17,9 +17,6 @@ class Session;
 ///   "services"   "name", "type", "node", "server" (else a client), "open"
 [[nodiscard]] nlohmann::json graph_of(Session& session);
 
-/// What there is to know of the component "name": where it comes from, what it was given, how it runs, what went wrong.
-[[nodiscard]] nlohmann::json component_info(Session& session, const nlohmann::json& request);
-
 /// An endpoint's "qos"; times in seconds, null for "for ever".
 [[nodiscard]] nlohmann::json json_of(const QoS& qos);
 

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/session/isolated_words.hpp"
 #include "nacelle/session/load_request.hpp"
 
@@ -125,8 +126,10 @@ Result<json, Problem> IsolatedComponent::call(json request) {
   }
   const json answer = *answer_;
   if (!answer.value("success", false)) {
-    return err(
-        Problem{answer.value("where", over.where), answer.value("reason", "it failed"), answer.value("way_out", "")});
+    auto problem = answer.value("problem", json::object()).get<Problem>();
+    if (problem.where.empty()) problem.where = over.where;
+    if (problem.what.empty()) problem.what = answer.value("reason", "it failed");
+    return err(std::move(problem));
   }
   return answer;
 }

@@ -14,6 +14,7 @@
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/carriers.hpp"
@@ -223,9 +224,7 @@ class IsolatedProcess {
 
   static void fail(const Problem& problem, json& answer) {
     answer["success"] = false;
-    answer["where"] = problem.where;
-    answer["reason"] = problem.what;
-    answer["way_out"] = problem.way_out;
+    answer["problem"] = problem;
   }
 
   const Logger log_;

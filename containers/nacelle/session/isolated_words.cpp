@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "nacelle/base/problem_json.hpp"
+
 namespace nacelle::session {
 namespace {
 
@@ -179,16 +181,13 @@ launch::ComponentPlan plan_from_json(const json& row) {
 
 json faults_to_json(const std::vector<ParameterFault>& faults) {
   json rows = json::array();
-  for (const auto& fault : faults)
-    rows.push_back({fault.parameter, fault.what, fault.way_out, fault.where, fault.is_warning});
+  for (const auto& fault : faults) rows.push_back({fault.problem, fault.is_warning});
   return rows;
 }
 
 std::vector<ParameterFault> faults_from_json(const json& rows) {
   std::vector<ParameterFault> faults;
-  for (const auto& row : rows)
-    faults.push_back({row.at(0).get<std::string>(), row.at(1).get<std::string>(), row.at(2).get<std::string>(),
-                      row.at(3).get<std::string>(), row.at(4).get<bool>()});
+  for (const auto& row : rows) faults.push_back({row.at(0).get<Problem>(), row.at(1).get<bool>()});
   return faults;
 }
 

@@ -91,17 +91,17 @@ Result<ProgramSpec, Problem> program_spec_of(const launch::ProgramPlan& plan, co
 }
 
 Result<runtime::ContainerOptions, std::vector<Problem>> container_options_of(
-    const std::vector<launch::Parameter>& parameters, const std::string& where) {
+    const std::vector<launch::Parameter>& parameters, const Place& where) {
   runtime::ContainerOptions options;
   std::vector<Problem> problems;
-  std::string place_of_limits = where;
+  Place place_of_limits = where;
   for (const auto& parameter : parameters) {
     if (parameter.name == "use_sim_time") continue;  // every node of a launch file may be given it
     Duration* const limit = parameter.name == "hang_after"           ? &options.hang_after
                             : parameter.name == "handover_after"     ? &options.handover_after
                             : parameter.name == "transition_timeout" ? &options.transition_timeout
                                                                      : nullptr;
-    const std::string at = parameter.where.file.empty() ? where : parameter.where.text();
+    const Place at = parameter.where.empty() ? where : parameter.where;
     if (limit == nullptr) {
       problems.push_back({at, "the container has no parameter '" + parameter.name + "'",
                           suggestion(parameter.name, {"hang_after", "handover_after", "transition_timeout"})});

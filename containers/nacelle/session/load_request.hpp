@@ -27,6 +27,6 @@ namespace nacelle::session {
 /// The container's own parameters, in seconds: `hang_after`, `handover_after`, `transition_timeout`. Errors: all that is wrong, each
 /// where the parameter stands (`where` for one without a place): another name, no positive number. Pure.
 [[nodiscard]] Result<runtime::ContainerOptions, std::vector<Problem>> container_options_of(
-    const std::vector<launch::Parameter>& parameters, const std::string& where);
+    const std::vector<launch::Parameter>& parameters, const Place& where);
 
 }  // namespace nacelle::session

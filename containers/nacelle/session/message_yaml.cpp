@@ -8,6 +8,8 @@
 #include <iterator>
 #include <string_view>
 
+#include "nacelle/base/printable.hpp"
+
 namespace nacelle::session {
 namespace {
 
@@ -85,20 +87,18 @@ bool needs_quotes(std::string_view text) {
 void append_text(std::string& out, std::string_view text, const YamlOptions& options) {
   std::string shown{text};
   if (options.longest != 0 && shown.size() > options.longest) shown = shown.substr(0, options.longest) + "...";
-  bool plain_characters = true;
-  for (const char c : shown)
-    plain_characters = plain_characters && (static_cast<unsigned char>(c) >= 0x20 && c != 0x7F);
-  if (!plain_characters) {
+  if (!is_printable_line(shown)) {
     out.push_back('"');
-    for (const char c : shown) {
-      const auto code = static_cast<unsigned char>(c);
+    for (std::size_t at = 0; at < shown.size(); ++at) {
+      const char c = shown[at];
       if (c == '"' || c == '\\') {
         out.push_back('\\');
         out.push_back(c);
       } else if (c == '\n') {
         out += "\\n";
-      } else if (code < 0x20 || code == 0x7F) {
-        fmt::format_to(std::back_inserter(out), "\\x{:02x}", code);
+      } else if (const std::size_t bytes = control_bytes(shown, at); bytes != 0) {
+        at += bytes - 1;
+        fmt::format_to(std::back_inserter(out), "\\x{:02x}", static_cast<unsigned char>(shown[at]));
       } else {
         out.push_back(c);
       }

@@ -5,9 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/session/network_wish.hpp"
+#include "nacelle/session/refused_services.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
+#include "transport_dds/wire/network_fault.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -48,16 +51,16 @@ MirrorOptions options_of(const transport_dds::NetworkSettings& settings) {
 template <typename Begin>
 auto begin_with(transport_dds::NetworkSettings& settings, MirrorOptions& options, const Begin& begin) {
   auto begun = begin(options);
-  const auto failed_by = [&](const char* said) { return !begun && begun.error().what.find(said) != std::string::npos; };
-  using transport_dds::Reach;
+  const auto failed_by = [&](transport_dds::NetworkFault fault) { return !begun && begun.error().code == fault; };
+  using transport_dds::NetworkFault, transport_dds::Reach;
   // CYCLONEDDS_URI names interfaces: it has the last word.
-  if (settings.discovery == Reach::ThisMachine && failed_by("selected twice")) {
+  if (settings.discovery == Reach::ThisMachine && failed_by(NetworkFault::InterfaceTwice)) {
     settings.interfaces.clear();
     options.config = transport_dds::cyclone_config(settings);
     begun = begin(options);
   }
   // Multicast needs no port of a number; only who asks by unicast does not find us then (ROS 2's range LOCALHOST, static peers).
-  if (settings.discovery != Reach::Unicast && failed_by("participant index")) {
+  if (settings.discovery != Reach::Unicast && failed_by(NetworkFault::NoParticipantIndex)) {
     options.config += ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>";
     begun = begin(options);
   }
@@ -89,13 +92,13 @@ Network::~Network() = default;
 Result<void, Problem> Network::start() {
   const bool wants_it = plan_.mode.value_or(launch::NetworkMode::Off) != launch::NetworkMode::Off;
   if (wants_it && !network_is_built_in()) {
-    return err(network_is_not_built_in(plan_.mode_by_argument ? std::string("network:=") + launch::to_text(*plan_.mode)
-                                                              : plan_.where.text() + ": network"));
+    return err(network_is_not_built_in(
+        plan_.mode_by_argument ? Place{std::string("network:=") + launch::to_text(*plan_.mode)} : plan_.where));
   }
   static_cast<void>(join());  // why not: the bring-up's last line
   if (!is_asked_for_) return {};
   for (const auto& remark : settings_.remarks)
-    say_((remark.where.starts_with("network: ") ? "nacelle: " : "nacelle: network: ") + remark.text());
+    say_((remark.where.words.starts_with("network: ") ? "nacelle: " : "nacelle: network: ") + remark.text());
   return {};
 }
 
@@ -120,7 +123,7 @@ Result<void, Problem> Network::join() {
   joined_with_ = of_interest(std::move(links));
   MirrorOptions options = options_of(settings_);
   if (settings_.mode == NetworkMode::Export) options.exports = settings_.exports;
-  options.allow_load = settings_.allow_load;
+  options.refused = refused_services(node_, settings_);
   options.on_problem = [say = say_](const Problem& problem) { say("nacelle: network: " + problem.text()); };
   options.clock_skews = clock_skews_;
   if (told_) options.on_problem = told_;
@@ -188,7 +191,7 @@ json Network::state() const {
   json state = to_json(settings_);
   state["line"] = line();
   state["running"] = joined_ != nullptr;
-  state["problem"] = why_not_ ? to_json(*why_not_) : json(nullptr);
+  state["problem"] = why_not_ ? json(*why_not_) : json(nullptr);
   state["figures"] = nullptr;
   state["namesakes"] = json::array();  // nodes elsewhere that have the name of one of this robot's
   state["clock_skews"] = json::array();

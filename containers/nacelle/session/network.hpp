@@ -44,6 +44,8 @@ class Network {
   Network& operator=(const Network&) = delete;
   ~Network();
 
+  /// The full name of the container's node, some of whose services callers outside may not use (refused_services.hpp). Before start().
+  void protect_services_of(std::string node) { node_ = std::move(node); }
   /// To be told, on the network's thread, instead of `say`, what keeps ends apart. Before start().
   void tell_problems_to(std::function<void(const Problem&)> told) { told_ = std::move(told); }
   /// Joins as launch file and environment ask, and tells what is remarkable.
@@ -86,6 +88,7 @@ class Network {
   const Clock& clock_;
   const Say say_;
   const std::shared_ptr<ClockSkews> clock_skews_;
+  std::string node_;
   std::function<void(const Problem&)> told_;
   transport_dds::NetworkSettings settings_;
   std::optional<Problem> why_not_;  // it is not on the network, though it should be

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "nacelle/base/problem_json.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/session/network_links.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
@@ -32,6 +33,7 @@ transport_dds::NetworkWish wish_of(const launch::NetworkPlan& plan) {
   wish.interfaces = plan.interfaces;
   wish.peers = plan.peers;
   wish.allow_load = plan.allow_load;
+  wish.remote_control = plan.remote_control;
   if (plan.security) wish.security = {true, plan.security->enforced, plan.security->keystore, plan.security->enclave};
   for (const auto& one : plan.exports)
     wish.exports.push_back({one.topic, one.max_hz, static_cast<std::size_t>(one.max_bytes_per_s), one.compressed_only});
@@ -105,12 +107,12 @@ bool network_is_built_in() {
 #endif
 }
 
-Problem network_is_not_built_in(const std::string& where) {
+Problem network_is_not_built_in(const Place& where) {
   return {where, "this program was built without Cyclone DDS: it cannot be on a network",
           "install cyclonedds-dev and build again, or network:=off"};
 }
 
-Problem security_is_not_built_in(const std::string& where) {
+Problem security_is_not_built_in(const Place& where) {
   return {where, "this program was built without OpenSSL's library: there is no security",
           "install libssl-dev and build again"};
 }
@@ -150,10 +152,6 @@ std::string network_off_line(const Problem& why) {
   return "network: off, since " + why.text() + "; the robot runs without it";
 }
 
-json to_json(const Problem& problem) {
-  return {{"where", problem.where}, {"what", problem.what}, {"way_out", problem.way_out}};
-}
-
 json to_json(const transport_dds::NetworkSettings& settings) {
   json exports = json::array(), remarks = json::array();
   for (const auto& rule : settings.exports) {
@@ -162,7 +160,7 @@ json to_json(const transport_dds::NetworkSettings& settings) {
                        {"max_bytes", rule.max_bytes_per_s == 0 ? json(nullptr) : json(rule.max_bytes_per_s)},
                        {"compressed_only", rule.compressed_only}});
   }
-  for (const auto& remark : settings.remarks) remarks.push_back(to_json(remark));
+  for (const auto& remark : settings.remarks) remarks.push_back(remark);
   const auto ports = transport_dds::ports_of_domain(settings.domain);
   return {{"mode", transport_dds::to_text(settings.mode)},
           {"because_of", settings.because_of},
@@ -173,6 +171,7 @@ json to_json(const transport_dds::NetworkSettings& settings) {
           {"peers", settings.peers},
           {"exports", std::move(exports)},
           {"allow_load", settings.allow_load},
+          {"remote_control", settings.remote_control},
           {"security", to_json(settings.security, settings.secured)},
           {"cyclonedds_uri", settings.cyclonedds_uri},
           {"remarks", std::move(remarks)},

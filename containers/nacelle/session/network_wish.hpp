@@ -17,10 +17,10 @@ namespace nacelle::session {
 /// Whether this program was built with Cyclone DDS.
 [[nodiscard]] bool network_is_built_in();
 /// Why it cannot be on a network without it, and the way out.
-[[nodiscard]] Problem network_is_not_built_in(const std::string& where);
+[[nodiscard]] Problem network_is_not_built_in(const Place& where);
 
 /// Why there is no security without OpenSSL, and the way out.
-[[nodiscard]] Problem security_is_not_built_in(const std::string& where);
+[[nodiscard]] Problem security_is_not_built_in(const Place& where);
 
 /// Those of this process that begin with ROS_, RMW_ and CYCLONEDDS_.
 [[nodiscard]] transport_dds::Environment ros_environment();
@@ -34,8 +34,7 @@ namespace nacelle::session {
 /// "network: off, although local was asked for: <why>; the robot runs without it".
 [[nodiscard]] std::string network_off_line(const Problem& why);
 
-/// mode, because_of, discovery, domain, ports, interfaces, peers, exports, allow_load, security, cyclonedds_uri, remarks, line.
+/// mode, because_of, discovery, domain, ports, interfaces, peers, exports, allow_load, remote_control, security, cyclonedds_uri, remarks, line.
 [[nodiscard]] nlohmann::json to_json(const transport_dds::NetworkSettings& settings);
-[[nodiscard]] nlohmann::json to_json(const Problem& problem);  ///< where, what, way_out
 
 }  // namespace nacelle::session

@@ -14,6 +14,7 @@
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/session/process_figures.hpp"
 #include "nacelle/session/publish_encoded.hpp"
+#include "nacelle/spatial/transform_buffer.hpp"
 
 namespace nacelle::session {
 
@@ -46,7 +47,8 @@ RobotService::RobotService(runtime::Container& container, const std::vector<std:
       on_shutdown_(on_shutdown),
       context_(context),
       emergency_event_(emergency_event),
-      main_thread_(::pthread_self()) {
+      main_thread_(::pthread_self()),
+      buffer_name_(spatial::kTransformBufferName) {
   streams_.reserve(64);
   // An emergency stop must work when no library can be opened any more.
   static_cast<void>(types_.message(kEmergencyStopType));

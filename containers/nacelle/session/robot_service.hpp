@@ -16,7 +16,10 @@
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/node/transport.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/spatial/transform_buffer.hpp"
+
+namespace nacelle::spatial {
+class TransformBuffer;
+}
 
 namespace nacelle::session {
 
@@ -81,8 +84,8 @@ class RobotService final : public control::FastService {
   std::atomic<Phase> phase_{Phase::Starting};
   Guarded<std::string> nodes_json_{std::in_place, "[]"};
   std::array<OpenWriter, 64> writers_;
-  const std::string buffer_name_ = spatial::kTransformBufferName;
-  spatial::TransformBufferPtr transforms_;
+  const std::string buffer_name_;
+  std::shared_ptr<spatial::TransformBuffer> transforms_;
   std::vector<runtime::StreamReport> streams_;
 };
 

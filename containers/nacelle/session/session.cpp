@@ -9,33 +9,30 @@
 #include <cerrno>
 #include <cstdio>
 #include <exception>
-#include <nlohmann/json.hpp>
 
-#include "nacelle/base/files.hpp"
-#include "nacelle/base/json_text.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
-#include "nacelle/msgs/json.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/runtime/crash_record.hpp"
+#include "nacelle/session/attempt.hpp"
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
 #include "nacelle/session/load_desk.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/network_wish.hpp"
-#include "nacelle/session/topic_tap.hpp"
+#include "nacelle/session/session_services.hpp"
 #include "nacelle/session/verb_desk.hpp"
 
 namespace nacelle::session {
 namespace {
 
-// The report's steady state: issue-wide words, "2 s after the last activation".
+// The report's steady state begins so long after the last activation.
 constexpr Duration kSettling = 2s;
 constexpr Duration kBudgetPeriod = 1s;
-constexpr Duration kLastMessageLimit = 500ms;
 // A stop signal that the main thread has not obeyed by then finds it in a component's hands.
 constexpr Duration kMainThreadLimit = 1s;
+// Until a step of the main thread that failed is tried again.
+constexpr int kRetry_ms = 100;
 
 }  // namespace
 
@@ -58,6 +55,7 @@ Session::~Session() { end(); }
 void Session::end() {
   lookout_.reset();
   desk_.reset();
+  answers_.reset();
   manager_.reset();
   server_.reset();
   supervision_.reset();
@@ -70,14 +68,14 @@ void Session::end() {
 }
 
 void Session::say(const std::string& line) const {
-  std::fprintf(stderr, on_terminal_ && !options_.verbose ? "\r\033[K%s\n" : "%s\n", printable(line).c_str());
+  std::fprintf(stderr, on_terminal_ && !options_.verbose ? "\r\033[K%s\n" : "%s\n", printable_entry(line).c_str());
 }
 
 void Session::progress(const std::string& line) const {
   if (options_.verbose) {
-    std::fprintf(stderr, "%s\n", line.c_str());
+    std::fprintf(stderr, "%s\n", printable_entry(line).c_str());
   } else if (on_terminal_) {
-    std::fprintf(stderr, "\r\033[K%s", line.c_str());
+    std::fprintf(stderr, "\r\033[K%s", printable_line(line).c_str());
     std::fflush(stderr);
   }
 }
@@ -127,7 +125,7 @@ int Session::run_robot() {
   }
   const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
   // Where they are wrong, check_the_plan() says so with the rest.
-  const auto asked = container_options_of(plan_.container.parameters, plan_.container.where.text());
+  const auto asked = container_options_of(plan_.container.parameters, plan_.container.where);
   runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
   container_options.name = options_.container_name;
   container_options.name_space = plan_.container.namespace_;
@@ -138,6 +136,7 @@ int Session::run_robot() {
       plan_.network, ros_environment(), container_->graph(), container_->service_graph(), clock_,
       [this](const std::string& line) { say(line); },
       std::static_pointer_cast<ClockSkews>(container_->shared_object(kClockSkewsName)));
+  network_->protect_services_of(container_->node());
   if (auto joined = network_->start(); !joined) {
     say("nacelle: " + joined.error().text());
     return 1;
@@ -169,6 +168,7 @@ int Session::run_robot() {
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_, clock_);
 
   load_desk_ = std::make_unique<LoadDesk>(*this);
+  answers_ = std::make_unique<SessionServices>(*this);
   desk_ = std::make_unique<VerbDesk>(*this);
 
   auto up = guarded_bring_up();
@@ -280,15 +280,6 @@ void Session::keep_composition() {
   told_of_state_ = !kept;
 }
 
-nlohmann::json Session::faults() const {
-  nlohmann::json answer = supervision_->report();
-  answer["last_crash"] = nullptr;
-  const std::string file = crash_file_of(state_->path());
-  if (const auto crash = read_crash(file))
-    answer["last_crash"] = {{"file", file}, {"text", fmt::format("{} (all of it: {})", crash->text, file)}};
-  return answer;
-}
-
 void Session::composition_changed() {
   service_->set_nodes(container_->list());
   supervision_->publish();
@@ -309,12 +300,27 @@ Result<void, Problem> Session::guarded_bring_up() {
 
 // A person who asks what a bring-up waits for is answered while it waits.
 void Session::answer_guests() {
-  std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
-  desk_->append_waits(waits);
-  if (::poll(waits.data(), waits.size(), 0) < 0) return;
-  desk_->serve(waits.data() + 1);
-  if (waits[0].revents == 0) return;
-  for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
+  attempt("services", [this] { answers_->serve(); });
+  attempt("requests", [this] {
+    std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
+    desk_->append_waits(waits);
+    if (::poll(waits.data(), waits.size(), 0) < 0) return;
+    desk_->serve(waits.data() + 1);
+    if (waits[0].revents == 0) return;
+    for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
+  });
+}
+
+std::optional<Problem> Session::look_at_programs() {
+  for (const auto& program : programs_) {
+    if (program->descriptor() < 0) continue;
+    const std::string how = program->ended();
+    if (how.empty()) continue;
+    Problem problem{"program " + program->spec().label, how, "see its output above"};
+    if (program->spec().required) return problem;
+    say("nacelle: " + problem.text());
+  }
+  return std::nullopt;
 }
 
 std::optional<Problem> Session::serve() {
@@ -323,14 +329,9 @@ std::optional<Problem> Session::serve() {
       clock_, options_.clock_alarm != nullptr ? *options_.clock_alarm : *(kernel_alarm = make_kernel_clock_alarm())};
   ClockJumpReport clock_jumps{container_->transport(), options_.container_name,
                               fully_qualified_node_name(plan_.container.namespace_, options_.container_name)};
-  // Without memory, threads or descriptors a step fails; the robot keeps running.
-  const auto attempt = [this](const char* what, const auto& act) {
-    try {
-      act();
-    } catch (const std::exception& failure) { say(fmt::format("nacelle: container: {}: {}", what, failure.what())); }
-  };
   std::vector<pollfd> waits;
-  waits.reserve(64);
+  waits.reserve(64 + programs_.size());
+  bool has_new_states = false, has_faults = false;  // to be looked at, again if that failed
   while (true) {
     waits.clear();
     waits.push_back({stop_.descriptor(), POLLIN, 0});
@@ -339,18 +340,24 @@ std::optional<Problem> Session::serve() {
     waits.push_back({clock_watch.descriptor(), POLLIN, 0});
     waits.push_back({network_->descriptor(), POLLIN, 0});
     waits.push_back({load_desk_->descriptor(), POLLIN, 0});
+    waits.push_back({answers_->descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
     const std::size_t stops_at = waits.size();
-    emergency_stops_->append_waits(waits);
+    bool has_listed = attempt("emergency stops", [&] { emergency_stops_->append_waits(waits); });
     const std::size_t guests_at = waits.size();
-    desk_->append_waits(waits);
+    has_listed = attempt("requests", [&] { desk_->append_waits(waits); }) && has_listed;
 
     if (!budgets_.empty() && (!next_budget_look_ || clock_.now() >= *next_budget_look_)) {
-      for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
+      attempt("budgets", [&] {
+        for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
+      });
       next_budget_look_ = clock_.now() + kBudgetPeriod;
     }
-    int limit_ms = -1;
-    if (next_budget_look_) limit_ms = std::max(0, static_cast<int>((*next_budget_look_ - clock_.now()) / 1ms) + 1);
+    int limit_ms = has_listed && !has_new_states && !has_faults ? -1 : kRetry_ms;
+    if (next_budget_look_) {
+      const int left_ms = std::max(0, static_cast<int>((*next_budget_look_ - clock_.now()) / 1ms) + 1);
+      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
+    }
     if (steady_from_ && !steady_.has_begun()) {
       const int left_ms = std::max(0, static_cast<int>((*steady_from_ - clock_.now()) / 1ms) + 1);
       limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
@@ -372,34 +379,38 @@ std::optional<Problem> Session::serve() {
     if (waits[0].revents != 0) break;
     if (waits[2].revents != 0) {
       fault_event_.clear();
-      service_->set_nodes(container_->list());
-      attempt("descriptors", [&] { look_at_descriptors(); });
+      has_new_states = true;
     }
+    if (has_new_states) has_new_states = !attempt("states", [&] { service_->set_nodes(container_->list()); });
+    if (waits[2].revents != 0) attempt("descriptors", [&] { look_at_descriptors(); });
     if (waits[3].revents != 0) {
-      if (const auto step = clock_watch.look()) {
+      attempt("clock", [&] {
+        const auto step = clock_watch.look();
+        if (!step) return;
         say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
         network_->note_clock_jump();
-      }
+      });
     }
     if (waits[5].revents != 0) attempt("composition", [&] { load_desk_->serve(); });
+    if (waits[6].revents != 0) attempt("services", [&] { answers_->serve(); });
     attempt("network", [&] { network_->serve(waits[4].revents != 0); });
     const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
                                            waits.begin() + static_cast<std::ptrdiff_t>(guests_at),
                                            [](const pollfd& wait) { return wait.revents != 0; });
-    if (stop_was_said && emergency_stops_->look()) attempt("state", [&] { keep_composition(); });
+    if (stop_was_said) {
+      attempt("emergency stops", [&] {
+        if (emergency_stops_->look()) keep_composition();
+      });
+    }
     const auto due = supervision_->next_due();
-    if (waits[2].revents != 0 || (due && *due <= clock_.now())) {
-      attempt("faults", [&] { supervision_->work(); });
+    has_faults = has_faults || waits[2].revents != 0 || (due && *due <= clock_.now());
+    if (has_faults) {
+      has_faults = !attempt("faults", [&] { supervision_->work(); });
       attempt("state", [&] { keep_composition(); });
     }
-    for (const auto& program : programs_) {
-      if (program->descriptor() < 0) continue;
-      const std::string how = program->ended();
-      if (how.empty()) continue;
-      const Problem problem{"program " + program->spec().label, how, "see its output above"};
-      if (program->spec().required) return problem;
-      say("nacelle: " + problem.text());
-    }
+    std::optional<Problem> failure;
+    attempt("programs", [&] { failure = look_at_programs(); });
+    if (failure) return failure;
     attempt("requests", [&] {
       desk_->serve(waits.data() + guests_at);
       if (waits[1].revents == 0) return;
@@ -407,96 +418,6 @@ std::optional<Problem> Session::serve() {
     });
   }
   return std::nullopt;
-}
-
-void Session::take_down() {
-  // If its event is closed, the thread cannot be joined.
-  if (lost_descriptors_) static_cast<void>(lookout_.release());
-  lookout_.reset();
-  const bool was_running = service_->phase() == Phase::Running;
-  service_->set_phase(Phase::Stopping);
-  if (was_running) report_.process = steady_.end(clock_.now());
-  // First of all the wheels: components that hang may keep the base waiting for its turn. What it measures goes on meanwhile.
-  container_->write_safe_stops();
-  if (was_running) fetch_last_messages();
-  container_->give_up_transitions_after(kShutdownStepLimit);
-  // Components that were loaded by hand go first: the plan's cannot depend on them.
-  auto components = container_->list();
-  for (const auto& info : reversed(components)) {
-    if (plan_of(info.node) == nullptr && info.managed && info.state == StateId::Active) {
-      if (container_->trigger(info.id, Transition::Deactivate).success)
-        report_.shutdown_order.push_back(report::component_name(info.node));
-    }
-  }
-  if (manager_ && was_running) {
-    const auto at_rest = manager_->deactivate();
-    // The first clean-up takes the endpoints away: what is to be counted is counted before it.
-    take_final_figures();
-    const auto clean = manager_->cleanup();
-    for (const auto& outcome : {at_rest, clean}) {
-      if (!outcome.success) say("nacelle: shutdown: " + outcome.problem.text());
-    }
-  }
-  take_final_figures();
-  components = container_->list();
-  for (const auto& info : reversed(components)) {
-    auto unloaded = container_->unload(info.id);
-    if (!unloaded) say("nacelle: shutdown: " + unloaded.error().text());
-  }
-  for (auto& program : reversed(programs_)) {
-    progress("stopping program " + program->spec().label);
-    program->stop(clock_);
-  }
-  supervision_->publish();
-  // After a failure of this kind `--resume` restores the composition.
-  if (was_running && !lost_descriptors_) {
-    state_->remove();
-    crashes_->remove();
-  }
-  service_->set_phase(Phase::Down);
-  if (on_terminal_ && !options_.verbose) {
-    std::fputs("\r\033[K", stderr);
-    std::fflush(stderr);
-  }
-}
-
-void Session::take_final_figures() {
-  if (undoing_ || !report_.streams.empty()) return;
-  container_->report_streams(report_.streams);
-  container_->report_histograms(report_.histograms);
-  // Only topics that had ends or messages; services are no streams.
-  std::erase_if(report_.streams, [](const runtime::StreamReport& stream) {
-    return stream.type.find("/msg/") == std::string::npos || is_standard_topic(stream.name) ||
-           (stream.readers == 0 && stream.writers == 0 && stream.published == 0);
-  });
-}
-
-void Session::fetch_last_messages() {
-  nlohmann::ordered_json last = nlohmann::ordered_json::object();
-  for (const auto& topic : options_.last_messages) {
-    last[topic] = nullptr;
-    const auto* const type = container_->topic_type(topic);
-    if (type == nullptr) continue;
-    TopicTap tap{container_->transport(), topic, *type, 1};
-    pollfd wait{tap.descriptor(), POLLIN, 0};
-    if (::poll(&wait, 1, static_cast<int>(kLastMessageLimit / 1ms)) <= 0) continue;
-    if (Block* const block = tap.take(); block != nullptr) {
-      last[topic] = parse_json_or_discard<nlohmann::ordered_json>(msgs::to_json(*type, block->message));
-      drop_reference(*block);
-    }
-  }
-  last_messages_json_ = last.dump();
-}
-
-bool Session::write_report() {
-  if (options_.report_file.empty()) return true;
-  nlohmann::ordered_json figures = report::to_json(report_);
-  if (!options_.last_messages.empty())
-    figures["last_messages"] = parse_json_or_discard<nlohmann::ordered_json>(last_messages_json_);
-  const auto written = write_whole_file(options_.report_file, figures.dump(2) + "\n");
-  if (written) return true;
-  say("nacelle: the report: " + written.error().text());
-  return false;
 }
 
 }  // namespace nacelle::session

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -61,6 +60,7 @@ struct SessionOptions {
 void leave_at_once() noexcept;
 
 class LoadDesk;
+class SessionServices;
 class VerbDesk;
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
@@ -79,12 +79,13 @@ class Session {
   /// Returns the process's exit code; what went wrong has been said on stderr.
   [[nodiscard]] int run();
 
-  // For the requests of the control socket.
+  // For the requests of the control socket and the services of the container's node.
   [[nodiscard]] runtime::Container& container() { return *container_; }
   [[nodiscard]] const launch::Plan& plan() const { return plan_; }
   [[nodiscard]] Network& network() { return *network_; }
   [[nodiscard]] const SessionOptions& options() const { return options_; }
-  [[nodiscard]] const EmergencyStops& emergency_stops() const { return *emergency_stops_; }
+  [[nodiscard]] EmergencyStops& emergency_stops() { return *emergency_stops_; }
+  [[nodiscard]] const Supervision& supervision() const { return *supervision_; }
   [[nodiscard]] Phase phase() const { return service_->phase(); }
   /// Loads what the plan says, in this process or in one of its own.
   /// With `faults`, values that it cannot have are collected there; else the first is why it is not loaded.
@@ -94,12 +95,11 @@ class Session {
   [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component, launch::TargetState target);
   /// States changed by somebody else than the bring-up: shows them to those who watch, and begins the steady state anew.
   void composition_changed();
+  /// Threads: any.
   void request_shutdown() { stop_.raise_by_request(); }
   /// Components of the run that is resumed that are not loaded since they crashed again and again.
   [[nodiscard]] const std::vector<ComposedComponent>& left_out() const { return left_out_; }
   [[nodiscard]] EarlyCrashes& crashes() { return *crashes_; }
-  /// What went wrong and what was done about it, for `nacelle faults`.
-  [[nodiscard]] nlohmann::json faults() const;
   /// A line on stderr.
   void say(const std::string& line) const;
 
@@ -135,6 +135,8 @@ class Session {
   void answer_guests();
   /// Reports when the process runs out of descriptors, and when that is over.
   void look_at_descriptors();
+  /// Reports programs that have ended. Returns the first that the robot requires.
+  [[nodiscard]] std::optional<Problem> look_at_programs();
   /// Polls; closes connections if their number makes poll() fail. Errors: poll() fails on the robot's own descriptors, or a
   /// component closed some.
   [[nodiscard]] Result<void, Problem> wait(std::vector<pollfd>& waits, std::size_t guests_at, int limit_ms);
@@ -165,6 +167,7 @@ class Session {
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
   std::unique_ptr<LoadDesk> load_desk_;
+  std::unique_ptr<SessionServices> answers_;
   std::unique_ptr<VerbDesk> desk_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;

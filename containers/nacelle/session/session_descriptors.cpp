@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "nacelle/session/attempt.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/verb_desk.hpp"
 
@@ -36,13 +37,13 @@ Result<void, Problem> Session::wait(std::vector<pollfd>& waits, std::size_t gues
   int ready = ::poll(waits.data(), waits.size(), limit_ms);
   if (ready < 0 && errno != EINTR) {
     // EINVAL: the limit was lowered below the number of connections; or ENOMEM. Clients must not end the robot.
-    desk_->send_half_away("closed: too many connections for the limit of open files");
+    attempt("requests", [&] { desk_->send_half_away("closed: too many connections for the limit of open files"); });
     waits.resize(guests_at);
     ready = ::poll(waits.data(), waits.size(), 0);
     if (ready < 0 && errno != EINTR) {
       return err(Problem{"container", std::string{"poll failed: "} + std::strerror(errno), "raise `ulimit -n`"});
     }
-    desk_->append_waits(waits);  // looked at in the next round
+    attempt("requests", [&] { desk_->append_waits(waits); });  // looked at in the next round
   }
   const auto is_lost = [](const pollfd& wait) { return (wait.revents & POLLNVAL) != 0; };
   const bool is_signal =

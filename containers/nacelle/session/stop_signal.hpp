@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 namespace nacelle::session {
+
+/// What a signal does to a stdout that has no room, since nothing reads it.
+enum class FullOutput : std::uint8_t {
+  Kept,     ///< A write() waits until there is room.
+  Dropped,  ///< It becomes /dev/null, so that a write() that waits returns.
+};
 
 /// SIGINT, SIGTERM, SIGQUIT and SIGHUP (unless it was ignored before, as under nohup) as an event that can be polled, from
 /// construction to destruction; SIGPIPE is ignored.
@@ -12,7 +20,7 @@ namespace nacelle::session {
 class StopSignal {
  public:
   /// `emergency` must be async-signal-safe; it may be null.
-  explicit StopSignal(void (*emergency)() noexcept = nullptr);
+  explicit StopSignal(void (*emergency)() noexcept = nullptr, FullOutput output = FullOutput::Kept);
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
   ~StopSignal();

@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "nacelle/base/reversed.hpp"
+#include "nacelle/runtime/interface_messages.hpp"
 #include "nacelle/session/load_request.hpp"
 #include "nacelle/session/session.hpp"
 
@@ -15,8 +15,8 @@ namespace nacelle::session {
 namespace {
 
 using launch::TargetState;
-using nlohmann::json;
 using runtime::FaultPolicy;
+using runtime::message_of;
 
 // Who reads diagnostics takes a silent source for a dead one after a few seconds. Source: diagnostic_aggregator, 5 s.
 constexpr Duration kDiagnosticsPeriod = 1s;
@@ -45,14 +45,6 @@ runtime::ComponentInfo info_of_container(const runtime::Container& container, co
   info.managed = false;
   info.fault = fault;
   return info;
-}
-
-json to_json(const runtime::FaultEvent& event) {
-  json row{{"number", event.number}, {"node", event.node},         {"code", event.code},
-           {"text", event.text},     {"callback", event.callback}, {"time_ns", event.when.nanoseconds()}};
-  if (event.is_open_fault) row["open"] = !event.lasted;
-  if (event.lasted) row["lasted_s"] = to_seconds(*event.lasted);
-  return row;
 }
 
 }  // namespace
@@ -98,8 +90,10 @@ void Supervision::publish(const Noted& noted) {
     if (change.to == StateId::Active) active_order_.push_back(change.node);
   }
   next_beat_.reset();
-  components.push_back(info_of_container(session_.container(), own_fault_));
-  if (topics_.publish_diagnostics(components, absent(components))) next_beat_ = clock_.now() + kDiagnosticsPeriod;
+  const std::vector<FaultTopics::Absent> absents = absent(components);
+  known_.lock()->absent = absents;
+  components.push_back(info_of_container(session_.container(), known_.lock()->own_fault));
+  if (topics_.publish_diagnostics(components, absents)) next_beat_ = clock_.now() + kDiagnosticsPeriod;
   forget_old_crashes(components);
 }
 
@@ -133,7 +127,8 @@ void Supervision::work() {
   std::stable_partition(noted.faults.begin(), noted.faults.end(),
                         [this](const auto& info) { return !stops_the_robot(info); });
   for (const auto& info : noted.faults) on_fault(info);
-  for (const auto& node : restarts_.take_due(clock_.now())) restart(node);
+  const std::vector<std::string> due = known_.lock()->restarts.take_due(clock_.now());
+  for (const auto& node : due) restart(node);
 }
 
 bool Supervision::stops_the_robot(const runtime::ComponentInfo& info) const {
@@ -150,7 +145,7 @@ std::string Supervision::why_to_stop() {
 }
 
 std::optional<MonotonicTime> Supervision::next_due() const {
-  auto next = restarts_.next_due();
+  auto next = known_.lock()->restarts.next_due();
   if (next_beat_ && (!next || *next_beat_ < *next)) next = next_beat_;
   for (const auto& [node, since] : up_since_) {
     if (const MonotonicTime due = since + EarlyCrashes::kEarly; !next || due < *next) next = due;
@@ -160,7 +155,7 @@ std::optional<MonotonicTime> Supervision::next_due() const {
 
 std::optional<TargetState> Supervision::target_of_restart(const std::string& node) const {
   const auto found = patients_.find(node);
-  if (found == patients_.end() || !restarts_.due_of(node)) return std::nullopt;
+  if (found == patients_.end() || !known_.lock()->restarts.due_of(node)) return std::nullopt;
   return found->second.target;
 }
 
@@ -205,13 +200,14 @@ void Supervision::on_fault(const runtime::ComponentInfo& info) {
 }
 
 void Supervision::plan_restart(const std::string& node, const Patient& patient) {
-  if (restarts_.on_fault(node, patient.handling, clock_.now())) {
+  const bool is_due = known_.lock()->restarts.on_fault(node, patient.handling, clock_.now()).has_value();
+  const std::uint32_t count = known_.lock()->restarts.count_of(node);
+  if (is_due) {
     session_.say(fmt::format("nacelle: {} is restarted in {:g} s ({} of {})", node,
-                             to_seconds(patient.handling.backoff), restarts_.count_of(node),
-                             patient.handling.max_restarts));
+                             to_seconds(patient.handling.backoff), count, patient.handling.max_restarts));
   } else {
-    session_.say(fmt::format("nacelle: {} stays faulted: it was restarted {} times; `nacelle faults` says why", node,
-                             restarts_.count_of(node)));
+    session_.say(
+        fmt::format("nacelle: {} stays faulted: it was restarted {} times; `nacelle faults` says why", node, count));
   }
 }
 
@@ -224,7 +220,7 @@ void Supervision::restart(const std::string& node) {
     // One that hangs stays where it is, with its thread and library; its name becomes free.
     static_cast<void>(session_.container().unload(now.value().id));
   } else if (!patient.gone) {  // a person has taken it out meanwhile
-    restarts_.forget(node);
+    known_.lock()->restarts.forget(node);
     patients_.erase(found);
     return;
   }
@@ -238,7 +234,7 @@ void Supervision::restart(const std::string& node) {
     done = session_.bring_to(loaded.value(), patient.target);
   }
   if (done) {
-    session_.say(fmt::format("nacelle: {} was restarted ({} of {})", node, restarts_.count_of(node),
+    session_.say(fmt::format("nacelle: {} was restarted ({} of {})", node, known_.lock()->restarts.count_of(node),
                              patient.handling.max_restarts));
   } else {
     session_.say("nacelle: the restart failed: " + done.error().text());
@@ -253,7 +249,7 @@ void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
   runtime::Container& container = session_.container();
   container.stop_what_moves();
   // Nothing comes back by itself.
-  restarts_ = {};
+  known_.lock()->restarts = {};
   patients_.clear();
   std::vector<runtime::ComponentInfo> order = container.list();
   std::erase_if(order, [](const auto& info) { return !info.managed || info.state != StateId::Active; });
@@ -270,45 +266,49 @@ void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
     if (!outcome.success) failed += fmt::format("; {} could not deactivate: {}", info.node, outcome.reason);
   }
   container.write_safe_stops();
-  stopped_by_ = cause.node;
+  known_.lock()->stopped_by = cause.node;
   session_.say(fmt::format("nacelle: the robot is stopped: {} is faulted ({}: {}), {} components deactivated{}",
                            cause.node, cause.fault.code, cause.fault.text, order.size(), failed));
 }
 
 void Supervision::set_own_fault(const FaultReason& fault) {
-  own_fault_ = fault;
+  known_.lock()->own_fault = fault;
   publish();
 }
 
-json Supervision::report() const {
-  json rows = json::array(), history = json::array();
+nacelle_interfaces::srv::GetFaults::Response Supervision::report() const {
+  const Known known = *known_.lock();
   const auto events = session_.container().faults();
-  for (const auto& info : session_.container().list()) {
+  const auto components = session_.container().list();
+  nacelle_interfaces::srv::GetFaults::Response answer;
+  if (!known.own_fault.code.empty()) answer.container_fault.push_back(message_of(known.own_fault));
+  for (const auto& info : components) {
     const runtime::FaultHandling handling = handling_of(info);
-    const auto restarts = restarts_.count_of(info.node);
+    const auto restarts = known.restarts.count_of(info.node);
     if (info.fault.code.empty() && info.open_faults.empty() && restarts == 0) continue;
-    json row{{"node", info.node},
-             {"state", info.managed ? nacelle::to_text(info.state) : ""},
-             {"policy", runtime::words_of(handling.policy_for(info.actuator))},
-             {"restarts", restarts},
-             {"max_restarts", handling.max_restarts}};
-    if (!info.fault.code.empty()) row["fault"] = {{"code", info.fault.code}, {"text", info.fault.text}};
-    for (const auto& fault : info.open_faults)
-      row["open_faults"].push_back({{"code", fault.code}, {"text", fault.text}});
-    if (const auto due = restarts_.due_of(info.node))
-      row["next_restart_s"] = std::max(0.0, to_seconds(*due - clock_.now()));
+    auto& row = answer.components.emplace_back();
+    row.node = info.node;
+    if (info.managed) row.state = nacelle::to_text(info.state);
+    if (!info.fault.code.empty()) row.fault.push_back(message_of(info.fault));
+    for (const auto& fault : info.open_faults) row.open_faults.push_back(message_of(fault));
+    row.policy = runtime::words_of(handling.policy_for(info.actuator));
+    row.restarts = restarts;
+    row.max_restarts = handling.max_restarts;
+    if (const auto due = known.restarts.due_of(info.node))
+      row.next_restart_s.push_back(std::max(0.0, to_seconds(*due - clock_.now())));
     const auto last = std::ranges::find(events.rbegin(), events.rend(), info.node, &runtime::FaultEvent::node);
-    if (last != events.rend()) row["last"] = to_json(*last);
-    rows.push_back(std::move(row));
+    if (last != events.rend()) row.last.push_back(message_of(*last));
   }
-  for (const auto& event : events) history.push_back(to_json(event));
-  json answer{
-      {"ok", true}, {"components", rows}, {"history", history}, {"robot_stopped_by", nullptr}, {"container", nullptr}};
-  if (!own_fault_.code.empty()) answer["container"] = {{"code", own_fault_.code}, {"text", own_fault_.text}};
-  answer["left_out"] = json::array();
-  for (const auto& component : absent(session_.container().list()))
-    answer["left_out"].push_back({{"node", component.node}, {"plugin", component.plugin}, {"why", component.why}});
-  if (stopped_by_) answer["robot_stopped_by"] = *stopped_by_;
+  for (const auto& event : events) answer.history.push_back(message_of(event));
+  for (const auto& absent : known.absent) {
+    // It may have been loaded since.
+    if (std::ranges::find(components, absent.node, &runtime::ComponentInfo::node) != components.end()) continue;
+    auto& row = answer.left_out.emplace_back();
+    row.node = absent.node;
+    row.plugin = absent.plugin;
+    row.why = absent.why;
+  }
+  answer.robot_stopped_by = known.stopped_by;
   return answer;
 }
 

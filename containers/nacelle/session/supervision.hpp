@@ -2,7 +2,7 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
+#include <nacelle_interfaces/srv/get_faults.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,7 +21,7 @@ class Session;
 /// What follows a component's fault: its policy, the topics that tell of it, and the answer to `nacelle faults` (design D7).
 ///
 /// What cannot wait (the stop frames of stop_robot) has been done by the container when this hears of it.
-/// Threads: the main thread; the container's hooks only note what happened and wake it through `event` (an eventfd).
+/// Threads: the main thread, but for report(); the container's hooks only note what happened and wake it through `event` (an eventfd).
 class Supervision {
  public:
   Supervision(Session& session, const Clock& clock, int event);
@@ -36,7 +36,7 @@ class Supervision {
   /// When work() has something to do though nothing happens.
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
   /// A fault has stopped the robot; the run ends with a failure then.
-  [[nodiscard]] bool has_stopped_the_robot() const { return stopped_by_.has_value(); }
+  [[nodiscard]] bool has_stopped_the_robot() const { return !known_.lock()->stopped_by.empty(); }
   /// A restart is pending, to this state: what the composition is to come back to. Nothing: the component's own state counts.
   [[nodiscard]] std::optional<launch::TargetState> target_of_restart(const std::string& node) const;
   /// A fault that work() has not seen yet and whose policy is stop_robot; empty: none. For the bring-up, which it ends.
@@ -46,7 +46,8 @@ class Supervision {
   void note_actuator(const std::string& node) { actuators_.insert(node); }
   /// Sets the fault of the container itself; an empty code clears it.
   void set_own_fault(const FaultReason& fault);
-  [[nodiscard]] nlohmann::json report() const;
+  /// Returns what went wrong and what is done about it, without the crash of an earlier run. Threads: any.
+  [[nodiscard]] nacelle_interfaces::srv::GetFaults::Response report() const;
 
  private:
   struct Noted {
@@ -73,17 +74,22 @@ class Supervision {
   /// Forgets the crashes of components that have been up long enough.
   void forget_old_crashes(const std::vector<runtime::ComponentInfo>& components);
 
+  struct Known {  // for report()
+    Restarts restarts;
+    FaultReason own_fault;   // of the container itself
+    std::string stopped_by;  // the node whose fault stopped the robot
+    std::vector<FaultTopics::Absent> absent;
+  };
+
   Session& session_;
   const Clock& clock_;
   Guarded<Noted> noted_;
+  Guarded<Known> known_;
   FaultTopics topics_;
-  Restarts restarts_;
   std::map<std::string, Patient> patients_;
   std::map<std::string, launch::TargetState> before_fault_;  // the state that error processing took a node from
   std::vector<std::string> active_order_;                    // nodes in the order in which they became active
   std::set<std::string> actuators_;
-  std::optional<std::string> stopped_by_;
-  FaultReason own_fault_;                          // of the container itself
   std::map<std::string, MonotonicTime> up_since_;  // of components whose crashes are counted
   std::optional<MonotonicTime> next_beat_;         // of the diagnostics, while a component is faulted
 };

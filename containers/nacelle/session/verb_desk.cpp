@@ -13,9 +13,9 @@
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/session/frames.hpp"
 #include "nacelle/session/message_yaml.hpp"
 #include "nacelle/session/own_container.hpp"
-#include "nacelle/session/tf_verbs.hpp"
 
 namespace nacelle::session {
 
@@ -149,6 +149,9 @@ void VerbDesk::send_half_away(const char* why) {
 }
 
 void VerbDesk::append_waits(std::vector<pollfd>& waits) {
+  has_listed_ = false;
+  waits.reserve(waits.size() + 2 * guests_.size());
+  has_listed_ = true;
   for (Guest& guest : guests_) {
     const bool slow = guest.connection->is_slow();
     const int events = (slow || guest.late ? 0 : POLLIN) | (guest.connection->wants_to_write() ? POLLOUT : 0);
@@ -162,12 +165,21 @@ void VerbDesk::append_waits(std::vector<pollfd>& waits) {
 }
 
 void VerbDesk::serve(const pollfd* waits) {
+  if (!has_listed_) return;
+  has_listed_ = false;
+  bool has_answer = false;
   for (Guest& guest : guests_) {
-    const short events = (waits++)->revents;
-    const bool has_message = guest.waits_for_tap && (waits++)->revents != 0;
-    const bool has_answer = guest.waits_for_answer && (waits++)->revents != 0;
-    guarded(guest, [&] { serve(guest, events, has_message, has_answer); });
+    guest.events = (waits++)->revents;
+    guest.has_message = guest.waits_for_tap && (waits++)->revents != 0;
+    guest.has_answer = guest.waits_for_answer && (waits++)->revents != 0;
+    has_answer |= guest.has_answer;
   }
+  // Messages go ahead of answers, so that the feedback of a goal is there before its result. An answer may be seen by
+  // poll() without the message before it.
+  for (Guest& guest : guests_) {
+    if (guest.has_message || (guest.waits_for_tap && has_answer)) guarded(guest, [&] { stream(guest); });
+  }
+  for (Guest& guest : guests_) guarded(guest, [&] { serve(guest); });
   end_hopeless_listening();
   remove_the_gone();
 }
@@ -179,19 +191,18 @@ void VerbDesk::end_hopeless_listening() {
   }
 }
 
-void VerbDesk::serve(Guest& guest, short events, bool has_message, bool has_answer) {
-  if ((events & (POLLERR | POLLNVAL)) != 0) guest.gone = true;
+void VerbDesk::serve(Guest& guest) {
+  if ((guest.events & (POLLERR | POLLNVAL)) != 0) guest.gone = true;
   if (guest.late) {
-    if ((events & POLLHUP) != 0) guest.gone = true;  // the client has left
-    if (!guest.gone) finish(guest, has_answer);
-  } else if (!guest.gone && (events & (POLLIN | POLLHUP)) != 0) {
+    if ((guest.events & POLLHUP) != 0) guest.gone = true;  // the client has left
+    if (!guest.gone) finish(guest);
+  } else if (!guest.gone && (guest.events & (POLLIN | POLLHUP)) != 0) {
     guest.gone = !guest.connection->read_some();
     guest.said_at = respondent_.clock().now();
     if (!guest.gone) read(guest);
   } else if (const auto end = end_of(guest); !guest.gone && end && *end <= respondent_.clock().now()) {
     take_leave(guest, "closed after being idle for too long");
   }
-  if (!guest.gone && has_message) stream(guest);
   if (!guest.gone) guest.gone = !guest.connection->write_some();
 }
 
@@ -209,11 +220,11 @@ std::optional<MonotonicTime> VerbDesk::next_due() const {
   return next;
 }
 
-void VerbDesk::finish(Guest& guest, bool answered) {
-  if (!answered && respondent_.clock().now() < guest.late->due) return;
+void VerbDesk::finish(Guest& guest) {
+  if (!guest.has_answer && respondent_.clock().now() < guest.late->due) return;
   const std::unique_ptr<LateReply> late = std::move(guest.late);
   guest.said_at = respondent_.clock().now();
-  send(guest, answered ? late->finish() : control::reply_of(late->too_late));
+  send(guest, guest.has_answer ? late->finish() : control::reply_of(late->too_late));
   if (!guest.gone) read(guest);  // requests that came right behind
 }
 
@@ -311,6 +322,7 @@ void VerbDesk::stream(Guest& guest) {
     drop_reference(*block);
     control::append_frame(guest.connection->out, control::FrameKind::Item, text_);
   }
+  guest.gone = !guest.connection->write_some();
 }
 
 void VerbDesk::append_item(const Guest& guest, const Block& block) {

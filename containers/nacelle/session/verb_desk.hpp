@@ -68,9 +68,10 @@ class VerbDesk {
 
   void take(control::ControlServer::HandedOver handed);
   void take(std::unique_ptr<control::Connection> connection);
-  /// Appends open descriptors only: poll() fails on more entries than the limit of open files.
+  /// Appends open descriptors only: poll() fails on more entries than the limit of open files. If there is no memory for the list,
+  /// it throws, and the list is as before.
   void append_waits(std::vector<pollfd>& waits);
-  /// `waits`: as append_waits() has appended them last.
+  /// `waits`: what the last append_waits() appended. Does nothing if that threw.
   void serve(const pollfd* waits);
   /// Closes the newer half of the connections with this reason.
   void send_half_away(const char* why);
@@ -90,6 +91,8 @@ class VerbDesk {
     std::size_t longest = 128;
     MonotonicTime said_at{};
     bool waits_for_tap = false, waits_for_answer = false;  // as append_waits() has left it
+    short events = 0;                                      // what poll() saw ...
+    bool has_message = false, has_answer = false;          // ... of what it waits for
     bool gone = false;
   };
 
@@ -101,14 +104,14 @@ class VerbDesk {
   [[nodiscard]] bool make_room();
   void take_leave(Guest& guest, const char* why);
   [[nodiscard]] std::optional<MonotonicTime> end_of(const Guest& guest) const;
-  void serve(Guest& guest, short events, bool has_message, bool has_answer);
+  void serve(Guest& guest);
   void end_hopeless_listening();
   void remove_the_gone();
   void answer(Guest& guest, const std::string& request);
   [[nodiscard]] Answer reply_to(Guest& guest, const nlohmann::json& request);
   [[nodiscard]] nlohmann::json listen(Guest& guest, const nlohmann::json& request);
   void send(Guest& guest, const nlohmann::json& reply);
-  void finish(Guest& guest, bool answered);
+  void finish(Guest& guest);
   void read(Guest& guest);
   void stream(Guest& guest);
   void append_item(const Guest& guest, const Block& block);
@@ -117,6 +120,7 @@ class VerbDesk {
   Respondent& respondent_;
   const DeskLimits limits_;
   std::vector<Guest> guests_;
+  bool has_listed_ = false;  // append_waits() has appended them all, and they were not served yet
   std::string text_;
 };
 

@@ -75,7 +75,7 @@ std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEn
     const auto& mine = publisher ? ends.published : ends.subscribed;
     const auto& others = publisher ? ends.subscribed : ends.published;
     if (mine.count(entry.topic) != 0) continue;
-    Problem problem{entry.where.text(), "", ""};
+    Problem problem{entry.where, "", ""};
     if (others.count(entry.topic) != 0) {
       problem.what = plan.full_name() + (publisher ? " does not publish '" : " does not subscribe to '") + entry.topic +
                      "': this quality of service has no effect";

@@ -26,7 +26,7 @@ constexpr std::string_view kHelp = R"(Drive with the keys, as in teleop_twist_ke
    m    ,    .        e / c   turning speed only
 
 k, space or any other key stops; so does letting go for half a second. Ctrl-C ends.
-Under an emergency stop the wheels stand; `nacelle estop release` releases it.
+Under an emergency stop the wheels stay stopped until `nacelle estop release`.
 
 )";
 
@@ -35,13 +35,19 @@ constexpr Duration kStopsPeriod = 200ms;
 /// Asks again and again which emergency stops are set, and waits for no answer: the keys come first.
 class StopWatch {
  public:
-  StopWatch(control::Client& client, const Clock& clock) : client_(client), clock_(clock) {}
+  StopWatch(control::Client& client, const Clock& clock, const std::string& container)
+      : client_(client),
+        clock_(clock),
+        question_(nlohmann::json{{"verb", "service.call"},
+                                 {"service", container + "/_container/get_emergency_stops"},
+                                 {"type", "nacelle_interfaces/srv/GetEmergencyStops"}}
+                      .dump()) {}
 
   /// Asks if it is time. Returns whether the answer has changed.
   bool look() {
     if (is_lost_) return false;
     if (!is_asked_ && clock_.now() >= next_) {
-      is_asked_ = client_.send(control::FrameKind::Request, R"({"verb":"estop.list"})").has_value();
+      is_asked_ = client_.send(control::FrameKind::Request, question_).has_value();
       is_lost_ = !is_asked_;
       next_ = clock_.now() + kStopsPeriod;
     }
@@ -52,9 +58,8 @@ class StopWatch {
     is_asked_ = false;
     const auto reply = parse_json_or_discard(as_text(frame.value()->payload));
     std::string set;
-    if (reply.is_object()) {
-      for (const auto& topic : reply.value("set", nlohmann::json::array()))
-        set += (set.empty() ? "" : ", ") + topic.get<std::string>();
+    if (reply.is_object() && reply.contains("response")) {
+      for (const auto& topic : reply["response"]["topics"]) set += (set.empty() ? "" : ", ") + topic.get<std::string>();
     }
     const bool changed = set != set_;
     set_ = std::move(set);
@@ -66,6 +71,7 @@ class StopWatch {
  private:
   control::Client& client_;
   const Clock& clock_;
+  const std::string question_;
   MonotonicTime next_{};
   std::string set_;
   bool is_asked_ = false, is_lost_ = false;
@@ -91,7 +97,7 @@ int run_teleop(control::Client& client, control::Client& asking, const TeleopSet
     return 1;
   }
   const session::KeyMode mode;
-  StopWatch stops{asking, clock};
+  StopWatch stops{asking, clock, settings.container};
   TeleopKeys keys{settings.keys};
   std::fwrite(kHelp.data(), 1, kHelp.size(), stdout);
   show(keys, stops.set(), "");

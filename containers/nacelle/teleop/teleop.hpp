@@ -11,6 +11,7 @@
 namespace nacelle::teleop {
 
 struct TeleopSettings {
+  std::string container;  ///< Full name of the container's node.
   std::string topic = "/cmd_vel";
   bool stamped = true;  ///< TwistStamped; else Twist.
   std::string frame = "base_link";

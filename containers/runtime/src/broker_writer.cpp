@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "clash.hpp"
+#include "nacelle/base/expect.hpp"
+#include "nacelle/runtime/repeat.hpp"
 #include "this_thread.hpp"
 
 namespace nacelle::runtime {
@@ -88,6 +90,15 @@ Block* BrokerWriter::borrow_slowly() {
   return block;
 }
 
+inline void BrokerWriter::address(Block& block, MonotonicTime source_time, MonotonicTime now) {
+  const std::uint64_t sequence = published_.get() + 1;
+  block.info = {id_, sequence, source_time, now};
+  block.expires = kNeverExpires;
+  last_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
+  published_.set(sequence);
+  thread_.set(this_thread_mark());
+}
+
 PublishResult BrokerWriter::publish(Block& block) {
   if (!is_open()) [[unlikely]] {
     inactive_.add();
@@ -100,12 +111,7 @@ PublishResult BrokerWriter::publish(Block& block) {
     return PublishResult::PoolDry;
   }
   const MonotonicTime now = clock_.now();
-  const std::uint64_t sequence = published_.get() + 1;
-  block.info = {id_, sequence, now, now};
-  block.expires = kNeverExpires;
-  last_ns_.set(static_cast<std::uint64_t>(now.nanoseconds()));
-  published_.set(sequence);
-  thread_.set(this_thread_mark());
+  address(block, now, now);
   if (sole_ == nullptr || topic_version_.load(std::memory_order_acquire) != routes_version_)
     return publish_slowly(block, now);
   // One reader, and nothing else to be done, as most streams are: our reference becomes its.
@@ -116,6 +122,19 @@ PublishResult BrokerWriter::publish(Block& block) {
   mutex.unlock();
   if (called != nullptr) futex_wake(*called, 1);
   return done ? PublishResult::Published : answer(sole_->push(block) == ReaderQueue::Push::Full);
+}
+
+PublishResult repeat(Writer& writer, Block& block, MonotonicTime source_time) {
+  auto* const of_broker = dynamic_cast<BrokerWriter*>(&writer);
+  NACELLE_EXPECT(of_broker != nullptr, "only a container's own writer can repeat a message");
+  return of_broker->repeat(block, source_time);
+}
+
+PublishResult BrokerWriter::repeat(Block& block, MonotonicTime source_time) {
+  if (!is_open() || (bounded_ && pool_->is_spare(block))) return publish(block);  // which drops and counts it
+  const MonotonicTime now = clock_.now();
+  address(block, source_time, now);
+  return publish_slowly(block, now);
 }
 
 // Several readers, a contract, a history, or copies to make; or something has changed.
@@ -169,6 +188,12 @@ void BrokerWriter::keep(Block& block) {
 
 // --- the contract -------------------------------------------------------------------------------------------------------
 
+bool BrokerWriter::note_lost_lease(MonotonicTime now) {
+  const bool died = lease_.look(now);
+  if (died) ++totals_.liveliness_lost;
+  return died;
+}
+
 void BrokerWriter::note_message(MonotonicTime now) {
   bool missed = false, started = false, revived = false, died = false;
   {
@@ -179,9 +204,7 @@ void BrokerWriter::note_message(MonotonicTime now) {
       totals_.deadline_missed += late;
       missed = late != 0;
     }
-    // It may have run out unseen.
-    died = lease_.look(now);
-    if (died) ++totals_.liveliness_lost;
+    died = note_lost_lease(now);
     revived = lease_.is_set() && lease_.show_life(now);
   }
   if (missed || died) tell();
@@ -200,8 +223,7 @@ void BrokerWriter::assert_liveliness() {
     const std::lock_guard lock(contract_mutex_);
     if (!lease_.is_set()) return;
     const MonotonicTime now = broker_.clock_.now();
-    died = lease_.look(now);
-    if (died) ++totals_.liveliness_lost;
+    died = note_lost_lease(now);
     if (!lease_.show_life(now)) return;
   }
   if (died) tell();
@@ -228,8 +250,7 @@ MonotonicTime BrokerWriter::watch(MonotonicTime now) {
       totals_.deadline_missed += late;
       missed = late != 0;
     }
-    died = lease_.look(now);
-    if (died) ++totals_.liveliness_lost;
+    died = note_lost_lease(now);
     due = std::min(deadline_.due(), lease_.due());
   }
   if (missed || died) tell();

@@ -35,6 +35,8 @@ class BrokerWriter final : public ProxyWriter {
   }
   Block* adopt(void* message) override { return pool_->adopt(message); }
   PublishResult publish(Block& block) override;
+  /// As publish(), with the time of the message that it repeats.
+  PublishResult repeat(Block& block, MonotonicTime source_time);
   void relay(Block& block, const MessageInfo& info, MonotonicTime expires, std::span<const std::uint64_t> readers,
              std::uint64_t bytes_copied) override;
   void assert_liveliness() override;
@@ -70,7 +72,11 @@ class BrokerWriter final : public ProxyWriter {
   [[nodiscard]] std::uintptr_t thread() const { return thread_.get(); }
 
  private:
+  /// Writes sender, sequence number and times into the message, and counts it.
+  void address(Block& block, MonotonicTime source_time, MonotonicTime now);
   void note_message(MonotonicTime now);
+  /// Returns true if the lease has run out since it was last looked at, and counts that. Precondition: contract_mutex_ is held.
+  [[nodiscard]] bool note_lost_lease(MonotonicTime now);
   void tell_readers() const;
   [[nodiscard]] bool is_open() const { return spec_.gate == nullptr || spec_.gate->load(std::memory_order_acquire); }
   void refresh_routes();

@@ -22,7 +22,8 @@ std::string why_copied(const WiringReport& wiring) {
 }  // namespace
 
 std::string BudgetEvent::text() const {
-  return fmt::format("{}: budget of {}: {} {}: {}", where, topic, limit, broken ? "is broken" : "is kept again", cause);
+  return fmt::format("{}: budget of {}: {} {}: {}", where.text(), topic, limit, broken ? "is broken" : "is kept again",
+                     cause);
 }
 
 std::vector<Problem> BudgetWatch::check_wiring(const Container& container) const {

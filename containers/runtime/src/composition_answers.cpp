@@ -6,7 +6,8 @@
 #include "nacelle/base/log.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "parameter_messages.hpp"
+#include "nacelle/runtime/interface_messages.hpp"
+#include "nacelle/runtime/parameter_messages.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -42,41 +43,6 @@ void check_extra_arguments(const LoadNode::Request& asked) {
     if (known && !std::holds_alternative<bool>(value_of(argument.name, argument.value)))
       throw std::invalid_argument("Extra component argument '" + argument.name + "' must be a boolean");
   }
-}
-
-nacelle_interfaces::msg::Problem message_of(const Problem& problem) {
-  nacelle_interfaces::msg::Problem message;
-  message.where = problem.where;
-  message.what = problem.what;
-  message.way_out = problem.way_out;
-  return message;
-}
-
-nacelle_interfaces::msg::Fault message_of(const FaultReason& fault) {
-  nacelle_interfaces::msg::Fault message;
-  message.code = fault.code;
-  message.text = fault.text;
-  return message;
-}
-
-lifecycle_msgs::msg::State message_of(StateId state) {
-  lifecycle_msgs::msg::State message;
-  message.id = static_cast<std::uint8_t>(state);
-  message.label = to_text(state);
-  return message;
-}
-
-nacelle_interfaces::msg::Component message_of(const ComponentInfo& info) {
-  nacelle_interfaces::msg::Component message;
-  message.id = info.id;
-  message.node = info.node;
-  message.plugin = info.plugin;
-  message.library = info.library;
-  message.managed = info.managed;
-  if (info.managed) message.state = message_of(info.state);
-  if (!info.fault.code.empty()) message.fault.push_back(message_of(info.fault));
-  for (const auto& fault : info.open_faults) message.open_faults.push_back(message_of(fault));
-  return message;
 }
 
 void log_kept_image(std::uint64_t id, const UnloadOutcome& outcome) {

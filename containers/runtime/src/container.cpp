@@ -214,6 +214,11 @@ void Container::give_up_transitions_after(Duration limit) {
 std::string Container::node() const { return impl_->services->node(); }
 void Container::compose_through(CompositionHost* host) { impl_->services->compose_through(host); }
 
+std::unique_ptr<ServiceHandle> Container::offer_service(const std::string& name, const msgs::MessageType& request,
+                                                        const msgs::MessageType& response, ServiceCallback callback) {
+  return impl_->services->offer(name, request, response, callback);
+}
+
 bool Container::service_is_ready(const std::string& name) const { return impl_->commons.services.is_ready(name); }
 
 std::vector<ClashReport> Container::clashes() const { return impl_->commons.broker.clashes(); }

@@ -69,10 +69,13 @@ struct Container::Impl final : Context {
         commons(clock),
         supervisor({options.handover_after, options.hang_after}),
         index(options.component_path),
-        services(std::make_unique<ContainerServices>(self, commons, options.name, options.name_space)),
-        node_services(options.node_interfaces == NodeInterfaces::None
-                          ? nullptr
-                          : std::make_unique<NodeServices>(self, commons, options.node_interfaces, services->node())) {}
+        node_services(
+            options.node_interfaces == NodeInterfaces::None
+                ? nullptr
+                : std::make_unique<NodeServices>(self, commons, options.node_interfaces,
+                                                 ContainerServices::node_of(options.name, options.name_space))),
+        services(std::make_unique<ContainerServices>(self, commons, options.name, options.name_space,
+                                                     node_services ? &node_services->executor() : nullptr)) {}
 
   const ContainerOptions options;
   const Logger log{"container"};
@@ -98,8 +101,8 @@ struct Container::Impl final : Context {
   Guarded<std::function<void(const FaultEvent&)>> open_fault_listener;
   Guarded<std::function<void()>> change_listener;
   Guarded<FaultHistory> history;
-  std::unique_ptr<ContainerServices> services;
   std::unique_ptr<NodeServices> node_services;  // null: none are wanted
+  std::unique_ptr<ContainerServices> services;
 
   Patience patience{options.transition_timeout, commons.clock};
 

@@ -15,6 +15,12 @@ namespace {
 namespace ros = composition_interfaces::srv;
 namespace own = nacelle_interfaces::srv;
 
+constexpr const char* kBelow = "/_container/";
+
+void log_fault(const std::string& code, const std::string& text, const std::string& callback) {
+  Logger{"container"}.error("{}: {} (in {})", code, text, callback);
+}
+
 NodeIdentity identity_of(std::string name, const std::string& name_space) {
   for (char& c : name) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
@@ -98,17 +104,17 @@ bool ContainerServices::run_transition(void* services, std::int64_t call, const 
   return true;
 }
 
+std::string ContainerServices::node_of(const std::string& name, const std::string& name_space) {
+  return identity_of(name, name_space).fully_qualified();
+}
+
 ContainerServices::ContainerServices(Container& container, Commons& commons, const std::string& name,
-                                     const std::string& name_space)
+                                     const std::string& name_space, Executor* quick)
     : container_(container),
       executor_("container", commons.clock, {.own = true}),
-      node_(
-          commons, identity_of(name, name_space), executor_,
-          [](const std::string& code, const std::string& text, const std::string& callback) {
-            Logger{"container"}.error("{}: {} (in {})", code, text, callback);
-          },
-          false) {
-  const std::string prefix = node_.identity().fully_qualified() + "/_container/";
+      node_(commons, identity_of(name, name_space), executor_, log_fault, false),
+      quick_node_(commons, node_.identity(), quick != nullptr ? *quick : executor_, log_fault, false) {
+  const std::string prefix = node() + kBelow;
   const auto offer = [&]<typename S>(const char* what, std::in_place_type_t<S>) {
     services_.push_back(node_.create_service(prefix + what, S::Request::message_type(), S::Response::message_type(),
                                              {&ContainerServices::run<S>, this}, nullptr));
@@ -123,6 +129,12 @@ ContainerServices::ContainerServices(Container& container, Commons& commons, con
   change_state_ = node_.create_service(prefix + "change_state", Change::Request::message_type(),
                                        Change::Response::message_type(), {&run_transition, this}, nullptr);
   node_.open();
+  quick_node_.open();
+}
+
+std::unique_ptr<ServiceHandle> ContainerServices::offer(const std::string& name, const msgs::MessageType& request,
+                                                        const msgs::MessageType& response, ServiceCallback callback) {
+  return quick_node_.create_service(node() + kBelow + name, request, response, callback, nullptr);
 }
 
 ContainerServices::~ContainerServices() = default;

@@ -99,7 +99,7 @@ void FrameRegistry::withdraw(const std::string& node) {
 std::vector<Problem> FrameRegistry::conflicts() const {
   const auto said = [](const ClaimedFrame& frame) {
     return frame.node + (frame.kind == FrameClaimKind::Fixed ? " (fixed to '" : " (from '") + frame.parent + "'" +
-           (frame.origin.empty() ? "" : ", " + frame.origin) + ")";
+           (frame.origin.empty() ? "" : ", " + frame.origin.text()) + ")";
   };
   const auto fit = [](const ClaimedFrame& a, const ClaimedFrame& b) {
     const bool yields = (a.kind == FrameClaimKind::Fallback) != (b.kind == FrameClaimKind::Fallback);
@@ -117,11 +117,13 @@ std::vector<Problem> FrameRegistry::conflicts() const {
       if (j <= i || fit(a, b)) continue;
       std::string way_out = "switch one of them off";
       if (!a.origin.empty() && !b.origin.empty())
-        way_out = "change " + a.origin + " of " + a.node + ", or " + b.origin + " of " + b.node;
+        way_out = "change " + a.origin.text() + " of " + a.node + ", or " + b.origin.text() + " of " + b.node;
       found.push_back({"frame '" + a.child + "'",
                        (a.parent == b.parent ? "is broadcast twice: by " : "has two parents: it is broadcast by ") +
                            said(a) + " and by " + said(b),
-                       std::move(way_out)});
+                       std::move(way_out),
+                       {},
+                       a.child});
     }
   }
   return found;

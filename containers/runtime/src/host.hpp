@@ -46,7 +46,7 @@ class Host final : public NodeHost {
     return node_->create_callback_group(type);
   }
   std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child, FrameClaimKind kind,
-                                          const std::string& origin) override {
+                                          const Place& origin) override {
     return node_->commons().frames.claim({node_->identity().fully_qualified(), parent, child, kind, origin});
   }
   std::shared_ptr<void> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) override {

@@ -3,6 +3,7 @@
 
 #include "nacelle/base/log.hpp"
 #include "nacelle/node/lifecycle_graph.hpp"
+#include "nacelle/runtime/interface_messages.hpp"
 #include "node_services.hpp"
 #include "offer.hpp"
 
@@ -13,13 +14,6 @@ using lifecycle_msgs::srv::ChangeState;
 using lifecycle_msgs::srv::GetAvailableStates;
 using lifecycle_msgs::srv::GetAvailableTransitions;
 using lifecycle_msgs::srv::GetState;
-
-lifecycle_msgs::msg::State message_of(StateId state) {
-  lifecycle_msgs::msg::State message;
-  message.id = static_cast<std::uint8_t>(state);
-  message.label = nacelle::to_text(state);
-  return message;
-}
 
 void append(GetAvailableTransitions::Response& response, const LifecycleEdge& edge) {
   auto& message = response.available_transitions.emplace_back();

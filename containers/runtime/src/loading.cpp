@@ -26,6 +26,8 @@ bool uses_sim_time(const LoadRequest& request) {
 }
 thread_local Making making;
 
+constexpr const char* kAnotherName = "give this one another name";
+
 }  // namespace
 
 std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& identity) {
@@ -48,13 +50,14 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
   for (const auto& [id, other] : foreign) {
     if (other->info().node != name) continue;
     throw exceptions::InvalidNameError(
-        fmt::format("a node {} runs in another process already (component {}); give this one another name", name, id));
+        {"", fmt::format("a node {} runs in another process already (component {})", name, id), kAnotherName});
   }
   if (const auto [taken, is_new] = names.emplace(name, &record); !is_new) {
     const std::uint64_t id = taken->second->id;
-    throw exceptions::InvalidNameError(
-        id != 0 ? fmt::format("a node {} is loaded already (component {}); give this one another name", name, id)
-                : fmt::format("a node {} is being loaded just now; give this one another name", name));
+    throw exceptions::InvalidNameError({"",
+                                        id != 0 ? fmt::format("a node {} is loaded already (component {})", name, id)
+                                                : fmt::format("a node {} is being loaded just now", name),
+                                        kAnotherName});
   }
   runtime->set_image(record.library->image());
   if (node_services) node_services->keep_log(name);
@@ -72,7 +75,7 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   record.busy_with = "its library's start-up code, which has not returned";
   auto library = PluginLibrary::open(record.file);
   if (!library) {
-    record.failure = Problem{"", library.error().where + " " + library.error().what, library.error().way_out};
+    record.failure = Problem{"", library.error().where.text() + " " + library.error().what, library.error().way_out};
     return;
   }
   record.library = std::move(library).value();
@@ -87,11 +90,14 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   node_options.remap_rules(request.remaps).qos_overrides(request.qos).collect_parameter_faults(request.faults);
   record.busy_with = "its constructor, which has not returned";
   Node* node = nullptr;
-  std::string failed;
+  std::string failed, wrong_name;
   const RemapNotes remap_notes{request.remaps.size()};
   try {
     making = {&record, &executor_for(record, request), uses_sim_time(request)};
     node = record.made_by->create(node_options);
+  } catch (const exceptions::InvalidNameError& e) {
+    failed = e.what();
+    wrong_name = e.name;
   } catch (const std::exception& e) { failed = e.what(); } catch (...) {
     failed = "unknown exception";
   }
@@ -99,7 +105,8 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   record.used_remaps = remap_notes.used();
   if (node == nullptr || !record.runtime) {
     if (node != nullptr) record.made_by->destroy(node);
-    record.failure = Problem{"", "its constructor failed: " + (failed.empty() ? "it made no node" : failed), ""};
+    record.failure = Problem{
+        "", "its constructor failed: " + (failed.empty() ? "it made no node" : failed), "", {}, std::move(wrong_name)};
     return;
   }
   bool wanted = true;

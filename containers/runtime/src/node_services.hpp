@@ -63,6 +63,8 @@ class NodeServices {
   [[nodiscard]] StateId state(std::uint64_t id) const;
   [[nodiscard]] TransitionOutcome trigger(std::uint64_t id, Transition transition) const;
   [[nodiscard]] TransitionLanes& lanes() { return lanes_; }
+  /// Runs the services.
+  [[nodiscard]] Executor& executor() { return executor_; }
 
  private:
   Container& container_;

@@ -5,7 +5,7 @@
 
 #include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/qos/presets.hpp"
-#include "parameter_messages.hpp"
+#include "nacelle/runtime/parameter_messages.hpp"
 
 namespace nacelle::runtime {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "parameter_messages.hpp"
+#include "nacelle/runtime/parameter_messages.hpp"
 
 #include <stdexcept>
 #include <vector>

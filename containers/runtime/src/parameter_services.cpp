@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "nacelle/runtime/parameter_messages.hpp"
 #include "node_services.hpp"
 #include "offer.hpp"
-#include "parameter_messages.hpp"
 
 namespace nacelle::runtime {
 namespace {

@@ -8,6 +8,7 @@
 #include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/cyclone_qos.hpp"
 #include "transport_dds/port/this_machine.hpp"
+#include "transport_dds/wire/network_fault.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -50,21 +51,34 @@ void set_security(dds_qos_t* qos, const SecurityFiles& files) {
   set("dds.sec.access.library.finalize", "finalize_access_control");
 }
 
-std::string way_out_of(const std::string& said, dds_return_t error, std::uint32_t domain) {
-  if (error == DDS_RETCODE_PRECONDITION_NOT_MET)
+/// What Cyclone's words mean: the one place where they are read.
+ProblemCode code_of(const std::string& said, dds_return_t error) {
+  const auto has = [&](const char* words) { return said.find(words) != std::string::npos; };
+  if (error == DDS_RETCODE_PRECONDITION_NOT_MET) return NetworkFault::DomainInUse;
+  if (has("participant index")) return NetworkFault::NoParticipantIndex;
+  if (has("selected twice")) return NetworkFault::InterfaceTwice;
+  if (has("nterface")) return NetworkFault::NoSuchInterface;
+  if (has("config") || has("element")) return NetworkFault::BadConfiguration;
+  return {};
+}
+
+std::string way_out_of(const ProblemCode& code, std::uint32_t domain) {
+  if (code == NetworkFault::DomainInUse)
     return "this process has joined domain " + std::to_string(domain) +
            " already: one participant serves all its nodes";
-  if (said.find("free participant index") != std::string::npos)
+  if (code == NetworkFault::NoParticipantIndex)
     return "too many processes of this domain run on this host: end some, or raise Discovery/MaxAutoParticipantIndex";
-  if (said.find("nterface") != std::string::npos) return "see `ip address` for the interfaces that are there";
-  if (said.find("config") != std::string::npos || said.find("element") != std::string::npos)
+  if (code == NetworkFault::NoSuchInterface || code == NetworkFault::InterfaceTwice)
+    return "see `ip address` for the interfaces that are there";
+  if (code == NetworkFault::BadConfiguration)
     return "correct the configuration (CYCLONEDDS_URI, or `network:` in the launch file)";
   return {};
 }
 
 Problem problem_of(const ParticipantOptions& options, const CapturedLog& log, dds_return_t error) {
   const std::string what = log.text().empty() ? error_name(error) : log.text();
-  return {"DDS domain " + std::to_string(options.domain_id), what, way_out_of(what, error, options.domain_id)};
+  const ProblemCode code = code_of(what, error);
+  return {"DDS domain " + std::to_string(options.domain_id), what, way_out_of(code, options.domain_id), code};
 }
 
 Result<Entity, Problem> make_domain(const ParticipantOptions& options, const std::string& config,

@@ -18,12 +18,19 @@
 #include "transport_dds/port/reader.hpp"
 #include "transport_dds/port/writer.hpp"
 #include "transport_dds/wire/graph_snapshot.hpp"
+#include "transport_dds/wire/network_fault.hpp"
 #include "transport_dds/wire/peer_clock.hpp"
 #include "transport_dds/wire/remote_graph.hpp"
 
 namespace nacelle {
 
 namespace dds = transport_dds;
+
+/// What is told of an endpoint of this side that could not be made.
+inline Problem end_not_shown(Place where, std::string name, const Problem& why) {
+  return {std::move(where), "is not on the network: " + why.text(), "", dds::NetworkFault::EndNotShown,
+          std::move(name)};
+}
 
 /// A counter with one writing thread, read by others.
 using Figure = std::atomic<std::uint64_t>;

@@ -96,7 +96,7 @@ void DdsMirror::Impl::make_writer(const EndpointInfo& info) {
   auto writer = with ? participant->create_writer(*with, end.get()) : err(with.error());
   LocalWriter& made = *writers.insert_or_assign(info.id, std::move(end)).first->second;
   topics[info.spec.topic].writers.push_back(&made);
-  if (!writer) return tell({info.spec.topic, std::string{kNotOnTheNetwork} + writer.error().text(), ""});
+  if (!writer) return tell(end_not_shown(info.spec.topic, info.spec.topic, writer.error()));
   made.writer = std::move(*writer);
   show(info.spec.node, made.writer->gid(), true);
   look_at_status(made);
@@ -122,7 +122,7 @@ void DdsMirror::Impl::announce(LocalReader& end) {
     with->most_waiting = std::max<std::size_t>(1, info.spec.qos.max_samples());
   }
   auto reader = with ? participant->create_reader(*with, &end) : err(with.error());
-  if (!reader) return tell({info.spec.topic, std::string{kNotOnTheNetwork} + reader.error().text(), ""});
+  if (!reader) return tell(end_not_shown(info.spec.topic, info.spec.topic, reader.error()));
   end.reader = std::move(*reader);
   show(info.spec.node, end.reader->gid(), false);
   // What came before the end was to be found.

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests from outside to servers of this side, and what these answer.
 #include <algorithm>
-#include <composition_interfaces/srv/load_node.hpp>
-#include <composition_interfaces/srv/unload_node.hpp>
-#include <nacelle_interfaces/srv/load_component.hpp>
-#include <nacelle_interfaces/srv/unload_component.hpp>
 
 #include "mirror_services.hpp"
 #include "nacelle/msgs/message_type.hpp"
@@ -12,24 +8,11 @@
 namespace nacelle {
 namespace {
 
-using composition_interfaces::srv::LoadNode;
-using composition_interfaces::srv::UnloadNode;
-using nacelle_interfaces::srv::LoadComponent;
-using nacelle_interfaces::srv::UnloadComponent;
-
 // Then it is the turn of the others.
 constexpr int kMostRequestsAtOnce = 64;
 // Requests from outside to one server that it has not answered. An action's results are such answers, as long as its
 // goals take.
 constexpr std::size_t kMostWaitingRequests = 256;
-
-constexpr const char* kNoLoad = "this container loads and unloads nothing for callers on the network";
-constexpr const char* kHowToAllow =
-    "set `network: {allow_load: true}` in its launch file, or use `nacelle component` on its machine";
-
-bool is_type(const msgs::MessageType& type, const msgs::MessageType& other) {
-  return std::string_view(type.name) == other.name;
-}
 
 }  // namespace
 
@@ -68,10 +51,10 @@ void DdsMirror::Impl::Services::take_request(Server& server, const dds::Sample& 
                       ""});
   }
   const Server::Asked asked{call->header, sample.writer};
-  const bool is_load =
-      is_type(type, LoadNode::Request::message_type()) || is_type(type, UnloadNode::Request::message_type()) ||
-      is_type(type, LoadComponent::Request::message_type()) || is_type(type, UnloadComponent::Request::message_type());
-  if (is_load && !mirror.options.allow_load) return refuse_load(server, asked);
+  // Another server of that name and another type is not the one that is refused.
+  const auto refusal = mirror.options.refused.find(server.info.name);
+  if (refusal != mirror.options.refused.end() && &refusal->second->type() == server.info.response)
+    return refuse(server, asked, *refusal->second);
   if (server.waiting.size() >= kMostWaitingRequests) {
     ++requests_refused;
     return tell_once(server, "full",
@@ -97,32 +80,12 @@ void DdsMirror::Impl::Services::take_request(Server& server, const dds::Sample& 
                "activate the node, or let the caller wait for it"});
 }
 
-void DdsMirror::Impl::Services::refuse_load(Server& server, const Server::Asked& asked) {
+void DdsMirror::Impl::Services::refuse(Server& server, const Server::Asked& asked, const msgs::AnyMessage& response) {
   ++requests_refused;
-  const auto refuse = [&](auto response) {
-    response->success = false;
-    if constexpr (requires { response->error_message; }) {
-      response->error_message = std::string{kNoLoad} + ": " + kHowToAllow;
-    } else {
-      response->problem.where = server.info.name;
-      response->problem.what = kNoLoad;
-      response->problem.way_out = kHowToAllow;
-    }
-    auto held = std::make_unique<msgs::AnyMessage>(*server.info.response);
-    server.info.response->move_assign(held->get(), response.get());
-    Server::Held answer{asked, std::move(held), mirror.clock.now()};
-    if (!reply(server, answer)) hold(server, std::move(answer));
-  };
-  const auto is = [&](const msgs::MessageType& type) { return is_type(*server.info.request, type); };
-  if (is(LoadNode::Request::message_type())) {
-    refuse(std::make_unique<LoadNode::Response>());
-  } else if (is(UnloadNode::Request::message_type())) {
-    refuse(std::make_unique<UnloadNode::Response>());
-  } else if (is(LoadComponent::Request::message_type())) {
-    refuse(std::make_unique<LoadComponent::Response>());
-  } else {
-    refuse(std::make_unique<UnloadComponent::Response>());
-  }
+  auto held = std::make_unique<msgs::AnyMessage>(response.type());
+  response.type().copy_assign(held->get(), response.get());
+  Server::Held answer{asked, std::move(held), mirror.clock.now()};
+  if (!reply(server, answer)) hold(server, std::move(answer));
 }
 
 // --- replies ---------------------------------------------------------------------------------------------------------

@@ -185,7 +185,7 @@ void DdsMirror::Impl::Services::take_made(const ServiceEndInfo& info) {
     end = client.get();
   }
   if (const auto opened = open(*end); !opened)
-    return mirror.tell({"service " + info.name, std::string{kNotOnTheNetwork} + opened.error().text(), ""});
+    return mirror.tell(end_not_shown("service " + info.name, info.name, opened.error()));
   mirror.show(info.node, end->reader->gid(), false);
   mirror.show(info.node, end->writer->gid(), true);
   if (server) servers.emplace(info.id, std::move(server));
@@ -288,6 +288,8 @@ DdsMirror::Impl::Services::Peers DdsMirror::Impl::Services::peers_of(const End& 
 
 void DdsMirror::Impl::Services::tell_once(const End& end, const std::string& what, Problem problem) {
   problem.where = "service " + end.info.name;
+  problem.code = dds::NetworkFault::ServiceUnusable;
+  problem.value = end.info.name;
   mirror.tell_once("service " + end.info.name + " " + what, problem);
 }
 

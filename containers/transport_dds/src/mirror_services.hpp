@@ -115,7 +115,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   /// True if it stopped before the end, for others to have their turn.
   bool receive(Server& server);
   void take_request(Server& server, const dds::Sample& sample);
-  void refuse_load(Server& server, const Server::Asked& asked);
+  void refuse(Server& server, const Server::Asked& asked, const msgs::AnyMessage& response);
   void take_answer(Server& server, std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response);
   /// Returns false if the client's reader is to be waited for.
   [[nodiscard]] bool reply(Server& server, const Server::Held& answer);

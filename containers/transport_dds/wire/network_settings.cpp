@@ -171,6 +171,7 @@ Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch, con
   settings.interfaces = settings.discovery == Reach::ThisMachine ? std::vector<std::string>{"lo"} : launch.interfaces;
   settings.exports = launch.exports;
   settings.allow_load = launch.allow_load;
+  settings.remote_control = launch.remote_control;
   settings.cyclonedds_uri = asked->cyclonedds_uri;
   settings.remarks = asked->remarks;
   settings.security = security_of(launch, *asked, environment, settings);

@@ -33,7 +33,8 @@ struct NetworkWish {
   std::vector<std::string> interfaces;  ///< Names ("eth0") or addresses of this machine.
   std::vector<std::string> peers;
   std::vector<ExportRule> exports;
-  bool allow_load = false;  ///< Others may load and unload components.
+  bool allow_load = false;      ///< Others may load and unload components.
+  bool remote_control = false;  ///< Others may release emergency stops, change the network and end the robot.
   /// `security:`; without keystore or enclave the environment's are taken.
   std::optional<SecurityWish> security;
 };
@@ -55,7 +56,7 @@ struct NetworkSettings {
   std::vector<std::string> interfaces;  ///< Empty: Cyclone's choice. With ThisMachine lo and the LAN's.
   std::vector<std::string> peers;       ///< With Unicast and Multicast.
   std::vector<ExportRule> exports;      ///< Empty: every topic.
-  bool allow_load = false;
+  bool allow_load = false, remote_control = false;
   SecurityWish security;             ///< What was asked for.
   std::optional<SecuredBy> secured;  ///< What is had; set by who can read the files. Without: in the clear.
   std::string cyclonedds_uri;        ///< Read by Cyclone after our own configuration: it has the last word.

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/printable.hpp"
 
 namespace nacelle {
 namespace {
@@ -73,7 +74,11 @@ void remove_log_listener(LogListener& listener) {
 bool Logger::enabled(LogLevel level) const { return level >= lowest_level.load(std::memory_order_relaxed); }
 
 void Logger::write(LogLevel level, std::string_view text, const LogPlace& place) const {
-  process_log()->log(to_spdlog(level), "[{}] {}", name_, text);
+  if (is_printable_line(text)) {
+    process_log()->log(to_spdlog(level), "[{}] {}", name_, text);
+  } else {
+    process_log()->log(to_spdlog(level), "[{}] {}", name_, printable_entry(text));
+  }
   if (!somebody_listens.load(std::memory_order_acquire)) return;
   auto all = listeners().lock();
   for (LogListener* const listener : *all) listener->on_line(level, name_, text, place);

@@ -19,7 +19,7 @@ std::string in_quotes(std::string_view name) {
 }
 
 Problem bad(std::string_view kind, std::string_view name, std::string why) {
-  return {"", "the " + std::string(kind) + " " + in_quotes(name) + " " + std::move(why), ""};
+  return {"", "the " + std::string(kind) + " " + in_quotes(name) + " " + std::move(why), "", {}, std::string(name)};
 }
 
 Problem too_long(std::string_view kind, std::string_view name, std::size_t limit) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "nacelle/base/printable.hpp"
 
@@ -39,34 +40,36 @@ std::string shortest_with_prefix(std::string_view wrong, const std::vector<std::
 
 }  // namespace
 
+Place Place::of_node(std::string node) { return of_parameter("", std::move(node)); }
+
+Place Place::of_parameter(std::string parameter, std::string node) {
+  Place place;
+  place.node = std::move(node);
+  place.parameter = std::move(parameter);
+  return place;
+}
+
+std::string Place::text() const {
+  std::string all;
+  if (!node.empty()) all = "node " + node;
+  if (!parameter.empty()) all += (all.empty() ? "parameter " : ", parameter ") + parameter;
+  const std::string rest = file.empty() ? words : line > 0 ? file + ":" + std::to_string(line) : file;
+  if (!all.empty() && !rest.empty()) all += ": ";
+  return all + rest;
+}
+
+ProblemCode ProblemCode::from_text(std::string text) {
+  ProblemCode code;
+  code.text_ = std::move(text);
+  return code;
+}
+
 std::string Problem::text() const {
   std::string all;
-  if (!where.empty()) all += where + ": ";
+  if (!where.empty()) all += where.text() + ": ";
   all += what;
   if (!way_out.empty()) all += "; " + way_out;
   return printable(all);
-}
-
-std::string printable(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string all;
-  all.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    // U+0080 to U+009F, C2 80 to C2 9F in UTF-8, are control characters, too: U+009B begins a sequence as ESC [ does.
-    const bool is_c1 = byte == 0xC2 && i + 1 < text.size() && (static_cast<unsigned char>(text[i + 1]) & 0xE0U) == 0x80;
-    const bool is_control = (byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7F || is_c1;
-    const auto append = [&](unsigned char code) { (((all += "\\x") += kDigits[code >> 4U]) += kDigits[code & 15U]); };
-    if (!is_control) {
-      all += text[i];
-    } else if (is_c1) {
-      append(byte);
-      append(static_cast<unsigned char>(text[++i]));
-    } else {
-      append(byte);
-    }
-  }
-  return all;
 }
 
 std::string nearest_name(std::string_view wrong, const std::vector<std::string>& candidates) {
@@ -88,13 +91,15 @@ std::string nearest_name(std::string_view wrong, const std::vector<std::string>&
 }
 
 std::string suggestion(std::string_view wrong, const std::vector<std::string>& candidates) {
-  if (const auto near = nearest_name(wrong, candidates); !near.empty()) return "did you mean '" + near + "'?";
+  if (const auto near = nearest_name(wrong, candidates); !near.empty())
+    return "did you mean '" + printable_line(near) + "'?";
   if (const auto whole = shortest_with_prefix(wrong, candidates); !whole.empty())
-    return "did you mean '" + whole + "'?";
+    return "did you mean '" + printable_line(whole) + "'?";
   std::vector<std::string> choices;
   for (const auto& candidate : candidates) {
+    std::string choice = printable_line(candidate);
     // A topic with two types comes twice.
-    if (std::find(choices.begin(), choices.end(), candidate) == choices.end()) choices.push_back(candidate);
+    if (std::find(choices.begin(), choices.end(), choice) == choices.end()) choices.push_back(std::move(choice));
   }
   if (choices.empty()) return {};
   return (choices.size() == 1 ? "the only choice is " : "one of ") + join(choices);

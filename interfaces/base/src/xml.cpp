@@ -72,16 +72,16 @@ Problem problem_of(const tinyxml2::XMLDocument& document) {
 Result<void, Problem> parse_xml(tinyxml2::XMLDocument& document, std::string_view text, const std::string& file) {
   document.Parse(text.data(), text.size());
   if (!document.Error() && document.RootElement() == nullptr)
-    return err(Problem{file, "this is not XML: there is no element in it", ""});
+    return err(Problem{Place(file, 0), "this is not XML: there is no element in it", ""});
   if (!document.Error()) {
     const auto* const deep = deeper_than_allowed(document);
     if (deep == nullptr) return {};
     Problem problem = too_deep();
-    problem.where = file + ":" + std::to_string(deep->GetLineNum());
+    problem.where = {file, deep->GetLineNum()};
     return err(std::move(problem));
   }
   Problem problem = problem_of(document);
-  problem.where = document.ErrorLineNum() > 0 ? file + ":" + std::to_string(document.ErrorLineNum()) : file;
+  problem.where = {file, document.ErrorLineNum()};
   return err(std::move(problem));
 }
 

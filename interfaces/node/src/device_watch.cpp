@@ -20,7 +20,7 @@ Result<DeviceOptions, Problem> read_device_parameters(const Node& node) {
   DeviceOptions options;
   const auto lost = node.get<std::string>("device_lost");
   if (lost != "wait" && lost != "fault") {
-    return err(Problem{fmt::format("node {}, parameter device_lost", node.get_fully_qualified_name()),
+    return err(Problem{Place::of_parameter("device_lost", node.get_fully_qualified_name()),
                        fmt::format("'{}' is not known", lost), suggestion(lost, {"wait", "fault"})});
   }
   options.lost = lost == "fault" ? DeviceLost::Fault : DeviceLost::Wait;

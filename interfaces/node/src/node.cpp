@@ -10,7 +10,7 @@ namespace {
 
 template <typename T>
 T or_throw(Result<T, Problem> result) {
-  if (!result) throw exceptions::InvalidNameError(result.error().text());
+  if (!result) throw exceptions::InvalidNameError(result.error());
   return std::move(result).value();
 }
 
@@ -20,9 +20,8 @@ NodeIdentity identify(const std::string& default_name, const NodeOptions& option
   if (identity.name_space.front() != '/') identity.name_space.insert(0, 1, '/');
   identity.name_space = remap_namespace(identity.name_space, identity.name, options.remap_rules());
   identity.name = remap_node_name(identity.name, options.remap_rules());
-  if (const auto ok = validate_node_name(identity.name); !ok) throw exceptions::InvalidNameError(ok.error().text());
-  if (const auto ok = validate_namespace(identity.name_space); !ok)
-    throw exceptions::InvalidNameError(ok.error().text());
+  if (const auto ok = validate_node_name(identity.name); !ok) throw exceptions::InvalidNameError(ok.error());
+  if (const auto ok = validate_namespace(identity.name_space); !ok) throw exceptions::InvalidNameError(ok.error());
   return identity;
 }
 
@@ -55,31 +54,9 @@ void Node::close_gate() {
   host_->set_active(false);
 }
 
-ParameterFault Node::fault_of(const Problem& problem) const {
-  // What a parameter's file says is found there: "robot.urdf:12".
-  const auto colon = problem.where.rfind(':');
-  if (colon != std::string::npos && colon != 0 && colon + 1 < problem.where.size() &&
-      problem.where.find_first_not_of("0123456789", colon + 1) == std::string::npos)
-    return {"", problem.what, problem.way_out, problem.where};
-  // Components say "node /x, parameter y" or "parameter y" where a check wants y alone, to find its file and line.
-  ParameterFault fault{"", problem.what, problem.way_out};
-  constexpr std::string_view kWord = "parameter ";
-  if (const auto at = problem.where.find(kWord); at != std::string::npos) {
-    const std::size_t from = at + kWord.size();
-    fault.parameter = problem.where.substr(from, problem.where.find_first_of(" ,:", from) - from);
-  }
-  if (!parameters_.has(fault.parameter) && parameters_.overrides().count(fault.parameter) == 0)
-    fault = {"", problem.where + ": " + problem.what, problem.way_out};
-  return fault;
-}
+void Node::declare_problem(const Problem& problem) const { parameters_.note_fault({problem, false}); }
 
-void Node::declare_problem(const Problem& problem) const { parameters_.note_fault(fault_of(problem)); }
-
-void Node::declare_warning(const Problem& problem) const {
-  ParameterFault fault = fault_of(problem);
-  fault.is_warning = true;
-  parameters_.note_fault(std::move(fault));
-}
+void Node::declare_warning(const Problem& problem) const { parameters_.note_fault({problem, true}); }
 
 std::string Node::resolve_topic_name(const std::string& name) const {
   const auto full = or_throw(expand_topic_name(name, identity_.name, identity_.name_space));

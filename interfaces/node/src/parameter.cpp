@@ -107,12 +107,13 @@ void ParameterStore::take_override(const std::string& name, Entry& entry, const 
     const std::string_view wanted_type = to_text(type);
     const bool has_vowel = std::string_view{"aeiou"}.find(wanted_type.front()) != std::string_view::npos;
     std::string way_out = fmt::format("write {} {} value", has_vowel ? "an" : "a", wanted_type);
-    if (faults_) return note_fault({name, std::move(what), std::move(way_out)});
+    if (faults_) return note_fault({{Place::of_parameter(name, node_), std::move(what), std::move(way_out)}});
     throw exceptions::InvalidParameterTypeException(fmt::format("node {}: {}; {}", node_, what, way_out));
   }
   if (faults_) {
     if (std::string why = refusal(name, entry, wanted); !why.empty())
-      return note_fault({name, std::move(why), fmt::format("its default is {}", to_text(entry.value))});
+      return note_fault(
+          {{Place::of_parameter(name, node_), std::move(why), fmt::format("its default is {}", to_text(entry.value))}});
   }
   entry.value = std::move(wanted);
 }

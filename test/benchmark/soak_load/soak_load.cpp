@@ -85,7 +85,7 @@ Options parse(int argc, char** argv) {
       options.peers = number(word, value(), 0);
     } else {
       fail("unknown option " + word +
-           "; there are --cycles N, --network PEERS, --counts-only (times are shown, but promise nothing), "
+           "; there are --cycles N, --network PEERS, --counts-only (of the times, only the limit of 1 s is held), "
            "--json FILE");
     }
   }

@@ -16,7 +16,7 @@ void require(bool holds) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto read = nacelle::camera::parse_camera_info(nacelle::as_text({data, size}), "any.yaml");
   if (!read) {
-    require(read.error().where.rfind("any.yaml", 0) == 0 && !read.error().what.empty());
+    require(read.error().where.file == "any.yaml" && !read.error().what.empty());
     return 0;
   }
   const auto finite = [](const auto& numbers) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 
+#include "cyclone_types.hpp"
 #include "peer.hpp"
 #include "ros_types.h"
 
@@ -185,7 +186,7 @@ class Cyclone {
   class GarbageWriter {
    public:
     GarbageWriter(Cyclone& dds, const std::string& topic, const char* type, const Qos& qos)
-        : writer_(dds.make(topic, renamed(type), qos, true)) {}
+        : writer_(dds.make(topic, without_xtypes(peer_Garbage_desc, type), qos, true)) {}
     [[nodiscard]] int matched() const { return matched_of(writer_); }
     void write(std::mt19937& random) {
       peer_Garbage garbage{};
@@ -195,20 +196,6 @@ class Cyclone {
     }
 
    private:
-    static dds_topic_descriptor_t renamed(const char* type) {
-      // The descriptor's members are constants. Without the type information of XTypes: it would give the lie away.
-      const dds_topic_descriptor_t& in = peer_Garbage_desc;
-      const dds_topic_descriptor_t out{.m_size = in.m_size,
-                                       .m_align = in.m_align,
-                                       .m_flagset = in.m_flagset & ~DDS_TOPIC_XTYPES_METADATA,
-                                       .m_nkeys = in.m_nkeys,
-                                       .m_typename = type,
-                                       .m_keys = in.m_keys,
-                                       .m_nops = in.m_nops,
-                                       .m_ops = in.m_ops,
-                                       .m_meta = in.m_meta};
-      return out;
-    }
     const dds_entity_t writer_;
   };
 

@@ -28,6 +28,7 @@ TEST(Network, is_read_whole) {
     interfaces: [eth0, 192.168.1.5]
     peers: [laptop.local, 10.0.0.7]
     allow_load: true
+    remote_control: true
     export:
     - {topic: /scan, max_hz: 5}
     - {topic: camera/image_raw, max_bytes: 2000000, compressed_only: true}
@@ -40,6 +41,7 @@ TEST(Network, is_read_whole) {
   EXPECT_EQ(network.interfaces, (std::vector<std::string>{"eth0", "192.168.1.5"}));
   EXPECT_EQ(network.peers, (std::vector<std::string>{"laptop.local", "10.0.0.7"}));
   EXPECT_TRUE(network.allow_load);
+  EXPECT_TRUE(network.remote_control);
   ASSERT_EQ(network.exports.size(), 2U);
   EXPECT_EQ(network.exports[0].topic, "/scan");
   EXPECT_EQ(network.exports[0].max_hz, 5.0);
@@ -47,7 +49,7 @@ TEST(Network, is_read_whole) {
   EXPECT_EQ(network.exports[1].topic, "/camera/image_raw");
   EXPECT_EQ(network.exports[1].max_bytes_per_s, 2'000'000U);
   EXPECT_TRUE(network.exports[1].compressed_only);
-  EXPECT_EQ(network.exports[1].where.text(), "a.launch.yaml:11");
+  EXPECT_EQ(network.exports[1].where.text(), "a.launch.yaml:12");
 }
 
 TEST(Network, says_nothing_where_nothing_is_written) {
@@ -57,6 +59,7 @@ TEST(Network, says_nothing_where_nothing_is_written) {
   EXPECT_FALSE(network.domain_id);
   EXPECT_TRUE(network.exports.empty());
   EXPECT_FALSE(network.allow_load);
+  EXPECT_FALSE(network.remote_control);
 }
 
 TEST(Network, off_is_a_mode_and_no_truth_value) {

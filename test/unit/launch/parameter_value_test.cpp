@@ -86,6 +86,8 @@ TEST(ValueText, reads_back_as_the_same_value) {
                                     std::string("~"),
                                     std::string("null"),
                                     std::string("\xc3\xa9t\xc3\xa9"),
+                                    std::string("\xc2\x9b"
+                                                "2J"),
                                     std::vector<bool>{true, false},
                                     std::vector<Int>{1, -2},
                                     std::vector<double>{1.0, 2.5},
@@ -103,6 +105,10 @@ TEST(ValueText, reads_back_as_the_same_value) {
     ASSERT_TRUE(back) << to_text(value);
     EXPECT_EQ(*back, value) << to_text(value);
   }
+}
+
+TEST(ParameterValue, as_text_has_no_control_characters) {
+  EXPECT_EQ(to_text(std::string("\x1b[2J\n\xc2\x9b")), R"("\x1b[2J\x0a\x9b")");
 }
 
 TEST(Assignments, are_name_and_typed_value) {

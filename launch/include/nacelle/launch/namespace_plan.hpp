@@ -19,7 +19,7 @@ enum class TfApart : std::uint8_t {
 struct NamespacePlan {
   std::string path = "/";  ///< "/": nothing is moved.
   TfApart tf = TfApart::Topics;
-  Location where;
+  Place where;
   bool declared = false;  ///< The files have a `namespace:`.
 
   [[nodiscard]] bool moves() const { return path != "/"; }

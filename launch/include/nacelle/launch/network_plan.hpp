@@ -21,7 +21,7 @@ struct ExportPlan {
   double max_hz = 0;                  ///< 0: every message.
   std::uint64_t max_bytes_per_s = 0;  ///< 0: no limit.
   bool compressed_only = false;       ///< Only the compressed form of an image.
-  Location where;
+  Place where;
 };
 
 /// `security:` below `network:`, in SROS 2's words. What is empty is not given: then ROS 2's variables say it.
@@ -29,7 +29,7 @@ struct SecurityPlan {
   std::string keystore;  ///< A folder; a relative one is beside the launch file.
   std::string enclave;   ///< "/robot"
   bool enforced = true;  ///< False: `strategy: Permissive`.
-  Location where;
+  Place where;
 };
 
 /// The launch file's `network:`. What is not written is not given: then ROS 2's variables decide.
@@ -42,8 +42,9 @@ struct NetworkPlan {
   std::vector<std::string> peers;       ///< Hosts that are asked, with multicast and without.
   std::vector<ExportPlan> exports;      ///< Empty: every topic.
   bool allow_load = false;              ///< Others may load and unload components.
+  bool remote_control = false;          ///< Others may release emergency stops, change the network and end the robot.
   std::optional<SecurityPlan> security;
-  Location where;
+  Place where;
 };
 
 [[nodiscard]] const char* to_text(NetworkMode mode);  ///< "off", "local", "export"

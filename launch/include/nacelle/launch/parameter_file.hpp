@@ -5,24 +5,16 @@
 #include <string_view>
 #include <vector>
 
+#include "nacelle/base/problem.hpp"
 #include "nacelle/launch/parameter_value.hpp"
 
 namespace nacelle::launch {
-
-/// A line of a file.
-struct Location {
-  std::string file;
-  int line = 0;
-  /// "robot.launch.yaml:12"
-  [[nodiscard]] std::string text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
-  friend bool operator==(const Location&, const Location&) = default;
-};
 
 /// A parameter's value and where it comes from.
 struct Parameter {
   std::string name;
   ParameterValue value;
-  Location where;
+  Place where;
   friend bool operator==(const Parameter&, const Parameter&) = default;
 };
 
@@ -33,7 +25,7 @@ void assign(std::vector<Parameter>& parameters, Parameter parameter);
 /// The parameters that a file gives to the nodes of one pattern.
 struct ParameterSection {
   std::string pattern;  ///< "/lidar", "/**", "/arm/*"
-  Location where;       ///< Where the pattern first stands.
+  Place where;          ///< Where the pattern first stands.
   std::vector<Parameter> parameters;
 };
 

@@ -27,7 +27,7 @@ struct TopicQos {
   Side side = Side::Publisher;
   QosPatch patch;
   std::optional<QoS> start;  ///< The values of patch.profile.
-  Location where;
+  Place where;
 
   /// The QoS that results from the one in the component's code.
   [[nodiscard]] QoS applied_to(const QoS& in_code) const { return patch.applied_to(start.value_or(in_code)); }
@@ -45,7 +45,7 @@ struct AfterCondition {
   When when = When::Active;
   std::string detail;
   std::optional<Duration> timeout;  ///< None: the lifecycle manager's own.
-  Location where;
+  Place where;
 };
 
 enum class ThreadMode : std::uint8_t { Shared, Own };
@@ -65,7 +65,7 @@ struct Budget {
   std::optional<std::uint64_t> max_copies;
   std::optional<Duration> max_age;
   std::optional<double> min_hz;
-  Location where;
+  Place where;
 };
 
 enum class FaultPolicy : std::uint8_t { Degrade, Restart, StopRobot };
@@ -73,7 +73,7 @@ struct OnFault {
   FaultPolicy policy = FaultPolicy::Degrade;
   std::optional<std::uint32_t> max_restarts;
   std::optional<Duration> backoff;
-  Location where;
+  Place where;
 };
 
 /// The state that the bring-up takes a component to.
@@ -81,14 +81,14 @@ enum class TargetState : std::uint8_t { Unconfigured, Inactive, Active };
 
 /// A component to load.
 struct ComponentPlan {
-  Location where;
+  Place where;
   std::string package;
   std::string plugin;                 ///< "nacelle::lidar::LidarComponent"
   std::string name;                   ///< The node's name.
   std::string namespace_;             ///< Absolute.
   std::vector<Parameter> parameters;  ///< Each name once, with the value that won.
   std::vector<RemapRule> remaps;      ///< In the order in which they are tried.
-  std::vector<Location> remap_lines;  ///< Of each remap.
+  std::vector<Place> remap_lines;     ///< Of each remap.
   std::size_t shared_remaps = 0;      ///< So many of them, at the front, are set_remap's and need not fit every node.
   std::vector<Parameter> extra_arguments;
   std::vector<TopicQos> qos;
@@ -109,7 +109,7 @@ struct ComponentPlan {
 
 /// A program in a process of its own, started before and stopped after the components.
 struct ProgramPlan {
-  Location where;
+  Place where;
   std::string label;       ///< For logs: exec_name, name or the program's file name.
   std::string package;     ///< Of a `node`: with `executable` the program to look for. Empty for an `executable`.
   std::string executable;  ///< Of a `node`; of an `executable` the first word of its command.
@@ -135,7 +135,7 @@ struct ContainerPlan {
   std::string name = "nacelle";
   std::string namespace_ = "/";
   std::vector<Parameter> parameters;
-  Location where;
+  Place where;
   bool declared = false;  ///< False: the files name no node_container.
 };
 
@@ -145,25 +145,25 @@ struct ArgumentPlan {
   std::optional<std::string> default_value;
   std::string description;
   std::vector<std::string> choices;
-  Location where;
+  Place where;
 };
 
 /// Text that the files want shown.
 struct MessagePlan {
   std::string text;
-  Location where;
+  Place where;
 };
 
 /// A set_remap, for all nodes below it.
 struct SharedRemap {
   RemapRule rule;
-  Location where;
+  Place where;
 };
 
 /// A section of a parameter file that gives its values to nobody.
 struct UnusedSection {
   std::string pattern;
-  Location where;
+  Place where;
 };
 
 /// Everything that one launch file asks for.

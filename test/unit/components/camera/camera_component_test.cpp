@@ -113,7 +113,17 @@ TEST(CameraComponent, can_be_activated_again_after_a_deactivation_and_shut_down_
   EXPECT_TRUE(camera.trigger(Transition::Shutdown).success);
 }
 
-class CameraControls : public ::testing::Test {
+class ScriptedCameraTest : public ::testing::Test {
+ public:
+  CameraComponent make(const NodeOptions& options) {
+    return CameraComponent{options,
+                           [this](Source, const Clock& c) { return std::make_unique<V4l2Capture>(c, device); }};
+  }
+  test::RecordingContext context;
+  std::shared_ptr<ScriptedCamera> device = std::make_shared<ScriptedCamera>(context.clock());
+};
+
+class CameraControls : public ScriptedCameraTest {
  public:
   CameraControls() {
     v4l2_queryctrl brightness{};
@@ -124,12 +134,6 @@ class CameraControls : public ::testing::Test {
     device->controls = {brightness};
     device->control_values[V4L2_CID_BRIGHTNESS] = 128;
   }
-  CameraComponent make(const NodeOptions& options) {
-    return CameraComponent{options,
-                           [this](Source, const Clock& c) { return std::make_unique<V4l2Capture>(c, device); }};
-  }
-  test::RecordingContext context;
-  std::shared_ptr<ScriptedCamera> device = std::make_shared<ScriptedCamera>(context.clock());
 };
 
 TEST_F(CameraControls, are_parameters_while_the_device_is_open) {
@@ -173,6 +177,17 @@ TEST_F(CameraControls, are_set_by_the_activation_that_follows_a_loss) {
       << "the activation opens the device, not its thread later";
 }
 
+TEST_F(CameraControls, a_lost_device_is_a_fault_after_two_seconds_where_that_is_asked_for) {
+  auto camera = make(NodeOptions{context}.append_parameter_override("device_lost", std::string("fault")));
+  ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+  ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+  device->unplug();
+  while (context.faults().empty()) context.clock().advance(10ms);
+  EXPECT_EQ(context.faults()[0].code, "CAMERA_SILENT");
+  EXPECT_TRUE(context.open_faults().empty());
+  ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
+}
+
 TEST_F(CameraControls, of_a_device_that_comes_after_the_bring_up_are_parameters_then_and_its_open_fault_is_over) {
   device->unplug();
   auto camera = make(NodeOptions{context}
@@ -195,6 +210,123 @@ TEST_F(CameraControls, of_a_device_that_comes_after_the_bring_up_are_parameters_
   EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
   EXPECT_EQ(camera.get_current_state().state(), StateId::Active);
   ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
+}
+
+// With device_lost: wait. While the camera is open, time passes only where a test lets it.
+class ActiveCamera : public ScriptedCameraTest {
+ public:
+  ActiveCamera() { device->hold_time(); }
+  NodeOptions options() { return NodeOptions{context}.append_parameter_override("device_lost", std::string("wait")); }
+  void activate(CameraComponent& camera) {
+    ASSERT_TRUE(camera.trigger(Transition::Configure).success);
+    ASSERT_TRUE(camera.trigger(Transition::Activate).success);
+    deliver();
+    ASSERT_EQ(images(), 1U);
+  }
+  /// Delivers one frame and returns when the driver has handled it.
+  void deliver() {
+    ASSERT_TRUE(device->deliver(sequence++, 1));
+    device->pass(0ms);
+  }
+  /// Tells time until the driver streams again, then delivers one frame.
+  void deliver_after_reopening() {
+    while (!device->deliver(sequence, 1)) {
+      context.advance(1ms);
+      std::this_thread::yield();  // to the driver, which needs the scripted camera's lock
+    }
+    ++sequence;
+    device->pass(0ms);
+  }
+  /// Returns when the driver has closed the device that it lost.
+  static void wait_for_outage(const CameraComponent& camera) {
+    while (camera.stats().outages == 0) std::this_thread::yield();
+  }
+  std::size_t images() { return context.published<Image>("/camera/image_raw").size(); }
+  void expect_lost(const CameraComponent& camera, const char* why) {
+    ASSERT_EQ(context.open_faults().size(), 1U);
+    EXPECT_EQ(context.open_faults()[0].code, kDeviceLost);
+    EXPECT_THAT(context.open_faults()[0].text, HasSubstr(why));
+    EXPECT_EQ(context.closed_faults(), 0U);
+    EXPECT_TRUE(context.faults().empty()) << "nothing to apply on_fault to";
+    EXPECT_EQ(camera.get_current_state().state(), StateId::Active);
+  }
+  void expect_back(const CameraComponent& camera, std::size_t frames) {
+    EXPECT_TRUE(context.open_faults().empty());
+    EXPECT_EQ(context.closed_faults(), 1U);
+    EXPECT_EQ(images(), frames);
+    EXPECT_TRUE(context.faults().empty());
+    EXPECT_EQ(camera.get_current_state().state(), StateId::Active);
+  }
+  std::uint32_t sequence = 0;
+};
+
+TEST_F(ActiveCamera, reports_silence_within_half_a_second_and_closes_the_fault_with_the_next_frame) {
+  auto camera = make(options());
+  ASSERT_NO_FATAL_FAILURE(activate(camera));
+
+  device->pass(400ms);
+  EXPECT_TRUE(context.open_faults().empty());
+  device->pass(100ms);
+  expect_lost(camera, "/dev/video0: silent for 0.5 s (1 frames so far)");
+
+  deliver();
+  expect_back(camera, 2);
+  EXPECT_EQ(camera.stats().outages, 0U) << "the stream never broke";
+}
+
+TEST_F(ActiveCamera, may_be_silent_for_three_frame_periods_where_these_are_longer) {
+  device->frame_time = {1, 1};
+  auto camera = make(options().append_parameter_override("time_per_frame", std::vector<std::int64_t>{1, 1}));
+  ASSERT_NO_FATAL_FAILURE(activate(camera));
+  for (int second = 0; second < 5; ++second) {
+    device->pass(1s);
+    EXPECT_TRUE(context.open_faults().empty()) << "second " << second;
+    deliver();
+  }
+  EXPECT_EQ(context.closed_faults(), 0U);
+  EXPECT_EQ(camera.stats().outages, 0U) << "the port does not take it for broken, either";
+
+  device->pass(2900ms);
+  EXPECT_TRUE(context.open_faults().empty());
+  device->pass(100ms);
+  expect_lost(camera, "/dev/video0: silent for 3.0 s (6 frames so far)");
+
+  deliver();
+  expect_back(camera, 7);
+}
+
+TEST_F(ActiveCamera, reports_at_once_that_it_was_unplugged_and_delivers_again_when_it_is_plugged_in) {
+  auto camera = make(options());
+  ASSERT_NO_FATAL_FAILURE(activate(camera));
+
+  device->unplug();
+  wait_for_outage(camera);
+  ASSERT_NO_FATAL_FAILURE(expect_lost(camera, "/dev/video0: the device is gone"));
+  while (context.open_faults()[0].text.find("open failed") == std::string::npos) context.advance(1ms);
+  expect_lost(camera, "/dev/video0: open failed: No such file or directory");
+
+  device->plug();
+  deliver_after_reopening();
+  deliver();
+  expect_back(camera, 3);
+  EXPECT_EQ(camera.stats().outages, 1U);
+  EXPECT_EQ(camera.stats().returns, 1U);
+}
+
+TEST_F(ActiveCamera, reports_a_failed_read_and_starts_the_stream_again) {
+  auto camera = make(options());
+  ASSERT_NO_FATAL_FAILURE(activate(camera));
+
+  device->fail_next(VIDIOC_DQBUF, -EIO);
+  ASSERT_TRUE(device->deliver(sequence++, 1));
+  wait_for_outage(camera);
+  expect_lost(camera, "/dev/video0: the driver lost the stream");
+
+  deliver_after_reopening();
+  deliver();
+  expect_back(camera, 3);
+  EXPECT_EQ(camera.stats().outages, 1U);
+  EXPECT_EQ(camera.stats().returns, 1U);
 }
 
 TEST(CalibrationPath, replaces_the_names_that_camera_info_manager_knows) {

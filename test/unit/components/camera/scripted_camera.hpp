@@ -4,24 +4,29 @@
 #include <linux/videodev2.h>
 #include <poll.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <condition_variable>
 #include <cstring>
 #include <deque>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "camera/port/v4l2_calls.hpp"
+#include "nacelle/io/descriptor.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle::camera {
 
 /// A V4L2 camera made of memory: behaves as the kernel's videobuf2 documents it, and has the faults that a test wants.
 ///
-/// Waiting for a frame that does not come lets the clock run instead.
-/// Threads: V4l2Calls and deliver() from any; the public members while nobody else calls.
+/// Waiting for a frame that does not come lets the clock run instead; after hold_time() only as far as pass() allows.
+/// Threads: V4l2Calls and all functions but hold_time() from any; the public members while no other thread calls.
 class ScriptedCamera final : public V4l2Calls {
  public:
   struct Buffer {
@@ -39,14 +44,37 @@ class ScriptedCamera final : public V4l2Calls {
   std::uint32_t most_buffers = 32;  ///< REQBUFS grants no more.
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   bool has_rate = true;
-  int open_answer = 0;  ///< -errno that open() answers.
+  v4l2_fract frame_time{1, 30};  ///< In seconds; the device has no other.
+  int open_answer = 0;           ///< -errno that open() answers.
   std::vector<v4l2_queryctrl> controls;
   std::map<std::uint32_t, std::int32_t> control_values;
 
   /// The next call of that request answers -errno instead of doing anything; several calls line up.
-  void fail_next(unsigned long request, int answer) { faults_[request].push_back(answer); }
-  void unplug() { unplugged_ = true; }
-  void plug() { unplugged_ = false; }
+  void fail_next(unsigned long request, int answer) {
+    const std::lock_guard lock{mutex_};
+    faults_[request].push_back(answer);
+  }
+  void unplug() {
+    const std::lock_guard lock{mutex_};
+    unplugged_ = true;
+    stir_.ring();
+  }
+  void plug() {
+    const std::lock_guard lock{mutex_};
+    unplugged_ = false;
+  }
+
+  /// Stops the clock while the driver waits for a frame; the driver then waits for the test. Call it before streaming.
+  void hold_time() { held_at_ = clock_.now(); }
+  /// Lets that much time pass. Returns when the driver has taken every frame, has used up the time and waits again, or when it
+  /// has closed the device.
+  void pass(Duration time) {
+    std::unique_lock lock{mutex_};
+    held_at_ = clock_.now() + time;
+    stir_.ring();
+    driver_changed_.wait(
+        lock, [this] { return open_descriptors.empty() || (is_still_ && done_.empty() && clock_.now() >= *held_at_); });
+  }
 
   /// The sensor delivers: the oldest queued buffer is filled. False if there is none, or no stream: the frame is lost.
   bool deliver(std::uint32_t sequence, std::uint8_t fill, std::uint32_t flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC,
@@ -66,6 +94,7 @@ class ScriptedCamera final : public V4l2Calls {
     const auto us = std::chrono::duration_cast<std::chrono::microseconds>(clock_.now().since_origin - age).count();
     buffer.filled.timestamp = {us / 1'000'000, us % 1'000'000};
     done_.push_back(index);
+    stir_.ring();
     return true;
   }
 
@@ -89,6 +118,7 @@ class ScriptedCamera final : public V4l2Calls {
     const std::lock_guard lock{mutex_};
     open_descriptors.erase(descriptor);
     streaming_ = false;
+    driver_changed_.notify_all();
   }
   int control(int descriptor, unsigned long request, void* argument) override {
     const std::lock_guard lock{mutex_};
@@ -118,8 +148,31 @@ class ScriptedCamera final : public V4l2Calls {
     --mapped;
   }
   DeviceWait wait(int descriptor, int bell, Duration longest) override {
-    const std::lock_guard lock{mutex_};
+    std::unique_lock lock{mutex_};
     ++waits;
+    DeviceWait answer = look(descriptor, bell);
+    if (answer.ready || answer.in_error || answer.woken) return answer;
+    const Duration left = held_at_ ? std::max(*held_at_ - clock_.now(), Duration::zero()) : longest;
+    if (left > Duration::zero() || longest == Duration::zero()) {
+      clock_.advance(std::min(longest, left));
+      return answer;
+    }
+    is_still_ = true;
+    driver_changed_.notify_all();
+    lock.unlock();
+    std::array<pollfd, 2> watched{pollfd{bell, POLLIN, 0}, pollfd{stir_.descriptor(), POLLIN, 0}};
+    ::poll(watched.data(), watched.size(), -1);
+    lock.lock();
+    is_still_ = false;
+    static_cast<void>(stir_.silence());
+    return look(descriptor, bell);
+  }
+  int mapped = 0, waits = 0;
+
+ private:
+  static constexpr std::uint32_t kBytesPerPixel = 2;
+
+  DeviceWait look(int descriptor, int bell) const {
     pollfd watched{bell, POLLIN, 0};
     DeviceWait answer;
     answer.woken = ::poll(&watched, 1, 0) > 0;
@@ -127,14 +180,8 @@ class ScriptedCamera final : public V4l2Calls {
       answer.ready = !done_.empty() && !unplugged_;
       answer.in_error = unplugged_ || !streaming_ || (waiting_.empty() && done_.empty());
     }
-    if (!answer.ready && !answer.in_error && !answer.woken) clock_.advance(longest);
     return answer;
   }
-  int mapped = 0, waits = 0;
-
- private:
-  static constexpr std::uint32_t kBytesPerPixel = 2;
-
   int answer(unsigned long request, void* argument) {
     switch (request) {
       case VIDIOC_QUERYCAP: {
@@ -176,7 +223,7 @@ class ScriptedCamera final : public V4l2Calls {
         auto& capture = static_cast<v4l2_streamparm*>(argument)->parm.capture;
         if (!has_rate) return -ENOTTY;
         capture.capability = V4L2_CAP_TIMEPERFRAME;
-        capture.timeperframe = {1, 30};
+        capture.timeperframe = frame_time;
         return 0;
       }
       case VIDIOC_REQBUFS: {
@@ -239,6 +286,10 @@ class ScriptedCamera final : public V4l2Calls {
 
   test::ManualClock& clock_;
   std::mutex mutex_;
+  std::condition_variable driver_changed_;
+  std::optional<MonotonicTime> held_at_;  ///< The clock stops here; without a value it never does.
+  io::Bell stir_;                         ///< Ends the wait of a driver whose time is held.
+  bool is_still_ = false;                 ///< The driver waits and has used up its time.
   std::map<unsigned long, std::deque<int>> faults_;
   std::deque<std::uint32_t> waiting_, done_;
   std::deque<Buffer> retired_;  ///< Memory of earlier streams: mapped frames stay readable.

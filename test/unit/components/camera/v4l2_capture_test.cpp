@@ -353,7 +353,7 @@ TEST_P(OpenFaults, name_device_cause_and_way_out) {
   wish.device = "/dev/v4l/by-id/front";
   const auto opened = capture.open(wish);
   ASSERT_FALSE(opened);
-  EXPECT_EQ(opened.error().where, wish.device);
+  EXPECT_EQ(opened.error().where.text(), wish.device);
   EXPECT_THAT(opened.error().what, HasSubstr("errno " + std::to_string(-GetParam().answer)));
   EXPECT_THAT(opened.error().way_out, HasSubstr(GetParam().way_out));
 }

@@ -58,16 +58,16 @@ TEST(Ros2Control, reads_hardware_parameters_joints_and_interfaces_with_their_pla
   EXPECT_EQ(texts(all.warnings), Texts{});
   ASSERT_EQ(all.blocks.size(), 1U);
   const ControlBlock& wheels = all.blocks[0];
-  EXPECT_EQ(wheels.name + " " + wheels.type + " " + wheels.where, "wheels system robot.urdf:9");
-  EXPECT_EQ(wheels.plugin + " " + wheels.plugin_where, "nacelle/waveshare robot.urdf:11");
+  EXPECT_EQ(wheels.name + " " + wheels.type + " " + wheels.where.text(), "wheels system robot.urdf:9");
+  EXPECT_EQ(wheels.plugin + " " + wheels.plugin_where.text(), "nacelle/waveshare robot.urdf:11");
   ASSERT_EQ(wheels.params.size(), 1U);
-  EXPECT_EQ(wheels.params[0].name + " " + wheels.params[0].value + " " + wheels.params[0].where,
+  EXPECT_EQ(wheels.params[0].name + " " + wheels.params[0].value + " " + wheels.params[0].where.text(),
             "device /dev/ttyACM0 robot.urdf:14");
   ASSERT_EQ(wheels.joints.size(), 1U);
   EXPECT_TRUE(wheels.joints[0].has_command("velocity"));
   EXPECT_FALSE(wheels.joints[0].has_command("position"));
   ASSERT_EQ(wheels.joints[0].states.size(), 2U);
-  EXPECT_EQ(wheels.joints[0].states[1].where, "robot.urdf:19");
+  EXPECT_EQ(wheels.joints[0].states[1].where.text(), "robot.urdf:19");
 }
 
 TEST(Ros2Control, each_mistake_is_told_with_its_line_and_a_way_out) {

@@ -8,7 +8,9 @@
 #include <random>
 
 #include "ekf_cases.hpp"
+#include "ekf_node.hpp"
 #include "nacelle/qos/presets.hpp"
+#include "support/log_lines.hpp"
 #include "support/recording_host.hpp"
 
 namespace nacelle::ekf {
@@ -20,67 +22,6 @@ using sensor_msgs::msg::Imu;
 using tf2_msgs::msg::TFMessage;
 
 double yaw_of(const Odometry& m) { return 2.0 * std::atan2(m.pose.pose.orientation.z, m.pose.pose.orientation.w); }
-
-class EkfNode : public ::testing::Test {
- public:
-  EkfNode() {
-    options_.append_parameter_override("frequency", 50.0);
-    options_.append_parameter_override("two_d_mode", true);
-    options_.append_parameter_override("base_link_frame", std::string{"base_footprint"});
-    buffer_ = std::static_pointer_cast<spatial::TransformBuffer>(
-        context_.shared_object(spatial::kTransformBufferName, &spatial::make_shared_transform_buffer));
-    mount_imu();
-  }
-  void mount_imu() {
-    EXPECT_TRUE(buffer_->insert("base_footprint", "imu_link", WallTime{},
-                                {Eigen::Quaterniond::Identity(), {0, 0, 0.07}}, spatial::Permanence::Static));
-  }
-  void start() {
-    node_ = std::make_unique<EkfComponent>(options_);
-    const auto configured = node_->trigger(Transition::Configure);
-    ASSERT_TRUE(configured.success) << configured.reason;
-    ASSERT_TRUE(node_->trigger(Transition::Activate).success);
-  }
-  [[nodiscard]] builtin_interfaces::msg::Time stamp(Duration ago = 0ns) {
-    return stamp_of(context_.clock().wall_now() - ago);
-  }
-  void send_odometry(double vx, double vyaw = 0.0, Duration ago = 0ns) {
-    Odometry m;
-    m.header.stamp = stamp(ago);
-    m.header.frame_id = "odom";
-    m.child_frame_id = "base_footprint";
-    m.twist.twist.linear.x = vx;
-    m.twist.twist.angular.z = vyaw;
-    for (std::size_t i = 0; i < 6; ++i) m.twist.covariance[i * 7] = 1e-4;
-    context_.inject("/odom", m);
-  }
-  void send_imu(double vyaw, const char* frame = "imu_link") {
-    Imu m;
-    m.header.stamp = stamp();
-    m.header.frame_id = frame;
-    m.orientation_covariance[0] = -1.0;
-    m.angular_velocity.z = vyaw;
-    for (std::size_t i = 0; i < 9; i += 4)
-      m.angular_velocity_covariance[i] = m.linear_acceleration_covariance[i] = 3e-6;
-    m.linear_acceleration.z = 9.81;
-    context_.inject("/imu/data_raw", m);
-  }
-  /// 20 ms as on the robot: two IMU messages, one odometry message, one tick.
-  void run(double vx, double vyaw) {
-    context_.advance(9ms);
-    send_imu(vyaw);
-    context_.advance(9ms);
-    send_imu(vyaw);
-    send_odometry(vx, vyaw);
-    context_.advance(2ms);
-  }
-  std::vector<Odometry> filtered() { return context_.published<Odometry>("/odometry/filtered"); }
-
-  test::RecordingContext context_;
-  NodeOptions options_{context_};
-  spatial::TransformBufferPtr buffer_;
-  std::unique_ptr<EkfComponent> node_;
-};
 
 TEST_F(EkfNode, fuses_wheels_and_gyro_and_publishes_once_per_tick) {
   start();
@@ -168,17 +109,6 @@ TEST_F(EkfNode, old_and_impossible_messages_are_counted_by_cause) {
   EXPECT_EQ(stats.fused, 1U);
 }
 
-/// What is written while it lives.
-class Lines final : public LogListener {
- public:
-  Lines() { add_log_listener(*this); }
-  ~Lines() override { remove_log_listener(*this); }
-  void on_line(LogLevel, std::string_view, std::string_view text, const LogPlace&) noexcept override {
-    all.emplace_back(text);
-  }
-  std::vector<std::string> all;
-};
-
 TEST_F(EkfNode, stamps_from_the_future_are_told_with_the_clock_that_is_the_cause) {
   const auto skews = std::static_pointer_cast<ClockSkews>(context_.shared_object(kClockSkewsName, &make_clock_skews));
   std::uint64_t writer = 0;
@@ -189,7 +119,7 @@ TEST_F(EkfNode, stamps_from_the_future_are_told_with_the_clock_that_is_the_cause
   send_odometry(0.3, 0.0, -60s);
   ASSERT_NE(writer, 0U);
   skews->replace({{writer, ClockSkew{"laptop", 60s}}});
-  const Lines lines;
+  const test::LogLines lines;
   for (int i = 0; i < 500; ++i) {
     context_.advance(10ms);
     if (i % 10 == 0) send_odometry(0.3, 0.0, -60s);
@@ -209,7 +139,7 @@ TEST_F(EkfNode, says_whose_stamps_are_zero_stand_still_or_lag) {
   options_.append_parameter_override("odom2", std::string{"odom2"});
   options_.append_parameter_override("odom2_config", config_of({kVx}));
   start();
-  const Lines lines;
+  const test::LogLines lines;
   Odometry zero, standing, lagging;
   for (Odometry* m : {&zero, &standing, &lagging}) {
     m->child_frame_id = "base_footprint";
@@ -241,7 +171,7 @@ TEST_F(EkfNode, says_whose_stamps_are_zero_stand_still_or_lag) {
 
 TEST_F(EkfNode, says_once_which_input_has_stamps_ahead_among_good_ones) {
   start();
-  const Lines lines;
+  const test::LogLines lines;
   const auto told = [&](const std::string& text) {
     return std::count_if(lines.all.begin(), lines.all.end(),
                          [&](const std::string& line) { return line.find(text) != std::string::npos; });
@@ -263,7 +193,7 @@ TEST_F(EkfNode, says_once_which_input_has_stamps_ahead_among_good_ones) {
 TEST_F(EkfNode, measurements_that_the_queues_lose_are_counted_and_reported) {
   options_.append_parameter_override("measurement_queue_limit", std::int64_t{16});
   start();
-  const Lines lines;
+  const test::LogLines lines;
   for (int second = 0; second < 3; ++second) {
     for (int i = 0; i < 40; ++i) send_odometry(0.3, 0.0, -150ms);  // ahead: they wait, and there is room for 16
     context_.advance(1s);
@@ -272,6 +202,43 @@ TEST_F(EkfNode, measurements_that_the_queues_lose_are_counted_and_reported) {
   EXPECT_TRUE(std::any_of(lines.all.begin(), lines.all.end(), [](const std::string& line) {
     return line.find("odom0: ") != std::string::npos && line.find("measurement_queue_limit") != std::string::npos;
   })) << ::testing::PrintToString(lines.all);
+}
+
+TEST_F(EkfNode, accelerations_of_an_imu_off_the_origin_leave_the_speed_alone_when_stamps_are_4_us_apart) {
+  const unsigned seed = 53;
+  std::mt19937 random{seed};
+  std::normal_distribution<double> normal;
+  options_.append_parameter_override("odom0", std::string{"odom"});
+  options_.append_parameter_override("odom0_config", config_of({kVx, kVy, kVyaw}));
+  options_.append_parameter_override("imu0", std::string{"imu/data_raw"});
+  options_.append_parameter_override("imu0_config", config_of({kVyaw, kAx, kAy}));
+  ASSERT_TRUE(buffer_->insert("base_footprint", "bumper", WallTime{}, {Eigen::Quaterniond::Identity(), {0.3, 0.2, 0.0}},
+                              spatial::Permanence::Static));
+  start();
+  Imu imu;
+  imu.header.frame_id = "bumper";
+  imu.orientation_covariance[0] = -1.0;
+  for (std::size_t i = 0; i < 9; i += 4) {
+    imu.angular_velocity_covariance[i] = 3e-6;
+    imu.linear_acceleration_covariance[i] = 1e-2;
+  }
+
+  for (int i = 0; i < 250; ++i) {
+    context_.advance(19ms);
+    send_odometry(1.0, 0.01 * normal(random));
+    imu.header.stamp = stamp(-4us);
+    imu.angular_velocity.z = 0.0017 * normal(random);
+    imu.linear_acceleration.x = 0.1 * normal(random);
+    imu.linear_acceleration.y = 0.1 * normal(random);
+    context_.inject("/imu/data_raw", imu);
+    context_.advance(1ms);
+  }
+
+  EXPECT_EQ(node_->stats("imu0 linear_acceleration")->fused, 250U);
+  for (const Odometry& out : filtered()) {
+    ASSERT_NEAR(out.twist.twist.linear.x, 1.0, 0.1) << "seed " << seed;
+    ASSERT_NEAR(out.twist.twist.linear.y, 0.0, 0.1) << "seed " << seed;
+  }
 }
 
 TEST_F(EkfNode, disabled_at_startup_waits_for_the_service_enable) {

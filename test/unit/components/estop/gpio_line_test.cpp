@@ -73,8 +73,8 @@ TEST(GpioLine, a_chip_that_is_not_there_is_named_with_the_way_out) {
   settings.line = 17;
   const auto line = request_line(settings);
   ASSERT_FALSE(line);
-  EXPECT_THAT(line.error().where, HasSubstr("/dev/no_such_gpiochip"));
-  EXPECT_THAT(line.error().where, HasSubstr("17"));
+  EXPECT_THAT(line.error().where.text(), HasSubstr("/dev/no_such_gpiochip"));
+  EXPECT_THAT(line.error().where.text(), HasSubstr("17"));
   EXPECT_FALSE(line.error().way_out.empty()) << gpio_library();
 }
 

@@ -42,7 +42,7 @@ TEST(PtyPair, does_not_replace_a_file_by_its_link) {
   std::ofstream{path} << "precious";
   const auto linked = make_pty()->link_as(path);
   ASSERT_FALSE(linked);
-  EXPECT_EQ(linked.error().where, path);
+  EXPECT_EQ(linked.error().where.text(), path);
   EXPECT_TRUE(std::filesystem::is_regular_file(path));
   std::filesystem::remove(path);
 }

@@ -30,8 +30,14 @@ class RecordingSink final : public ByteSink {
   void on_break(StreamFault fault, MonotonicTime) override {
     note([&] { breaks.push_back(fault); });
   }
+  void on_refusal(StreamFault) override {
+    note([&] { note_attempt(); });
+  }
   void on_return(MonotonicTime) override {
-    note([&] { ++returns; });
+    note([&] {
+      ++returns;
+      note_attempt();
+    });
   }
 
   void wait_for(const std::function<bool()>& done) {
@@ -43,6 +49,7 @@ class RecordingSink final : public ByteSink {
   std::string thread_name;
   std::vector<StreamFault> breaks;
   int silences = 0, returns = 0;
+  std::vector<int> silences_before_attempt;  ///< Calls of on_silence() before each attempt to open the line again.
 
  private:
   template <typename F>
@@ -51,6 +58,11 @@ class RecordingSink final : public ByteSink {
     change();
     changed_.notify_all();
   }
+  void note_attempt() {
+    silences_before_attempt.push_back(silences - silences_at_attempt_);
+    silences_at_attempt_ = silences;
+  }
+  int silences_at_attempt_ = 0;
   std::mutex mutex_;
   std::condition_variable changed_;
 };
@@ -86,6 +98,27 @@ TEST(ReaderThread, opens_the_line_again_until_it_is_back) {
   EXPECT_EQ(sink.returns, 1);
   EXPECT_EQ(sink.received, (Bytes{1, 2}));
   EXPECT_EQ(reader.stats().breaks, reader.stats().returns);
+}
+
+// After each Options::silence of a pause the sink gets on_silence(), so that these calls count the length of the pause.
+TEST(ReaderThread, tries_without_limit_in_pauses_that_double_and_begin_short_again_after_bytes) {
+  const SystemClock clock;
+  RecordingSink sink;
+  ScriptedStream line{{{{}, {}, StreamFault::HungUp}, {{}, {1}}, {{}, {}, StreamFault::HungUp}, {{}, {2}}}, kBlocks};
+  line.refuse_reopen(30);
+  ReaderThread reader{
+      line, clock, sink, {.name = "test", .silence = 10us, .first_pause = 10us, .longest_pause = 100us}};
+
+  sink.wait_for([&] { return sink.received.size() == 2; });
+  reader.stop();
+
+  std::vector<int> pauses{1, 2, 4, 8};
+  pauses.resize(31, 10);  // 30 refusals, and the attempt that succeeds
+  pauses.push_back(1);    // after the second break
+  EXPECT_EQ(sink.silences_before_attempt, pauses);
+  EXPECT_EQ(sink.received, (Bytes{1, 2}));
+  EXPECT_EQ(reader.stats().breaks, 2U);
+  EXPECT_EQ(reader.stats().returns, 2U);
 }
 
 TEST(ReaderThread, ends_with_the_first_break_if_it_shall_not_open_again) {

@@ -146,7 +146,7 @@ TEST(SerialPortProblems, a_missing_device_is_named_with_the_way_out) {
   const SystemClock clock;
   const auto port = SerialPort::open({"/dev/no_such_line", 115200}, clock);
   ASSERT_FALSE(port);
-  EXPECT_EQ(port.error().where, "/dev/no_such_line");
+  EXPECT_EQ(port.error().where.text(), "/dev/no_such_line");
   EXPECT_NE(port.error().text().find("no such device"), std::string::npos);
   EXPECT_NE(port.error().text().find("by-id"), std::string::npos);
 }

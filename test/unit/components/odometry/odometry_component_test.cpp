@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "support/allocation_guard.hpp"
+#include "support/log_lines.hpp"
 #include "support/recording_host.hpp"
 
 namespace nacelle::odometry {
@@ -148,10 +149,11 @@ TEST_F(OdometryNode, reset_odom_puts_the_pose_back_to_the_origin) {
   EXPECT_LT(odometry.back().pose.covariance[0], odometry[19].pose.covariance[0]);
 }
 
-/// What a base with wheels 0.6 m apart and 66 mm in radius enters, and how far the robot goes for a turn of one wheel.
+/// What a base with wheels 0.6 m apart and 66 mm in radius enters (corrected by 1.1, 1.2, 1.3), and how far the robot goes for a
+/// turn of one wheel.
 struct OdometryBesideABase : ::testing::Test {
   OdometryBesideABase() {
-    wheels().lock()->push_back({"/base", "/", {"left_wheel_joint"}, {"right_wheel_joint"}, 0.6, 0.066, 0.066});
+    wheels().lock()->push_back({"/base", "/", {"left_wheel_joint"}, {"right_wheel_joint"}, 0.6, 0.066, 1.1, 1.2, 1.3});
   }
   BaseWheelsList& wheels() {
     return *std::static_pointer_cast<BaseWheelsList>(context_.shared_object(kBaseWheelsName, &make_base_wheels));
@@ -161,7 +163,7 @@ struct OdometryBesideABase : ::testing::Test {
     EXPECT_TRUE(node.trigger(Transition::Configure).success);
     EXPECT_TRUE(node.trigger(Transition::Activate).success);
     JointState joints;
-    joints.name = {"left_wheel_joint", "right_wheel_joint"};
+    joints.name = {left_, right_};
     for (int i = 0; i < 2; ++i) {
       joints.header.stamp.sec = 100 + i;
       joints.position = {0.0, 1.0 * i};
@@ -171,20 +173,49 @@ struct OdometryBesideABase : ::testing::Test {
   }
   test::RecordingContext context_;
   NodeOptions options_{context_};
+  std::string left_ = "left_wheel_joint", right_ = "right_wheel_joint";
 };
 
 TEST_F(OdometryBesideABase, takes_its_wheels_from_the_base) {
-  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 / 0.6, 1e-12);
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 * 1.3 / (0.6 * 1.1), 1e-12);
+}
+
+TEST_F(OdometryBesideABase, takes_its_wheels_names_from_the_base) {
+  left_ = "l", right_ = "r";
+  wheels().lock()->front().left_joints = {"l"};
+  wheels().lock()->front().right_joints = {"r"};
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 * 1.3 / (0.6 * 1.1), 1e-12);
+}
+
+TEST_F(OdometryBesideABase, does_not_choose_between_two_bases) {
+  left_ = "l", right_ = "r";
+  wheels().lock()->front().left_joints = {"l"};
+  wheels().lock()->front().right_joints = {"r"};
+  wheels().lock()->push_back({"/other_base", "/", {"a"}, {"b"}, 0.5, 0.05});
+  EXPECT_EQ(after_a_step_of_the_right_wheel().yaw_rad, 0.0);
+}
+
+TEST_F(OdometryBesideABase, corrects_the_bases_wheels_by_multipliers_of_its_own) {
+  options_.append_parameter_override("wheel_separation_multiplier", 1.05);
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 * 1.3 / (0.6 * 1.05), 1e-12);
+  options_.append_parameter_override("left_wheel_radius_multiplier", 0.9);
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 * 1.3 / (0.6 * 1.05), 1e-12);
+  options_.append_parameter_override("right_wheel_radius_multiplier", 0.95);
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 * 0.95 / (0.6 * 1.05), 1e-12);
 }
 
 TEST_F(OdometryBesideABase, keeps_what_it_was_given) {
   options_.append_parameter_override("wheel_separation", 0.4);
-  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 / 0.4, 1e-12);
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.066 * 1.3 / 0.4, 1e-12);
   options_.append_parameter_override("wheel_radius", 0.05);
   EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.05 / 0.4, 1e-12);
 }
 
 TEST_F(OdometryBesideABase, leaves_the_wheels_of_others_alone) {
+  options_.append_parameter_override("left_wheel_names", std::vector<std::string>{"left_wheel_joint"});
+  wheels().lock()->front().left_joints = {"l"};
+  EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.033 / 0.30, 1e-12);
+  wheels().lock()->front().left_joints = {"left_wheel_joint"};
   wheels().lock()->front().name_space = "/other";
   EXPECT_NEAR(after_a_step_of_the_right_wheel().yaw_rad, 0.033 / 0.30, 1e-12);
 }
@@ -242,6 +273,75 @@ TEST_F(OdometryNode, allocates_nothing_per_sample) {
   }
   EXPECT_EQ(guard.count(), 0U);
   EXPECT_EQ(reader.stats().steps, 99U);
+}
+
+TEST_F(OdometryNode, wheel_speeds_without_positions_are_enough) {
+  start();
+  joints_.name = {"left_wheel_joint", "right_wheel_joint"};
+  const auto turn = [&](double left_mps, double right_mps) {
+    context_.advance(20ms);
+    ms_ += 20;
+    joints_.header.stamp.sec = static_cast<std::int32_t>(100 + ms_ / 1000);
+    joints_.header.stamp.nanosec = static_cast<std::uint32_t>(ms_ % 1000 * 1'000'000);
+    joints_.velocity = {left_mps / 0.033, right_mps / 0.033};
+    context_.inject("/joint_states", joints_);
+  };
+  for (int i = 0; i <= 50; ++i) turn(0.3, 0.3);
+
+  const auto straight = context_.published<Odometry>("/odom");
+  ASSERT_EQ(straight.size(), 50U) << "the first sample only starts the differences";
+  EXPECT_NEAR(straight.back().pose.pose.position.x, 0.3, 1e-9);
+  EXPECT_NEAR(straight.back().twist.twist.linear.x, 0.3, 1e-9);
+
+  for (int i = 0; i < 50; ++i) turn(-0.06, 0.06);
+
+  const auto turned = context_.published<Odometry>("/odom").back();
+  EXPECT_NEAR(turned.twist.twist.angular.z, 0.12 / 0.30, 1e-9);
+  EXPECT_NEAR(2.0 * std::atan2(turned.pose.pose.orientation.z, turned.pose.pose.orientation.w), 0.99 * 0.12 / 0.30,
+              1e-9)
+      << "the first step has the mean of both speeds";
+}
+
+// Ten radians are neither one turn nor a power of two of steps: nothing but the parameter tells where the circle ends.
+TEST_F(OdometryNode, position_range_names_the_circle_in_which_the_wheels_count) {
+  options_.append_parameter_override("position_range", 10.0);
+  start();
+
+  for (int i = 0; i <= 200; ++i) {
+    left_rad_ = right_rad_ = std::fmod(0.5 * i, 10.0);
+    roll(0.0, 0.0);
+  }
+
+  EXPECT_NEAR(context_.published<Odometry>("/odom").back().pose.pose.position.x, 100.0 * 0.033, 1e-9);
+  EXPECT_EQ(node_->stats().jumps, 0U);
+}
+
+TEST_F(OdometryNode, a_position_range_below_zero_is_refused_with_its_value) {
+  options_.append_parameter_override("position_range", -1.0);
+  OdometryComponent node{options_};
+  const auto outcome = node.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_NE(outcome.reason.find("position_range: is -1"), std::string::npos) << outcome.reason;
+}
+
+TEST_F(OdometryNode, joint_states_without_a_wheel_are_told_once_with_its_name) {
+  options_.append_parameter_override("right_wheel_names", std::vector<std::string>{"rear_right"});
+  start();
+  const test::LogLines lines;
+  for (int i = 0; i < 3; ++i) roll(0.006, 0.006);
+  EXPECT_EQ(lines.all,
+            std::vector<std::string>{
+                "a message on /joint_states does not have the joint 'rear_right': without it there is no odometry"});
+}
+
+TEST_F(OdometryNode, joint_states_with_fewer_values_than_names_are_told_with_the_numbers) {
+  start();
+  const test::LogLines lines;
+  joints_.name = {"left_wheel_joint", "right_wheel_joint"};
+  joints_.position = {1.0};
+  context_.inject("/joint_states", joints_);
+  ASSERT_EQ(lines.all.size(), 1U);
+  EXPECT_NE(lines.all[0].find("2 names, 1 positions and 0 velocities"), std::string::npos) << lines.all[0];
 }
 
 struct Wrong {

@@ -207,7 +207,7 @@ TEST_F(LifecycleManagerTest, names_the_first_of_several_failures_in_the_plans_or
     return TransitionOutcome{false, StateId::Unconfigured, "broken " + node};
   };
   LifecycleManager manager{bring_up_order({{"/a", {}}, {"/b", {}}}).value(), hooks, clock};
-  EXPECT_EQ(manager.startup(crew).problem.where, "/a");
+  EXPECT_EQ(manager.startup(crew).problem.where, Place::of_node("/a"));
 }
 
 TEST_F(LifecycleManagerTest, tells_each_step_with_its_reason) {
@@ -217,7 +217,7 @@ TEST_F(LifecycleManagerTest, tells_each_step_with_its_reason) {
   ASSERT_EQ(steps.size(), 5U);
   EXPECT_EQ(steps[0].reason, "bring-up");
   EXPECT_EQ(steps[1].reason, "no such port: /dev/ttyUSB9");
-  EXPECT_EQ(steps[3].reason, "undo: /b could not configure");
+  EXPECT_EQ(steps[3].reason, "undo: node /b could not configure");
 }
 
 TEST_F(LifecycleManagerTest, goes_on_without_a_node_that_is_not_required_and_nobody_waits_for_it) {

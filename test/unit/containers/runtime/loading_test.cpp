@@ -12,6 +12,7 @@
 #include <future>
 #include <nacelle_interfaces/srv/change_state.hpp>
 #include <nacelle_interfaces/srv/get_components.hpp>
+#include <nacelle_interfaces/srv/get_emergency_stops.hpp>
 #include <nacelle_interfaces/srv/load_component.hpp>
 #include <nacelle_interfaces/srv/unload_component.hpp>
 #include <stdexcept>
@@ -27,9 +28,11 @@ namespace {
 
 using nacelle_interfaces::srv::ChangeState;
 using nacelle_interfaces::srv::GetComponents;
+using nacelle_interfaces::srv::GetEmergencyStops;
 using nacelle_interfaces::srv::LoadComponent;
 using nacelle_interfaces::srv::UnloadComponent;
 using ::testing::AnyOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -269,7 +272,7 @@ TEST_F(LoadingTest, with_a_place_for_faults_a_component_is_made_with_defaults_an
 
   ASSERT_TRUE(loaded) << loaded.error().text();
   ASSERT_THAT(*request.faults->lock(), SizeIs(1));
-  EXPECT_EQ(request.faults->lock()->front().parameter, "entered");
+  EXPECT_EQ(request.faults->lock()->front().problem.where.parameter, "entered");
   const Declarations& declared = *loaded.value().declared;
   EXPECT_THAT(declared.unknown_parameters, testing::ElementsAre("realese"));
   EXPECT_THAT(declared.services, testing::ElementsAre("/sleeper/enable"));
@@ -299,7 +302,8 @@ TEST_F(LoadingTest, a_frame_that_two_nodes_broadcast_is_told_with_both) {
 /// Components that sleep until they are woken, in a container whose time stands still until the test moves it.
 struct HangingTest : ContainerFixture<test::ManualClock> {
   // Late is seen by the time that the test tells; hung is what the test says, not what the supervisor thinks.
-  HangingTest() : ContainerFixture({.hang_after = std::chrono::hours(1'000'000)}) {
+  explicit HangingTest(NodeInterfaces which = NodeInterfaces::None)
+      : ContainerFixture({.hang_after = std::chrono::hours(1'000'000), .node_interfaces = which}) {
     EXPECT_EQ(::pipe2(entered.data(), O_CLOEXEC), 0);
     EXPECT_EQ(::pipe2(release.data(), O_CLOEXEC), 0);
   }
@@ -532,6 +536,43 @@ TEST_F(HangingTest, a_slow_transition_holds_up_no_other_service_of_the_container
   ASSERT_TRUE(changed);
   EXPECT_TRUE(changed->success) << changed->problem.what;
   EXPECT_EQ(changed->state.label, "inactive");
+}
+
+struct OfferingTest : HangingTest {
+  OfferingTest() : HangingTest(NodeInterfaces::All) {}
+};
+
+TEST_F(OfferingTest, a_slow_load_does_not_delay_an_offered_service) {
+  const std::string prefix = container.node() + "/_container/";
+  auto offered = container.offer_service(
+      "get_emergency_stops", GetEmergencyStops::Request::message_type(), GetEmergencyStops::Response::message_type(),
+      {[](void*, std::int64_t, const void*, void* response) {
+         static_cast<GetEmergencyStops::Response*>(response)->topics = {"/emergency_stop"};
+         return true;
+       },
+       nullptr});
+  LoadComponent::Request request;
+  request.component = "nacelle::test::Sleeper";
+  for (const auto& [name, value] : asleep_in("constructor")) {
+    auto& parameter = request.parameters.emplace_back();
+    parameter.name = name;
+    parameter.value.type = static_cast<std::uint8_t>(type_of(value));
+    if (const auto* const text = std::get_if<std::string>(&value)) parameter.value.string_value = *text;
+    if (const auto* const number = std::get_if<std::int64_t>(&value)) parameter.value.integer_value = *number;
+  }
+  Call<LoadComponent> slow{container, prefix + "load_component", request};
+  wait_until_it_sleeps();
+
+  const auto answer = Call<GetEmergencyStops>{container, prefix + "get_emergency_stops", {}}.wait();
+  ASSERT_TRUE(answer);
+  EXPECT_THAT(answer->topics, ElementsAre("/emergency_stop"));
+  EXPECT_FALSE(slow.is_answered());
+  wake();
+  EXPECT_TRUE(slow.wait());
+
+  offered.reset();
+  const Call<GetEmergencyStops> late{container, prefix + "get_emergency_stops", {}};
+  EXPECT_THAT(late.problem(), HasSubstr("no node of this process offers it"));
 }
 
 TEST_F(LoadingTest, components_load_list_and_unload_through_the_containers_own_services) {

@@ -40,7 +40,7 @@ TEST_F(MirrorServices, answer_a_client_that_does_not_name_itself) {
 TEST(MirrorServicesInTime, wait_for_the_reader_of_a_client_that_names_itself_but_not_for_ever) {
   test::ManualClock network;  // stands still: so does the patience of 100 ms
   Offering<AddTwoInts> adding{"/add", add};
-  MirroredContainer there{"there", false, &network};
+  MirroredContainer there{"there", {}, &network};
   there.load(adding, "adder");
   const auto participant = test::make_participant();
   const auto client = raw_client(*participant, " 1.10.0.0.0.0.0.0.0.0.0.0.0.0.0.1");

@@ -6,8 +6,6 @@
 #include <composition_interfaces/srv/list_nodes.hpp>
 #include <composition_interfaces/srv/load_node.hpp>
 #include <composition_interfaces/srv/unload_node.hpp>
-#include <nacelle_interfaces/srv/load_component.hpp>
-#include <nacelle_interfaces/srv/unload_component.hpp>
 
 #include "mirrored_services.hpp"
 
@@ -17,8 +15,6 @@ namespace {
 using composition_interfaces::srv::ListNodes;
 using composition_interfaces::srv::LoadNode;
 using composition_interfaces::srv::UnloadNode;
-using nacelle_interfaces::srv::LoadComponent;
-using nacelle_interfaces::srv::UnloadComponent;
 using test::AddTwoInts;
 using test::Calling;
 using test::MirroredContainer;
@@ -179,56 +175,42 @@ TEST_F(MirrorServices, take_a_bounded_number_of_requests_and_their_callers_a_bou
   EXPECT_EQ(calling.answer_to(std::move(again))->sum, 2);
 }
 
-// --- load_node -------------------------------------------------------------------------------------------------------
+// --- what is refused -------------------------------------------------------------------------------------------------
 
-TEST_F(MirrorServices, load_and_unload_nothing_for_callers_outside) {
-  Calling<LoadNode> load{"/there/_container/load_node"};
-  Calling<UnloadNode> unload{"/there/_container/unload_node"};
-  Calling<ListNodes> list{"/there/_container/list_nodes"};
-  Calling<LoadComponent> put_in{"/there/_container/load_component"};
-  Calling<UnloadComponent> take_out{"/there/_container/unload_component"};
-  const auto id = there.load(adding, "adder");
-  MirroredContainer asking{"asking"};
-  asking.load(put_in, "put_in");
-  asking.load(take_out, "take_out");
-  asking.load(load, "load");
-  asking.load(unload, "unload");
-  asking.load(list, "list");
-  ASSERT_TRUE(until([&] { return load.client->service_is_ready() && unload.client->service_is_ready(); }));
+TEST_F(MirrorServices, a_refused_service_answers_callers_outside_in_the_words_that_were_given) {
+  LoadNode::Response no;
+  no.error_message = "not from outside";
+  auto response = std::make_shared<msgs::AnyMessage>(LoadNode::Response::message_type());
+  LoadNode::Response::message_type().copy_assign(response->get(), &no);
+  MirroredContainer closed{"closed", {{"/closed/_container/load_node", response}}};
+  Calling<LoadNode> load{"/closed/_container/load_node"}, load_within{"/closed/_container/load_node"};
+  Calling<ListNodes> list{"/closed/_container/list_nodes"};
+  closed.load(load_within, "within");
+  here.load(load, "load");
+  here.load(list, "list");
+  ASSERT_TRUE(until([&] { return load.client->service_is_ready() && list.client->service_is_ready(); }));
+
   LoadNode::Request what;
-  what.plugin_name = "nacelle::bench::Part";
-  const auto loaded = load.call(what);
-  ASSERT_TRUE(loaded);
-  EXPECT_FALSE(loaded->success);
-  EXPECT_THAT(loaded->error_message, HasSubstr("network: {allow_load: true}"));
-  UnloadNode::Request which;
-  which.unique_id = id;
-  const auto unloaded = unload.call(which);
-  ASSERT_TRUE(unloaded);
-  EXPECT_FALSE(unloaded->success);
-  EXPECT_THAT(unloaded->error_message, HasSubstr("allow_load"));
-  ASSERT_TRUE(until([&] { return list.client->service_is_ready(); }));
+  what.plugin_name = "nacelle::NoSuch";
+  for (int i = 0; i < 2; ++i) {
+    const auto loaded = load.call(what);
+    ASSERT_TRUE(loaded);
+    EXPECT_FALSE(loaded->success);
+    EXPECT_EQ(loaded->error_message, "not from outside");
+  }
+  EXPECT_EQ(closed.stats().requests_refused, 2U);
   const auto listed = list.call({});
   ASSERT_TRUE(listed);
-  EXPECT_THAT(listed->full_node_names, ElementsAre("/adder")) << "which is always answered";
-  ASSERT_TRUE(until([&] { return put_in.client->service_is_ready() && take_out.client->service_is_ready(); }));
-  const auto put = put_in.call({});
-  ASSERT_TRUE(put);
-  EXPECT_FALSE(put->success);
-  EXPECT_EQ(put->problem.where, "/there/_container/load_component");
-  EXPECT_THAT(put->problem.way_out, HasSubstr("network: {allow_load: true}"));
-  UnloadComponent::Request adder;
-  adder.component = "adder";
-  const auto taken = take_out.call(adder);
-  ASSERT_TRUE(taken);
-  EXPECT_FALSE(taken->success);
-  EXPECT_THAT(taken->problem.way_out, HasSubstr("allow_load"));
+  EXPECT_THAT(listed->full_node_names, ElementsAre("/within"));
+  const auto within = load_within.call(what);
+  ASSERT_TRUE(within);
+  EXPECT_THAT(within->error_message, HasSubstr("NoSuch")) << "a caller of the container itself is answered by it";
 }
 
 TEST_F(MirrorServices, load_and_unload_where_that_is_allowed) {
   Calling<LoadNode> load{"/open/_container/load_node"};
   Calling<UnloadNode> unload{"/open/_container/unload_node"};
-  MirroredContainer open{"open", true};
+  MirroredContainer open{"open"};
   here.load(load, "load");
   here.load(unload, "unload");
   const auto id = open.load(adding, "adder");

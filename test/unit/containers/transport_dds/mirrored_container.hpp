@@ -19,14 +19,15 @@ namespace nacelle::test {
 /// A container with its mirror: one of several on a network.
 class MirroredContainer {
  public:
-  /// `network_clock`: the mirror's, if it is not the container's.
-  explicit MirroredContainer(const std::string& name, bool allow_load = false, const Clock* network_clock = nullptr)
+  /// `refused`: as MirrorOptions::refused. `network_clock`: the mirror's, if it is not the container's.
+  using Refused = decltype(MirrorOptions::refused);
+  explicit MirroredContainer(const std::string& name, Refused refused = {}, const Clock* network_clock = nullptr)
       : container_(with_plugins(name), clock) {
     static std::uint32_t next = 0;  // in this process; on the network they share test_domain()
     MirrorOptions options;
     options.domain_id = 2000000 + next++;
     options.config = loopback_config(test_domain());
-    options.allow_load = allow_load;
+    options.refused = std::move(refused);
     options.on_problem = [this](const Problem& problem) {
       problems.lock()->push_back(problem.text());
       bell.ring();

@@ -195,7 +195,7 @@ TEST(NetworkSettings, refuse_what_is_no_setting_with_its_key) {
     NetworkWish wish;
     change(wish);
     const auto settings = network_settings(wish, {});
-    return settings ? std::string("accepted") : settings.error().where;
+    return settings ? std::string("accepted") : settings.error().where.text();
   };
   EXPECT_EQ(where([](auto& w) { w.domain_id = 233; }), "network: domain_id");
   EXPECT_EQ(where([](auto& w) { w.domain_id = -1; }), "network: domain_id");
@@ -209,7 +209,7 @@ TEST(NetworkSettings, refuse_what_is_no_setting_with_its_key) {
             }),
             "network: export");
   EXPECT_EQ(where([](auto& w) { w.exports = {{"/scan", 5.0, 1000, true}}; }), "accepted");
-  EXPECT_EQ(network_settings({}, {{"ROS_DOMAIN_ID", "x"}}).error().where, "ROS_DOMAIN_ID");
+  EXPECT_EQ(network_settings({}, {{"ROS_DOMAIN_ID", "x"}}).error().where.text(), "ROS_DOMAIN_ID");
 }
 
 TEST(NetworkSettings, have_three_modes) {
@@ -221,11 +221,12 @@ TEST(NetworkSettings, have_three_modes) {
 
 TEST(NetworkSettings, carry_on_what_they_do_not_judge) {
   NetworkWish launch = launch_with(NetworkMode::Export);
-  launch.allow_load = true;
+  launch.allow_load = launch.remote_control = true;
   launch.exports = {{"/scan", 5.0}};
   const auto settings = settings_of(launch, {{"ROS_SECURITY_ENABLE", "true"}, {"ROS_SECURITY_STRATEGY", "Enforce"}});
 
   EXPECT_TRUE(settings.allow_load);
+  EXPECT_TRUE(settings.remote_control);
   EXPECT_EQ(settings.exports, launch.exports);
   EXPECT_TRUE(settings.security.enforced);
 }

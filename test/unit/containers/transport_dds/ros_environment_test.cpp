@@ -45,7 +45,7 @@ TEST(RosEnvironment, names_a_domain_as_rcl_reads_numbers) {
   for (const char* wrong : {"forty", "42x", "-1", " 42", "233", "99999999999999999999", "0x", "08"}) {
     const auto wish = read_environment({{"ROS_DOMAIN_ID", wrong}});
     ASSERT_FALSE(wish) << wrong;
-    EXPECT_EQ(wish.error().where, "ROS_DOMAIN_ID");
+    EXPECT_EQ(wish.error().where.text(), "ROS_DOMAIN_ID");
   }
 }
 
@@ -85,7 +85,7 @@ TEST(RosEnvironment, lists_peers) {
   const auto wish = wish_of({{"ROS_STATIC_PEERS", "a\"/><Peer;b"}});
   EXPECT_THAT(wish.peers, ElementsAre("b"));
   ASSERT_EQ(wish.remarks.size(), 1U);
-  EXPECT_EQ(wish.remarks[0].where, "ROS_STATIC_PEERS");
+  EXPECT_EQ(wish.remarks[0].where.text(), "ROS_STATIC_PEERS");
   EXPECT_NE(remark_on("ROS_STATIC_PEERS", std::string(256, 'a')).find("255 bytes"), std::string::npos);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/base/log.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -50,6 +51,28 @@ TEST(Log, a_level_that_is_off_builds_no_text) {
   const Listener listener;
   log.debug("{}", "not for now");
   EXPECT_EQ(listener.last(), "");
+}
+
+// What the program's stderr gets of a message.
+std::string logged(std::string_view message) {
+  ::testing::internal::CaptureStderr();
+  Logger{"transforms"}.warn("transform '{}' was refused", message);
+  return ::testing::internal::GetCapturedStderr();
+}
+
+TEST(Log, text_from_outside_moves_no_cursor) {
+  EXPECT_THAT(logged("a\x1b[2J\rb"), testing::EndsWith("[transforms] transform 'a\\x1b[2J\\x0db' was refused\n"));
+}
+
+TEST(Log, text_from_outside_forges_no_entry) {
+  const std::string text = logged("a\n12:00:00.000 info [base] released");
+  EXPECT_THAT(text, testing::EndsWith("transform 'a\n  | 12:00:00.000 info [base] released' was refused\n"));
+}
+
+TEST(Log, listeners_get_the_text_as_it_was_written) {
+  const Listener listener;
+  logged("a\x1b\n");
+  EXPECT_EQ(listener.last(), "transform 'a\x1b\n' was refused");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/printable.hpp"
 #include "nacelle/base/xml.hpp"
 
 namespace nacelle {
@@ -23,6 +24,29 @@ std::string xml_problem(const std::string& text) {
   return parsed ? "ok" : parsed.error().text();
 }
 
+constexpr std::string_view kHostile =
+    "a\x1b[2J\r\x7f\xc2\x9b"
+    "b\tc\nd \xc3\xa9\n";
+
+TEST(Printable, escapes_control_characters_and_keeps_letters) {
+  EXPECT_EQ(printable(kHostile), "a\\x1b[2J\\x0d\\x7f\\xc2\\x9bb\tc\nd \xc3\xa9\n");
+  EXPECT_EQ(printable_line(kHostile), "a\\x1b[2J\\x0d\\x7f\\xc2\\x9bb\\x09c\\x0ad \xc3\xa9\\x0a");
+  EXPECT_EQ(printable_entry(kHostile), "a\\x1b[2J\\x0d\\x7f\\xc2\\x9bb\tc\n  | d \xc3\xa9");
+}
+
+TEST(Printable, keeps_text_without_control_characters) {
+  for (const std::string text : {"", "base_link", "\xc3\xa9t\xc3\xa9 \xc2\xa0 \xc2"}) {
+    EXPECT_TRUE(is_printable_line(text));
+    for (const auto& shown : {printable(text), printable_line(text), printable_entry(text)}) EXPECT_EQ(shown, text);
+  }
+  for (const char* const text : {"\n", "\t", "\x1b", "\x7f", "\xc2\x80"}) EXPECT_FALSE(is_printable_line(text));
+}
+
+TEST(Printable, a_suggestion_is_one_line_whatever_the_names_are) {
+  EXPECT_EQ(suggestion("base_lnk\n", {"base_link\n"}), "did you mean 'base_link\\x0a'?");
+  EXPECT_EQ(suggestion("x", {"base_link\n", "odometry"}), "one of base_link\\x0a, odometry");
+}
+
 TEST(JsonText, reads_values_as_deep_as_the_limit_and_no_deeper) {
   constexpr std::size_t kMost = kMostNesting;
 
@@ -30,7 +54,7 @@ TEST(JsonText, reads_values_as_deep_as_the_limit_and_no_deeper) {
   EXPECT_TRUE(parse_json(repeated(kMost - 1, "{\"a\":") + "{}" + repeated(kMost - 1, "}")));
   EXPECT_EQ(parse_json(repeated(kMost + 1, "[") + repeated(kMost + 1, "]")).error().text(),
             "line 1: lists and objects are nested deeper than 64 levels");
-  EXPECT_EQ(parse_json("\n\n" + repeated(200'000, "{\"a\":")).error().where, "line 3");
+  EXPECT_EQ(parse_json("\n\n" + repeated(200'000, "{\"a\":")).error().where.text(), "line 3");
   EXPECT_TRUE(parse_json_or_discard(repeated(200'000, "[")).is_discarded());
 }
 

@@ -97,20 +97,24 @@ TEST(ParameterStore, knows_the_overrides_that_nobody_declared) {
 
 TEST(ParameterStore, collects_every_refused_override_and_goes_on_with_the_defaults) {
   const auto faults = std::make_shared<ParameterFaults>();
-  ParameterStore base{"/base", {{"rate", std::string{"fast"}}, {"gain", 7.0}, {"name", std::string{"x"}}}, faults};
+  ParameterStore base{
+      "/base", {{"rate", std::string{"fast"}}, {"gain", 7.0}, {"name", std::string{"x"}}, {"pins", 1.5}}, faults};
 
   EXPECT_EQ(std::get<double>(base.declare("rate", 50.0, ParameterType::Double, {})), 50.0);
   ParameterDescriptor range;
   range.floating_point_range = FloatingPointRange{0.0, 1.0, 0.0};
   EXPECT_EQ(std::get<double>(base.declare("gain", 0.5, ParameterType::Double, range)), 0.5);
   EXPECT_EQ(std::get<std::string>(base.declare("name", std::string{}, ParameterType::String, {})), "x");
+  base.declare("pins", std::vector<std::int64_t>{}, ParameterType::IntegerArray, {});
 
   const auto found = *faults->lock();
-  ASSERT_EQ(found.size(), 2U);
-  EXPECT_EQ(found[0].parameter, "rate");
-  EXPECT_EQ(found[0].what, "parameter 'rate' is double but was given string (fast)");
-  EXPECT_EQ(found[1].parameter, "gain");
-  EXPECT_NE(found[1].what.find("7 is not in 0 to 1"), std::string::npos) << found[1].what;
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(found[0].problem.where.parameter, "rate");
+  EXPECT_EQ(found[0].problem.what, "parameter 'rate' is double but was given string (fast)");
+  EXPECT_EQ(found[1].problem.where.parameter, "gain");
+  EXPECT_NE(found[1].problem.what.find("7 is not in 0 to 1"), std::string::npos) << found[1].problem.what;
+  EXPECT_EQ(found[0].problem.way_out, "write a double value");
+  EXPECT_EQ(found[2].problem.way_out, "write an integer array value");
 }
 
 TEST(ParameterStore, a_default_out_of_its_range_is_the_programmers_fault_even_then) {

@@ -13,11 +13,11 @@ namespace nacelle::description {
 /// A robot's URDF, and where each of its elements was written.
 struct RobotDescription {
   std::string urdf;
-  std::string file;                 ///< That it came from; empty for a text.
-  std::vector<std::string> places;  ///< As in XacroResult; empty where the file is the URDF itself.
+  std::string file;           ///< That it came from; empty for a text.
+  std::vector<Place> places;  ///< As in XacroResult; empty where the file is the URDF itself.
 
   /// "robot.xacro:30" of the element that is the `number`th in the URDF, and stands in its line `line`.
-  [[nodiscard]] std::string place(std::size_t number, int line) const;
+  [[nodiscard]] Place place(std::size_t number, int line) const;
 };
 
 /// Reads a URDF, or expands a xacro file (*.xacro); `xacro_arguments` are "name:=value" each.

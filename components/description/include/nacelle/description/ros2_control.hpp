@@ -11,30 +11,36 @@
 
 namespace nacelle::description {
 
-/// <param name="...">value</param>. `where` is "robot.urdf:12" here and below.
+/// <param name="...">value</param>
 struct ControlParam {
-  std::string name, value, where;
+  std::string name, value;
+  Place where;
 };
 /// <command_interface name="velocity"> or <state_interface ...>
 struct ControlInterface {
-  std::string name, where;
+  std::string name;
+  Place where;
 };
 /// A <joint> of a block.
 struct ControlJoint {
-  std::string name, where;
+  std::string name;
+  Place where;
   std::vector<ControlInterface> commands, states;
   [[nodiscard]] bool has_command(const std::string& wanted) const;
 };
 /// One <ros2_control> block: a piece of hardware and the joints that it drives.
 struct ControlBlock {
-  std::string name, type, where;  ///< type: "system", "actuator" or "sensor"
-  std::string plugin, plugin_where;
+  std::string name, type;  ///< type: "system", "actuator" or "sensor"
+  Place where;
+  std::string plugin;
+  Place plugin_where;
   std::vector<ControlParam> params;  ///< Of the hardware.
   std::vector<ControlJoint> joints;
 };
 /// A joint of the robot itself.
 struct RobotJoint {
-  std::string name, type, where;
+  std::string name, type;
+  Place where;
   std::string parent, child;
   std::array<double, 3> xyz_m{}, rpy_rad{};  ///< X_parent_child at position 0.
 };

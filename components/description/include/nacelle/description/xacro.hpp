@@ -30,8 +30,7 @@ struct XacroEnvironment {
 struct XacroResult {
   std::string urdf;
   std::vector<std::string> warnings;  ///< "robot.xacro:12: ..."
-  std::vector<std::string>
-      places;  ///< Where each element stands that became one of the URDF's: "robot.xacro:30"; in its order.
+  std::vector<Place> places;          ///< Where each element stands that became one of the URDF's; in its order.
 };
 
 /// Turns a xacro file into the XML that it describes, without its comments.

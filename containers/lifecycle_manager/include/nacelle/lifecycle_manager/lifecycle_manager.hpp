@@ -20,7 +20,7 @@ inline constexpr Duration kReadinessLimit = 10s;  ///< For a condition without a
 /// What must hold before a node is activated: another one is active, and perhaps something that it does has been seen.
 struct Dependency {
   std::string node;
-  std::string where;        ///< file:line of the plan, for messages.
+  Place where;              ///< In the plan.
   std::string beside = {};  ///< What must hold beside it: "first_message(/scan)". Empty: nothing.
   /// What that still lacks ("no message yet"); empty if it holds. Called on the manager's thread, again and again.
   std::function<std::string()> missing = {};

@@ -13,7 +13,7 @@ namespace nacelle::runtime {
 
 /// Limits of a stream, as a launch file gives them.
 struct StreamBudget {
-  std::string where;                        ///< "robot.launch.yaml:12", for messages.
+  Place where;                              ///< In the launch file.
   std::string topic;                        ///< Fully qualified.
   std::optional<std::uint64_t> max_copies;  ///< Per message, that publish() may make for readers who want to own it.
   std::optional<Duration> max_age;          ///< From publish() to the start of a callback.
@@ -26,7 +26,7 @@ struct BudgetEvent {
   std::string limit;   ///< "min_hz 25"
   bool broken = true;  ///< False: it is kept again.
   std::string cause;   ///< What was measured, and why as far as that is known.
-  std::string where;
+  Place where;
   [[nodiscard]] std::string text() const;
 };
 

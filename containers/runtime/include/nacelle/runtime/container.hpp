@@ -66,8 +66,8 @@ struct FaultHandling {
 struct ClaimedFrame {
   std::string node, parent, child;
   FrameClaimKind kind = FrameClaimKind::Primary;
-  std::string origin;  ///< What one changes if it should not: "parameter publish_tf".
-  bool owns = false;   ///< Of frames()'s answer only: of all that claim the child, this one broadcasts it.
+  Place origin;       ///< What one changes if it should not: the parameter publish_tf.
+  bool owns = false;  ///< Of frames()'s answer only: of all that claim the child, this one broadcasts it.
 };
 
 /// What a component's constructor has said of it, beside its endpoints and transforms.
@@ -275,6 +275,11 @@ class Container final {
   /// Lets `host` carry out what the services of the container's node are asked to load and unload, instead of load() and unload();
   /// null: these again. Waits for the call that is being answered, so the host must not hold it up any more. `host` outlives its use.
   void compose_through(CompositionHost* host);
+  /// Offers a service below ~/_container of the container's own node until the handle ends. Its callbacks run one at a time on the thread
+  /// of the nodes' standard services (docs/node_interfaces.md): they must return soon and wait for no component.
+  [[nodiscard]] std::unique_ptr<ServiceHandle> offer_service(const std::string& name, const msgs::MessageType& request,
+                                                             const msgs::MessageType& response,
+                                                             ServiceCallback callback);
   /// A component of another process has become faulted.
   void tell_fault(const ComponentInfo& info, const std::string& callback = {});
   /// An open fault of a component of another process has begun, or is over (`lasted`).

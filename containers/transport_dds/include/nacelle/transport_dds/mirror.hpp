@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
+#include "nacelle/msgs/any_message.hpp"
 #include "nacelle/node/graph.hpp"
 #include "nacelle/node/service_graph.hpp"
 #include "transport_dds/wire/export_rules.hpp"
@@ -24,9 +26,6 @@ namespace transport_dds {
 class RemoteGraph;
 }
 
-/// How `what` of a Problem begins whose `where`, a topic or "service " and a name, has an end that could not be made.
-inline constexpr std::string_view kNotOnTheNetwork = "is not on the network: ";
-
 struct MirrorOptions {
   std::uint32_t domain_id = 0;
   std::string config;  ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
@@ -37,9 +36,8 @@ struct MirrorOptions {
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Ends of other topics and services are not shown, and nothing of them goes either way. Empty: all are.
   std::vector<transport_dds::ExportRule> exports;
-  /// Whether load_node and unload_node (composition_interfaces), load_component and unload_component (nacelle_interfaces) are done
-  /// for callers outside; else they are refused in words.
-  bool allow_load = false;
+  /// Services of this side that callers outside may not use, by full name, each with the response that they get.
+  std::map<std::string, std::shared_ptr<const msgs::AnyMessage>> refused;
   /// What keeps an endpoint from the network, or two of them apart, each once. On the network's thread. Null: the log.
   std::function<void(const Problem&)> on_problem;
   /// Filled with the remote writers whose machine's clock differs from ours (wire/peer_clock.hpp). Null: nobody asks.
@@ -70,14 +68,14 @@ struct MirrorStats {
   std::uint64_t stand_ins = 0;             ///< For ends of other participants, now.
 
   // Services. What of them is no message, or comes from a stranger, counts as `broken` and `stray`.
-  std::uint64_t requests = 0;          ///< From outside, handed to a server of this side.
-  std::uint64_t requests_refused = 0;  ///< Too many wait, the node is not active or has gone, or no loading is allowed.
-  std::uint64_t replies = 0;           ///< Sent.
-  std::uint64_t replies_dropped = 0;   ///< Their client had gone, or its reader did not come within 100 ms.
-  std::uint64_t calls = 0;             ///< Of this side, sent.
-  std::uint64_t answers = 0;           ///< To them.
-  std::uint64_t calls_failed = 0;      ///< Their clients were told that there will be no answer.
-  std::uint64_t late = 0;              ///< Answers to calls that nobody waits for any more.
+  std::uint64_t requests = 0;              ///< From outside, handed to a server of this side.
+  std::uint64_t requests_refused = 0;      ///< Too many wait, the node is not active or has gone, or it is `refused`.
+  std::uint64_t replies = 0;               ///< Sent.
+  std::uint64_t replies_dropped = 0;       ///< Their client had gone, or its reader did not come within 100 ms.
+  std::uint64_t calls = 0;                 ///< Of this side, sent.
+  std::uint64_t answers = 0;               ///< To them.
+  std::uint64_t calls_failed = 0;          ///< Calls that will get no answer; their clients know.
+  std::uint64_t late = 0;                  ///< Answers that came after their call had ended.
   std::uint64_t servers = 0, clients = 0;  ///< Of this side on the network, now.
   /// To nodes of participants whose clock may be behind, and their answers: no calls of this side.
   std::uint64_t clock_questions = 0, clock_answers = 0;

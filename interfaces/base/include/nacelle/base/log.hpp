@@ -32,7 +32,7 @@ struct PlacedFormat {
 };
 
 /// Told of each line that is written. Threads: whoever writes, one line at a time, with a lock held: only note it and return;
-/// it must not write a line itself. The texts are gone when it returns.
+/// it must not write a line itself. The texts are as they were written, not escaped, and gone when it returns.
 class LogListener {
  public:
   virtual ~LogListener() = default;
@@ -43,10 +43,10 @@ void add_log_listener(LogListener& listener);
 /// After its return the listener is not called any more.
 void remove_log_listener(LogListener& listener);
 
-/// Writes lines under one name, as rclcpp's loggers do. A small value; copy it freely.
-///
-/// The text is only built if its level is enabled. Threads: any. Allocates: nothing for a line of up to 200 bytes. A message that
-/// may repeat at a sensor's rate belongs into a counter.
+/// Writes entries under one name, as rclcpp's loggers do. A small value; copy it freely. Control characters in a text are escaped, and
+/// its further lines begin with "  | ": text from outside cannot pass for an entry. The text is only built if its level is enabled.
+/// Threads: any. Allocates: nothing for a line of up to 200 bytes without control characters. A message that may repeat at a sensor's
+/// rate belongs into a counter.
 class Logger {
   template <typename... Args>
   using Format = PlacedFormat<std::type_identity_t<Args>...>;

@@ -9,11 +9,12 @@
 
 namespace nacelle {
 
-/// The wheels of a base, as it drives them: its calibration is in them.
+/// The wheels of a base, as its parameters say.
 struct BaseWheels {
   std::string node, name_space;  ///< Of the base: "/robot1/diff_drive", "/robot1".
   std::vector<std::string> left_joints, right_joints;
-  double separation_m = 0.0, left_radius_m = 0.0, right_radius_m = 0.0;
+  double separation_m = 0.0, radius_m = 0.0;
+  double separation_multiplier = 1.0, left_radius_multiplier = 1.0, right_radius_multiplier = 1.0;
 };
 
 /// The bases of a container, for components that need the same wheels (odometry). A base enters its own when it is made, and takes

@@ -9,6 +9,7 @@
 
 #include "nacelle/base/bytes.hpp"
 #include "nacelle/base/histogram.hpp"
+#include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/node/callback_group.hpp"
 #include "nacelle/node/message.hpp"
@@ -136,7 +137,7 @@ class NodeHost {
   [[nodiscard]] virtual CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) = 0;
   /// `origin` says for people what makes the node broadcast it: "parameter publish_tf".
   [[nodiscard]] virtual std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
-                                                                FrameClaimKind kind, const std::string& origin) = 0;
+                                                                FrameClaimKind kind, const Place& origin) = 0;
 
   /// One object per name and container, made by the first who asks. `make` must live in a library that is never unloaded.
   [[nodiscard]] virtual std::shared_ptr<void> shared_object(const std::string& name,

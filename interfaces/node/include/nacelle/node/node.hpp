@@ -174,8 +174,7 @@ class Node {
   /// Says that this node broadcasts the transform parent -> child; `origin` names what one changes if it should not, e.g.
   /// "parameter publish_tf".
   std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
-                                          FrameClaimKind kind = FrameClaimKind::Primary,
-                                          const std::string& origin = {}) {
+                                          FrameClaimKind kind = FrameClaimKind::Primary, const Place& origin = {}) {
     return host_->claim_frame(parent, child, kind, origin);
   }
 
@@ -217,7 +216,6 @@ class Node {
   void close_gate();
 
  private:
-  [[nodiscard]] ParameterFault fault_of(const Problem& problem) const;
   EndpointSpec endpoint(const std::string& topic, const msgs::MessageType& type, const QoS& qos, bool publisher) const;
   std::unique_ptr<detail::PublisherEvents> make_events(EndpointSpec& spec, const PublisherOptions& options);
   std::unique_ptr<detail::SubscriptionEvents> make_events(EndpointSpec& spec, const SubscriptionOptions& options);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/problem.hpp"
 
 namespace nacelle {
 
@@ -68,10 +69,9 @@ struct SetParametersResult {
 
 /// A value that a parameter cannot have, as the launch file gave it.
 struct ParameterFault {
-  std::string parameter;      ///< Its name; empty where several do not fit together.
-  std::string what, way_out;  ///< As in a Problem.
-  std::string where{};        ///< "robot.urdf:12", if it stands in a file that a parameter names; else empty.
-  bool is_warning = false;    ///< Worth a look; the component works all the same.
+  Problem
+      problem;  ///< `where` has the parameter, if it is one, and the line, if it stands in a file that a parameter names.
+  bool is_warning = false;  ///< Worth a look; the component works all the same.
 };
 /// Whether one of them is more than a warning.
 [[nodiscard]] bool has_errors(const std::vector<ParameterFault>& faults);
@@ -119,7 +119,8 @@ struct ParameterImmutableException : std::runtime_error {
   using runtime_error::runtime_error;
 };
 struct InvalidNameError : std::runtime_error {
-  using runtime_error::runtime_error;
+  explicit InvalidNameError(const Problem& problem) : std::runtime_error(problem.text()), name(problem.value) {}
+  std::string name;  ///< That is wrong, as it was given.
 };
 }  // namespace exceptions
 

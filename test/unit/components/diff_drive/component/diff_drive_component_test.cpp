@@ -100,7 +100,8 @@ TEST_F(DriveTest, enters_its_wheels_for_odometry_while_it_is_there) {
     const BaseWheels wheels = list->lock()->front();
     EXPECT_EQ(wheels.node, "/diff_drive");
     EXPECT_EQ(wheels.left_joints, std::vector<std::string>{"left_wheel_joint"});
-    EXPECT_NEAR(wheels.separation_m, 0.55, 1e-12);
+    EXPECT_EQ(wheels.separation_m, 0.5);
+    EXPECT_EQ(wheels.separation_multiplier, 1.1);
   }
   EXPECT_TRUE(list->lock()->empty());
 }
@@ -294,7 +295,7 @@ TEST_F(DriveTest, the_limited_velocity_is_published_on_request_and_keeps_the_cur
   options.append_parameter_override("linear.x.max_acceleration", 1.0);
   DiffDriveComponent drive{options};
   activate(drive);
-  // Again and again: a loop that was away for long, on a busy machine, forgets what it was told.
+  // A control loop that a busy machine keeps from running for too long forgets its command, so the command is repeated.
   std::vector<TwistStamped> twists;
   const auto is_at_its_limit = [](const TwistStamped& limited) {
     return std::abs(limited.twist.linear.x - 0.25) < 1e-9;

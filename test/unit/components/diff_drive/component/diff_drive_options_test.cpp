@@ -65,8 +65,8 @@ TEST(DiffDriveOptions, each_mistake_names_node_parameter_value_and_way_out) {
     row.spoil(options);
     const auto setup = validated(options, "/robot/diff_drive");
     ASSERT_FALSE(setup) << row.parameter;
-    EXPECT_THAT(setup.error().where, HasSubstr("/robot/diff_drive"));
-    EXPECT_THAT(setup.error().where, HasSubstr(row.parameter));
+    EXPECT_THAT(setup.error().where.text(), HasSubstr("/robot/diff_drive"));
+    EXPECT_THAT(setup.error().where.text(), HasSubstr(row.parameter));
     EXPECT_THAT(setup.error().what, HasSubstr(row.value));
     EXPECT_FALSE(setup.error().way_out.empty()) << row.parameter;
   }

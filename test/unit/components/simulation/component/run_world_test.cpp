@@ -226,7 +226,7 @@ TEST(RunWorldProblems, a_directory_that_cannot_be_made_is_named) {
   options.directory = "/dev/null/world";
   const auto world = run_world(options, clock);
   ASSERT_FALSE(world);
-  EXPECT_EQ(world.error().where, "/dev/null/world");
+  EXPECT_EQ(world.error().where.text(), "/dev/null/world");
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ struct MachineOfFiles : ::testing::Test {
     Findings findings;
     check(machine(), wanted, findings);
     const auto found = std::find_if(findings.begin(), findings.end(),
-                                    [&](const Finding& f) { return f.problem.where.rfind(where, 0) == 0; });
+                                    [&](const Finding& f) { return f.problem.where.text().rfind(where, 0) == 0; });
     if (found != findings.end()) return *found;
     ADD_FAILURE() << "nothing is said of " << where;
     return {};

@@ -33,6 +33,10 @@ TEST(FrameTree, shows_every_tree_and_what_hangs_in_a_circle) {
   EXPECT_EQ(tree_text({}), "");
 }
 
+TEST(FrameTree, as_text_has_one_line_for_each_frame_whatever_its_name_is) {
+  EXPECT_EQ(tree_text({{"a\x1b[2J\nb", "odom", "/x\r", true}}), "odom\n└─ a\\x1b[2J\\x0ab  static, /x\\x0d\n");
+}
+
 TEST(FrameTree, for_graphviz_says_on_the_edge_who_and_how_often) {
   const std::string dot = tree_dot(kRobot);
   EXPECT_THAT(dot, HasSubstr("\"odom\" -> \"base_link\" [label=\"50.0 Hz, 12 ms old, /ekf\"];"));

@@ -54,5 +54,15 @@ TEST(TextTable, keeps_what_matters_most_on_the_narrowest_terminal) {
   for (const char* const title : {"STREAM", "HZ", "DROPPED"}) EXPECT_THAT(text, testing::HasSubstr(title));
 }
 
+TEST(TextTable, escapes_control_characters_of_cells_and_lines) {
+  TextTable table{{{"STREAM", false, 1}, {"HZ", true, 1}}};
+  table.add_row({"/a\x1b[2J\nb", "1"});
+  table.add_line("  late: \r\xc2\x9b");
+  EXPECT_EQ(table.text(),
+            "STREAM         HZ\n"
+            "/a\\x1b[2J\\x0ab  1\n"
+            "  late: \\x0d\\xc2\\x9b\n");
+}
+
 }  // namespace
 }  // namespace nacelle::report

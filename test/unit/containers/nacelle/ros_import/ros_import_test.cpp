@@ -218,7 +218,7 @@ TEST(RosImport, what_is_no_parameter_file_is_a_problem_with_its_line) {
     Imported result;
     const auto done = import_file(text, "old.yaml", result);
     ASSERT_FALSE(done) << text;
-    EXPECT_THAT(done.error().front().where, HasSubstr("old.yaml")) << text;
+    EXPECT_THAT(done.error().front().where.text(), HasSubstr("old.yaml")) << text;
   }
 }
 

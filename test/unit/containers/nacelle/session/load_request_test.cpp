@@ -94,10 +94,10 @@ TEST(ContainerParameters, are_all_told_where_each_stands) {
   EXPECT_EQ(options.error()[1].text(),
             "a.yaml:4: parameter 'hang_after' of the container must be seconds from 0.001 to 3600, not -1; leave it "
             "out for the default");
-  EXPECT_EQ(options.error()[2].where, "f:1");
+  EXPECT_EQ(options.error()[2].where.text(), "f:1");
   const auto shorter = container_options_of({{.name = "hang_after", .value = 0.01, .where = {"a.yaml", 5}}}, "f:1");
   ASSERT_FALSE(shorter);
-  EXPECT_EQ(shorter.error().at(0).where, "a.yaml:5");
+  EXPECT_EQ(shorter.error().at(0).where.text(), "a.yaml:5");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <sensor_msgs/msg/imu.hpp>
 #include <sensor_msgs/msg/laser_scan.hpp>
 #include <std_msgs/msg/empty.hpp>
+#include <std_msgs/msg/string.hpp>
 
 #include "nacelle/msgs/message_type.hpp"
 
@@ -94,6 +95,12 @@ TEST(MessageYaml, shows_fixed_arrays_whole) {
   imu.orientation_covariance[0] = -1;
   const std::string text = yaml(imu);
   EXPECT_NE(text.find("orientation_covariance:\n- -1.0\n- 0.0\n"), std::string::npos) << text;
+}
+
+TEST(MessageYaml, escapes_control_characters_in_double_quotes) {
+  std_msgs::msg::String message;
+  message.data = "a\x1b[2J\n\xc2\x9b \xc3\xa9\"";
+  EXPECT_EQ(yaml(message), "data: \"a\\x1b[2J\\n\\x9b \xc3\xa9\\\"\"\n");
 }
 
 TEST(MessageYaml, of_an_empty_message_is_an_empty_map) { EXPECT_EQ(yaml(std_msgs::msg::Empty{}), "{}\n"); }

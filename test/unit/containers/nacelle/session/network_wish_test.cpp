@@ -29,7 +29,7 @@ TEST(NetworkInForce, hands_on_everything_that_the_launch_file_says) {
   plan.domain_id = 7;
   plan.interfaces = {"eth0"};
   plan.peers = {"laptop"};
-  plan.allow_load = true;
+  plan.allow_load = plan.remote_control = true;
   plan.exports = {{"/scan", 5, 1000, true, {}}};
   const auto settings = in_force(plan);
   EXPECT_EQ(settings.mode, NetworkMode::Export);
@@ -38,11 +38,12 @@ TEST(NetworkInForce, hands_on_everything_that_the_launch_file_says) {
   EXPECT_EQ(settings.interfaces, std::vector<std::string>{"eth0"});
   EXPECT_EQ(settings.peers, std::vector<std::string>{"laptop"});
   EXPECT_TRUE(settings.allow_load);
+  EXPECT_TRUE(settings.remote_control);
   EXPECT_EQ(settings.exports, (std::vector<transport_dds::ExportRule>{{"/scan", 5, 1000, true}}));
-  const auto json = to_json(settings);
-  EXPECT_EQ(json["exports"][0]["max_hz"], 5);
-  EXPECT_EQ(json["ports"]["first"], 9150);
-  EXPECT_EQ(json["interfaces"], nlohmann::json::array({"eth0"}));
+  const auto words = to_json(settings);
+  EXPECT_EQ(words["exports"][0]["max_hz"], 5);
+  EXPECT_EQ(words["ports"]["first"], 9150);
+  EXPECT_EQ(words["interfaces"], nlohmann::json::array({"eth0"}));
 }
 
 TEST(NetworkInForce, names_the_word_of_the_command_line_that_has_set_it) {
@@ -75,9 +76,9 @@ TEST(NetworkInForce, goes_on_in_the_clear_and_says_so_where_security_is_permissi
   EXPECT_EQ(transport_dds::network_line(settings),
             "network: shown to the LAN, without the security that was asked for; to keep it on this machine: "
             "network:=local");
-  const auto json = to_json(settings);
-  EXPECT_EQ(json["security"]["in_force"], false);
-  EXPECT_EQ(json["security"]["strategy"], "Permissive");
+  const auto words = to_json(settings);
+  EXPECT_EQ(words["security"]["in_force"], false);
+  EXPECT_EQ(words["security"]["strategy"], "Permissive");
   EXPECT_EQ(to_json(in_force({}))["security"], nullptr);
 }
 
@@ -88,10 +89,10 @@ TEST(NetworkInForce, refuses_a_domain_that_is_none) {
 }
 
 TEST(NetworkInForce, in_json_says_lo_first) {
-  const auto json = to_json(in_force({}));
-  EXPECT_EQ(json["interfaces"].at(0), "lo") << "and the addresses of the machine, which are others everywhere";
-  EXPECT_EQ(json["mode"], "local");
-  EXPECT_EQ(json["line"], "network: local only; to show it to the LAN: network:=export");
+  const auto words = to_json(in_force({}));
+  EXPECT_EQ(words["interfaces"].at(0), "lo") << "and the addresses of the machine, which are others everywhere";
+  EXPECT_EQ(words["mode"], "local");
+  EXPECT_EQ(words["line"], "network: local only; to show it to the LAN: network:=export");
 }
 
 }  // namespace

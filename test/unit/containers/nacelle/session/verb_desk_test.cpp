@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cerrno>
+#include <functional>
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -34,7 +35,7 @@ class FakeRobot final : public Respondent {
     if (verb == "odd") throw 7;
     if (verb == "late") {
       auto late = std::make_unique<LateReply>();
-      late->finish = []() -> json { throw std::bad_alloc{}; };
+      late->finish = finish;
       late->due = clock_.now() + 1h;
       late->bell->ring();
       return late;
@@ -48,6 +49,9 @@ class FakeRobot final : public Respondent {
     return topic == "/forbidden" ? problem_ : std::nullopt;
   }
   void forbid() { problem_ = Problem{"/forbidden", "is not on the network", ""}; }
+  [[nodiscard]] Transport& transport() { return broker_; }
+
+  std::function<json()> finish = []() -> json { throw std::bad_alloc{}; };  ///< of a late answer
 
  private:
   const SystemClock clock_{};
@@ -105,6 +109,42 @@ TEST_F(Desk, closes_only_the_connection_whose_late_answer_throws) {
   EXPECT_TRUE(holds(next_words(unlucky), "out of memory"));
   EXPECT_EQ(next_words(unlucky), "gone");
   EXPECT_TRUE(holds(next_words(other), "good"));
+}
+
+TEST_F(Desk, sends_messages_ahead_of_an_answer_that_came_after_them) {
+  VerbDesk desk{robot_};
+  // The one that is answered came first, as `nacelle action send_goal` does.
+  control::Client asking = come(desk, "good"), listening = come(desk, "good");
+  next_words(asking);
+  next_words(listening);
+  ASSERT_TRUE(listening.send(control::FrameKind::Request, R"({"verb":"topic.listen","topic":"/feedback"})"));
+  serve(desk);
+  ASSERT_TRUE(holds(next_words(listening), "std_msgs/msg/String"));
+  auto writer =
+      robot_.transport().create_writer({"/feedback", &std_msgs::msg::String::message_type(), QoS{1}, "/node"});
+  std::string heard;
+  robot_.finish = [&]() -> json {
+    heard = next_words(listening);
+    return json{{"ok", true}};
+  };
+  ASSERT_TRUE(asking.send(control::FrameKind::Request, R"({"verb":"late"})"));
+  serve(desk);  // reads the request
+  Block* const block = writer->borrow();
+  static_cast<std_msgs::msg::String*>(block->message)->data = "almost there";
+  writer->publish(*block);
+  serve(desk);
+  EXPECT_TRUE(holds(heard, "almost there")) << heard;
+}
+
+TEST_F(Desk, serves_nobody_when_the_list_of_waits_is_older_than_its_guests) {
+  VerbDesk desk{robot_};
+  control::Client client = come(desk, "good");
+  EXPECT_TRUE(holds(next_words(client), "good"));
+  ASSERT_TRUE(client.send(control::FrameKind::Request, R"({"verb":"better"})"));
+  desk.serve(nullptr);  // append_waits() had no memory
+  EXPECT_EQ(next_words(client), "nothing");
+  serve(desk);
+  EXPECT_TRUE(holds(next_words(client), "better"));
 }
 
 TEST_F(Desk, bounds_pending_requests_and_names_the_reason) {

@@ -51,7 +51,7 @@ TEST(Participant, tells_of_peers_without_an_address) {
       {.domain_id = 95, .config = test::loopback_config(test::test_domain()) + peers, .is_trial = true});
   ASSERT_TRUE(made) << made.error().text();
   ASSERT_EQ(made.value()->remarks().size(), 1U);
-  EXPECT_EQ(made.value()->remarks()[0].where, "peer nosuch.invalid");
+  EXPECT_EQ(made.value()->remarks()[0].where.text(), "peer nosuch.invalid");
 }
 
 TEST(Participant, is_one_per_domain_and_process) {

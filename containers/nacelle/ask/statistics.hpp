@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "nacelle/ask/nodes.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+
+namespace nacelle::ask {
+
+/// Returns the counters of a container since its start: the fields of nacelle_interfaces/srv/GetStatistics. A row of "components" has no
+/// "process" and "rss_bytes" in the container's process, and no "executor", "own_threads", "callbacks" and "samples" in one of its own.
+///
+/// `container`: a name, or empty for the only one. Errors: as Nodes::ask_container().
+[[nodiscard]] Result<nlohmann::json, Problem> statistics(Nodes& nodes, const std::string& container);
+
+}  // namespace nacelle::ask

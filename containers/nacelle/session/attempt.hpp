@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <exception>
+
+namespace nacelle::session {
+
+/// Writes "nacelle: container: WHAT: WHY" to stderr. Allocates: nothing.
+void say_failed(const char* what, const char* why) noexcept;
+
+/// Runs a step of a loop that must go on: without memory, threads or descriptors a step fails. Returns false if it threw, which is
+/// reported.
+template <typename Act>
+bool attempt(const char* what, const Act& act) {
+  try {
+    act();
+    return true;
+  } catch (const std::exception& failure) { say_failed(what, failure.what()); }
+  return false;
+}
+
+}  // namespace nacelle::session

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nacelle_interfaces/srv/get_statistics.hpp>
+#include <string>
+#include <vector>
+
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::session {
+
+/// Returns every counter of streams, readers, callbacks, components and threads of this process, and of the processes of components
+/// with `isolate: process`. Threads: any.
+[[nodiscard]] nacelle_interfaces::srv::GetStatistics::Response statistics_of(const runtime::Container& container);
+
+/// Returns those of the callbacks of a node; of all for an empty name. Threads: any.
+[[nodiscard]] std::vector<nacelle_interfaces::msg::CallbackStatistics> callbacks_of(const runtime::Container& container,
+                                                                                    const std::string& node);
+
+}  // namespace nacelle::session
