@@ -25,7 +25,7 @@ JointReader::Side JointReader::side_of(const std::vector<std::string>& names, do
 
 void JointReader::restart() {
   last_.reset();
-  dt_before_s_ = 0.0;
+  oldest_s_ = 0.0;
   for (Side* side : {&left_, &right_}) {
     for (Wheel& wheel : side->wheels) wheel.unwrap.restart();
   }
@@ -46,8 +46,8 @@ bool JointReader::is_finite(const Side& side, std::span<const double> values) {
 }
 
 std::optional<double> JointReader::step_of(Side& side, const Values& values, double dt_s) const {
-  // A position is measured between the sample before and its own: after a pause the first may be as old as the pause is long.
-  const double most_rad = max_wheel_speed_rps_ * (dt_s + dt_before_s_);
+  // After a pause the positions that come may be as old as it was long: the line is emptied in the order in which it was filled.
+  const double most_rad = max_wheel_speed_rps_ * (dt_s + oldest_s_);
   double sum_rad = 0.0;
   bool jumped = false;
   for (Wheel& wheel : side.wheels) {
@@ -110,7 +110,7 @@ std::optional<JointReader::Step> JointReader::read(WallTime stamp, std::span<con
   last_ = stamp;
   const auto left_rad = step_of(left_, values, dt_s);
   const auto right_rad = step_of(right_, values, dt_s);
-  dt_before_s_ = dt_s;
+  oldest_s_ = std::max(oldest_s_ - dt_s, dt_s);
   if (!left_rad || !right_rad) {
     ++stats_.jumps;
     return std::nullopt;

@@ -84,7 +84,7 @@ class JointReader {
   Side left_, right_;
   double max_wheel_speed_rps_;
   std::optional<WallTime> last_;
-  double dt_before_s_{};
+  double oldest_s_{};  // a position may have been measured so long before its stamp
   JointReaderStats stats_;
 };
 

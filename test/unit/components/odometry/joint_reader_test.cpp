@@ -52,18 +52,20 @@ TEST_F(JointReaderTest, a_restarted_board_is_a_jump_and_not_a_motion) {
 TEST_F(JointReaderTest, a_long_gap_may_hold_a_long_way) {
   static_cast<void>(read(0, 0.0, 0.0));
   EXPECT_TRUE(read(1000, 30.0, 30.0));
-  EXPECT_TRUE(read(1100, 31.0, 31.0));
-  EXPECT_FALSE(read(1200, 41.0, 41.0)) << "100 rad/s";
+  for (int i = 1; i <= 10; ++i) EXPECT_TRUE(read(1000 + i * 100, 30.0 + i, 30.0 + i));
+  EXPECT_FALSE(read(2100, 50.0, 50.0)) << "100 rad/s";
 }
 
 TEST_F(JointReaderTest, what_was_measured_at_the_begin_of_a_pause_is_followed_by_a_long_way_and_no_jump) {
   static_cast<void>(read(0, 0.0, 0.0));
   EXPECT_TRUE(read(20, 0.2, 0.2));
   EXPECT_TRUE(read(420, 0.4, 0.4)) << "0.4 s late, and as old";
-  const auto step = read(440, 4.4, 4.4);
+  EXPECT_TRUE(read(440, 0.6, 0.6));
+  const auto step = read(460, 4.6, 4.6);
   ASSERT_TRUE(step);
   EXPECT_NEAR(step->wheels.left_m, 0.4, 1e-12);
-  EXPECT_FALSE(read(460, 0.0, 0.0)) << "a restart is seen all the same";
+  for (int i = 1; i <= 20; ++i) EXPECT_TRUE(read(460 + i * 20, 4.6 + i * 0.2, 4.6 + i * 0.2));
+  EXPECT_FALSE(read(880, 0.0, 0.0)) << "a restart is seen all the same";
   EXPECT_EQ(reader_.stats().jumps, 1U);
 }
 
