@@ -43,8 +43,7 @@ std::int64_t monotonic_ns() noexcept {
 // A reader sees the frame with its descriptor, or no descriptor.
 template <typename Stop>
 void publish_frame(Stop& stop, int descriptor, ByteView frame) {
-  stop.descriptor.store(-1, std::memory_order_release);
-  std::atomic_thread_fence(std::memory_order_release);
+  static_cast<void>(stop.descriptor.exchange(-1, std::memory_order_acq_rel));  // acquire: the copy stays behind it
   std::ranges::copy(frame, stop.frame.begin());
   stop.length = frame.size();
   stop.descriptor.store(descriptor, std::memory_order_release);
