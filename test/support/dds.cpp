@@ -64,15 +64,15 @@ void Told::note() noexcept {
   condition_.notify_all();
 }
 
-bool Told::until(const std::function<bool()>& holds) {
-  const auto limit = std::chrono::steady_clock::now() + 60s;
+bool Told::until(const std::function<bool()>& holds, Duration limit) {
+  const auto end = std::chrono::steady_clock::now() + limit;
   for (;;) {
     std::unique_lock lock(mutex_);
     const std::uint64_t seen = calls_;
     lock.unlock();
     if (holds()) return true;
     lock.lock();
-    if (!condition_.wait_until(lock, limit, [&] { return calls_ != seen; })) return false;
+    if (!condition_.wait_until(lock, end, [&] { return calls_ != seen; })) return false;
   }
 }
 

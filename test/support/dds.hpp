@@ -39,8 +39,8 @@ class Told final : public transport_dds::EndpointListener, public transport_dds:
   void on_status() noexcept override { note(); }
   void on_data() noexcept override { note(); }
   void on_discovery() noexcept override { note(); }
-  /// True once `holds` does; asked anew after each call of a listener. False after a minute.
-  [[nodiscard]] bool until(const std::function<bool()>& holds);
+  /// True once `holds` does; asked anew after each call of a listener. False after `limit`.
+  [[nodiscard]] bool until(const std::function<bool()>& holds, Duration limit = 60s);
 
  private:
   void note() noexcept;

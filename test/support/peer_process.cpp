@@ -65,7 +65,7 @@ PeerProcess::~PeerProcess() {
   close_end(output_);
 }
 
-std::string PeerProcess::line() {
+std::string PeerProcess::line(std::chrono::milliseconds limit) {
   for (;;) {
     if (const auto end = read_.find('\n'); end != std::string::npos) {
       std::string line = read_.substr(0, end);
@@ -73,7 +73,7 @@ std::string PeerProcess::line() {
       return line;
     }
     pollfd ready{output_, POLLIN, 0};
-    if (::poll(&ready, 1, kPatience_ms) <= 0) return {};
+    if (::poll(&ready, 1, static_cast<int>(limit.count())) <= 0) return {};
     std::array<char, 4096> bytes{};
     const ssize_t count = ::read(output_, bytes.data(), bytes.size());
     if (count <= 0) return {};

@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,8 +20,8 @@ class PeerProcess {
   PeerProcess(const PeerProcess&) = delete;
   PeerProcess& operator=(const PeerProcess&) = delete;
 
-  /// The next line, without its end; empty when the program has ended, or has said nothing for a minute.
-  [[nodiscard]] std::string line();
+  /// The next line, without its end; empty when the program has ended, or has said nothing for so long.
+  [[nodiscard]] std::string line(std::chrono::milliseconds limit = std::chrono::minutes{1});
   /// Writes an empty line to its standard input.
   void go();
   /// Ends its standard input and waits for it: its exit code, -signal when it died of one, -1000 when it did not end.

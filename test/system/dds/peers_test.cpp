@@ -197,6 +197,9 @@ class PeerTest : public ::testing::Test {
   std::unique_ptr<test::Neighbour> neighbour_;
 };
 
+// A caller of a service that has no answer asks again.
+constexpr auto kRepeat = 1s;
+
 class EveryVendor : public PeerTest, public ::testing::WithParamInterface<Place> {
  public:
   EveryVendor() : PeerTest(GetParam().where) {}
@@ -295,25 +298,33 @@ TEST_P(EveryVendor, calls_a_service_that_is_served_here) {
   const auto peer = start({"call", "--topic", "add_two_ints", "--a", "40", "--b", "-2"});
   ASSERT_TRUE(told.until([&] { return replies->matched_count() == 1; }));
   let_go(*peer, *requests);
-  const auto request = next_sample(*requests);
-  ASSERT_TRUE(request);
-  const Words words = words_of(*request);
-  ASSERT_EQ(words.size(), 4U);
-  ASSERT_TRUE(told.until([&] { return replies->matched_count() == 1; }));
-  send_words(*replies, {words[0] + 1, words[1], 999});  // somebody else's
-  send_words(*replies, {words[0], words[1], words[2] + words[3]});
-  EXPECT_EQ(peer->line(), "sum 38");
+  // On a busy machine the first reply may be lost as the first request may be (peer.hpp): each request that comes is answered.
+  std::string said;
+  while (said.empty()) {
+    const auto request = next_sample(*requests);
+    ASSERT_TRUE(request);
+    const Words words = words_of(*request);
+    ASSERT_EQ(words.size(), 4U);
+    ASSERT_TRUE(told.until([&] { return replies->matched_count() == 1; }));
+    send_words(*replies, {words[0] + 1, words[1], 999});  // somebody else's
+    send_words(*replies, {words[0], words[1], words[2] + words[3]});
+    said = peer->line(kRepeat);
+  }
+  EXPECT_EQ(said, "sum 38");
 }
 
 TEST_P(EveryVendor, serves_a_call_from_here) {
   const auto requests = make_writer(service_topic("rq/add_two_intsRequest", "Request"));
   const auto replies = make_reader(service_topic("rr/add_two_intsReply", "Response"));
-  const auto peer = start({"serve", "--topic", "add_two_ints"});
+  const auto peer = start({"serve", "--topic", "add_two_ints", "--count", "60"});
   ASSERT_TRUE(told.until([&] { return requests->matched_count() == 1 && replies->matched_count() == 1; }));
   meet(*peer);
   const auto client = static_cast<std::int64_t>(requests->handle());
-  send_words(*requests, {client, 1, 3, 4});
-  const auto reply = next_sample(*replies);
+  std::optional<Sample> reply;
+  for (int i = 0; i < 60 && !reply; ++i) {
+    send_words(*requests, {client, 1, 3, 4});
+    if (told.until([&] { return replies->has_waiting(); }, kRepeat)) reply = replies->take();
+  }
   ASSERT_TRUE(reply);
   EXPECT_EQ(words_of(*reply), (Words{client, 1, 7}));
   EXPECT_EQ(peer->line(), "served 3 4");
