@@ -9,7 +9,7 @@ import time
 import unittest
 
 from control import Control
-from robot import SLOW, RobotTest, RunningRobotTest, expect_rate, of_words, wait_for
+from robot import SLOW, RobotTest, RunningRobotTest, expect_rate, needs_no_thread_sanitizer, of_words, wait_for
 
 NODES = ["/camera", "/detector", "/diff_drive", "/ekf", "/imu", "/lidar", "/monitor", "/monitor_2", "/odometry", "/transforms"]
 TWIST = "geometry_msgs/msg/Twist"
@@ -234,6 +234,7 @@ class Graph(OnRobot):
         refused = self.expect_exit(self.run_program("topic", "delay", "/tf", "--once"), 1)
         self.assertIn("tf2_msgs/msg/TFMessage has no header", refused.stderr)
 
+    @needs_no_thread_sanitizer
     def test_ctrl_c_ends_an_echo_that_waits_for_room_in_its_output(self):
         echo = self.start_program("topic", "echo", "/odom", stdout=subprocess.PIPE)
         self.addCleanup(echo.stdout.close)

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from control import Control
-from robot import RobotTest, interrupt, wait_for
+from robot import RobotTest, interrupt, needs_no_thread_sanitizer, wait_for
 
 DEPTH = 150_000  # below the length that a request may have
 
@@ -149,6 +149,7 @@ class Limits(RobotTest):
         file.write_text(text)
         return file
 
+    @needs_no_thread_sanitizer
     def test_a_limit_of_file_sizes_is_an_error_and_no_death(self):
         launch = self.write("r.launch.yaml", "launch:\n- node_container: {name: r, namespace: ''}\n")
         drawing = self.folder / "robot.dot"
@@ -159,6 +160,7 @@ class Limits(RobotTest):
         self.assertIn(f"{drawing}: cannot be written: File too large", outcome.stderr)
         self.assertEqual(list(self.folder.glob("robot.dot*")), [])
 
+    @needs_no_thread_sanitizer
     def test_a_container_that_may_write_no_file_says_so_and_is_not_killed(self):
         program = self.start_program(
             "container", "--name", "small", "network:=off", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))

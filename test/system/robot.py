@@ -21,6 +21,8 @@ STREAMS_HZ = {"/camera/image_raw": 30, "/scan": 10, "/imu/data_raw": 100, "/odom
 MAY_ALLOCATE = ("detector", "monitor")
 # What the undefined behaviour sanitizer cannot run: it probes memory through a pipe, which needs two descriptors.
 needs_no_sanitizer = unittest.skipIf(SLOW > 1, "a sanitizer needs file descriptors of its own")
+# It writes a file before main(), and holds a signal back until a write() that waits returns.
+needs_no_thread_sanitizer = unittest.skipIf(os.environ.get("NACELLE_SANITIZER") == "thread", "the thread sanitizer is in the way")
 # What only shows the words of commands: each start takes 0.4 s under a sanitizer, and what it executes is executed elsewhere.
 of_words = unittest.skipIf(SLOW > 1, "words are the same under a sanitizer")
 # A case of real time that repeats what a shorter one shows: left out where NACELLE_SHORT is set (CI), run at night and by ./dev test.
