@@ -37,8 +37,8 @@ struct Reader::Impl {
       : queue(std::in_place, ring_for(options)), overwrites(options.qos.history == DdsHistory::KeepLast) {}
   ~Impl() {
     if (topic.type != nullptr) end_endpoint(reader, gid, *topic.type);
-    static_cast<void>(
-        queue.lock());  // no listener runs any more; the thread sanitizer does not see that in Cyclone's own locks
+    // No listener runs any more. The thread sanitizer does not see that in Cyclone's own locks, but in this one.
+    static_cast<void>(queue.lock());
   }
 
   BlobTopic topic;
