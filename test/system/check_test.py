@@ -56,7 +56,7 @@ class Check(RobotTest):
                 self.assertEqual(answer["verdict"], "error")
                 # A part of a robot reads what its other parts publish: that warns, and is none of these mistakes.
                 answer["findings"] = [f for f in answer["findings"] if (f["severity"], f["about"]) != ("warning", "stream")]
-                found = [f"{f['about']}: {f['where']}: {f['what']}" + ("; " + f["way_out"] if f["way_out"] else "")
+                found = [f"{f['code']}: {f['where']}: {f['what']}" + ("; " + f["way_out"] if f["way_out"] else "")
                          for f in answer["findings"]]  # fmt: skip
                 self.assertEqual(len(found), 1, found)
                 self.assertRegex(found[0], "^" + pattern_of(expected[0]) + "$")

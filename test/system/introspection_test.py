@@ -405,7 +405,7 @@ class Services(OnRobot):
         self.assertGreater(len(times), 5)
         self.assertLess(sorted(times)[len(times) // 2], 0.1 * SLOW, "the container was held up")
         problem = json.loads(waiting.communicate()[0])["problem"]
-        self.assertEqual((problem["where"], problem["what"]), ("service /hanging/answer", "has not answered within 1 s"))
+        self.assertEqual((problem["where"], problem["code"]), ("service /hanging/answer", "service.no_answer"))
         self.assertEqual(waiting.returncode, 1)
         wait_for("its hang is found", lambda: "hanging" in self.run_program("faults").stdout)
         self.assertIn("  use_sim_time\n", self.out("param", "list", "hanging"), "what is read needs no callback of the node")

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "nacelle/ask/parameters.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 
@@ -69,8 +70,11 @@ Result<json, Problem> row_named(const json& rows, const std::string& name, const
   }
   if (hits.size() == 1) return json(*hit);
   const std::string what = "component '" + name + "'";
-  if (!hits.empty()) return err(Problem{what, "could be any of " + join(hits), "give the full name or the id"});
-  return err(Problem{what, "is not in " + container, names.empty() ? "it holds none" : suggestion(name, names)});
+  if (!hits.empty())
+    return err(
+        Problem{what, "could be any of " + join(hits), "give the full name or the id", NameFault::Ambiguous, name});
+  return err(Problem{what, "is not in " + container, names.empty() ? "it holds none" : suggestion(name, names),
+                     NameFault::Unknown, name});
 }
 
 Result<json, Problem> list_members(Nodes& nodes, const std::string& container) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <set>
 
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/base/printable.hpp"
 #include "output.hpp"
@@ -93,13 +94,13 @@ Result<json, int> node_of(const json& graph, const std::string& name_or_id) {
   std::vector<std::string> choices;
   choices.reserve(hits.size());
   for (const auto& hit : hits) choices.push_back(text_of(hit, "node"));
-  return err(
-      complain({"node '" + name_or_id + "'", "could be any of " + join(choices), "give the full name or the id"}));
+  return err(complain({"node '" + name_or_id + "'", "could be any of " + join(choices), "give the full name or the id",
+                       NameFault::Ambiguous, name_or_id}));
 }
 
 int complain_unknown(const std::string& what, const std::string& name, const std::vector<std::string>& names) {
-  return complain(
-      {what + " '" + name + "'", "is not there", names.empty() ? "there is none at all" : suggestion(name, names)});
+  return complain({what + " '" + name + "'", "is not there",
+                   names.empty() ? "there is none at all" : suggestion(name, names), NameFault::Unknown, name});
 }
 
 void print_names(const std::vector<std::string>& names, bool only_count, bool as_json) {

@@ -28,7 +28,7 @@ struct CheckWish {
 json to_json(const proof::Finding& finding) {
   json row = finding.problem;
   row["severity"] = proof::to_text(finding.severity);
-  row["about"] = proof::to_text(finding.about);
+  row["about"] = finding.about();
   return row;
 }
 

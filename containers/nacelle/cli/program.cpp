@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "nacelle/base/files.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/control/other_users.hpp"
 #include "nacelle/control/socket_path.hpp"
@@ -184,13 +185,13 @@ Result<control::Client, int> connect(const std::string& container_option) {
   const auto running = trusted_containers();
   auto found = control::choose_container(running, wanted);
   if (!found) {
-    Problem problem = found.error().problem;
+    Problem problem = found.error();
     if (running.empty()) {
       const auto others = control::containers_of_others(read_regular_file("/proc/net/unix").value_or(""), ::geteuid());
       if (!others.empty()) problem = control::problem_of_others(others);
     }
     complain(problem);
-    return err(found.error().fault == control::ChoiceFault::NoContainer ? kNoContainer : kUsage);
+    return err(found.error().code == NameFault::Ambiguous ? kUsage : kNoContainer);
   }
   auto client = control::Client::connect(found.value().path);
   if (!client) {

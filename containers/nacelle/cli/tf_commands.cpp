@@ -13,6 +13,7 @@
 #include "nacelle/ask/frames.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/drawing/frame_tree.hpp"
@@ -167,7 +168,7 @@ Result<Watched, Problem> watched_by(const std::vector<std::string>& wanted, cons
   Watched watched;
   for (const auto& name : wanted) {
     if (std::find(names.begin(), names.end(), name) == names.end())
-      return err(Problem{"frame " + name, "no transform names it", suggestion(name, names)});
+      return err(Problem{"frame " + name, "no transform names it", suggestion(name, names), NameFault::Unknown, name});
   }
   if (wanted.size() == 2) {
     watched.chain = report::chain_between(parents, wanted[0], wanted[1]);

@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/control/trust.hpp"
 
 namespace nacelle::control {
@@ -160,28 +161,25 @@ std::vector<FoundContainer> running_containers(const SocketPlaces& places, std::
   return found;
 }
 
-Result<FoundContainer, NoChoice> choose_container(const std::vector<FoundContainer>& running,
-                                                  const std::optional<std::string>& wanted) {
+Result<FoundContainer, Problem> choose_container(const std::vector<FoundContainer>& running,
+                                                 const std::optional<std::string>& wanted) {
   std::vector<std::string> names;
   names.reserve(running.size());
   for (const FoundContainer& container : running) names.push_back(container.name);
   if (wanted) {
     const auto at = std::find(names.begin(), names.end(), *wanted);
     if (at != names.end()) return running[static_cast<std::size_t>(at - names.begin())];
-    return err(NoChoice{ChoiceFault::NoContainer,
-                        Problem{"container '" + *wanted + "'", "not running",
-                                names.empty() ? "start it with `nacelle launch FILE --name " + *wanted + "`"
-                                              : "running: " + join(names)}});
+    return err(Problem{
+        "container '" + *wanted + "'", "not running",
+        names.empty() ? "start it with `nacelle launch FILE --name " + *wanted + "`" : "running: " + join(names),
+        NameFault::Unknown, *wanted});
   }
-  if (running.empty()) {
-    return err(NoChoice{
-        ChoiceFault::NoContainer,
-        Problem{"", "no container is running", "start one with `nacelle launch FILE` or `nacelle drive --stay`"}});
-  }
-  if (running.size() > 1) {
-    return err(NoChoice{ChoiceFault::Ambiguous, Problem{"", "several containers are running: " + join(names),
-                                                        "pick one with --container NAME or NACELLE_CONTAINER"}});
-  }
+  if (running.empty())
+    return err(Problem{"", "no container is running", "start one with `nacelle launch FILE` or `nacelle drive --stay`",
+                       NameFault::Unknown});
+  if (running.size() > 1)
+    return err(Problem{"", "several containers are running: " + join(names),
+                       "pick one with --container NAME or NACELLE_CONTAINER", NameFault::Ambiguous});
   return running.front();
 }
 

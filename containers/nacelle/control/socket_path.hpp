@@ -41,14 +41,9 @@ struct FoundContainer {
 [[nodiscard]] std::vector<FoundContainer> running_containers(const SocketPlaces& places,
                                                              std::vector<Problem>* ignored = nullptr);
 
-enum class ChoiceFault { NoContainer, Ambiguous };
-struct NoChoice {
-  ChoiceFault fault;
-  Problem problem;
-};
-/// The container that is meant: the one named, or the only one. Pure.
-[[nodiscard]] Result<FoundContainer, NoChoice> choose_container(const std::vector<FoundContainer>& running,
-                                                                const std::optional<std::string>& wanted);
+/// The container that is meant: the one named, or the only one. Errors: NameFault::Unknown, Ambiguous. Pure.
+[[nodiscard]] Result<FoundContainer, Problem> choose_container(const std::vector<FoundContainer>& running,
+                                                               const std::optional<std::string>& wanted);
 
 /// A name that is taken: the lock that proves it, and the listening socket. The destructor removes both.
 class SocketClaim {

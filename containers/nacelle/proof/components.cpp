@@ -47,7 +47,7 @@ void check_package(const LoadedComponent& component, Evidence& evidence) {
       plan.package == component.declared->package)
     return;
   evidence.find(
-      About::Plugin,
+      Rule::WrongPackage,
       {plan.where, plan.full_name() + ": the class " + plan.plugin + " is not of the package '" + plan.package + "'",
        "write pkg: " + component.declared->package},
       Severity::Warning);
@@ -69,9 +69,9 @@ void check_programs(Evidence& evidence) {
   for (const auto& program : evidence.plan.programs) {
     const auto spec = session::program_spec_of(program, evidence.places.program, evidence.places.prefixes);
     if (!spec) {
-      evidence.find(About::Program, spec.error());
+      evidence.find(Rule::NoProgram, spec.error());
     } else if (!can_be_found(spec.value())) {
-      evidence.find(About::Program,
+      evidence.find(Rule::NoProgram,
                     {program.where, "there is no program '" + spec.value().path + "' that could be started",
                      "is it installed, and in PATH?"});
     }
@@ -85,7 +85,7 @@ void check_components(Evidence& evidence) {
     // A constructor that stumbles over a default in the place of a refused value would tell a consequence.
     if (!component.failure || has_errors(component.faults)) continue;
     const Problem& failure = *component.failure;
-    evidence.find(About::Plugin,
+    evidence.find(Rule::NotMade,
                   {place_in(*component.plan, failure), failure.where.text() + ": " + failure.what, failure.way_out},
                   severity_of(*component.plan));
   }
@@ -102,7 +102,7 @@ void check_parameters(const LoadedComponent& component, Evidence& evidence) {
     const bool in_file = problem.where.line > 0, named = parameter.empty() || what.find(parameter) != std::string::npos;
     if (!in_file && parameter.empty() && !problem.where.empty()) what = problem.where.text() + ": " + what;
     evidence.find(
-        About::Parameter,
+        Rule::RefusedParameter,
         {in_file ? Place{problem.where.file, problem.where.line} : place_in(plan, problem),
          fmt::format("{}: {}{}", node, named ? "" : fmt::format("parameter '{}': ", parameter), what), problem.way_out},
         is_warning ? Severity::Warning : severity_of(plan));
@@ -116,7 +116,7 @@ void check_parameters(const LoadedComponent& component, Evidence& evidence) {
       continue;  // all nodes of a launch in a namespace are given it
     const bool is_qos = name.starts_with("qos_overrides.");
     evidence.find(
-        About::Parameter,
+        Rule::UnknownParameter,
         {place_of_parameter(plan, name), fmt::format("{} has no parameter '{}'", node, name),
          is_qos ? "a launch file's `qos:` changes the quality of service of a topic" : suggestion(name, known)},
         severity_of(plan));
@@ -132,7 +132,7 @@ void check_sections(Evidence& evidence) {
   for (const auto& section : evidence.plan.unused_sections) {
     // Files hold sections of nodes that run elsewhere; one that is nearly a node of this plan is a slip of the pen.
     const std::string near = nearest_name(section.pattern, nodes);
-    evidence.find(About::Parameter,
+    evidence.find(Rule::UnusedSection,
                   {section.where, "the parameters for '" + section.pattern + "' go to nobody: there is no such node",
                    near.empty() ? "leave them out, or give the node that name" : "did you mean '" + near + "'?"},
                   near.empty() ? Severity::Warning : Severity::Error);

@@ -98,7 +98,7 @@ void check_subscriptions(Evidence& evidence) {
     if (near.empty() && (outside || missing)) continue;
     told = reader.topic + " " + reader.node;
     const Severity severity = near.empty() || outside ? Severity::Warning : severity_of(*component->plan);
-    evidence.find(About::Stream,
+    evidence.find(Rule::NotPublished,
                   {place_of_name(*component->plan, reader.topic),
                    reader.node + " reads '" + reader.topic + "' (" + reader.type + "), which nobody publishes",
                    !near.empty()    ? "did you mean '" + near + "'?"
@@ -130,7 +130,7 @@ void check_clients(Evidence& evidence) {
     if (server != nullptr) {
       if (server->type == client.type) continue;
       evidence.find(
-          About::Type,
+          Rule::ServiceTypes,
           {place,
            client.name + ": " + server->node + " offers " + server->type + ", " + client.node + " calls " + client.type,
            "rename one of the services with a remap, or make both sides use one type"},
@@ -150,7 +150,7 @@ void check_clients(Evidence& evidence) {
     const std::string near = slip_of(client.name, others);
     if (near.empty() && missing) continue;
     evidence.find(
-        About::Service,
+        Rule::NotOffered,
         {place, client.node + " calls the service '" + client.name + "' (" + client.type + "), which nobody offers",
          !near.empty()    ? "did you mean '" + near + "'?"
          : others.empty() ? "fine if it can do without"
@@ -180,7 +180,7 @@ void check_exports(Evidence& evidence) {
     const bool is_raw = std::ranges::find(names, plan.topic) != names.end();
     if (is_raw && !plan.compressed_only) continue;  // a service
     const std::string near = is_raw ? std::string{} : slip_of(plan.topic, names);
-    evidence.find(About::Export,
+    evidence.find(Rule::UnusedExport,
                   {plan.where,
                    is_raw ? "nobody publishes a compressed form of '" + plan.topic + "': nothing of it leaves"
                           : "export: no node has a topic or service '" + plan.topic + "': nothing leaves by this line",

@@ -9,22 +9,35 @@ namespace nacelle::proof {
 
 const char* to_text(Severity severity) { return severity == Severity::Error ? "error" : "warning"; }
 
-const char* to_text(About about) {
-  switch (about) {
-    case About::LaunchFile: return "launch_file";
-    case About::Program: return "program";
-    case About::Plugin: return "plugin";
-    case About::Parameter: return "parameter";
-    case About::Device: return "device";
-    case About::Type: return "type";
-    case About::Qos: return "qos";
-    case About::Stream: return "stream";
-    case About::Service: return "service";
-    case About::Remap: return "remap";
-    case About::Frame: return "frame";
-    case About::Budget: return "budget";
-    case About::Export: return "export";
-    case About::Order: return "order";
+const char* code_text(Rule rule) {
+  switch (rule) {
+    case Rule::NothingToStart: return "launch_file.nothing_to_start";
+    case Rule::LaunchFile: return "launch_file.wrong";
+    case Rule::NoProgram: return "program.not_found";
+    case Rule::WrongPackage: return "plugin.wrong_package";
+    case Rule::NotMade: return "plugin.not_made";
+    case Rule::NotIsolated: return "plugin.not_isolated";
+    case Rule::RefusedParameter: return "parameter.refused";
+    case Rule::UnknownParameter: return "parameter.unknown";
+    case Rule::UnusedSection: return "parameter.unused_section";
+    case Rule::WheelsDiffer: return "parameter.wheels_differ";
+    case Rule::DeviceTwice: return "device.opened_twice";
+    case Rule::TopicTypes: return "type.of_topic";
+    case Rule::ServiceTypes: return "type.of_service";
+    case Rule::QosMismatch: return "qos.mismatch";
+    case Rule::UnusedQos: return "qos.unused";
+    case Rule::NotPublished: return "stream.not_published";
+    case Rule::NotOffered: return "service.not_offered";
+    case Rule::UnusedRemap: return "remap.unused";
+    case Rule::FrameOwners: return "frame.two_owners";
+    case Rule::FrameCircle: return "frame.circle";
+    case Rule::FrameTrees: return "frame.no_one_tree";
+    case Rule::NoFrame: return "frame.not_broadcast";
+    case Rule::UnusedBudget: return "budget.unused";
+    case Rule::Budget: return "budget.exceeded";
+    case Rule::UnusedExport: return "export.unused";
+    case Rule::NeverMet: return "order.never_met";
+    case Rule::OrderCircle: return "order.circle";
   }
   return "";
 }
@@ -45,7 +58,10 @@ std::string summary(const std::vector<Finding>& findings) {
 
 std::vector<Finding> findings_of(const std::vector<Problem>& launch_file) {
   std::vector<Finding> findings;
-  for (const Problem& problem : launch_file) findings.push_back({Severity::Error, About::LaunchFile, problem});
+  for (const Problem& problem : launch_file) {
+    findings.push_back({Severity::Error, problem});
+    if (problem.code.empty()) findings.back().problem.code = Rule::LaunchFile;
+  }
   return findings;
 }
 

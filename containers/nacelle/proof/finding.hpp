@@ -15,30 +15,44 @@ enum class Severity : std::uint8_t {
 };
 [[nodiscard]] const char* to_text(Severity severity);
 
-/// What a finding is about; the word in the JSON output.
-enum class About : std::uint8_t {
-  LaunchFile,  ///< Its syntax, its words, its names, a circle in `after:`.
-  Program,     ///< A program that is to be started beside the container.
-  Plugin,      ///< A class, its library, its constructor.
-  Parameter,   ///< A value, a name that nobody has, a section for nobody, a file that a parameter names.
-  Device,      ///< A device that two components open.
-  Type,        ///< Two ends of a topic with two types.
-  Qos,         ///< Two ends whose quality of service does not fit, or a `qos:` of no topic.
-  Stream,      ///< A subscription that nobody feeds.
-  Service,     ///< A client of a service that nobody offers.
-  Remap,       ///< A rule that hits nothing.
-  Frame,       ///< A frame with two parents, a tree in pieces, data in a frame that nobody broadcasts.
-  Budget,      ///< A limit that the wiring cannot keep.
-  Export,      ///< A line of `export:` that shows nothing.
-  Order        ///< A condition of `after:` that nobody can meet.
+/// The rules of a check, and the codes of what they find. The word before the dot says what the finding is about.
+enum class Rule : std::uint8_t {
+  NothingToStart,  ///< The plan has no component and no program.
+  LaunchFile,  ///< Its syntax, its words, its names, a circle in `after:`; where the launch file's reader says no more.
+  NoProgram,   ///< A program that is to be started beside the container is not there.
+  WrongPackage,      ///< The class is not of the package that `pkg:` names.
+  NotMade,           ///< No such class or library, or its constructor failed.
+  NotIsolated,       ///< `isolate: process` of a component with ties to its process.
+  RefusedParameter,  ///< A value that the parameter cannot have, or a file that it names.
+  UnknownParameter,  ///< A name that the node does not declare.
+  UnusedSection,     ///< A parameter file's section for a node that is not there.
+  WheelsDiffer,      ///< The base and the odometry measure the same wheels, and have different values or joints.
+  DeviceTwice,       ///< Two components open one device.
+  TopicTypes,        ///< Two ends of a topic have two types.
+  ServiceTypes,      ///< A client and a server of a service have two types.
+  QosMismatch,       ///< A subscription gets nothing from a publisher, since their quality of service does not fit.
+  UnusedQos,         ///< A `qos:` of no topic, or of the wrong side.
+  NotPublished,      ///< A subscription of a topic that no node publishes.
+  NotOffered,        ///< A client of a service that no node offers.
+  UnusedRemap,       ///< A rule that hits nothing.
+  FrameOwners,       ///< A frame with two parents, or broadcast twice.
+  FrameCircle,       ///< Frames that are below each other.
+  FrameTrees,        ///< Transforms that do not meet.
+  NoFrame,           ///< A parameter names a frame that no node broadcasts.
+  UnusedBudget,      ///< A budget of no topic.
+  Budget,            ///< A limit that the wiring cannot keep.
+  UnusedExport,      ///< A line of `export:` that shows nothing.
+  NeverMet,          ///< A condition of `after:` that cannot be met.
+  OrderCircle        ///< Components that wait for each other.
 };
-[[nodiscard]] const char* to_text(About about);
+[[nodiscard]] const char* code_text(Rule rule);
 
 /// One thing that is wrong with a plan: `problem` says where (file:line), what (naming both ends) and the change that mends it.
 struct Finding {
   Severity severity = Severity::Error;
-  About about = About::LaunchFile;
   Problem problem;
+  /// "qos": the first word of the code; also in the JSON output.
+  [[nodiscard]] std::string about() const { return problem.code.text().substr(0, problem.code.text().find('.')); }
   /// "error: robot.yaml:12: /lidar has no parameter 'prt'; did you mean 'port_name'?"
   [[nodiscard]] std::string text() const { return std::string{to_text(severity)} + ": " + problem.text(); }
 };

@@ -92,10 +92,10 @@ void check_tree(const std::vector<ClaimedFrame>& claims, Evidence& evidence) {
     std::vector<std::string> shared;
     std::ranges::set_intersection(trees[0].namespaces, trees[i].namespaces, std::back_inserter(shared));
     if (shared.empty()) continue;
-    evidence.find(About::Frame, {place_of_claim(evidence.plan, *trees[i].claims.front()),
-                                 "the frames are no one tree: " + first_of(trees[i]) + " does not meet the tree of " +
-                                     first_of(trees[0]),
-                                 likely_slip(trees[i], trees[0])});
+    evidence.find(Rule::FrameTrees, {place_of_claim(evidence.plan, *trees[i].claims.front()),
+                                     "the frames are no one tree: " + first_of(trees[i]) +
+                                         " does not meet the tree of " + first_of(trees[0]),
+                                     likely_slip(trees[i], trees[0])});
   }
 }
 
@@ -116,7 +116,7 @@ void check_circles(const std::vector<ClaimedFrame>& claims, Evidence& evidence) 
       std::string text = "'" + at + "'";
       for (auto step = begin; step != path.end(); ++step) text += " is below '" + above.at(*step)->parent + "'";
       const ClaimedFrame& last = *above.at(at);
-      evidence.find(About::Frame,
+      evidence.find(Rule::FrameCircle,
                     {place_of_claim(evidence.plan, last), "frames go round in a circle: " + text,
                      "change " + (last.origin.empty() ? last.node : last.origin.text() + " of " + last.node)});
     }
@@ -176,7 +176,7 @@ void check_frames(Evidence& evidence) {
     }
     if (auto way_out = way_out_by_root(conflict.value, claims, evidence); !way_out.empty())
       conflict.way_out = std::move(way_out);
-    evidence.find(About::Frame, {where, conflict.where.text() + " " + conflict.what, conflict.way_out});
+    evidence.find(Rule::FrameOwners, {where, conflict.where.text() + " " + conflict.what, conflict.way_out});
   }
   check_circles(claims, evidence);
   check_tree(claims, evidence);
@@ -189,7 +189,7 @@ void check_frames(Evidence& evidence) {
     if (!component.declared) continue;
     for (const FrameUse& use : component.declared->frame_uses) {
       if (use.frame.empty() || frames.count(use.frame) != 0) continue;
-      evidence.find(About::Frame,
+      evidence.find(Rule::NoFrame,
                     {place_of_parameter(*component.plan, use.parameter),
                      component.plan->full_name() + ": parameter '" + use.parameter + "' names the frame '" + use.frame +
                          "', which nobody broadcasts",

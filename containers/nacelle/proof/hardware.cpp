@@ -69,7 +69,7 @@ void compare_wheels(const LoadedComponent& base, const LoadedComponent& reader, 
     if (!driven || !measured || std::abs(*driven - *measured) <= 1e-9 * std::abs(*driven)) continue;
     const std::string topic = joint_states_between(evidence, base_node, node);
     if (topic.empty()) continue;
-    evidence.find(About::Parameter,
+    evidence.find(Rule::WheelsDiffer,
                   {place_of_parameter(*reader.plan, length.parameter),
                    fmt::format("{} is {} in {} and {} in {} ({}), which measures the same wheels on '{}'",
                                length.parameter, *measured, node, *driven, base_node,
@@ -95,7 +95,7 @@ void compare_names(const LoadedComponent& base, const LoadedComponent& reader, E
       return end.publishes && end.topic == topic && end.node != base_node;
     };
     if (std::ranges::any_of(evidence.endpoints, others)) continue;
-    evidence.find(About::Parameter,
+    evidence.find(Rule::WheelsDiffer,
                   {place_of_parameter(*reader.plan, parameter),
                    fmt::format("{} of {} has the joint '{}', but {} ({}), which alone publishes '{}', has '{}'",
                                parameter, node, *absent, base_node, place_of_parameter(*base.plan, parameter).text(),
@@ -121,7 +121,7 @@ void check_devices(Evidence& evidence) {
       if (is_new) continue;
       const launch::ComponentPlan &plan = *component.plan, &other = *first->second.component->plan;
       const DeviceUse& others = *first->second.use;
-      evidence.find(About::Device,
+      evidence.find(Rule::DeviceTwice,
                     {place_of_parameter(plan, use.parameter),
                      fmt::format("{} (parameter {}) opens the device '{}', which {} (parameter {}, {}) opens, too{}",
                                  plan.full_name(), use.parameter, use.path, other.full_name(), others.parameter,

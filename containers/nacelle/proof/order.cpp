@@ -78,7 +78,7 @@ class Order {
 
   void cannot(const ComponentPlan& waiter, const AfterCondition& condition, const std::string& what,
               const std::string& why, std::string way_out) {
-    evidence_.find(About::Order,
+    evidence_.find(Rule::NeverMet,
                    {condition.where, waiter.full_name() + " waits for " + what + ", " + why, std::move(way_out)},
                    severity_of(evidence_.plan, {waiter.full_name(), condition.node}));
   }
@@ -226,7 +226,7 @@ class Order {
       free_.insert(wait.waiter->full_name());
     }
     if (text.empty()) return static_cast<void>(free_.insert(from.waiter->full_name()));
-    evidence_.find(About::Order,
+    evidence_.find(Rule::OrderCircle,
                    {(*begin)->condition->where, text + ": none of this can ever be", "take one of the conditions out"},
                    optional ? Severity::Warning : Severity::Error);
   }

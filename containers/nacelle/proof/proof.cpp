@@ -24,7 +24,7 @@ std::optional<Problem> tied(const launch::ComponentPlan& plan, const session::Pr
   if (ties.empty()) return std::nullopt;
   return Problem{plan.where,
                  plan.full_name() + " cannot be isolated: it " + join(ties, ", it ") + ", which ends at its process",
-                 "leave isolate: process out"};
+                 "leave isolate: process out", Rule::NotIsolated};
 }
 
 /// Each message is copied once for every node of another process; here all nodes are in one, so it is counted from the plan.
@@ -50,11 +50,10 @@ std::vector<Finding> copies_between_processes(const launch::Plan& plan, runtime:
       continue;  // told without isolation, or kept
     findings.push_back(
         {severity_of_budget(plan, budget.where),
-         About::Budget,
          {budget.where,
           "max_copies " + std::to_string(*budget.max_copies) + " of " + budget.topic +
               " cannot be kept: between processes each message is copied for " + join({apart.begin(), apart.end()}),
-          "leave `isolate: process` out, or allow the copies"}});
+          "leave `isolate: process` out, or allow the copies", Rule::Budget}});
   }
   return findings;
 }
@@ -93,13 +92,13 @@ std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlace
                            runtime::Container& container, const std::vector<LoadedComponent>& loaded) {
   Evidence evidence{plan, places, container, loaded, endpoints_of(container.graph())};
   if (plan.components.empty() && plan.programs.empty() && !plan.container.declared) {
-    evidence.find(About::LaunchFile,
+    evidence.find(Rule::NothingToStart,
                   {plan.file, "there is nothing to start",
                    "it needs a node_container with composable_node, a node or an executable (is an `if` false?)"});
   }
   const auto options = session::container_options_of(plan.container.parameters, plan.container.where);
   if (!options) {
-    for (const auto& problem : options.error()) evidence.find(About::Parameter, problem);
+    for (const auto& problem : options.error()) evidence.find(Rule::RefusedParameter, problem);
   }
   check_programs(evidence);
   check_components(evidence);
@@ -135,7 +134,7 @@ InertRobot make_inert(const launch::Plan& plan, const session::ProgramPlaces& pl
     entry.faults = *request.faults->lock();
     if (component.isolate != launch::Isolation::Process) continue;
     if (auto problem = tied(component, places, clock))
-      robot.findings.push_back({component.required ? Severity::Error : Severity::Warning, About::Plugin, *problem});
+      robot.findings.push_back({component.required ? Severity::Error : Severity::Warning, *problem});
   }
   auto copies = copies_between_processes(plan, *robot.container);
   robot.findings.insert(robot.findings.end(), copies.begin(), copies.end());

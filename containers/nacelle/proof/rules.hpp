@@ -19,8 +19,9 @@ struct Evidence {
   const std::vector<Endpoint> endpoints;
   std::vector<Finding> findings{};
 
-  void find(About about, Problem problem, Severity severity = Severity::Error) {
-    findings.push_back({severity, about, std::move(problem)});
+  void find(Rule rule, Problem problem, Severity severity = Severity::Error) {
+    problem.code = rule;
+    findings.push_back({severity, std::move(problem)});
   }
   [[nodiscard]] session::TopicEnds ends_of(const LoadedComponent& component) const;
 };

@@ -48,7 +48,7 @@ void check_shared_remaps(Evidence& evidence) {
     // The names are absolute, and the rule is read in each node's namespace: near ones only, no list.
     const std::string near = nearest_name(from.starts_with('/') ? from : "/" + from, names);
     evidence.find(
-        About::Remap,
+        Rule::UnusedRemap,
         {shared.where,
          of_nobody
              ? "the set_remap of '" + from + "' is for a node '" + shared.rule.node + "', which is not there"
@@ -72,7 +72,7 @@ void check_pairs(Evidence& evidence) {
                                   " asks for " + clash.requested + ": it gets nothing from it";
     if (clash.other_writers != 0)
       what += ", though " + std::to_string(clash.other_writers) + " other publisher(s) serve it";
-    evidence.find(type ? About::Type : About::Qos,
+    evidence.find(type ? Rule::TopicTypes : Rule::QosMismatch,
                   {place_of_end(evidence.plan, clash.reader_node, clash.topic, launch::Side::Subscription),
                    std::move(what), clash.change},
                   severity_of(evidence.plan, {clash.writer_node, clash.reader_node}));
@@ -85,12 +85,12 @@ void check_topics(Evidence& evidence) {
     const session::TopicEnds ends = evidence.ends_of(component);
     const Severity severity = severity_of(*component.plan);
     for (auto& problem : session::unused_qos(*component.plan, ends))
-      evidence.find(About::Qos, std::move(problem), severity);
+      evidence.find(Rule::UnusedQos, std::move(problem), severity);
     const launch::ComponentPlan& plan = *component.plan;
     for (auto& unused : session::unused_remaps(plan.remaps, component.declared->used_remaps, plan.full_name(), ends)) {
       if (unused.rule < plan.shared_remaps) continue;  // fits one node of several
       const bool has_line = unused.rule < plan.remap_lines.size();
-      evidence.find(About::Remap,
+      evidence.find(Rule::UnusedRemap,
                     {has_line ? plan.remap_lines[unused.rule] : plan.where, std::move(unused.problem.what),
                      std::move(unused.problem.way_out)},
                     severity);
@@ -131,7 +131,7 @@ void check_budgets(Evidence& evidence) {
         continue;
       std::vector<std::string> topics{ends.published.begin(), ends.published.end()};
       topics.insert(topics.end(), ends.subscribed.begin(), ends.subscribed.end());
-      evidence.find(About::Budget,
+      evidence.find(Rule::UnusedBudget,
                     {budget.where,
                      component.plan->full_name() + " has no topic '" + budget.topic + "': this budget limits nothing",
                      suggestion(budget.topic, topics)},
@@ -141,7 +141,7 @@ void check_budgets(Evidence& evidence) {
   const runtime::BudgetWatch watch{stream_budgets(evidence.plan, evidence.container)};
   for (auto& problem : watch.check_wiring(evidence.container)) {
     const Severity severity = severity_of_budget(evidence.plan, problem.where);
-    evidence.find(About::Budget, std::move(problem), severity);
+    evidence.find(Rule::Budget, std::move(problem), severity);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/remote/graph_rows.hpp"
 #include "nacelle/remote/remote_nodes.hpp"
@@ -47,9 +48,12 @@ Result<std::string, Problem> container_named(RemoteNetwork& network, const std::
   if (name.empty() && all.size() == 1) return *all.begin();
   const std::vector<std::string> names(all.begin(), all.end());
   if (names.empty())
-    return err(Problem{"containers", "none was found in " + network.where(), "see `nacelle node list --remote`"});
-  if (name.empty()) return err(Problem{"containers", "there are " + join(names), "give --container one of them"});
-  return err(Problem{"container '" + name + "'", "is not there in " + network.where(), suggestion(wanted, names)});
+    return err(Problem{"containers", "none was found in " + network.where(), "see `nacelle node list --remote`",
+                       NameFault::Unknown});
+  if (name.empty())
+    return err(Problem{"containers", "there are " + join(names), "give --container one of them", NameFault::Ambiguous});
+  return err(Problem{"container '" + name + "'", "is not there in " + network.where(), suggestion(wanted, names),
+                     NameFault::Unknown, name});
 }
 
 std::string container_of(const RemoteNetwork& network, const std::string& node) {

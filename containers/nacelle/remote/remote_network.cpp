@@ -15,6 +15,7 @@
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/runtime/service_fault.hpp"
 #include "nacelle/session/network_wish.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
 #include "transport_dds/wire/names.hpp"
@@ -189,7 +190,8 @@ Result<std::unique_ptr<runtime::ServiceCall>, Problem> RemoteNetwork::start_call
   msgs::AnyMessage given{type.request()};
   type.request().move_assign(given.get(), request);
   if (!clients_.call(client, {call->asker(), std::move(given)}))
-    return err(Problem{"service " + service, "its server has gone", "try again"});
+    return err(
+        Problem{"service " + service, "its server has gone", "try again", runtime::ServiceFault::ServerGone, service});
   return std::unique_ptr<runtime::ServiceCall>(std::move(call));
 }
 
@@ -213,9 +215,12 @@ Result<json, Problem> RemoteNetwork::call(const std::string& service, const char
   using State = runtime::ServiceCall::State;
   static_cast<void>(wait(clock_.now() + limit, [&] { return call.value()->state() != State::Waiting; }));
   if (call.value()->state() == State::Waiting)
-    return err(Problem{"service " + service, fmt::format("has not answered within {:g} s", to_seconds(limit)), ""});
+    return err(Problem{"service " + service, fmt::format("has not answered within {:g} s", to_seconds(limit)), "",
+                       runtime::ServiceFault::NoAnswer, service});
   const void* const response = call.value()->response();
-  if (response == nullptr) return err(Problem{"service " + service, "its node went away before it answered", ""});
+  if (response == nullptr)
+    return err(Problem{"service " + service, "its node went away before it answered", "",
+                       runtime::ServiceFault::ServerGone, service});
   return parse_json_or_discard(msgs::to_json(of.response(), response));
 }
 

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/remote/graph_rows.hpp"
@@ -67,10 +68,11 @@ Result<std::string, Problem> node_named(RemoteNetwork& network, const std::strin
   if (hits.size() == 1) return *hits.begin();
   if (hits.empty()) {
     return err(Problem{"node '" + name + "'", "is not there in " + network.where(),
-                       all.empty() ? "no node at all was found" : suggestion(name, {all.begin(), all.end()})});
+                       all.empty() ? "no node at all was found" : suggestion(name, {all.begin(), all.end()}),
+                       NameFault::Unknown, name});
   }
-  return err(
-      Problem{"node '" + name + "'", "could be any of " + join({hits.begin(), hits.end()}), "give the full name"});
+  return err(Problem{"node '" + name + "'", "could be any of " + join({hits.begin(), hits.end()}), "give the full name",
+                     NameFault::Ambiguous, name});
 }
 
 bool offers(const RemoteNetwork& network, const std::string& service) {
@@ -130,7 +132,8 @@ Result<const msgs::MessageType*, Problem> RemoteNodes::type_of(const TapWish& wi
   if (first == ends.end()) {
     const auto types = types_of(ends);
     return err(Problem{"topic " + wish.topic,
-                       "has the type " + join({types.begin(), types.end()}, " and ") + ", not " + wish.type, ""});
+                       "has the type " + join({types.begin(), types.end()}, " and ") + ", not " + wish.type, "",
+                       NameFault::OtherType, wish.topic});
   }
   if (wish.is_raw) return &network_.bytes_of(first->type, first->user_data.type_hash);
   auto known = network_.types().message(first->type);
@@ -155,7 +158,8 @@ Result<std::unique_ptr<session::TopicTap>, Problem> RemoteNodes::tap(const TapWi
     for (const auto& [name, types] : network_.look([](const auto& graph) { return graph.topics(); }))
       names.push_back(name);
     return err(Problem{"topic " + wish.topic, "nobody publishes or reads it in " + network_.where(),
-                       names.empty() ? "no topic at all was found there" : suggestion(wish.topic, names)});
+                       names.empty() ? "no topic at all was found there" : suggestion(wish.topic, names),
+                       NameFault::Unknown, wish.topic});
   }
   auto type = type_of(wish, ends);
   if (!type) return err(type.error());

@@ -9,6 +9,7 @@
 #include "nacelle/control/client.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/runtime/service_fault.hpp"
 
 namespace nacelle::session {
 
@@ -35,12 +36,14 @@ Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrar
   if (!see.empty()) way_out += ": " + see;
   if (const std::string option = request.value("limit_option", ""); !option.empty())
     way_out += "; or give " + option + " more";
-  late->too_late = {"service " + name, fmt::format("has not answered within {:g} s", limit_s), std::move(way_out)};
+  late->too_late = {"service " + name, fmt::format("has not answered within {:g} s", limit_s), std::move(way_out),
+                    runtime::ServiceFault::NoAnswer, name};
   auto call = start(name, *type, message.get(), [bell = late->bell] { bell->ring(); });
   if (!call) return reply_of(call.error());
   late->finish = [call = std::shared_ptr<runtime::ServiceCall>(std::move(call).value()), type, name, see]() -> json {
     if (call->response() == nullptr)
-      return reply_of({"service " + name, "its node went away, or failed, before it answered", see});
+      return reply_of({"service " + name, "its node went away, or failed, before it answered", see,
+                       runtime::ServiceFault::ServerGone, name});
     return {{"ok", true},
             {"type", type->name},
             {"response", parse_json_or_discard(msgs::to_json(type->response(), call->response()))}};

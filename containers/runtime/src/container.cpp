@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "container_impl.hpp"
+#include "nacelle/base/name_fault.hpp"
 
 namespace nacelle::runtime {
 
@@ -145,12 +146,13 @@ Result<ComponentInfo, Problem> Container::find(const std::string& name_or_id) co
   }
   if (hits.size() == 1) return std::move(hits.front());
   if (hits.empty())
-    return err(Problem{"component '" + name_or_id + "'", "is not loaded", suggestion(name_or_id, names)});
+    return err(Problem{"component '" + name_or_id + "'", "is not loaded", suggestion(name_or_id, names),
+                       NameFault::Unknown, name_or_id});
   std::vector<std::string> choices;
   choices.reserve(hits.size());
   for (const auto& hit : hits) choices.push_back(hit.node);
-  return err(
-      Problem{"component '" + name_or_id + "'", "could be any of " + join(choices), "give the full name or the id"});
+  return err(Problem{"component '" + name_or_id + "'", "could be any of " + join(choices),
+                     "give the full name or the id", NameFault::Ambiguous, name_or_id});
 }
 
 TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Components of this container that live in other processes, and what ties one to its own.
 #include "container_impl.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/node/base_wheels.hpp"
 
 namespace nacelle::runtime {
@@ -11,8 +12,8 @@ Result<ComponentInfo, Problem> Container::adopt(std::shared_ptr<ForeignComponent
   bool taken = impl_->names.contains(info.node);
   for (const auto& [id, other] : impl_->foreign) taken = taken || other->info().node == info.node;
   if (taken) {
-    return err(
-        Problem{"component " + info.node, "a node of that name is loaded already", "give this one another name"});
+    return err(Problem{"component " + info.node, "a node of that name is loaded already", "give this one another name",
+                       NameFault::Taken, info.node});
   }
   info.id = impl_->next_id++;
   impl_->foreign.emplace(info.id, std::move(component));

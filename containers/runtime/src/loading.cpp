@@ -7,6 +7,7 @@
 
 #include "container_impl.hpp"
 #include "host.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/node/remap_notes.hpp"
 
 namespace nacelle::runtime {
@@ -50,14 +51,15 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
   for (const auto& [id, other] : foreign) {
     if (other->info().node != name) continue;
     throw exceptions::InvalidNameError(
-        {"", fmt::format("a node {} runs in another process already (component {})", name, id), kAnotherName});
+        {"", fmt::format("a node {} runs in another process already (component {})", name, id), kAnotherName,
+         NameFault::Taken, name});
   }
   if (const auto [taken, is_new] = names.emplace(name, &record); !is_new) {
     const std::uint64_t id = taken->second->id;
     throw exceptions::InvalidNameError({"",
                                         id != 0 ? fmt::format("a node {} is loaded already (component {})", name, id)
                                                 : fmt::format("a node {} is being loaded just now", name),
-                                        kAnotherName});
+                                        kAnotherName, NameFault::Taken, name});
   }
   runtime->set_image(record.library->image());
   if (node_services) node_services->keep_log(name);
@@ -347,12 +349,15 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     return outcome;
   }
   const auto record = impl_->record(id);
-  if (!record) return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
+  if (!record)
+    return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
+                       NameFault::Unknown, std::to_string(id)});
   if (std::string why = impl_->why_not_wait_for(*record); !why.empty())
     return err(Problem{record->runtime->identity().fully_qualified(), "cannot be unloaded from here", std::move(why)});
   const std::lock_guard alone(record->one_at_a_time);
   if (record->node == nullptr || record->given_up)
-    return err(Problem{"component " + std::to_string(id), "is not loaded any more", ""});
+    return err(Problem{"component " + std::to_string(id), "is not loaded any more", "", NameFault::Unknown,
+                       std::to_string(id)});
   const Deadline deadline = impl_->deadline();
   if (record->managed != nullptr && !record->hung) {
     // The component puts its hardware to rest itself; what it answers does not change that it goes.

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "container_impl.hpp"
+#include "nacelle/base/name_fault.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -72,7 +73,8 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
   if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
   if (found == records.end())
-    return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
+    return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
+                       NameFault::Unknown, std::to_string(id)});
   Record& record = *found->second;
   if (record.hung) {
     return err(Problem{record.runtime->identity().fully_qualified(), "hangs: " + record.fault.lock()->text,
@@ -89,7 +91,8 @@ Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std
   if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
   if (found == records.end())
-    return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`"});
+    return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
+                       NameFault::Unknown, std::to_string(id)});
   return report_of(found->second->node->parameters());
 }
 

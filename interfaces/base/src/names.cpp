@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "nacelle/base/name_fault.hpp"
+
 namespace nacelle {
 namespace {
 
@@ -19,7 +21,8 @@ std::string in_quotes(std::string_view name) {
 }
 
 Problem bad(std::string_view kind, std::string_view name, std::string why) {
-  return {"", "the " + std::string(kind) + " " + in_quotes(name) + " " + std::move(why), "", {}, std::string(name)};
+  return {"", "the " + std::string(kind) + " " + in_quotes(name) + " " + std::move(why), "", NameFault::Invalid,
+          std::string(name)};
 }
 
 Problem too_long(std::string_view kind, std::string_view name, std::size_t limit) {
@@ -28,7 +31,7 @@ Problem too_long(std::string_view kind, std::string_view name, std::size_t limit
 }
 
 Result<void, Problem> validate_absolute(std::string_view kind, std::string_view name, std::size_t limit) {
-  if (name.empty()) return err(Problem{"", "the " + std::string(kind) + " is empty", ""});
+  if (name.empty()) return err(Problem{"", "the " + std::string(kind) + " is empty", "", NameFault::Invalid});
   if (name.front() != '/') return err(bad(kind, name, "is not absolute: it must start with '/'"));
   if (name.back() == '/') return err(bad(kind, name, "must not end with '/'"));
   for (std::size_t i = 0; i < name.size(); ++i) {

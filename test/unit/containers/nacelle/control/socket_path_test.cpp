@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "nacelle/base/name_fault.hpp"
 #include "temporary_folder.hpp"
 
 namespace nacelle::control {
@@ -101,12 +102,12 @@ TEST(ContainerChoice, is_the_one_named_or_the_only_one) {
   const FoundContainer a{"a", "/a"}, b{"b", "/b"};
   EXPECT_EQ(choose_container({a}, std::nullopt).value_or(b), a);
   EXPECT_EQ(choose_container({a, b}, "b").value_or(a), b);
-  EXPECT_EQ(choose_container({}, std::nullopt).error().fault, ChoiceFault::NoContainer);
-  EXPECT_EQ(choose_container({a}, "c").error().fault, ChoiceFault::NoContainer);
+  EXPECT_EQ(choose_container({}, std::nullopt).error().code, NameFault::Unknown);
+  EXPECT_EQ(choose_container({a}, "c").error().code, NameFault::Unknown);
   const auto many = choose_container({a, b}, std::nullopt);
   ASSERT_FALSE(many);
-  EXPECT_EQ(many.error().fault, ChoiceFault::Ambiguous);
-  EXPECT_NE(many.error().problem.text().find("a, b"), std::string::npos);
+  EXPECT_EQ(many.error().code, NameFault::Ambiguous);
+  EXPECT_NE(many.error().text().find("a, b"), std::string::npos);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 namespace nacelle::proof {
 namespace {
 
-const Finding kError{Severity::Error, About::Parameter, {"a.yaml:3", "/a has no parameter 'b'", "did you mean 'c'?"}};
-const Finding kWarning{Severity::Warning, About::Frame, {"", "odd", ""}};
+const Finding kError{Severity::Error, {"a.yaml:3", "/a has no parameter 'b'", "did you mean 'c'?"}};
+const Finding kWarning{Severity::Warning, {"", "odd", ""}};
 
 TEST(Finding, is_a_line_with_its_weight_its_place_and_its_way_out) {
   EXPECT_EQ(kError.text(), "error: a.yaml:3: /a has no parameter 'b'; did you mean 'c'?");
@@ -29,7 +29,8 @@ TEST(Finding, the_summary_counts_both) {
 TEST(Finding, problems_of_a_launch_file_are_errors) {
   const auto findings = findings_of({{"a.yaml:1", "x", ""}, {"a.yaml:2", "y", ""}});
   ASSERT_EQ(findings.size(), 2U);
-  EXPECT_EQ(findings[1].about, About::LaunchFile);
+  EXPECT_EQ(findings[1].problem.code, Rule::LaunchFile);
+  EXPECT_EQ(findings[1].about(), "launch_file");
   EXPECT_TRUE(has_errors(findings));
 }
 
