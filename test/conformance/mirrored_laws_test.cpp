@@ -243,8 +243,8 @@ TEST_F(MirrorBesidePeer, an_incompatible_reader_of_a_peer_is_told_of_on_both_sid
     const Misfit misfit = every_misfit()[i];
     EXPECT_TRUE(until([&] { return writers[i]->status().incompatible_qos != 0; })) << misfit.policy;
     expect_told(writers[i]->status(), misfit);
+    // Not how often: Cyclone counts a misfit twice that both ends find at once.
     EXPECT_TRUE(told.until([&] { return readers[i]->status().incompatible_qos != 0; })) << misfit.policy;
-    EXPECT_EQ(readers[i]->status().incompatible_qos, 1U);
     EXPECT_EQ(readers[i]->status().last_policy, misfit.number);
   }
 }
@@ -262,8 +262,8 @@ TEST_F(MirrorBesidePeer, an_incompatible_writer_of_a_peer_is_told_of_on_both_sid
     const Misfit misfit = every_misfit()[i];
     EXPECT_TRUE(until([&] { return readers[i]->status().incompatible_qos != 0; })) << misfit.policy;
     expect_told(readers[i]->status(), misfit);
+    // Not how often: Cyclone counts a misfit twice that both ends find at once.
     EXPECT_TRUE(told.until([&] { return writers[i]->status().incompatible_qos != 0; })) << misfit.policy;
-    EXPECT_EQ(writers[i]->status().incompatible_qos, 1U);
     EXPECT_EQ(writers[i]->status().last_policy, misfit.number);
   }
 }
