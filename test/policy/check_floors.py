@@ -17,6 +17,7 @@ PURE_ROLES = ("protocol", "model", "wire")
 ROLES = (*PURE_ROLES, "port", "component")
 IO_HEADER = re.compile(r"^(?:sys/|linux/|(?:fcntl|unistd|termios|pty|poll)\.h$|(?:fstream|iostream|thread)$)")
 STRANGERS = (1, 2)  # floors whose folders do not know each other
+ROOMS = ("containers", "nacelle")  # the package whose folders have storeys
 
 
 class Place(NamedTuple):
@@ -43,10 +44,18 @@ def read_floors(text: str) -> dict:
     return {folder: int(floor) for floor, folder in rows}
 
 
+def read_storeys(text: str) -> dict:
+    """The table of rooms in docs/floors.md: room of containers/nacelle -> storey."""
+    rows = re.findall(r"^\s*\|\s*S(\d+)\s*\|\s*`([^`]+)`\s*\|", text, re.MULTILINE)
+    return {room: int(storey) for storey, room in rows}
+
+
 class Floors:
     def __init__(self, root: Path):
         self.root = root
-        self.floor_of = read_floors((root / "docs/floors.md").read_text(encoding="utf-8"))
+        table = (root / "docs/floors.md").read_text(encoding="utf-8")
+        self.floor_of = read_floors(table)
+        self.storey_of = read_storeys(table)
         self.files = sorted(
             path
             for tree in TREES
@@ -89,6 +98,14 @@ class Floors:
             return beside
         return self.by_include.get(spelling)
 
+    def mixed_targets(self):
+        """One sentence for each library of the package with rooms whose sources stand in several of them."""
+        lists = self.root.joinpath(*ROOMS, "CMakeLists.txt")
+        for name, sources in re.findall(r"library\((\w+)\s+SOURCES([^)]*?)(?:USES|\))", lists.read_text(encoding="utf-8")):
+            rooms = {source.split("/")[0] for source in sources.split()}
+            if len(rooms) > 1:
+                yield f"{'/'.join(ROOMS)}/CMakeLists.txt: {name} has files of {', '.join(sorted(rooms))}: a target compiles one room's"
+
     def _is_ours(self, spelling: str) -> bool:
         parts = spelling.split("/")
         if len(parts) > 2 and parts[1] in ROLES:
@@ -124,7 +141,24 @@ class Floors:
             target = self.place(target_path)
             if target is None:
                 return "its folder has no floor in docs/floors.md"
+            if problem := self._judge_rooms(path, target_path):
+                return problem
         return judge(source, target)
+
+    def _room(self, path: Path) -> Optional[str]:
+        inside = path.relative_to(self.root).parts
+        return inside[2] if inside[:2] == ROOMS and len(inside) > 3 else None
+
+    def _judge_rooms(self, path: Path, target: Path) -> Optional[str]:
+        room, other = self._room(path), self._room(target)
+        if room is None or other is None or room == other:
+            return None
+        for name in (room, other):
+            if name not in self.storey_of:
+                return f"the room {name}/ has no storey in docs/floors.md"
+        if self.storey_of[other] < self.storey_of[room]:
+            return None
+        return f"a room includes lower storeys only: {room}/ is S{self.storey_of[room]}, {other}/ is S{self.storey_of[other]}"
 
 
 def judge(source: Place, target: Place) -> Optional[str]:
@@ -157,7 +191,7 @@ def judge_roles(source: Place, target: Place) -> Optional[str]:
 def main() -> int:
     root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[2]).resolve()
     floors = Floors(root)
-    complaints = list(floors.complaints())
+    complaints = [*floors.complaints(), *floors.mixed_targets()]
     for complaint in complaints:
         print(complaint)
     print(f"{len(floors.files)} files read, {len(complaints)} arrows that may not be")

@@ -25,7 +25,12 @@ SOUND = {
     "components/ekf/component/ekf.cpp": '#include "ekf/model/filter.hpp"\n#include "lidar/protocol/decoder.hpp"\n',
     "containers/runtime/include/nacelle/runtime/broker.hpp": '#include "nacelle/node/node.hpp"\n',
     "launch/include/nacelle/launch/plan.hpp": '#include "nacelle/qos/qos.hpp"\n',
-    "containers/nacelle/src/main.cpp": '#include "nacelle/launch/plan.hpp"\n#include "nacelle/runtime/broker.hpp"\n',
+    "containers/nacelle/control/client.hpp": "#include <string>\n",
+    "containers/nacelle/ask/nodes.cpp": '#include "nacelle/control/client.hpp"\n',
+    "containers/nacelle/ask/nodes.hpp": "#include <string>\n",
+    "containers/nacelle/report/figures.hpp": "#include <string>\n",
+    "containers/nacelle/cellar/barrel.hpp": "#include <string>\n",
+    "containers/nacelle/main.cpp": '#include "nacelle/launch/plan.hpp"\n#include "nacelle/runtime/broker.hpp"\n',
     "test/unit/components/lidar/decoder_test.cpp": '#include "lidar/protocol/decoder.hpp"\n',
     "test/support/manual_clock.hpp": '#include "nacelle/base/time.hpp"\n',
 }
@@ -36,8 +41,8 @@ PLANTED = {
     "the contract includes the runtime": ("interfaces/node/src/node.cpp", '"nacelle/runtime/broker.hpp"', "goes up"),
     "messages, angle brackets": ("interfaces/base/src/log.cpp", "<std_msgs/msg/header.hpp>", "goes up"),
     "the runtime includes the parser": ("containers/runtime/src/a.cpp", '"nacelle/launch/plan.hpp"', "goes up"),
-    "a component includes the program": ("components/ekf/component/b.cpp", '"nacelle/src/main.cpp"', "goes up"),
-    "the product includes a test": ("containers/nacelle/src/b.cpp", '"support/manual_clock.hpp"', "goes up"),
+    "a component includes the program": ("components/ekf/component/b.cpp", '"nacelle/main.cpp"', "goes up"),
+    "the product includes a test": ("containers/nacelle/ask/b.cpp", '"support/manual_clock.hpp"', "goes up"),
     "up by a relative path": ("interfaces/base/src/up.cpp", '"../../node/include/nacelle/node/node.hpp"', "goes up"),
     "floor 1 sideways": ("qos_profiles/src/a.cpp", "<std_msgs/msg/header.hpp>", "sideways"),
     "floor 2 sideways": ("components/io/src/a.cpp", '"nacelle/node/node.hpp"', "sideways"),
@@ -54,19 +59,25 @@ PLANTED = {
     "model starts a thread": ("components/ekf/model/c.cpp", "<thread>", "pure"),
     "protocol calls the kernel": ("components/lidar/protocol/d.cpp", "<sys/ioctl.h>", "pure"),
     "protocol reads a file": ("components/lidar/protocol/e.cpp", "<fcntl.h>", "pure"),
+    "a room includes one above it": ("containers/nacelle/control/client.cpp", '"nacelle/ask/nodes.hpp"', "lower storeys only"),
+    "a room includes one beside it": ("containers/nacelle/ask/c.cpp", '"nacelle/report/figures.hpp"', "lower storeys only"),
+    "a room without a storey": ("containers/nacelle/ask/d.cpp", '"nacelle/cellar/barrel.hpp"', "no storey"),
     "a header that is not there": ("components/lidar/component/e.cpp", '"nacelle/base/gone.hpp"', "no such header"),
     "a role header that is not there": ("components/ekf/component/f.cpp", '"lidar/model/gone.hpp"', "no such header"),
 }
 
 
 class FloorsTest(unittest.TestCase):
-    def complaints(self, files):
+    def floors(self, files, ask):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder).resolve()
             for path, text in {"docs/floors.md": TABLE, **SOUND, **files}.items():
                 (root / path).parent.mkdir(parents=True, exist_ok=True)
                 (root / path).write_text(text, encoding="utf-8")
-            return list(Floors(root).complaints())
+            return list(ask(Floors(root)))
+
+    def complaints(self, files):
+        return self.floors(files, Floors.complaints)
 
     def test_a_sound_tree_has_no_complaint(self):
         self.assertEqual(self.complaints({}), [])
@@ -78,6 +89,12 @@ class FloorsTest(unittest.TestCase):
                 self.assertEqual(len(complaints), 1, complaints)
                 self.assertIn(word, complaints[0])
                 self.assertTrue(complaints[0].startswith(f"{path}:2: "), complaints[0])
+
+    def test_a_target_compiles_the_files_of_one_room(self):
+        lists = "nacelle_pure_library(container_ask\n  SOURCES ask/nodes.cpp {}\n  USES nacelle::base)\n"
+        for more, count in (("ask/frames.cpp", 0), ("control/client.cpp", 1)):
+            complaints = self.floors({"containers/nacelle/CMakeLists.txt": lists.format(more)}, Floors.mixed_targets)
+            self.assertEqual(len(complaints), count, complaints)
 
     def test_a_folder_without_a_floor_is_named(self):
         complaints = self.complaints({"interfaces/new_one/a.hpp": "#pragma once\n"})

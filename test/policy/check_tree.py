@@ -43,8 +43,8 @@ ONE_PLACE = (
         # Files of /proc and /sys, whose names are constants.
         (
             "containers/nacelle/doctor/machine.cpp",
-            "containers/nacelle/session/network_wish.cpp",
-            "containers/nacelle/session/process_figures.cpp",
+            "containers/nacelle/networking/network_wish.cpp",
+            "containers/nacelle/process/process_figures.cpp",
             "containers/transport_iceoryx/src/daemon_process.cpp",
         ),
         "read_regular_file()",

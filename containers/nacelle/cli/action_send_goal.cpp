@@ -15,9 +15,9 @@
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/node/action_names.hpp"
-#include "nacelle/session/message_text.hpp"
-#include "nacelle/session/message_yaml.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
+#include "nacelle/text/message_text.hpp"
+#include "nacelle/text/message_yaml.hpp"
 #include "output.hpp"
 #include "program.hpp"
 
@@ -70,7 +70,7 @@ class Errand {
 
   const GoalWish& wish_;
   const SystemClock clock_;
-  const session::StopSignal stop_{nullptr, session::FullOutput::Dropped};
+  const process::StopSignal stop_{nullptr, process::FullOutput::Dropped};
   control::Client asking_, listening_;
   msgs::TypeLibrary library_{program_places().message_folders};
   const msgs::ActionType* type_ = nullptr;
@@ -92,7 +92,7 @@ std::string Errand::yaml_of(const msgs::MessageType& type, const json& message) 
   msgs::AnyMessage read{type};
   if (auto done = msgs::from_json(message.dump(), type, read.get()); !done) return message.dump();
   std::string text;
-  session::append_yaml(text, type, read.get(), {0});
+  text::append_yaml(text, type, read.get(), {0});
   return text;
 }
 
@@ -113,7 +113,7 @@ Result<json, int> Errand::read_goal() {
   const std::string values =
       wish_.from_stdin ? std::string{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()}
                        : wish_.goal;
-  auto text = session::read_message_text(values, type_->goal(), clock_.wall_now());
+  auto text = text::read_message_text(values, type_->goal(), clock_.wall_now());
   if (!text) return err(complain_of_usage(text.error()));
   msgs::AnyMessage goal{type_->goal()};
   if (auto read = msgs::from_json(text.value().json, type_->goal(), goal.get()); !read)

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "nacelle/process/stop_signal.hpp"
 #include "nacelle/session/session.hpp"
-#include "nacelle/session/stop_signal.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -35,7 +35,7 @@ Result<void, Problem> take_arguments(const std::vector<std::string>& words, laun
 
 int run(const ContainerWish& wish) {
   if (auto enough = session::Session::check_descriptor_limit(); !enough) return complain(enough.error());
-  session::StopSignal stop{session::leave_at_once};
+  process::StopSignal stop{session::leave_at_once};
   launch::Plan plan;
   if (const auto taken = take_arguments(wish.arguments, plan.network); !taken) return complain_of_usage(taken.error());
   plan.file = "nacelle container";

@@ -13,9 +13,9 @@
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/doctor/login_users.hpp"
-#include "nacelle/session/network.hpp"
-#include "nacelle/session/network_links.hpp"
-#include "nacelle/session/network_wish.hpp"
+#include "nacelle/networking/network.hpp"
+#include "nacelle/networking/network_links.hpp"
+#include "nacelle/networking/network_wish.hpp"
 #include "output.hpp"
 #include "program.hpp"
 
@@ -32,7 +32,7 @@ struct NetWish {
 
 json links_json() {
   json rows = json::array();
-  for (const auto& link : session::network_links())
+  for (const auto& link : networking::network_links())
     rows.push_back(
         {{"name", link.name}, {"up", link.up}, {"loopback", link.is_loopback}, {"addresses", link.addresses}});
   return rows;
@@ -174,11 +174,11 @@ void print(const json& net) {
 
 /// What a robot would have with these settings; whether it can be had is tried.
 json net_of(const Result<transport_dds::NetworkSettings, Problem>& settings) {
-  const auto tried = settings ? session::try_network(settings.value()) : err(settings.error());
-  json net = settings ? session::to_json(settings.value()) : json{{"remarks", json::array()}};
+  const auto tried = settings ? networking::try_network(settings.value()) : err(settings.error());
+  json net = settings ? networking::json_of(settings.value()) : json{{"remarks", json::array()}};
   net["problem"] = tried ? json(nullptr) : json(tried.error());
   if (!tried) {
-    net["line"] = session::network_off_line(tried.error());
+    net["line"] = networking::network_off_line(tried.error());
     return net;
   }
   for (const auto& remark : tried.value()) net["remarks"].push_back(remark);
@@ -203,9 +203,9 @@ int examine(const NetWish& wish) {
     }
     plan = loaded.value().network;
   }
-  json net = net_of(session::network_in_force(plan, session::ros_environment()));
-  net["built_in"] = session::network_is_built_in();
-  if (!session::network_is_built_in()) net["way_out"] = session::network_is_not_built_in("").way_out;
+  json net = net_of(networking::network_in_force(plan, networking::ros_environment()));
+  net["built_in"] = networking::network_is_built_in();
+  if (!networking::network_is_built_in()) net["way_out"] = networking::network_is_not_built_in("").way_out;
   net["links"] = links_json();
   net["other_users"] = is_open_to_other_users(net)
                            ? doctor::other_login_users(doctor::Machine{doctor::real_facts("")}, ::getuid())

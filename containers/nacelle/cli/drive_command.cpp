@@ -4,7 +4,7 @@
 #include "commands.hpp"
 #include "nacelle/drive/drive.hpp"
 #include "nacelle/launch/load_plan.hpp"
-#include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/process/foreign_programs.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -32,7 +32,7 @@ void take_names(drive::DriveSettings& settings) {
 }
 
 int run(DriveWish& wish) {
-  session::StopSignal stop{session::kill_all_programs};
+  process::StopSignal stop{process::kill_all_programs};
   for (const auto& word : wish.words) {
     if (word.find(":=") != std::string::npos) {
       wish.settings.arguments.push_back(word);

@@ -18,7 +18,7 @@ namespace nacelle::cli {
 struct InertLaunch {
   SystemClock clock;
   launch::Plan plan;
-  session::ProgramPlaces places;
+  loading::ProgramPlaces places;
   proof::InertRobot inert;
 };
 

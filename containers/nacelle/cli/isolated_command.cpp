@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "nacelle/session/foreign_programs.hpp"
-#include "nacelle/session/isolated_process.hpp"
+#include "nacelle/isolation/isolated_process.hpp"
+#include "nacelle/process/foreign_programs.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -18,16 +18,16 @@ struct IsolatedWish {
 };
 
 int run(const IsolatedWish& wish) {
-  const session::StopSignal stop;
+  const process::StopSignal stop;
   die_with_parent(wish.parent_pid);
   struct stat about {};
-  if (::fstat(session::kInheritedDescriptor, &about) != 0 || !S_ISSOCK(about.st_mode)) {
+  if (::fstat(process::kInheritedDescriptor, &about) != 0 || !S_ISSOCK(about.st_mode)) {
     complain({"isolated", "there is no container at the other end",
               "a container starts this for a component with `isolate: process`"});
     return kUsage;
   }
   const SystemClock clock;
-  return session::run_isolated(session::kInheritedDescriptor, wish.name, wish.carrier, program_places(), clock, stop);
+  return isolation::run_isolated(process::kInheritedDescriptor, wish.name, wish.carrier, program_places(), clock, stop);
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 
 #include "commands.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/process/stop_signal.hpp"
 #include "nacelle/session/session.hpp"
-#include "nacelle/session/stop_signal.hpp"
 #include "output.hpp"
 #include "program.hpp"
 
@@ -66,14 +66,14 @@ void show_arguments(const launch::Plan& plan) {
 int run(const LaunchWish& wish) {
   if (auto enough = session::Session::check_descriptor_limit(); !enough) return complain(enough.error());
   // First of all: from here on no signal ends the process half way.
-  session::StopSignal stop{session::leave_at_once};
+  process::StopSignal stop{session::leave_at_once};
   die_with_parent(wish.parent_pid);
   auto arguments = launch::parse_arguments(wish.arguments);
   if (!arguments) {
     for (const auto& problem : arguments.error()) complain(problem);
     return kUsage;
   }
-  const session::ProgramPlaces places = program_places();
+  const loading::ProgramPlaces places = program_places();
   auto plan = wish.show_arguments ? launch::load_arguments(wish.file, arguments.value(), launch_environment(places))
                                   : launch::load_plan(wish.file, arguments.value(), launch_environment(places));
   if (!plan) {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/session/key_mode.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/key_mode.hpp"
+#include "nacelle/process/stop_signal.hpp"
 
 namespace nacelle::cli {
 
@@ -35,10 +35,10 @@ class LiveText {
   [[nodiscard]] bool is_to_end() const { return stop_.is_raised() || is_lost_ || has_typed_q_; }
 
  private:
-  session::StopSignal stop_;
+  process::StopSignal stop_;
   void read_keys();
 
-  std::optional<session::KeyMode> keys_;
+  std::optional<process::KeyMode> keys_;
   bool on_terminal_, begun_ = false, is_lost_ = false, has_typed_q_ = false;
 };
 

@@ -15,7 +15,7 @@
 #include "commands.hpp"
 #include "nacelle/ask/frames.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
 #include "nacelle/teleop/teleop.hpp"
 #include "program.hpp"
 #include "simulation/component/run_world.hpp"
@@ -31,7 +31,7 @@ struct TeleopWish {
 };
 
 int run_teleop_command(TeleopWish& wish) {
-  const session::StopSignal stop;
+  const process::StopSignal stop;
   auto client = connect(wish.container);
   if (!client) return client.error();
   if (::isatty(STDIN_FILENO) == 0) {

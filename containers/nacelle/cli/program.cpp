@@ -110,8 +110,8 @@ std::vector<fs::path> message_library_directories() {
   return directories;
 }
 
-session::ProgramPlaces program_places() {
-  session::ProgramPlaces places;
+loading::ProgramPlaces program_places() {
+  loading::ProgramPlaces places;
   places.program = program_path().string();
   places.component_folders = split_path(std::getenv("NACELLE_COMPONENT_PATH"));
   // Beside ../lib the folder of the architecture, where Debian puts libraries; message libraries lie in the same ones.
@@ -130,7 +130,7 @@ std::string default_launch_file() {
   return first_existing(candidates);
 }
 
-launch::Environment launch_environment(const session::ProgramPlaces& places) {
+launch::Environment launch_environment(const loading::ProgramPlaces& places) {
   launch::Environment environment = launch::system_environment();
   const fs::path source = source_of_build();
   environment.find_package_share = [prefixes = places.prefixes,

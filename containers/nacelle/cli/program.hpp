@@ -12,7 +12,7 @@
 #include "nacelle/control/client.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/launch/load_plan.hpp"
-#include "nacelle/session/program_places.hpp"
+#include "nacelle/loading/program_places.hpp"
 #include "whom.hpp"
 
 namespace nacelle::cli {
@@ -31,11 +31,11 @@ int complain_of_usage(const Problem& problem);
 /// ../lib/<architecture> where Debian puts them.
 [[nodiscard]] std::vector<std::filesystem::path> message_library_directories();
 /// Where the running program finds what belongs to it, built or installed.
-[[nodiscard]] session::ProgramPlaces program_places();
+[[nodiscard]] loading::ProgramPlaces program_places();
 /// The launch file that `nacelle drive` starts unless it is given another one; empty if there is none.
 [[nodiscard]] std::string default_launch_file();
 /// The environment of launch files: variables, packages' folders, the robot's QoS profiles.
-[[nodiscard]] launch::Environment launch_environment(const session::ProgramPlaces& places);
+[[nodiscard]] launch::Environment launch_environment(const loading::ProgramPlaces& places);
 
 /// The containers that run and that this user may trust (control/trust.hpp). Says on stderr what was left aside, and why.
 [[nodiscard]] std::vector<control::FoundContainer> trusted_containers();

@@ -8,7 +8,7 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "nacelle/base/network_names.hpp"
-#include "nacelle/session/network_wish.hpp"
+#include "nacelle/networking/network_wish.hpp"
 #include "program.hpp"
 #ifdef NACELLE_HAS_SECURITY
 #include "nacelle/security/files.hpp"
@@ -31,7 +31,7 @@ struct SecurityWords {
 #ifdef NACELLE_HAS_SECURITY
 
 Result<int, Problem> domain_of(const SecurityWords& words) {
-  transport_dds::Environment environment = session::ros_environment();
+  transport_dds::Environment environment = networking::ros_environment();
   if (!words.domain.empty()) environment["ROS_DOMAIN_ID"] = words.domain;
   auto read = transport_dds::read_environment(environment);
   if (!read) {
@@ -123,7 +123,7 @@ int write_policy(const SecurityWords& words) {
 
 #else
 
-int refuse(const SecurityWords&) { return complain(session::security_is_not_built_in("security")); }
+int refuse(const SecurityWords&) { return complain(networking::security_is_not_built_in("security")); }
 constexpr auto make_keystore = refuse, make_enclave = refuse, make_permission = refuse, list_all = refuse,
                write_policy = refuse;
 

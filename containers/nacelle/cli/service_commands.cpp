@@ -11,8 +11,8 @@
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/session/message_text.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
+#include "nacelle/text/message_text.hpp"
 #include "output.hpp"
 #include "program.hpp"
 
@@ -96,13 +96,13 @@ int find(const ServiceWish& wish) {
 /// One call, shown as ros2 shows it. Errors: the exit code.
 Result<void, int> call_once(const ServiceWish& wish, control::Client& client, const msgs::ServiceType& type) {
   msgs::AnyMessage request{type.request()};
-  auto text = session::read_message_text(wish.values, type.request(), SystemClock{}.wall_now());
+  auto text = text::read_message_text(wish.values, type.request(), SystemClock{}.wall_now());
   if (!text) return err(complain_of_usage(text.error()));
   if (auto read = msgs::from_json(text.value().json, type.request(), request.get()); !read)
     return err(complain_of_usage(read.error()));
   if (!wish.as_json) {
     std::string shown;
-    session::append_repr(shown, type.request(), request.get());
+    text::append_repr(shown, type.request(), request.get());
     print_text("requester: making request: %s\n\n", shown.c_str());
     std::fflush(stdout);
   }
@@ -123,7 +123,7 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
     if (auto read = msgs::from_json(answer.dump(), type.response(), response.get()); !read)
       return err(complain(read.error()));
     std::string shown;
-    session::append_repr(shown, type.response(), response.get());
+    text::append_repr(shown, type.response(), response.get());
     print_text("response:\n%s\n\n", shown.c_str());
   }
   if (!flush_output()) return err(int{kDone});  // nobody waits for the next one
@@ -141,7 +141,7 @@ int call(const ServiceWish& wish) {
     auto done = call_once(wish, client.value(), *type.value());
     return done ? kDone : done.error();
   }
-  const session::StopSignal stop{nullptr, session::FullOutput::Dropped};
+  const process::StopSignal stop{nullptr, process::FullOutput::Dropped};
   const SystemClock clock;
   while (!stop.is_raised()) {
     const MonotonicTime began = clock.now();

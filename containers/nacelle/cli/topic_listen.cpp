@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "asking.hpp"
-#include "nacelle/session/message_csv.hpp"
+#include "nacelle/text/message_csv.hpp"
 #include "output.hpp"
 #include "program.hpp"
 #include "topic_commands.hpp"
@@ -95,7 +95,7 @@ int echo_topic(const TopicWish& wish) {
   const Listening listening = listening_of(wish, wish.is_raw ? "raw" : values);
   return listen(listening, [&](std::size_t, std::string_view text) {
     if (wish.as_csv) {
-      std::printf("%s\n", session::csv_of_json(text, listening.longest).c_str());
+      std::printf("%s\n", text::csv_of_json(text, listening.longest).c_str());
       return flush_output() && !wish.once;
     }
     if (wish.is_raw) {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "asking.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {
@@ -88,7 +88,7 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
 
 /// Takes what is here already. Returns the exit code when it is over.
 template <typename Take>
-std::optional<int> take_all(Heard& heard, std::size_t index, const session::StopSignal& stop, const Take& take) {
+std::optional<int> take_all(Heard& heard, std::size_t index, const process::StopSignal& stop, const Take& take) {
   while (true) {
     auto frame = heard.client.receive(0ns);
     if (!frame) return stop.is_raised() ? kDone : complain(frame.error());
@@ -106,7 +106,7 @@ int listen(const Listening& wish, const std::function<bool(std::size_t, std::str
   for (const auto& topic : wish.topics) {
     if (complain_of_topic_name(topic.name)) return kUsage;
   }
-  const session::StopSignal stop{nullptr, session::FullOutput::Dropped};
+  const process::StopSignal stop{nullptr, process::FullOutput::Dropped};
   const SystemClock clock;
   std::vector<Heard> all;
   for (const auto& topic : wish.topics) {

@@ -13,8 +13,8 @@
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/session/message_text.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
+#include "nacelle/text/message_text.hpp"
 #include "output.hpp"
 #include "program.hpp"
 #include "topic_commands.hpp"
@@ -24,7 +24,7 @@ namespace {
 
 using nlohmann::json;
 
-void wait_until(MonotonicTime until, const session::StopSignal& stop, const Clock& clock) {
+void wait_until(MonotonicTime until, const process::StopSignal& stop, const Clock& clock) {
   while (!stop.is_raised() && clock.now() < until) {
     pollfd wait{stop.descriptor(), POLLIN, 0};
     ::poll(&wait, 1, static_cast<int>((until - clock.now()) / 1ms) + 1);
@@ -83,7 +83,7 @@ std::optional<Problem> clash_of(control::Client& client, const TopicWish& wish) 
 }
 
 /// Waits for --wait-matching-subscriptions. Returns the exit code, or nothing when publishing may begin.
-std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSignal& stop, const Clock& clock) {
+std::optional<int> wait_for_readers(const TopicWish& wish, const process::StopSignal& stop, const Clock& clock) {
   auto asking = connect(wish.whom);
   if (!asking) return asking.error();
   constexpr Duration kLook = 100ms;
@@ -109,7 +109,7 @@ std::optional<int> wait_for_readers(const TopicWish& wish, const session::StopSi
 
 /// The message as it is to be sent now. Errors: what is wrong with the text.
 Result<bool, Problem> fill(msgs::AnyMessage& message, const std::string& text, const Clock& clock) {
-  auto read = session::read_message_text(text, message.type(), clock.wall_now());
+  auto read = text::read_message_text(text, message.type(), clock.wall_now());
   if (!read) return err(read.error());
   if (auto done = msgs::from_json(read.value().json, message.type(), message.get()); !done) return err(done.error());
   return read.value().has_stamps;
@@ -122,7 +122,7 @@ bool show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t nu
     std::printf("%s\n", msgs::to_json(message.type(), message.get()).c_str());
   } else {
     std::string text;
-    session::append_repr(text, message.type(), message.get());
+    text::append_repr(text, message.type(), message.get());
     std::printf("publishing #%zu: %s\n\n", number, text.c_str());
   }
   return flush_output();
@@ -134,7 +134,7 @@ int publish_topic(const TopicWish& asked) {
   if (complain_of_topic_name(asked.topic)) return kUsage;
   TopicWish wish = asked;
   wish.type = full_type_name(asked.type, "msg");
-  const session::StopSignal stop{nullptr, session::FullOutput::Dropped};
+  const process::StopSignal stop{nullptr, process::FullOutput::Dropped};
   const SystemClock clock;
   msgs::TypeLibrary library{program_places().message_folders};
   auto type = library.message(wish.type);

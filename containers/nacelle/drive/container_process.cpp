@@ -21,7 +21,7 @@ constexpr std::size_t kMostComplaints = 64U << 10U;
 
 }  // namespace
 
-ContainerProcess::ContainerProcess(std::unique_ptr<session::ForeignProgram> process, int output, std::string name,
+ContainerProcess::ContainerProcess(std::unique_ptr<process::ForeignProgram> process, int output, std::string name,
                                    bool show_output, const Clock& clock)
     : process_(std::move(process)), output_(output), name_(std::move(name)), show_output_(show_output), clock_(clock) {}
 
@@ -30,14 +30,14 @@ ContainerProcess::~ContainerProcess() {
   ::close(output_);
 }
 
-Result<std::unique_ptr<ContainerProcess>, Problem> ContainerProcess::start(session::ProgramSpec spec,
+Result<std::unique_ptr<ContainerProcess>, Problem> ContainerProcess::start(process::ProgramSpec spec,
                                                                            std::string container_name, bool show_output,
                                                                            const Clock& clock) {
   std::array<int, 2> ends{-1, -1};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return err(Problem{"pipe", "no descriptor is free", "raise `ulimit -n`"});
   ::fcntl(ends[0], F_SETFL, O_NONBLOCK);
   spec.output_descriptor = ends[1];
-  auto process = session::ForeignProgram::start(spec);
+  auto process = process::ForeignProgram::start(spec);
   ::close(ends[1]);
   if (!process) {
     ::close(ends[0]);

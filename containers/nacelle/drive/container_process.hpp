@@ -9,7 +9,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/control/client.hpp"
-#include "nacelle/session/foreign_programs.hpp"
+#include "nacelle/process/foreign_programs.hpp"
 
 namespace nacelle::drive {
 
@@ -18,7 +18,7 @@ namespace nacelle::drive {
 class ContainerProcess {
  public:
   /// `show_output`: its lines go to our stderr too.
-  [[nodiscard]] static Result<std::unique_ptr<ContainerProcess>, Problem> start(session::ProgramSpec spec,
+  [[nodiscard]] static Result<std::unique_ptr<ContainerProcess>, Problem> start(process::ProgramSpec spec,
                                                                                 std::string container_name,
                                                                                 bool show_output, const Clock& clock);
   ContainerProcess(const ContainerProcess&) = delete;
@@ -41,12 +41,12 @@ class ContainerProcess {
   [[nodiscard]] std::string last_lines() const;
 
  private:
-  ContainerProcess(std::unique_ptr<session::ForeignProgram> process, int output, std::string name, bool show_output,
+  ContainerProcess(std::unique_ptr<process::ForeignProgram> process, int output, std::string name, bool show_output,
                    const Clock& clock);
   void take_output();
   void take_line(std::string line);
 
-  std::unique_ptr<session::ForeignProgram> process_;
+  std::unique_ptr<process::ForeignProgram> process_;
   int output_;
   std::string name_;
   bool show_output_;

@@ -67,7 +67,7 @@ struct FinalPoses {
 
 class Run {
  public:
-  Run(const DriveSettings& settings, session::StopSignal& stop, const Clock& clock)
+  Run(const DriveSettings& settings, process::StopSignal& stop, const Clock& clock)
       : settings_(settings),
         stop_(stop),
         clock_(clock),
@@ -90,7 +90,7 @@ class Run {
   [[nodiscard]] Result<void, Problem> bring_up() {
     if (folder_.path().empty())
       return err(Problem{"drive", "no folder for the run can be made", "set TMPDIR to a folder of yours"});
-    session::ProgramSpec spec;
+    process::ProgramSpec spec;
     spec.label = "container";
     spec.path = settings_.program;
     name_ = fmt::format("drive-{}", ::getpid());
@@ -349,7 +349,7 @@ class Run {
   [[nodiscard]] std::string container_report() const { return folder_.path() + "/container.json"; }
 
   const DriveSettings& settings_;
-  session::StopSignal& stop_;
+  process::StopSignal& stop_;
   const Clock& clock_;
   RunFolder folder_;
   std::string name_;
@@ -367,7 +367,7 @@ class Run {
 
 }  // namespace
 
-int run_drive(const DriveSettings& settings, session::StopSignal& stop, const Clock& clock) {
+int run_drive(const DriveSettings& settings, process::StopSignal& stop, const Clock& clock) {
   return Run{settings, stop, clock}.run();
 }
 

@@ -8,7 +8,7 @@
 
 #include "nacelle/base/time.hpp"
 #include "nacelle/drive/model/square_course.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
 
 namespace nacelle::drive {
 
@@ -29,6 +29,6 @@ struct DriveSettings {
 
 /// Starts the launch file in a process of its own with the simulated robot, drives the course (or only runs), shows how it
 /// goes, takes the robot down in order and shows the figures. Returns the process's exit code.
-[[nodiscard]] int run_drive(const DriveSettings& settings, session::StopSignal& stop, const Clock& clock);
+[[nodiscard]] int run_drive(const DriveSettings& settings, process::StopSignal& stop, const Clock& clock);
 
 }  // namespace nacelle::drive

@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "nacelle/loading/load_request.hpp"
 #include "nacelle/proof/rules.hpp"
-#include "nacelle/session/load_request.hpp"
 
 namespace nacelle::proof {
 namespace {
 
 /// As posix_spawnp() will look for it: in PATH, or where the program is to work.
-bool can_be_found(const session::ProgramSpec& spec) {
+bool can_be_found(const process::ProgramSpec& spec) {
   if (spec.path.find('/') != std::string::npos) {
     const bool relative = spec.path.front() != '/' && !spec.working_directory.empty();
     return ::access((relative ? spec.working_directory + "/" + spec.path : spec.path).c_str(), X_OK) == 0;
@@ -67,7 +67,7 @@ Severity severity_of(const launch::Plan& plan, const std::vector<std::string>& n
 
 void check_programs(Evidence& evidence) {
   for (const auto& program : evidence.plan.programs) {
-    const auto spec = session::program_spec_of(program, evidence.places.program, evidence.places.prefixes);
+    const auto spec = loading::program_spec_of(program, evidence.places.program, evidence.places.prefixes);
     if (!spec) {
       evidence.find(Rule::NoProgram, spec.error());
     } else if (!can_be_found(spec.value())) {

@@ -3,21 +3,21 @@
 
 #include <set>
 
+#include "nacelle/loading/load_request.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/proof/rules.hpp"
-#include "nacelle/session/load_request.hpp"
 
 namespace nacelle::proof {
 namespace {
 
 /// What an isolated component would only find among components of its own process: told without starting that process.
-std::optional<Problem> tied(const launch::ComponentPlan& plan, const session::ProgramPlaces& places,
+std::optional<Problem> tied(const launch::ComponentPlan& plan, const loading::ProgramPlaces& places,
                             const Clock& clock) {
   runtime::ContainerOptions options;
   options.name = "check";
   options.component_path = places.component_folders;
   runtime::Container alone{std::move(options), clock};
-  auto request = session::load_request_of(plan);
+  auto request = loading::load_request_of(plan);
   request.faults = std::make_shared<ParameterFaults>();
   if (!alone.load(request)) return std::nullopt;  // told by the load that counts
   const auto ties = alone.ties();
@@ -77,8 +77,8 @@ std::vector<std::string> standard_services_of(const Evidence& evidence, const Lo
   return standard_services(component.plan->full_name(), !found || found.value().managed);
 }
 
-session::TopicEnds Evidence::ends_of(const LoadedComponent& component) const {
-  session::TopicEnds ends;
+loading::TopicEnds Evidence::ends_of(const LoadedComponent& component) const {
+  loading::TopicEnds ends;
   const std::string node = component.plan->full_name();
   for (const auto& endpoint : endpoints) {
     if (endpoint.node == node) (endpoint.publishes ? ends.published : ends.subscribed).insert(endpoint.topic);
@@ -88,7 +88,7 @@ session::TopicEnds Evidence::ends_of(const LoadedComponent& component) const {
   return ends;
 }
 
-std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlaces& places,
+std::vector<Finding> prove(const launch::Plan& plan, const loading::ProgramPlaces& places,
                            runtime::Container& container, const std::vector<LoadedComponent>& loaded) {
   Evidence evidence{plan, places, container, loaded, endpoints_of(container.graph())};
   if (plan.components.empty() && plan.programs.empty() && !plan.container.declared) {
@@ -96,7 +96,7 @@ std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlace
                   {plan.file, "there is nothing to start",
                    "it needs a node_container with composable_node, a node or an executable (is an `if` false?)"});
   }
-  const auto options = session::container_options_of(plan.container.parameters, plan.container.where);
+  const auto options = loading::container_options_of(plan.container.parameters, plan.container.where);
   if (!options) {
     for (const auto& problem : options.error()) evidence.find(Rule::RefusedParameter, problem);
   }
@@ -116,14 +116,14 @@ std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlace
   return std::move(evidence.findings);
 }
 
-InertRobot make_inert(const launch::Plan& plan, const session::ProgramPlaces& places, const Clock& clock) {
+InertRobot make_inert(const launch::Plan& plan, const loading::ProgramPlaces& places, const Clock& clock) {
   InertRobot robot;
   runtime::ContainerOptions options;
   options.name = plan.container.name.empty() ? "check" : plan.container.name;
   options.component_path = places.component_folders;
   robot.container = std::make_unique<runtime::Container>(std::move(options), clock);
   for (const auto& component : plan.components) {
-    auto request = session::load_request_of(component);
+    auto request = loading::load_request_of(component);
     request.thread = {};  // no callback will run: one thread does
     request.faults = std::make_shared<ParameterFaults>();
     const auto made = robot.container->load(request);

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "nacelle/launch/plan.hpp"
+#include "nacelle/loading/program_places.hpp"
 #include "nacelle/proof/finding.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/session/program_places.hpp"
 
 namespace nacelle::proof {
 
@@ -28,7 +28,7 @@ struct LoadedComponent {
 ///
 /// What concerns only a component with `required: false` is a warning: the launch goes on without it.
 /// Threads: any, while nobody loads.
-[[nodiscard]] std::vector<Finding> prove(const launch::Plan& plan, const session::ProgramPlaces& places,
+[[nodiscard]] std::vector<Finding> prove(const launch::Plan& plan, const loading::ProgramPlaces& places,
                                          runtime::Container& container, const std::vector<LoadedComponent>& loaded);
 
 /// Where the plan gives a parameter to the component; else where the component stands.
@@ -45,6 +45,6 @@ struct InertRobot {
   std::vector<Finding>
       findings;  ///< Only a robot that does not run shows these: ties of components with `isolate: process`.
 };
-[[nodiscard]] InertRobot make_inert(const launch::Plan& plan, const session::ProgramPlaces& places, const Clock& clock);
+[[nodiscard]] InertRobot make_inert(const launch::Plan& plan, const loading::ProgramPlaces& places, const Clock& clock);
 
 }  // namespace nacelle::proof

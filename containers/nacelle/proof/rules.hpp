@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/loading/wiring.hpp"
 #include "nacelle/proof/declared_graph.hpp"
 #include "nacelle/proof/proof.hpp"
-#include "nacelle/session/wiring.hpp"
 
 namespace nacelle::proof {
 
 /// What the rules look at, and where they put what they find. Each rule is a function; proof.cpp calls them in this order.
 struct Evidence {
   const launch::Plan& plan;
-  const session::ProgramPlaces& places;
+  const loading::ProgramPlaces& places;
   runtime::Container& container;
   const std::vector<LoadedComponent>& loaded;
   const std::vector<Endpoint> endpoints;
@@ -23,7 +23,7 @@ struct Evidence {
     problem.code = rule;
     findings.push_back({severity, std::move(problem)});
   }
-  [[nodiscard]] session::TopicEnds ends_of(const LoadedComponent& component) const;
+  [[nodiscard]] loading::TopicEnds ends_of(const LoadedComponent& component) const;
 };
 
 /// The services that the container will offer for a component's node, as for every one.

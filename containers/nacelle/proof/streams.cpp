@@ -37,7 +37,7 @@ void check_shared_remaps(Evidence& evidence) {
     std::vector<std::string> nodes;
     for (const auto& component : evidence.loaded) {
       nodes.push_back(component.plan->name);
-      const session::TopicEnds ends = evidence.ends_of(component);
+      const loading::TopicEnds ends = evidence.ends_of(component);
       for (const auto* const some : {&ends.published, &ends.subscribed, &ends.services})
         names.insert(names.end(), some->begin(), some->end());
     }
@@ -82,12 +82,12 @@ void check_pairs(Evidence& evidence) {
 void check_topics(Evidence& evidence) {
   for (const LoadedComponent& component : evidence.loaded) {
     if (!component.declared) continue;
-    const session::TopicEnds ends = evidence.ends_of(component);
+    const loading::TopicEnds ends = evidence.ends_of(component);
     const Severity severity = severity_of(*component.plan);
-    for (auto& problem : session::unused_qos(*component.plan, ends))
+    for (auto& problem : loading::unused_qos(*component.plan, ends))
       evidence.find(Rule::UnusedQos, std::move(problem), severity);
     const launch::ComponentPlan& plan = *component.plan;
-    for (auto& unused : session::unused_remaps(plan.remaps, component.declared->used_remaps, plan.full_name(), ends)) {
+    for (auto& unused : loading::unused_remaps(plan.remaps, component.declared->used_remaps, plan.full_name(), ends)) {
       if (unused.rule < plan.shared_remaps) continue;  // fits one node of several
       const bool has_line = unused.rule < plan.remap_lines.size();
       evidence.find(Rule::UnusedRemap,
@@ -125,7 +125,7 @@ Severity severity_of_budget(const launch::Plan& plan, const Place& where) {
 void check_budgets(Evidence& evidence) {
   for (const LoadedComponent& component : evidence.loaded) {
     if (!component.declared) continue;
-    const session::TopicEnds ends = evidence.ends_of(component);
+    const loading::TopicEnds ends = evidence.ends_of(component);
     for (const auto& budget : component.plan->budgets) {
       if (budget.topic.empty() || ends.published.count(budget.topic) != 0 || ends.subscribed.count(budget.topic) != 0)
         continue;

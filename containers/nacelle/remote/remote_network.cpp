@@ -15,8 +15,8 @@
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/networking/network_wish.hpp"
 #include "nacelle/runtime/service_fault.hpp"
-#include "nacelle/session/network_wish.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
 #include "transport_dds/wire/names.hpp"
 
@@ -39,7 +39,7 @@ Result<launch::NetworkPlan, Problem> plan_of(const RemoteOptions& options, trans
   plan.domain_id = options.domain;
   if (options.domain) environment.erase("ROS_DOMAIN_ID");  // an option that differs is no conflict
   if (plan.mode) return plan;
-  auto asked = session::network_in_force(plan, environment);
+  auto asked = networking::network_in_force(plan, environment);
   if (!asked) return err(asked.error());
   // A robot keeps to its machine by default; who asks for the network means the others.
   if (asked.value().because_of.empty()) plan.mode = launch::NetworkMode::Export;
@@ -70,13 +70,13 @@ Result<std::unique_ptr<RemoteNetwork>, Problem> RemoteNetwork::join(const Remote
 }
 
 Result<void, Problem> RemoteNetwork::start(const RemoteOptions& options) {
-  if (!session::network_is_built_in()) return err(session::network_is_not_built_in(kOption));
-  transport_dds::Environment environment = session::ros_environment();
+  if (!networking::network_is_built_in()) return err(networking::network_is_not_built_in(kOption));
+  transport_dds::Environment environment = networking::ros_environment();
   auto plan = plan_of(options, environment);
   if (!plan) return err(plan.error());
   const auto say = [](const std::string& line) { std::fprintf(stderr, "%s\n", printable_entry(line).c_str()); };
-  network_ = std::make_unique<session::Network>(std::move(plan).value(), std::move(environment), broker_, clients_,
-                                                clock_, say);
+  network_ = std::make_unique<networking::Network>(std::move(plan).value(), std::move(environment), broker_, clients_,
+                                                   clock_, say);
   network_->tell_problems_to([this](const Problem& problem) { note(problem); });
   found_by_ = clock_.now() + spin_time_;
   if (auto started = network_->start(); !started) return started;

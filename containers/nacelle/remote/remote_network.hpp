@@ -18,11 +18,11 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/launch/network_plan.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "nacelle/networking/network.hpp"
 #include "nacelle/remote/byte_message.hpp"
 #include "nacelle/remote/service_clients.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/session/late_reply.hpp"
-#include "nacelle/session/network.hpp"
 #include "transport_dds/wire/remote_graph.hpp"
 
 namespace nacelle::remote {
@@ -113,7 +113,7 @@ class RemoteNetwork {
   Guarded<std::vector<Problem>> problems_;  // why an end is not there, or a service cannot be called
   runtime::Broker broker_{clock_};
   ServiceClients clients_;
-  std::unique_ptr<session::Network> network_;  // the last: its threads use what is above
+  std::unique_ptr<networking::Network> network_;  // the last: its threads use what is above
 };
 
 }  // namespace nacelle::remote

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "nacelle/base/time.hpp"
+#include "nacelle/process/process_figures.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/session/process_figures.hpp"
 
 namespace nacelle::report {
 
@@ -28,7 +28,7 @@ struct RunReport {
   std::vector<runtime::StreamReport> streams;  ///< Taken when every writer was inactive, so that nothing was under way.
   std::optional<DriveFigures> drive;
   std::vector<runtime::HistogramReport> histograms;
-  session::ProcessFigures process;
+  process::ProcessFigures process;
   std::optional<std::int64_t> seed;
 };
 

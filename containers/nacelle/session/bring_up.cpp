@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "nacelle/session/carriers.hpp"
-#include "nacelle/session/isolated_component.hpp"
-#include "nacelle/session/load_request.hpp"
+#include "nacelle/isolation/carriers.hpp"
+#include "nacelle/isolation/isolated_component.hpp"
+#include "nacelle/loading/load_request.hpp"
 #include "nacelle/session/readiness.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/verb_desk.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 constexpr Duration kProgramReadyLimit = 15s;
 
-Problem interrupted(const StopSignal& stop) {
+Problem interrupted(const process::StopSignal& stop) {
   return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
 }
 
@@ -56,10 +56,10 @@ Result<void, Problem> Session::check_the_plan() {
 Result<void, Problem> Session::start_programs() {
   for (const auto& plan : plan_.programs) {
     if (stop_.is_raised()) return err(interrupted(stop_));
-    auto spec = program_spec_of(plan, options_.places.program, options_.places.prefixes);
+    auto spec = loading::program_spec_of(plan, options_.places.program, options_.places.prefixes);
     if (!spec) return err(spec.error());
     progress("starting program " + spec.value().label);
-    auto program = ForeignProgram::start(spec.value());
+    auto program = process::ForeignProgram::start(spec.value());
     if (!program)
       return err(
           Problem{plan.where, program.error().where.text() + ": " + program.error().what, program.error().way_out});
@@ -73,12 +73,12 @@ Result<void, Problem> Session::start_programs() {
 Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPlan& component,
                                                       const std::shared_ptr<ParameterFaults>& faults) {
   if (component.isolate == launch::Isolation::None) {
-    runtime::LoadRequest request = load_request_of(component);
+    runtime::LoadRequest request = loading::load_request_of(component);
     request.faults = faults;
     return container_->load(request);
   }
-  auto started =
-      IsolatedComponent::start(component, options_.places, *container_, carrier_.get(), clock_, faults.get());
+  auto started = isolation::IsolatedComponent::start(component, options_.places, *container_, carrier_.get(), clock_,
+                                                     faults.get());
   if (!started) return err(started.error());
   auto adopted = container_->adopt(started.value());
   if (adopted) {
@@ -93,7 +93,7 @@ Result<runtime::ComponentInfo, Problem> Session::load(const launch::ComponentPla
 void Session::start_the_carrier() {
   const auto is_apart = [](const auto& component) { return component.isolate == launch::Isolation::Process; };
   if (options_.carrier.empty() || std::ranges::none_of(plan_.components, is_apart)) return;
-  auto started = start_carrier(options_.carrier);
+  auto started = isolation::start_carrier(options_.carrier);
   if (started) {
     carrier_ = std::move(started).value();
   } else {
@@ -174,7 +174,7 @@ Result<void, Problem> Session::activate() {
     return manager_->startup(crew);
   }();
   if (outcome.success) {
-    report_.bringup = time_since_process_start();
+    report_.bringup = process::time_since_process_start();
     service_->set_phase(Phase::Running);
     composition_changed();
     std::string names;

@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "nacelle/base/names.hpp"
+#include "nacelle/loading/load_request.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 #include "nacelle/runtime/parameter_messages.hpp"
-#include "nacelle/session/load_request.hpp"
 #include "nacelle/session/statistics.hpp"
 
 namespace nacelle::session {
@@ -66,7 +66,7 @@ nacelle_interfaces::srv::GetComponent::Response details_of(const runtime::Contai
   auto request = container.request_of(info.id);
   details.isolated = !request;
   if (const auto* const planned = plan.find(info.node); !request && planned != nullptr)
-    request = load_request_of(*planned);
+    request = loading::load_request_of(*planned);
   if (request) details.load.push_back(load_of(*request, info.actuator));
   return details;
 }

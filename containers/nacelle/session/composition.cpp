@@ -15,7 +15,7 @@
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/session/isolated_words.hpp"
+#include "nacelle/isolation/isolated_words.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -55,7 +55,7 @@ Duration duration_of(const json& row, const char* key) {
 
 json to_json(const ComposedComponent& component) {
   const launch::ComponentPlan& plan = component.plan;
-  json row = plan_to_json(plan);
+  json row = isolation::plan_to_json(plan);
   row["package"] = plan.package;
   row["state"] = word_of(plan.target, kStates);
   row["actuator"] = component.actuator;
@@ -79,7 +79,7 @@ json to_json(const ComposedComponent& component) {
 ComposedComponent component_of(const json& row, const std::string& file) {
   ComposedComponent component;
   launch::ComponentPlan& plan = component.plan;
-  plan = plan_from_json(row);
+  plan = isolation::plan_from_json(row);
   plan.where = {file, 0};
   plan.package = row.at("package").get<std::string>();
   plan.target = enum_of<TargetState>(row, "state", kStates);

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "nacelle/base/names.hpp"
+#include "nacelle/loading/wiring.hpp"
 #include "nacelle/session/session.hpp"
-#include "nacelle/session/wiring.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -33,8 +33,8 @@ Clashes clashes_of(const runtime::Container& container, const std::string& node)
   return found;
 }
 
-TopicEnds ends_of(const GraphBefore& before, const runtime::ComponentInfo& component) {
-  TopicEnds ends = before.added();
+loading::TopicEnds ends_of(const loading::GraphBefore& before, const runtime::ComponentInfo& component) {
+  loading::TopicEnds ends = before.added();
   if (component.declared) ends.services = {component.declared->services.begin(), component.declared->services.end()};
   return ends;
 }
@@ -53,11 +53,11 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned_now(const std::string& 
   for (const auto& component : session_.plan().components) {
     names.push_back(component.name);
     if (component.full_name() != name && component.name != name) continue;
-    const GraphBefore before{session_.container()};
+    const loading::GraphBefore before{session_.container()};
     auto loaded = session_.load(component);
     if (!loaded) return err(loaded.error());
     Loaded result{loaded.value(), {}};
-    for (const auto& problem : unused_qos(component, ends_of(before, result.component)))
+    for (const auto& problem : loading::unused_qos(component, ends_of(before, result.component)))
       result.warnings.push_back(problem.text());
     return finish(std::move(result), component.target);
   }
@@ -76,13 +76,14 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest reques
     request.remaps.push_back({RemapKind::Topic, "", "/tf", names.tf_topic()});
     request.remaps.push_back({RemapKind::Topic, "", "/tf_static", names.tf_topic() + "_static"});
   }
-  const GraphBefore before{session_.container()};
+  const loading::GraphBefore before{session_.container()};
   auto loaded = session_.container().load(request);
   if (!loaded) return err(loaded.error());
   Loaded result{loaded.value(), {}};
   if (const auto& declared = result.component.declared) {
-    const TopicEnds ends = ends_of(before, result.component);
-    for (const auto& unused : unused_remaps(request.remaps, declared->used_remaps, result.component.node, ends))
+    const loading::TopicEnds ends = ends_of(before, result.component);
+    for (const auto& unused :
+         loading::unused_remaps(request.remaps, declared->used_remaps, result.component.node, ends))
       if (unused.rule < own_remaps) result.warnings.push_back(unused.problem.text());
   }
   return finish(std::move(result), target);

@@ -8,7 +8,7 @@
 
 namespace nacelle::session {
 
-Lookout::Lookout(const StopSignal& stop, std::function<Duration()> patience, std::function<void()> act)
+Lookout::Lookout(const process::StopSignal& stop, std::function<Duration()> patience, std::function<void()> act)
     : thread_([over = over_.descriptor(), signal = stop.descriptor(), patience = std::move(patience),
                act = std::move(act)] {
         ::pthread_setname_np(::pthread_self(), "lookout");

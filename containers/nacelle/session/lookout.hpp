@@ -6,7 +6,7 @@
 
 #include "nacelle/base/time.hpp"
 #include "nacelle/control/event.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
 
 namespace nacelle::session {
 
@@ -15,7 +15,7 @@ namespace nacelle::session {
 class Lookout {
  public:
   /// Calls `act` once, when the signal has come and `patience` (asked then) is over without the destructor having begun.
-  Lookout(const StopSignal& stop, std::function<Duration()> patience, std::function<void()> act);
+  Lookout(const process::StopSignal& stop, std::function<Duration()> patience, std::function<void()> act);
   ~Lookout();
   Lookout(const Lookout&) = delete;
   Lookout& operator=(const Lookout&) = delete;

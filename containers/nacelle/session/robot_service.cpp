@@ -11,8 +11,8 @@
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
+#include "nacelle/process/process_figures.hpp"
 #include "nacelle/report/run_report.hpp"
-#include "nacelle/session/process_figures.hpp"
 #include "nacelle/session/publish_encoded.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
 
@@ -141,7 +141,7 @@ void RobotService::append_stats(std::string& out) {
   // Names are ROS names and types, so nothing needs escaping; nodes_json_ was made by a JSON library.
   const auto at = std::back_inserter(out);
   fmt::format_to(at, R"({{"phase":"{}","cpu_s":{:.3f},"rss_mb":{:.1f},"nodes":)", to_text(phase_),
-                 to_seconds(cpu_time()), static_cast<double>(resident_bytes()) / 1e6);
+                 to_seconds(process::cpu_time()), static_cast<double>(process::resident_bytes()) / 1e6);
   out.append(*nodes_json_.lock());
   out.append(R"(,"streams":[)");
   container_.report_streams(streams_);

@@ -13,13 +13,13 @@
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
+#include "nacelle/loading/load_request.hpp"
+#include "nacelle/networking/network_wish.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/session/attempt.hpp"
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
 #include "nacelle/session/load_desk.hpp"
-#include "nacelle/session/load_request.hpp"
-#include "nacelle/session/network_wish.hpp"
 #include "nacelle/session/session_services.hpp"
 #include "nacelle/session/verb_desk.hpp"
 
@@ -38,10 +38,10 @@ constexpr int kRetry_ms = 100;
 
 void leave_at_once() noexcept {
   static_cast<void>(runtime::write_all_safe_stops());
-  kill_all_programs();
+  process::kill_all_programs();
 }
 
-Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, StopSignal& stop)
+Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, process::StopSignal& stop)
     : plan_(std::move(plan)),
       options_(std::move(options)),
       clock_(clock),
@@ -125,15 +125,15 @@ int Session::run_robot() {
   }
   const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
   // Where they are wrong, check_the_plan() says so with the rest.
-  const auto asked = container_options_of(plan_.container.parameters, plan_.container.where);
+  const auto asked = loading::container_options_of(plan_.container.parameters, plan_.container.where);
   runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
   container_options.name = options_.container_name;
   container_options.name_space = plan_.container.namespace_;
   container_options.component_path = options_.places.component_folders;
   container_options.node_interfaces = runtime::NodeInterfaces::All;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
-  network_ = std::make_unique<Network>(
-      plan_.network, ros_environment(), container_->graph(), container_->service_graph(), clock_,
+  network_ = std::make_unique<networking::Network>(
+      plan_.network, networking::ros_environment(), container_->graph(), container_->service_graph(), clock_,
       [this](const std::string& line) { say(line); },
       std::static_pointer_cast<ClockSkews>(container_->shared_object(kClockSkewsName)));
   network_->protect_services_of(container_->node());
@@ -151,7 +151,8 @@ int Session::run_robot() {
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
-      [](void* stop) { static_cast<StopSignal*>(stop)->raise_by_request(); }, &stop_, fault_event_.descriptor());
+      [](void* stop) { static_cast<process::StopSignal*>(stop)->raise_by_request(); }, &stop_,
+      fault_event_.descriptor());
   emergency_stops_ = std::make_unique<EmergencyStops>(*container_);
   if (auto set = set_held_stops(); !set) {
     say("nacelle: " + set.error().text());

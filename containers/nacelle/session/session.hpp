@@ -18,6 +18,10 @@
 #include "nacelle/control/server.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
+#include "nacelle/loading/program_places.hpp"
+#include "nacelle/networking/network.hpp"
+#include "nacelle/process/foreign_programs.hpp"
+#include "nacelle/process/stop_signal.hpp"
 #include "nacelle/proof/proof.hpp"
 #include "nacelle/report/run_report.hpp"
 #include "nacelle/runtime/budget.hpp"
@@ -26,12 +30,8 @@
 #include "nacelle/session/composition.hpp"
 #include "nacelle/session/early_crashes.hpp"
 #include "nacelle/session/emergency_stops.hpp"
-#include "nacelle/session/foreign_programs.hpp"
 #include "nacelle/session/lookout.hpp"
-#include "nacelle/session/network.hpp"
-#include "nacelle/session/program_places.hpp"
 #include "nacelle/session/robot_service.hpp"
-#include "nacelle/session/stop_signal.hpp"
 #include "nacelle/session/supervision.hpp"
 #include "nacelle/session/transition_log.hpp"
 #include "nacelle/transport_local/carrier.hpp"
@@ -40,7 +40,7 @@ namespace nacelle::session {
 
 struct SessionOptions {
   std::string container_name;  ///< Of the control socket.
-  ProgramPlaces places;
+  loading::ProgramPlaces places;
   std::optional<std::int64_t> seed;        ///< For the report only.
   std::string report_file;                 ///< Empty: none.
   std::vector<std::string> last_messages;  ///< Topics whose last message the report is to hold beside the figures.
@@ -68,7 +68,7 @@ class VerbDesk;
 /// Threads: one, the main thread; it also serves the slow requests of the control socket.
 class Session {
  public:
-  Session(launch::Plan plan, SessionOptions options, const Clock& clock, StopSignal& stop);
+  Session(launch::Plan plan, SessionOptions options, const Clock& clock, process::StopSignal& stop);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   ~Session();
@@ -82,7 +82,7 @@ class Session {
   // For the requests of the control socket and the services of the container's node.
   [[nodiscard]] runtime::Container& container() { return *container_; }
   [[nodiscard]] const launch::Plan& plan() const { return plan_; }
-  [[nodiscard]] Network& network() { return *network_; }
+  [[nodiscard]] networking::Network& network() { return *network_; }
   [[nodiscard]] const SessionOptions& options() const { return options_; }
   [[nodiscard]] EmergencyStops& emergency_stops() { return *emergency_stops_; }
   [[nodiscard]] const Supervision& supervision() const { return *supervision_; }
@@ -153,15 +153,15 @@ class Session {
   launch::Plan plan_;
   SessionOptions options_;
   const Clock& clock_;
-  StopSignal& stop_;
+  process::StopSignal& stop_;
   bool on_terminal_;
   control::Event fault_event_;
 
   // Destroyed from below: the server first, so that nobody asks any more, the container before the programs it talks to.
-  std::vector<std::unique_ptr<ForeignProgram>> programs_;
+  std::vector<std::unique_ptr<process::ForeignProgram>> programs_;
   std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;
-  std::unique_ptr<Network> network_;
+  std::unique_ptr<networking::Network> network_;
   std::unique_ptr<Supervision> supervision_;
   std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
@@ -189,7 +189,7 @@ class Session {
   bool lost_descriptors_ = false;            // a component closed some of the container
   report::RunReport report_;
   std::string last_messages_json_;
-  SteadyState steady_;
+  process::SteadyState steady_;
   std::optional<MonotonicTime> steady_from_;
   std::unique_ptr<Lookout> lookout_;  // until the way down begins
 };

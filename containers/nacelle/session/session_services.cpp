@@ -16,12 +16,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "nacelle/networking/network_message.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 #include "nacelle/session/attempt.hpp"
 #include "nacelle/session/comeback.hpp"
 #include "nacelle/session/component_details.hpp"
 #include "nacelle/session/frames.hpp"
-#include "nacelle/session/network_message.hpp"
 #include "nacelle/session/session.hpp"
 #include "nacelle/session/statistics.hpp"
 
@@ -82,7 +82,7 @@ template <typename Response>
 Response network_of(Session& session) {
   Response response;
   response.container = session.options().container_name;
-  auto network = network_message(session.network().state());
+  auto network = networking::network_message(session.network().state());
   response.success = network.has_value();
   if (network) {
     response.network = std::move(network).value();
@@ -93,7 +93,7 @@ Response network_of(Session& session) {
 }
 
 SetNetwork::Response set_network(Session& session, const SetNetwork::Request& request) {
-  Network& network = session.network();
+  networking::Network& network = session.network();
   const auto mode = request.exported ? launch::NetworkMode::Export : network.unexported();
   if (auto shown = network.show(mode, request.exported ? "nacelle export on" : "nacelle export off"); !shown) {
     SetNetwork::Response refused;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "nacelle/session/process_figures.hpp"
+#include "nacelle/process/process_figures.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -83,7 +83,7 @@ std::vector<msg::ComponentStatistics> components_of(const runtime::Container& co
       row.callbacks = load->callbacks;
       row.samples = load->samples;
       row.cpu_us = us(load->own_threads ? load->thread_cpu : load->cpu);
-    } else if (const auto usage = info.process != 0 ? usage_of_process(info.process) : std::nullopt) {
+    } else if (const auto usage = info.process != 0 ? process::usage_of_process(info.process) : std::nullopt) {
       row.process = info.process;
       row.cpu_us = us(usage->cpu);
       row.rss_bytes = usage->rss_bytes;
@@ -109,9 +109,9 @@ std::vector<msg::ThreadStatistics> threads_of(const runtime::Container& containe
     row.executor = thread.executor;
     row.state = thread.state;
   }
-  for (const auto& thread : living_threads()) {
+  for (const auto& thread : process::living_threads()) {
     if (std::ranges::find(threads, thread.tid, &runtime::ThreadReport::thread_id) != threads.end()) continue;
-    if (const auto cpu = cpu_of_thread(thread.tid)) add(thread.tid, thread.name, *cpu);
+    if (const auto cpu = process::cpu_of_thread(thread.tid)) add(thread.tid, thread.name, *cpu);
   }
   return rows;
 }
@@ -142,8 +142,8 @@ nacelle_interfaces::srv::GetStatistics::Response statistics_of(const runtime::Co
   nacelle_interfaces::srv::GetStatistics::Response statistics;
   statistics.container = container.options().name;
   statistics.now_ns = container.clock().now().nanoseconds();
-  statistics.process.cpu_us = us(cpu_time());
-  statistics.process.rss_bytes = resident_bytes();
+  statistics.process.cpu_us = us(process::cpu_time());
+  statistics.process.rss_bytes = process::resident_bytes();
   statistics.streams = streams_of(container);
   statistics.readers = readers_of(container);
   statistics.callbacks = callbacks_of(container, "");

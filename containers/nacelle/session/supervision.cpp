@@ -7,8 +7,8 @@
 #include <algorithm>
 
 #include "nacelle/base/reversed.hpp"
+#include "nacelle/loading/load_request.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
-#include "nacelle/session/load_request.hpp"
 #include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
@@ -163,7 +163,7 @@ runtime::FaultHandling Supervision::handling_of(const runtime::ComponentInfo& in
   if (auto request = session_.container().request_of(info.id)) return request->on_fault;
   // Of another process: what the launch file says.
   const auto* const plan = session_.plan().find(info.node);
-  return plan != nullptr ? load_request_of(*plan).on_fault : runtime::FaultHandling{};
+  return plan != nullptr ? loading::load_request_of(*plan).on_fault : runtime::FaultHandling{};
 }
 
 void Supervision::on_fault(const runtime::ComponentInfo& info) {

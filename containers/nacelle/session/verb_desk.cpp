@@ -14,8 +14,8 @@
 #include "nacelle/control/client.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/session/frames.hpp"
-#include "nacelle/session/message_yaml.hpp"
 #include "nacelle/session/own_container.hpp"
+#include "nacelle/text/message_yaml.hpp"
 
 namespace nacelle::session {
 
@@ -297,7 +297,7 @@ json VerbDesk::listen(Guest& guest, const json& request) {
   guest.show = show;
   guest.field.reset();
   if (const std::string path = request.value("field", ""); !path.empty()) {
-    auto field = MessageField::find(*type, path);
+    auto field = text::MessageField::find(*type, path);
     if (!field) return control::reply_of(field.error());
     guest.field = std::move(field).value();
   }
@@ -334,7 +334,7 @@ void VerbDesk::append_item(const Guest& guest, const Block& block) {
       if (guest.field) {
         guest.field->append_yaml(text_, block.message, {guest.longest});
       } else {
-        append_yaml(text_, type, block.message, {guest.longest});
+        text::append_yaml(text_, type, block.message, {guest.longest});
       }
       break;
     case Show::Json:

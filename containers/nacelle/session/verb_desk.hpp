@@ -12,8 +12,8 @@
 
 #include "nacelle/control/server.hpp"
 #include "nacelle/session/late_reply.hpp"
-#include "nacelle/session/message_field.hpp"
 #include "nacelle/session/topic_tap.hpp"
+#include "nacelle/text/message_field.hpp"
 
 namespace nacelle::session {
 
@@ -87,7 +87,7 @@ class VerbDesk {
     std::unique_ptr<TopicTap> tap;
     std::unique_ptr<LateReply> late;  // its next request is not looked at before this one is answered
     Show show = Show::Yaml;
-    std::optional<MessageField> field;  // of Yaml and Json: all of the message without it
+    std::optional<text::MessageField> field;  // of Yaml and Json: all of the message without it
     std::size_t longest = 128;
     MonotonicTime said_at{};
     bool waits_for_tap = false, waits_for_answer = false;  // as append_waits() has left it

@@ -14,7 +14,7 @@
 
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/drive/velocity_sender.hpp"
-#include "nacelle/session/key_mode.hpp"
+#include "nacelle/process/key_mode.hpp"
 
 namespace nacelle::teleop {
 namespace {
@@ -90,13 +90,13 @@ void show(const TeleopKeys& keys, const std::string& stops, const char* note) {
 }  // namespace
 
 int run_teleop(control::Client& client, control::Client& asking, const TeleopSettings& settings,
-               const session::StopSignal& stop, const Clock& clock) {
+               const process::StopSignal& stop, const Clock& clock) {
   auto sender = drive::VelocitySender::open(client, settings.topic, settings.stamped, settings.frame);
   if (!sender) {
     std::fprintf(stderr, "nacelle: %s\n", sender.error().text().c_str());
     return 1;
   }
-  const session::KeyMode mode;
+  const process::KeyMode mode;
   StopWatch stops{asking, clock, settings.container};
   TeleopKeys keys{settings.keys};
   std::fwrite(kHelp.data(), 1, kHelp.size(), stdout);

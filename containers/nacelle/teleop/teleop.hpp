@@ -5,7 +5,7 @@
 
 #include "nacelle/base/time.hpp"
 #include "nacelle/control/client.hpp"
-#include "nacelle/session/stop_signal.hpp"
+#include "nacelle/process/stop_signal.hpp"
 #include "nacelle/teleop/model/teleop_keys.hpp"
 
 namespace nacelle::teleop {
@@ -22,6 +22,6 @@ struct TeleopSettings {
 /// second connection, asks which emergency stops are set; while one is, the line shows that in the place of a speed.
 /// Returns the process's exit code; the terminal is as it was before.
 [[nodiscard]] int run_teleop(control::Client& client, control::Client& asking, const TeleopSettings& settings,
-                             const session::StopSignal& stop, const Clock& clock);
+                             const process::StopSignal& stop, const Clock& clock);
 
 }  // namespace nacelle::teleop

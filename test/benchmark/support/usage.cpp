@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "nacelle/session/allocation_counter.hpp"
+#include "nacelle/process/allocation_counter.hpp"
 
 namespace nacelle::bench {
 namespace {
@@ -15,8 +15,8 @@ Duration to_duration(const timeval& t) { return std::chrono::seconds(t.tv_sec) +
 }  // namespace
 
 Usage Usage::now() {
-  static thread_local session::AllocationSnapshot snapshot;
-  session::take_snapshot(snapshot);
+  static thread_local process::AllocationSnapshot snapshot;
+  process::take_snapshot(snapshot);
   Usage usage;
   usage.mallocs = snapshot.uncounted;
   for (std::size_t i = 0; i < snapshot.count; ++i) usage.mallocs += snapshot.threads[i].calls;

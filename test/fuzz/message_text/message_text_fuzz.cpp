@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/session/message_text.hpp"
+#include "nacelle/text/message_text.hpp"
 
 namespace {
 
@@ -17,7 +17,7 @@ using namespace nacelle;
 // The law: a problem that says something, or a message that can be shown; never a crash.
 template <typename T>
 void read(std::string_view text) {
-  const auto json = session::read_message_text(text, T::message_type(), WallTime{});
+  const auto json = text::read_message_text(text, T::message_type(), WallTime{});
   if (!json) {
     if (json.error().what.empty()) std::abort();
     return;
@@ -29,7 +29,7 @@ void read(std::string_view text) {
     return;
   }
   std::string shown;
-  session::append_repr(shown, T::message_type(), &message);
+  text::append_repr(shown, T::message_type(), &message);
   if (shown.empty()) std::abort();
 }
 

@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "nacelle/control/client.hpp"
-#include "nacelle/session/allocation_counter.hpp"
-#include "nacelle/session/process_figures.hpp"
+#include "nacelle/process/allocation_counter.hpp"
+#include "nacelle/process/process_figures.hpp"
 #include "temporary_folder.hpp"
 
 namespace nacelle::control {
@@ -353,7 +353,7 @@ TEST_F(ControlServerTest, accepts_a_stop_without_a_free_descriptor) {
 }
 
 TEST_F(ControlServerTest, answering_at_a_rate_allocates_nothing_on_its_thread) {
-  if (!session::allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns the allocator";
+  if (!process::allocations_are_counted()) GTEST_SKIP() << "a sanitizer owns the allocator";
   Client client = connect();
   auto handle = client.open_writer("/cmd_vel", "some/msg/Type", 5s);
   ASSERT_TRUE(handle);
@@ -363,9 +363,9 @@ TEST_F(ControlServerTest, answering_at_a_rate_allocates_nothing_on_its_thread) {
     ASSERT_TRUE(client.stats(5s));
   };
   for (int i = 0; i < 10; ++i) ask();
-  const auto threads = session::living_threads();
-  session::AllocationSnapshot before, after;
-  session::take_snapshot(before);
+  const auto threads = process::living_threads();
+  process::AllocationSnapshot before, after;
+  process::take_snapshot(before);
   for (int i = 0; i < 200; ++i) ask();
   // Whoever looks for containers connects to each, and goes again. Asking in between makes sure that the server saw it go:
   // a crowd that comes at once may cost heap, one after the other must not.
@@ -373,8 +373,8 @@ TEST_F(ControlServerTest, answering_at_a_rate_allocates_nothing_on_its_thread) {
     ::close(raw());
     ask();
   }
-  session::take_snapshot(after);
-  auto rates = session::allocation_rates(before, after, threads, 1.0);
+  process::take_snapshot(after);
+  auto rates = process::allocation_rates(before, after, threads, 1.0);
   ASSERT_EQ(rates.count("control"), 1U);
   EXPECT_EQ(rates["control"], 0);
 }

@@ -11,7 +11,7 @@ namespace {
 void nothing() noexcept {}
 
 TEST(Lookout, acts_once_when_the_signal_has_come_and_nobody_has_obeyed) {
-  const StopSignal stop{nothing};
+  const process::StopSignal stop{nothing};
   std::promise<void> acted;  // a second time would throw
   auto has_acted = acted.get_future();
   const Lookout lookout{stop, [] { return 1ms; }, [&] { acted.set_value(); }};
@@ -24,7 +24,7 @@ TEST(Lookout, does_not_act_when_its_owner_was_quicker) {
   bool acted = false;
   std::promise<void> asked;
   {
-    const StopSignal stop{nothing};
+    const process::StopSignal stop{nothing};
     const Lookout lookout{stop,
                           [&] {
                             asked.set_value();
@@ -38,7 +38,7 @@ TEST(Lookout, does_not_act_when_its_owner_was_quicker) {
 }
 
 TEST(Lookout, ends_without_a_signal) {
-  const StopSignal stop{nothing};
+  const process::StopSignal stop{nothing};
   const Lookout lookout{stop, [] { return Duration{}; }, [] { ADD_FAILURE() << "nobody has asked for a stop"; }};
 }
 

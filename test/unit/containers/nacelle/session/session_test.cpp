@@ -15,7 +15,7 @@ namespace {
 /// Has no memory when it is asked for the first time, and ends the session when it is asked again.
 class Unlucky final : public ClockAlarm {
  public:
-  explicit Unlucky(StopSignal& stop) : stop_(stop) { event_.set(); }
+  explicit Unlucky(process::StopSignal& stop) : stop_(stop) { event_.set(); }
   int descriptor() const override { return event_.descriptor(); }
   void take() override {
     if (++asked == 1) throw std::bad_alloc{};
@@ -25,7 +25,7 @@ class Unlucky final : public ClockAlarm {
   int asked = 0;
 
  private:
-  StopSignal& stop_;
+  process::StopSignal& stop_;
   control::Event event_;
 };
 
@@ -33,7 +33,7 @@ TEST(Session, goes_on_when_a_step_of_its_loop_has_no_memory) {
   std::string folder = (std::filesystem::temp_directory_path() / "nacelle-session-XXXXXX").string();
   ASSERT_NE(::mkdtemp(folder.data()), nullptr);
   ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", folder.c_str(), 1), 0);
-  StopSignal stop;
+  process::StopSignal stop;
   Unlucky alarm{stop};
   launch::Plan plan;
   plan.container.name = "robot";

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/loading/program_places.hpp"
+#include "nacelle/msgs/type_library.hpp"
+#include "nacelle/process/foreign_programs.hpp"
+#include "nacelle/runtime/foreign_component.hpp"
+#include "nacelle/transport_local/link.hpp"
+
+namespace nacelle::isolation {
+
+/// A launch file's component with `isolate: process`: a process of this program that holds it alone, its streams linked to the
+/// container's graph, its lifecycle asked for over the same socket.
+///
+/// When the process ends by itself the component is faulted with how it ended, and its streams are gone.
+/// Threads: start(), unload() and the destructor from one thread at a time; info() and trigger() from any.
+class IsolatedComponent final : public runtime::ForeignComponent {
+ public:
+  /// Starts the process and loads the component. Errors: as Container::load(); a process that does not come up; a component that
+  /// is tied to its own process (transforms it claims, objects it shares). With `faults`, refused values are collected there.
+  [[nodiscard]] static Result<std::shared_ptr<IsolatedComponent>, Problem> start(const launch::ComponentPlan& plan,
+                                                                                 const loading::ProgramPlaces& places,
+                                                                                 runtime::Container& container,
+                                                                                 Carrier* carrier, const Clock& clock,
+                                                                                 ParameterFaults* faults = nullptr);
+  IsolatedComponent(const launch::ComponentPlan& plan, const loading::ProgramPlaces& places,
+                    runtime::Container& container, Carrier* carrier, const Clock& clock);
+  ~IsolatedComponent() override;
+
+  runtime::ComponentInfo info() const override;
+  TransitionOutcome trigger(Transition transition) override;
+  void stop_what_moves() override;
+  void give_up_transitions_after(Duration limit) override;
+  runtime::UnloadOutcome unload() override;
+
+ private:
+  [[nodiscard]] Result<void, Problem> spawn();
+  [[nodiscard]] Result<nlohmann::json, Problem> call(nlohmann::json request);
+  void tell(const nlohmann::json& order);
+  void on_note(const std::string& note);
+  void on_end(const Problem& problem);
+  void on_open_fault(const nlohmann::json& told);
+  void tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback);
+  void end_process();
+
+  const launch::ComponentPlan plan_;
+  const loading::ProgramPlaces& places_;
+  runtime::Container& container_;
+  Carrier* const carrier_;  // outlives us; may be null
+  const Clock& clock_;
+  Duration limit_;              // of a transition; under mutex_
+  MonotonicTime limited_at_{};  // when it was said last
+  msgs::TypeLibrary types_;     // the link's thread's
+
+  std::mutex calling_;  // one question at a time
+  mutable std::mutex mutex_;
+  std::condition_variable answered_;
+  runtime::ComponentInfo info_;
+  std::uint64_t next_call_ = 1;
+  std::unique_ptr<nlohmann::json> answer_;
+  bool gone_ = false, closing_ = false;
+  std::int32_t process_ = 0;  // its number, while it lives
+  std::string how_;           // it ended
+
+  std::mutex process_mutex_;
+  std::unique_ptr<process::ForeignProgram> program_;
+  std::unique_ptr<Link> link_;
+};
+
+}  // namespace nacelle::isolation

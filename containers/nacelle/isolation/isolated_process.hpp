@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "nacelle/base/time.hpp"
+#include "nacelle/loading/program_places.hpp"
+#include "nacelle/process/stop_signal.hpp"
+
+namespace nacelle::isolation {
+
+/// The process of an isolated component: a container with that one component, linked over `socket` to the container that started
+/// it (isolated_component.hpp). Returns the exit code when the socket is closed or a signal asks for the end; the component has
+/// been taken down in order then.
+/// Threads: the main thread.
+[[nodiscard]] int run_isolated(int socket, const std::string& name, const std::string& carrier,
+                               const loading::ProgramPlaces& places, const Clock& clock,
+                               const process::StopSignal& stop);
+
+}  // namespace nacelle::isolation

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nacelle/base/clock_skews.hpp"
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/launch/network_plan.hpp"
+#include "nacelle/networking/network_links.hpp"
+#include "nacelle/node/graph.hpp"
+#include "nacelle/node/service_graph.hpp"
+#include "transport_dds/wire/network_settings.hpp"
+
+namespace nacelle {
+class DdsMirror;
+namespace transport_dds {
+class RemoteGraph;
+}
+}  // namespace nacelle
+
+namespace nacelle::networking {
+
+/// The robot on ROS 2's network: who may see it now, and why it cannot be seen if so.
+///
+/// The robot never needs it: what goes wrong here is told, and nothing local changes. While it is on the network, or could
+/// not join, the machine's addresses are watched, and it joins anew when they have changed.
+/// Threads: one, but for `say`, which the network's thread calls too.
+class Network {
+ public:
+  using Say = std::function<void(const std::string& line)>;
+  /// `graph`, `services` and `clock` outlive it. `clock_skews` is kept filled with what is found of others' clocks.
+  Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
+          const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews = nullptr);
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+  ~Network();
+
+  /// The full name of the container's node, some of whose services callers outside may not use (refused_services.hpp). Before start().
+  void protect_services_of(std::string node) { node_ = std::move(node); }
+  /// To be told, on the network's thread, instead of `say`, what keeps ends apart. Before start().
+  void tell_problems_to(std::function<void(const Problem&)> told) { told_ = std::move(told); }
+  /// Joins as launch file and environment ask, and tells what is remarkable.
+  /// Errors: the launch file asks for a network, and this program was built without.
+  [[nodiscard]] Result<void, Problem> start();
+  /// From now on in this mode; who listens meets all nodes anew. Errors: why not; then it is as it was.
+  [[nodiscard]] Result<void, Problem> show(launch::NetworkMode mode, const std::string& because_of);
+  /// What `nacelle export off` means: the launch file's mode, but never Export.
+  [[nodiscard]] launch::NetworkMode unexported() const;
+
+  /// Nodes, topics and services of other participants (DdsMirror::look()); not called where the network is not joined.
+  void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;
+  /// Endpoints of this side on the network, now.
+  [[nodiscard]] std::uint64_t writer_count() const;
+
+  /// For the bring-up's last line; empty: nothing to say (built without, and nobody asked).
+  [[nodiscard]] std::string line() const;
+  /// The settings (network_wish.hpp), `running`, `problem`, and what has crossed so far.
+  [[nodiscard]] nlohmann::json state() const;
+
+  /// To be polled for reading; -1: nothing is watched.
+  [[nodiscard]] int descriptor() const { return watch_ ? watch_->descriptor() : -1; }
+  [[nodiscard]] std::optional<MonotonicTime> next_due() const { return due_; }
+  /// The wall clock has jumped: what was not valid, a certificate, may be now.
+  void note_clock_jump();
+  /// `told`: the descriptor is readable. Joins anew when addresses have changed and been at rest for a moment.
+  void serve(bool told);
+
+ private:
+  [[nodiscard]] Result<void, Problem> join();
+  void leave();
+  void watch_links();
+  [[nodiscard]] std::vector<NetworkLink> of_interest(std::vector<NetworkLink> links) const;
+
+  launch::NetworkPlan plan_;
+  const launch::NetworkPlan written_;  // as the launch file has it
+  const transport_dds::Environment environment_;
+  Graph& graph_;
+  ServiceGraph& services_;
+  const Clock& clock_;
+  const Say say_;
+  const std::shared_ptr<ClockSkews> clock_skews_;
+  std::string node_;
+  std::function<void(const Problem&)> told_;
+  transport_dds::NetworkSettings settings_;
+  std::optional<Problem> why_not_;  // it is not on the network, though it should be
+  bool is_asked_for_ = false;       // by somebody, not only by default
+  std::unique_ptr<LinkWatch> watch_;
+  std::vector<NetworkLink> joined_with_;
+  std::optional<MonotonicTime> due_;
+  struct Joined;
+  std::unique_ptr<Joined> joined_;  // null: not on the network
+};
+
+/// Whether a robot with these settings can join, found by doing so for a moment: nothing is said, nobody is heard. With what it
+/// would remark on. Errors: why its network would be off. Off, or built without: nothing is done.
+[[nodiscard]] Result<std::vector<Problem>, Problem> try_network(transport_dds::NetworkSettings settings);
+
+}  // namespace nacelle::networking

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace nacelle::networking {
+
+/// A network interface of this machine, as the kernel has it now.
+struct NetworkLink {
+  int index = 0;  ///< A link that went and came back has another one.
+  std::string name;
+  bool on = false;  ///< Switched on.
+  bool up = false;  ///< Switched on, and with a carrier.
+  bool is_loopback = false;
+  bool has_multicast = false;
+  std::vector<std::string> addresses;  ///< IPv4 and IPv6, sorted.
+  friend bool operator==(const NetworkLink&, const NetworkLink&) = default;
+};
+/// By index. Empty where the kernel cannot be asked.
+[[nodiscard]] std::vector<NetworkLink> network_links();
+
+/// Where programs of this machine may look for each other besides lo: IPv4 addresses of links that are switched on, by
+/// link; those of links for multicast first.
+[[nodiscard]] std::vector<std::string> addresses_on_the_lan();
+
+/// Tells that a link or an address of this machine has come or gone.
+/// Threads: one.
+class LinkWatch {
+ public:
+  LinkWatch();
+  ~LinkWatch();
+  LinkWatch(const LinkWatch&) = delete;
+  LinkWatch& operator=(const LinkWatch&) = delete;
+
+  /// Readable when something has changed; -1 where the kernel does not tell.
+  [[nodiscard]] int descriptor() const { return fd_; }
+  /// Forgets what was told.
+  void drain() const;
+
+ private:
+  int fd_ = -1;
+};
+
+}  // namespace nacelle::networking

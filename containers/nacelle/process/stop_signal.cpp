@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nacelle/process/stop_signal.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+
+#include "nacelle/base/expect.hpp"
+
+namespace nacelle::process {
+namespace {
+
+// A handler has no argument of ours: what it touches is static, and lock-free.
+constexpr int kRequest = -1;
+std::atomic<int> first_signal{0};
+std::atomic<int> signals_seen{0};
+std::atomic<void (*)() noexcept> emergency_exit{nullptr};
+std::array<int, 2> pipe_ends{-1, -1};
+std::atomic<int> null_device{-1};  // open while a full output is to be dropped
+constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+std::array<struct sigaction, kSignals.size()> before{};
+struct sigaction pipe_before {};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+void wake(int number) noexcept {
+  int none = 0;
+  first_signal.compare_exchange_strong(none, number);
+  const int saved = errno;
+  const char byte = 1;
+  static_cast<void>(!::write(pipe_ends[1], &byte, 1));
+  errno = saved;
+}
+
+/// A write() that the signal interrupts begins anew (SA_RESTART), with what the descriptor is by then.
+void drop_full_output() noexcept {
+  const int sink = null_device.load();
+  if (sink < 0) return;
+  const int saved = errno;
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  if (::poll(&output, 1, 0) == 0) ::dup2(sink, STDOUT_FILENO);
+  errno = saved;
+}
+
+void on_signal(int number) {
+  wake(number);
+  drop_full_output();
+  if (signals_seen.fetch_add(1) + 1 <= StopSignal::kGracefulSignals) return;
+  if (auto* const leave = emergency_exit.load(); leave != nullptr) leave();
+  ::_exit(128 + number);
+}
+
+}  // namespace
+
+StopSignal::StopSignal(void (*emergency)() noexcept, FullOutput output) {
+  NACELLE_EXPECT(pipe_ends[0] < 0, "one StopSignal per process at a time");
+  first_signal = 0;
+  signals_seen = 0;
+  emergency_exit = emergency;
+  NACELLE_EXPECT(::pipe2(pipe_ends.data(), O_CLOEXEC | O_NONBLOCK) == 0, "two descriptors are free");
+  if (output == FullOutput::Dropped) null_device = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    ::sigaction(kSignals[i], &action, &before[i]);
+    // Under nohup the end of the terminal is not to be the robot's.
+    if (kSignals[i] == SIGHUP && before[i].sa_handler == SIG_IGN) ::sigaction(SIGHUP, &before[i], nullptr);
+  }
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  ::sigaction(SIGPIPE, &ignore, &pipe_before);
+}
+
+StopSignal::~StopSignal() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
+  ::sigaction(SIGPIPE, &pipe_before, nullptr);
+  emergency_exit = nullptr;
+  if (const int sink = null_device.exchange(-1); sink >= 0) ::close(sink);
+  for (int& end : pipe_ends) {
+    ::close(end);
+    end = -1;
+  }
+}
+
+int StopSignal::descriptor() const { return pipe_ends[0]; }
+int StopSignal::number() const { return first_signal.load(); }
+
+const char* StopSignal::name() const {
+  switch (number()) {
+    case SIGINT: return "SIGINT";
+    case SIGTERM: return "SIGTERM";
+    case SIGHUP: return "SIGHUP";
+    case SIGQUIT: return "SIGQUIT";
+    default: return "a request";
+  }
+}
+
+void StopSignal::raise_by_request() const { wake(kRequest); }
+
+}  // namespace nacelle::process
