@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "nacelle/desk/qos_json.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/session/graph_verbs.hpp"
 
 namespace nacelle::remote {
 namespace {
@@ -50,7 +50,7 @@ json endpoint_row(const RemoteEndpoint& end) {
           {"publisher", end.is_writer},
           {"standard", is_standard_topic(end.name)},
           {"elsewhere", false},
-          {"qos", session::json_of(end.qos)}};
+          {"qos", desk::json_of(end.qos)}};
 }
 
 /// Of its four ends two read: the server's of requests, the client's of replies.

@@ -15,8 +15,8 @@
 #include <cstring>
 #include <utility>
 
+#include "nacelle/desk/verb_desk.hpp"
 #include "nacelle/remote/remote_nodes.hpp"
-#include "nacelle/session/verb_desk.hpp"
 
 namespace nacelle::remote {
 namespace {
@@ -100,7 +100,7 @@ void RemoteDesk::run() {
   pthread_setname_np(pthread_self(), "remote");
   {
     RemoteNodes nodes{*network_};
-    session::VerbDesk desk{nodes};
+    desk::VerbDesk desk{nodes};
     const Clock& clock = network_->clock();
     for (;;) {
       std::vector<pollfd> waits{{stop_.descriptor(), POLLIN, 0},

@@ -10,8 +10,8 @@
 #include "nacelle/base/result.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/control/server.hpp"
+#include "nacelle/desk/late_reply.hpp"
 #include "nacelle/remote/remote_network.hpp"
-#include "nacelle/session/late_reply.hpp"
 
 namespace nacelle::remote {
 
@@ -37,7 +37,7 @@ class RemoteDesk {
 
   std::unique_ptr<RemoteNetwork> network_;
   const Duration spin_time_;
-  session::Bell stop_, came_;
+  desk::Bell stop_, came_;
   Guarded<std::vector<std::unique_ptr<control::Connection>>> coming_;
   std::thread thread_;
 };

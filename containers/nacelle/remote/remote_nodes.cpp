@@ -8,16 +8,16 @@
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/control/client.hpp"
+#include "nacelle/desk/publish_encoded.hpp"
+#include "nacelle/desk/service_verbs.hpp"
 #include "nacelle/remote/graph_rows.hpp"
-#include "nacelle/session/publish_encoded.hpp"
-#include "nacelle/session/service_verbs.hpp"
 
 namespace nacelle::remote {
 namespace {
 
 using control::reply_of;
+using desk::TapWish;
 using nlohmann::json;
-using session::TapWish;
 using transport_dds::RemoteEndpoint;
 using Ends = std::vector<RemoteEndpoint>;
 
@@ -81,7 +81,7 @@ bool offers(const RemoteNetwork& network, const std::string& service) {
       ends, [](const auto& end) { return !end.is_writer && end.kind == transport_dds::WireKind::Request; });
 }
 
-session::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
+desk::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
   if (verb == "graph") {
     // Complete is what is asked for, so all have their time.
     network_.find_all();
@@ -92,7 +92,7 @@ session::Answer RemoteNodes::answer(const std::string& verb, const json& request
                            std::function<void()> on_answer) {
       return network_.start_call(name, type, given, std::move(on_answer));
     };
-    return session::call_service(clock(), start, network_.types(), request, "");
+    return desk::call_service(clock(), start, network_.types(), request, "");
   }
   if (verb == "service.prepare") {
     const json& services = request.at("services");
@@ -144,7 +144,7 @@ Result<const msgs::MessageType*, Problem> RemoteNodes::type_of(const TapWish& wi
   return err(problem);
 }
 
-Result<std::unique_ptr<session::TopicTap>, Problem> RemoteNodes::tap(const TapWish& wish) {
+Result<std::unique_ptr<desk::TopicTap>, Problem> RemoteNodes::tap(const TapWish& wish) {
   Ends ends;
   const auto is_published = [&] {
     ends = ends_of(network_, wish.topic);
@@ -165,8 +165,7 @@ Result<std::unique_ptr<session::TopicTap>, Problem> RemoteNodes::tap(const TapWi
   if (!type) return err(type.error());
   std::erase_if(ends, [&](const auto& end) { return !end.is_writer || end.type != type.value()->name; });
   const QoS qos = qos_for(ends, wish.is_measured ? kMeasuredDepth : kReadDepth);
-  auto tap =
-      std::make_unique<session::TopicTap>(network_.transport(), network_.spec_of(wish.topic, *type.value(), qos));
+  auto tap = std::make_unique<desk::TopicTap>(network_.transport(), network_.spec_of(wish.topic, *type.value(), qos));
   static_cast<void>(network_.wait(clock().now() + kEndsMeet, [&] {
     return network_.problem_of(wish.topic) || tap->writer_count() >= ends.size();
   }));
@@ -231,7 +230,7 @@ std::optional<std::string> RemoteNodes::publish(const control::Publication& publ
     return "no such handle; open the writer first";
   const OpenWriter& open = writers_[publication.handle];
   if (const auto problem = network_.problem_of(open.topic)) return problem->text();
-  const char* const why = session::publish_encoded(*open.writer, *open.type, publication.cdr);
+  const char* const why = desk::publish_encoded(*open.writer, *open.type, publication.cdr);
   return why == nullptr ? std::nullopt : std::optional<std::string>{why};
 }
 

@@ -12,8 +12,8 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/desk/topic_tap.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/session/topic_tap.hpp"
 
 namespace nacelle::session {
 
@@ -44,9 +44,9 @@ class EmergencyStops {
   struct Topic {
     void hear_latched(const Block& block);
     bool hear_passing(const Block& block);
-    std::unique_ptr<TopicTap> latched, passing;  // of publishers with a history, and of the others
-    std::unique_ptr<Writer> again;               // while what one of the others said holds
-    MonotonicTime set_at{}, released_at{};       // the newest of each
+    std::unique_ptr<desk::TopicTap> latched, passing;  // of publishers with a history, and of the others
+    std::unique_ptr<Writer> again;                     // while what one of the others said holds
+    MonotonicTime set_at{}, released_at{};             // the newest of each
     bool is_set = false;
   };
   void open(Topic& topic, const std::string& name, const msgs::MessageType& type);

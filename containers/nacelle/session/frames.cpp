@@ -4,7 +4,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <tf2_msgs/msg/tf_message.hpp>
 
 #include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/names.hpp"
@@ -106,18 +105,6 @@ LookupTransform::Response transform_of(const runtime::Container& container, cons
   rotation.z = X_TS.rotation.z();
   rotation.w = X_TS.rotation.w();
   return response;
-}
-
-void append_transform_times(std::string& out, const Block& block, const Clock& clock) {
-  const auto& message = *static_cast<const tf2_msgs::msg::TFMessage*>(block.message);
-  const WallTime published = clock.wall_now() - (clock.now() - block.info.source_time);
-  json rows = json::array();
-  for (const auto& transform : message.transforms) {
-    const auto& stamp = transform.header.stamp;
-    rows.push_back({transform.child_frame_id, transform.header.frame_id,
-                    std::int64_t{stamp.sec} * 1'000'000'000 + stamp.nanosec, published.nanoseconds()});
-  }
-  out += rows.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 }  // namespace nacelle::session

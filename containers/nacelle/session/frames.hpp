@@ -12,17 +12,11 @@
 
 namespace nacelle::session {
 
-/// The type of /tf's messages.
-inline constexpr const char* kTransformsType = "tf2_msgs/msg/TFMessage";
-
 /// Returns every edge of the tree of frames with its owner, rate and age, and `names`. Threads: any.
 [[nodiscard]] nacelle_interfaces::srv::GetFrames::Response frames_of(const runtime::Container& container,
                                                                      const launch::NamespacePlan& names);
 /// Returns the latest transform, or why there is none. Threads: any.
 [[nodiscard]] nacelle_interfaces::srv::LookupTransform::Response transform_of(
     const runtime::Container& container, const nacelle_interfaces::srv::LookupTransform::Request& request);
-
-/// For `tf monitor`: a message of kTransformsType as [[child, parent, stamp_ns, published_ns], ...], both by the wall clock.
-void append_transform_times(std::string& out, const Block& block, const Clock& clock);
 
 }  // namespace nacelle::session

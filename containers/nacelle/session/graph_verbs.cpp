@@ -5,17 +5,14 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "nacelle/desk/qos_json.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/qos/text.hpp"
 #include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
 namespace {
 
 using nlohmann::json;
-
-/// Seconds, or null for "for ever".
-json seconds_or_null(Duration time) { return time == Duration::zero() ? json(nullptr) : json(to_seconds(time)); }
 
 json to_json(const runtime::EndpointReport& end) {
   json row{{"topic", end.topic},
@@ -26,7 +23,7 @@ json to_json(const runtime::EndpointReport& end) {
            {"publisher", end.is_writer},
            {"standard", is_standard_topic(end.topic)},
            {"elsewhere", end.in_other_process},
-           {"qos", json_of(end.qos)}};
+           {"qos", desk::json_of(end.qos)}};
   if (end.command_timeout.after > Duration::zero()) {
     row["command_timeout_s"] = to_seconds(end.command_timeout.after);
     row["command_parameter"] = end.command_timeout.parameter;
@@ -52,17 +49,6 @@ json other_row(const std::string& node, bool hidden) {
 }
 
 }  // namespace
-
-json json_of(const QoS& qos) {
-  return {{"reliability", to_text(qos.reliability())},
-          {"history", to_text(qos.history())},
-          {"depth", qos.depth()},
-          {"durability", to_text(qos.durability())},
-          {"lifespan_s", seconds_or_null(qos.lifespan())},
-          {"deadline_s", seconds_or_null(qos.deadline())},
-          {"liveliness", to_text(qos.liveliness())},
-          {"liveliness_lease_s", seconds_or_null(qos.liveliness_lease_duration())}};
-}
 
 json graph_of(Session& session) {
   const runtime::Container& container = session.container();

@@ -3,8 +3,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "nacelle/qos/qos.hpp"
-
 namespace nacelle::session {
 
 class Session;
@@ -16,8 +14,5 @@ class Session;
 ///                "qos", and for a reader that stops when messages stop "command_timeout_s" and "command_parameter"
 ///   "services"   "name", "type", "node", "server" (else a client), "open"
 [[nodiscard]] nlohmann::json graph_of(Session& session);
-
-/// An endpoint's "qos"; times in seconds, null for "for ever".
-[[nodiscard]] nlohmann::json json_of(const QoS& qos);
 
 }  // namespace nacelle::session

@@ -30,19 +30,19 @@ OwnContainer::OwnContainer(Session& session) : session_(session), types_(session
 
 const Clock& OwnContainer::clock() const { return session_.container().clock(); }
 
-Answer OwnContainer::answer(const std::string& verb, const nlohmann::json& request) {
+desk::Answer OwnContainer::answer(const std::string& verb, const nlohmann::json& request) {
   return reply_to_verb(session_, types_, verb, request);
 }
 
-Result<std::unique_ptr<TopicTap>, Problem> OwnContainer::tap(const TapWish& wish) {
+Result<std::unique_ptr<desk::TopicTap>, Problem> OwnContainer::tap(const desk::TapWish& wish) {
   auto type = type_of(wish);
   if (!type) return err(type.error());
   // A person reads text slower than a sensor writes it; only what is measured must not be lost.
-  return std::make_unique<TopicTap>(session_.container().transport(), wish.topic, *type.value(),
-                                    wish.is_measured ? kMeasuredDepth : kReadDepth);
+  return std::make_unique<desk::TopicTap>(session_.container().transport(), wish.topic, *type.value(),
+                                          wish.is_measured ? kMeasuredDepth : kReadDepth);
 }
 
-Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const TapWish& wish) {
+Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const desk::TapWish& wish) {
   const runtime::Container& container = session_.container();
   // A name may carry two types (cmd_vel does); then the one that is meant can be given.
   if (!wish.type.empty()) {

@@ -5,21 +5,21 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "nacelle/desk/verb_desk.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/session/verb_desk.hpp"
 
 namespace nacelle::session {
 
 /// The container of this process, at its desk. Ownership: the session outlives it.
-class OwnContainer final : public Respondent {
+class OwnContainer final : public desk::Respondent {
  public:
   explicit OwnContainer(Session& session);
   [[nodiscard]] const Clock& clock() const override;
-  [[nodiscard]] Answer answer(const std::string& verb, const nlohmann::json& request) override;
-  [[nodiscard]] Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) override;
+  [[nodiscard]] desk::Answer answer(const std::string& verb, const nlohmann::json& request) override;
+  [[nodiscard]] Result<std::unique_ptr<desk::TopicTap>, Problem> tap(const desk::TapWish& wish) override;
 
  private:
-  [[nodiscard]] Result<const msgs::MessageType*, Problem> type_of(const TapWish& wish);
+  [[nodiscard]] Result<const msgs::MessageType*, Problem> type_of(const desk::TapWish& wish);
 
   Session& session_;
   msgs::TypeLibrary types_;

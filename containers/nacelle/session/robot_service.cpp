@@ -8,12 +8,12 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/desk/publish_encoded.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/process/process_figures.hpp"
 #include "nacelle/report/run_report.hpp"
-#include "nacelle/session/publish_encoded.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
 
 namespace nacelle::session {
@@ -107,7 +107,8 @@ const char* RobotService::publish(const control::Publication& publication) {
   // Between two stops nothing is sent: what came too late must not move a robot that is being put to rest.
   // An emergency stop may be set, and released, at any time.
   if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or any more)";
-  if (const char* const why = publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr) return why;
+  if (const char* const why = desk::publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr)
+    return why;
   if (!open.latched_topic.empty()) wake();
   return nullptr;
 }

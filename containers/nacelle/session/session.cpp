@@ -13,6 +13,7 @@
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
+#include "nacelle/desk/verb_desk.hpp"
 #include "nacelle/loading/load_request.hpp"
 #include "nacelle/networking/network_wish.hpp"
 #include "nacelle/runtime/crash_record.hpp"
@@ -20,8 +21,8 @@
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
 #include "nacelle/session/load_desk.hpp"
+#include "nacelle/session/own_container.hpp"
 #include "nacelle/session/session_services.hpp"
-#include "nacelle/session/verb_desk.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -170,7 +171,9 @@ int Session::run_robot() {
 
   load_desk_ = std::make_unique<LoadDesk>(*this);
   answers_ = std::make_unique<SessionServices>(*this);
-  desk_ = std::make_unique<VerbDesk>(*this);
+  desk_ =
+      std::make_unique<desk::VerbDesk>(std::make_unique<OwnContainer>(*this),
+                                       desk::DeskLimits{.guests = control::most_guests(), .idle = control::kIdleLimit});
 
   auto up = guarded_bring_up();
   is_going_up_ = false;

@@ -36,6 +36,10 @@
 #include "nacelle/session/transition_log.hpp"
 #include "nacelle/transport_local/carrier.hpp"
 
+namespace nacelle::desk {
+class VerbDesk;
+}
+
 namespace nacelle::session {
 
 struct SessionOptions {
@@ -61,7 +65,6 @@ void leave_at_once() noexcept;
 
 class LoadDesk;
 class SessionServices;
-class VerbDesk;
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
 ///
@@ -168,7 +171,7 @@ class Session {
   std::unique_ptr<control::ControlServer> server_;
   std::unique_ptr<LoadDesk> load_desk_;
   std::unique_ptr<SessionServices> answers_;
-  std::unique_ptr<VerbDesk> desk_;
+  std::unique_ptr<desk::VerbDesk> desk_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;
   runtime::BudgetWatch budgets_{{}};

@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <cstring>
 
+#include "nacelle/desk/verb_desk.hpp"
 #include "nacelle/session/attempt.hpp"
 #include "nacelle/session/session.hpp"
-#include "nacelle/session/verb_desk.hpp"
 
 namespace nacelle::session {
 namespace {

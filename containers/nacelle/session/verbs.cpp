@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "nacelle/control/client.hpp"
+#include "nacelle/desk/service_verbs.hpp"
 #include "nacelle/session/graph_verbs.hpp"
-#include "nacelle/session/service_verbs.hpp"
 #include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
@@ -53,7 +53,7 @@ bool changes_something(const std::string& verb, const json& request) {
 
 }  // namespace
 
-Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
+desk::Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
   if (changes_something(verb, request) && session.phase() != Phase::Running) {
     return reply_of({"container " + session.options().container_name, std::string{"it is "} + to_text(session.phase()),
                      "try again when it is running"});
@@ -64,7 +64,7 @@ Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::stri
   if (verb == "service.prepare") return offered_services(session, request);
   if (verb == "service.call") {
     const auto start = [&](const auto&... given) { return session.container().call_service(given...); };
-    return call_service(session.container().clock(), start, types, request, "see `nacelle faults`");
+    return desk::call_service(session.container().clock(), start, types, request, "see `nacelle faults`");
   }
   return reply_of(
       {"request '" + verb + "'", "is unknown to this container", "use the `nacelle` that started the container"});

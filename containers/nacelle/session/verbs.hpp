@@ -4,8 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "nacelle/desk/late_reply.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/session/late_reply.hpp"
 
 namespace nacelle::session {
 
@@ -13,7 +13,7 @@ class Session;
 
 /// Carries out one request of the control socket and says how it went; what waits for a service is answered later.
 /// Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
-[[nodiscard]] Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb,
-                                   const nlohmann::json& request);
+[[nodiscard]] desk::Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb,
+                                         const nlohmann::json& request);
 
 }  // namespace nacelle::session

@@ -9,10 +9,10 @@
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/reversed.hpp"
+#include "nacelle/desk/topic_tap.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
 #include "nacelle/session/session.hpp"
-#include "nacelle/session/topic_tap.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -89,7 +89,7 @@ void Session::fetch_last_messages() {
     last[topic] = nullptr;
     const auto* const type = container_->topic_type(topic);
     if (type == nullptr) continue;
-    TopicTap tap{container_->transport(), topic, *type, 1};
+    desk::TopicTap tap{container_->transport(), topic, *type, 1};
     pollfd wait{tap.descriptor(), POLLIN, 0};
     if (::poll(&wait, 1, static_cast<int>(kLastMessageLimit / 1ms)) <= 0) continue;
     if (Block* const block = tap.take(); block != nullptr) {

@@ -11,13 +11,11 @@
 #include <vector>
 
 #include "nacelle/control/server.hpp"
-#include "nacelle/session/late_reply.hpp"
-#include "nacelle/session/topic_tap.hpp"
+#include "nacelle/desk/late_reply.hpp"
+#include "nacelle/desk/topic_tap.hpp"
 #include "nacelle/text/message_field.hpp"
 
-namespace nacelle::session {
-
-class Session;
+namespace nacelle::desk {
 
 /// What a listener asks for.
 struct TapWish {
@@ -60,8 +58,7 @@ struct DeskLimits {
 /// Threads: one.
 class VerbDesk {
  public:
-  /// For the container of this process, with at most control::most_guests() connections.
-  explicit VerbDesk(Session& session);
+  explicit VerbDesk(std::unique_ptr<Respondent> own, DeskLimits limits);
   /// `respondent` outlives it.
   explicit VerbDesk(Respondent& respondent, DeskLimits limits = {});
   ~VerbDesk();
@@ -124,4 +121,4 @@ class VerbDesk {
   std::string text_;
 };
 
-}  // namespace nacelle::session
+}  // namespace nacelle::desk

@@ -10,7 +10,7 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/control/event.hpp"
 
-namespace nacelle::session {
+namespace nacelle::desk {
 
 /// Rung by whoever has an answer ready; readable then. Threads: any.
 class Bell {
@@ -35,4 +35,4 @@ struct LateReply {
 /// What a request is answered: at once, or later.
 using Answer = std::variant<nlohmann::json, std::unique_ptr<LateReply>>;
 
-}  // namespace nacelle::session
+}  // namespace nacelle::desk

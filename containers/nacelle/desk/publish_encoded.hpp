@@ -5,10 +5,10 @@
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/node/transport.hpp"
 
-namespace nacelle::session {
+namespace nacelle::desk {
 
 /// Publishes a message that a client of the socket has sent as CDR. Null, or why it was not published.
 /// Threads: the writer's. Allocates: what the message's own fields need.
 [[nodiscard]] const char* publish_encoded(Writer& writer, const msgs::MessageType& type, ByteView cdr);
 
-}  // namespace nacelle::session
+}  // namespace nacelle::desk

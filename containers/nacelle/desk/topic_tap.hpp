@@ -7,7 +7,7 @@
 #include "nacelle/control/event.hpp"
 #include "nacelle/node/transport.hpp"
 
-namespace nacelle::session {
+namespace nacelle::desk {
 
 /// A tool's look at a topic: best effort, never in the way of the robot, and not one of the stream's readers in the report.
 ///
@@ -40,4 +40,4 @@ class TopicTap final : private ReadyListener {
   std::unique_ptr<Reader> reader_;
 };
 
-}  // namespace nacelle::session
+}  // namespace nacelle::desk

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/verb_desk.hpp"
+#include "nacelle/desk/verb_desk.hpp"
 
 #include <fmt/format.h>
 
@@ -9,15 +9,14 @@
 #include <iterator>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <tf2_msgs/msg/tf_message.hpp>
 
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/session/frames.hpp"
-#include "nacelle/session/own_container.hpp"
 #include "nacelle/text/message_yaml.hpp"
 
-namespace nacelle::session {
+namespace nacelle::desk {
 
 using nlohmann::json;
 
@@ -57,6 +56,22 @@ std::string reason_of(const std::exception& failure) {
   return failure.what();
 }
 
+/// The type of /tf's messages.
+constexpr std::string_view kTransformsType = "tf2_msgs/msg/TFMessage";
+
+/// For `tf monitor`: a message of kTransformsType as [[child, parent, stamp_ns, published_ns], ...], both by the wall clock.
+void append_transform_times(std::string& out, const Block& block, const Clock& clock) {
+  const auto& message = *static_cast<const tf2_msgs::msg::TFMessage*>(block.message);
+  const WallTime published = clock.wall_now() - (clock.now() - block.info.source_time);
+  json rows = json::array();
+  for (const auto& transform : message.transforms) {
+    const auto& stamp = transform.header.stamp;
+    rows.push_back({transform.child_frame_id, transform.header.frame_id,
+                    std::int64_t{stamp.sec} * 1'000'000'000 + stamp.nanosec, published.nanoseconds()});
+  }
+  out += rows.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 void append_hex(std::string& out, const msgs::MessageType& type, const void* message) {
   Bytes bytes(type.encoded_size(message));
   type.encode(message, bytes.data());
@@ -79,10 +94,8 @@ VerbDesk::Show VerbDesk::show_of(const std::string& word) {
   return word == "ages" ? Show::Ages : Show::Yaml;
 }
 
-VerbDesk::VerbDesk(Session& session)
-    : own_(std::make_unique<OwnContainer>(session)),
-      respondent_(*own_),
-      limits_{.guests = control::most_guests(), .idle = control::kIdleLimit} {}
+VerbDesk::VerbDesk(std::unique_ptr<Respondent> own, DeskLimits limits)
+    : own_(std::move(own)), respondent_(*own_), limits_(limits) {}
 VerbDesk::VerbDesk(Respondent& respondent, DeskLimits limits) : respondent_(respondent), limits_(limits) {}
 VerbDesk::~VerbDesk() = default;
 
@@ -306,7 +319,7 @@ json VerbDesk::listen(Guest& guest, const json& request) {
                               std::string{"its type "} + type->name + " has no header, and so no stamp",
                               "its rate can be measured: topic hz"});
   }
-  if (guest.show == Show::Transforms && type->name != std::string_view{kTransformsType})
+  if (guest.show == Show::Transforms && type->name != kTransformsType)
     return control::reply_of({"topic " + topic, std::string{"has the type "} + type->name, ""});
   guest.longest = request.value("longest", std::size_t{128});
   guest.tap = std::move(tap).value();
@@ -354,4 +367,4 @@ void VerbDesk::append_item(const Guest& guest, const Block& block) {
   }
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::desk

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/publish_encoded.hpp"
+#include "nacelle/desk/publish_encoded.hpp"
 
-namespace nacelle::session {
+namespace nacelle::desk {
 
 const char* publish_encoded(Writer& writer, const msgs::MessageType& type, ByteView cdr) {
   Block* const block = writer.borrow();
@@ -14,4 +14,4 @@ const char* publish_encoded(Writer& writer, const msgs::MessageType& type, ByteV
   return nullptr;
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::desk

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/verb_desk.hpp"
+#include "nacelle/desk/verb_desk.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -21,7 +21,7 @@
 #include "nacelle/control/client.hpp"
 #include "nacelle/runtime/broker.hpp"
 
-namespace nacelle::session {
+namespace nacelle::desk {
 namespace {
 
 using nlohmann::json;
@@ -207,4 +207,4 @@ TEST_F(Desk, closes_the_newer_half_with_the_reason) {
 }
 
 }  // namespace
-}  // namespace nacelle::session
+}  // namespace nacelle::desk

@@ -9,11 +9,11 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/desk/late_reply.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/introspection.hpp"
-#include "nacelle/session/late_reply.hpp"
 
-namespace nacelle::session {
+namespace nacelle::desk {
 
 /// As runtime::Container::call_service().
 using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Problem>(
@@ -27,4 +27,4 @@ using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Pr
 [[nodiscard]] Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types,
                                   const nlohmann::json& request, const std::string& see);
 
-}  // namespace nacelle::session
+}  // namespace nacelle::desk
