@@ -44,7 +44,7 @@ class Nodes {
   /// Returns the container of that name; the only one for an empty name, or the one at the other end.
   /// Errors: there is none, or several and no name.
   [[nodiscard]] Result<FoundContainer, Problem> container(const std::string& name);
-  /// Returns who is there and what joins them, as the other end sees it (session/graph_verbs.hpp).
+  /// Returns who is there and what joins them, as the other end sees it (answers/graph_verbs.hpp).
   [[nodiscard]] Result<nlohmann::json, Problem> graph();
   /// Calls a service and returns the response; messages are JSON as interfaces/msgs/README.md describes it.
   /// Errors: no such service, no answer within the limit, a request that does not fit the type.

@@ -17,7 +17,7 @@ struct ActionEnds {
   std::set<std::string> types;
   std::map<std::string, std::string> servers, clients;  ///< Node to type.
 };
-/// Every action of the container's graph (session/graph_verbs.hpp), by name. As in ROS 2 the feedback topic tells: who publishes
+/// Every action of the container's graph (answers/graph_verbs.hpp), by name. As in ROS 2 the feedback topic tells: who publishes
 /// it is a server, who reads it a client.
 [[nodiscard]] std::map<std::string, ActionEnds> actions_of(const nlohmann::json& graph);
 [[nodiscard]] std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actions);

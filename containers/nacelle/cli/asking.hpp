@@ -24,7 +24,7 @@ int ask_nodes(const Whom& whom, bool as_json,
               const std::function<Result<nlohmann::json, Problem>(ask::Nodes&)>& question,
               const std::function<void(const nlohmann::json&)>& show, Duration on_the_way = 2s);
 
-/// The graph of the container or of the network (session/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
+/// The graph of the container or of the network (answers/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
 [[nodiscard]] Result<nlohmann::json, int> graph_of(const Whom& whom);
 
 /// "/scan" from "scan".

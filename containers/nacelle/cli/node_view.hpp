@@ -18,7 +18,7 @@ struct NodeView {
   std::size_t left_out = 0;        ///< Of the standard ones.
 };
 
-/// Of a graph (session/graph_verbs.hpp); `hidden`, `standard`: with those too.
+/// Of a graph (answers/graph_verbs.hpp); `hidden`, `standard`: with those too.
 [[nodiscard]] NodeView view_of(const nlohmann::json& graph, const std::string& node, bool hidden, bool standard);
 /// Each section as a list: "service_servers".
 void add_to_json(nlohmann::json& answer, const NodeView& view);

@@ -11,7 +11,7 @@ namespace nacelle::remote {
 /// "/arm/driver"; of an endpoint whose node is not known, ROS 2's words for that.
 [[nodiscard]] std::string full_name(const std::string& node_namespace, const std::string& name);
 
-/// The answer of the verb "graph", as session/graph_verbs.hpp has it, of the nodes outside. They have no "id" (0)
+/// The answer of the verb "graph", as answers/graph_verbs.hpp has it, of the nodes outside. They have no "id" (0)
 /// and no known "state"; a node says its "host" and "pid" where it announces them and whether it has "parameters", an
 /// endpoint its "gid".
 [[nodiscard]] nlohmann::json graph_rows(const transport_dds::RemoteGraph& graph);

@@ -42,7 +42,7 @@ launch::ComponentPlan plan_of(const runtime::ComponentInfo& info, const runtime:
 }  // namespace
 
 Composition composition_of(Session& session, const Supervision& supervision) {
-  Composition composition{session.options().container_name, {}, session.emergency_stops().set()};
+  Composition composition{session.name(), {}, session.emergency_stops()};
   for (const auto& info : session.container().list()) {
     ComposedComponent component;
     const auto request = session.container().request_of(info.id);

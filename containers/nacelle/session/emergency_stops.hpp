@@ -32,13 +32,9 @@ class EmergencyStops {
   bool look();
   /// The topics on which a stop is set, sorted. Threads: any.
   [[nodiscard]] std::vector<std::string> set() const { return *set_.lock(); }
-  struct Released {
-    std::string topic;
-    std::size_t readers = 0;
-  };
   /// Releases the stops on these topics; for an empty list on every topic that a component reads. A release is latched.
   /// Errors: a topic of another kind; no component reads one. Threads: any.
-  [[nodiscard]] Result<std::vector<Released>, Problem> release(const std::vector<std::string>& topics);
+  [[nodiscard]] Result<std::vector<answers::ReleasedStop>, Problem> release(const std::vector<std::string>& topics);
 
  private:
   struct Topic {

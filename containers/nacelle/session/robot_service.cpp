@@ -25,16 +25,6 @@ constexpr std::size_t kWritersForStops = 8;
 
 }  // namespace
 
-const char* to_text(Phase phase) {
-  switch (phase) {
-    case Phase::Starting: return "starting";
-    case Phase::Running: return "running";
-    case Phase::Stopping: return "stopping";
-    case Phase::Down: return "down";
-  }
-  return "?";
-}
-
 bool is_emergency_stop(std::string_view topic, std::string_view type) {
   return type == kEmergencyStopType && topic.size() > kEmergencyStopTopic.size() &&
          topic.substr(topic.rfind('/') + 1) == kEmergencyStopTopic;

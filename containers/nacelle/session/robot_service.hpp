@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/control/server.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -23,9 +24,7 @@ class TransformBuffer;
 
 namespace nacelle::session {
 
-/// What the robot is doing, for those who watch.
-enum class Phase : std::uint8_t { Starting, Running, Stopping, Down };
-[[nodiscard]] const char* to_text(Phase phase);
+using answers::Phase;
 
 inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmergencyStopType = "std_msgs/msg/Bool";
 /// Whether what is written there is an emergency stop, in whatever namespace: latched, and taken in every phase.

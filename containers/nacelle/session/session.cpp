@@ -10,19 +10,19 @@
 #include <cstdio>
 #include <exception>
 
+#include "nacelle/answers/interface_services.hpp"
+#include "nacelle/answers/load_desk.hpp"
+#include "nacelle/answers/own_container.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/control/socket_path.hpp"
 #include "nacelle/desk/verb_desk.hpp"
 #include "nacelle/loading/load_request.hpp"
 #include "nacelle/networking/network_wish.hpp"
+#include "nacelle/process/attempt.hpp"
 #include "nacelle/runtime/crash_record.hpp"
-#include "nacelle/session/attempt.hpp"
 #include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
-#include "nacelle/session/load_desk.hpp"
-#include "nacelle/session/own_container.hpp"
-#include "nacelle/session/session_services.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -169,10 +169,10 @@ int Session::run_robot() {
   }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_, clock_);
 
-  load_desk_ = std::make_unique<LoadDesk>(*this);
-  answers_ = std::make_unique<SessionServices>(*this);
+  load_desk_ = std::make_unique<answers::LoadDesk>(*this);
+  answers_ = std::make_unique<answers::InterfaceServices>(*this);
   desk_ =
-      std::make_unique<desk::VerbDesk>(std::make_unique<OwnContainer>(*this),
+      std::make_unique<desk::VerbDesk>(std::make_unique<answers::OwnContainer>(*this),
                                        desk::DeskLimits{.guests = control::most_guests(), .idle = control::kIdleLimit});
 
   auto up = guarded_bring_up();
@@ -294,6 +294,16 @@ void Session::composition_changed() {
   steady_from_ = clock_.now() + kSettling;
 }
 
+nacelle_interfaces::srv::GetFaults::Response Session::faults() const {
+  auto faults = supervision_->report();
+  const std::string file = crash_file_of(options_.state_file);
+  if (const auto crash = read_crash(file)) {
+    faults.last_crash = fmt::format("{} (all of it: {})", crash->text, file);
+    faults.last_crash_file = file;
+  }
+  return faults;
+}
+
 Result<void, Problem> Session::guarded_bring_up() {
   try {
     return bring_up();
@@ -304,8 +314,8 @@ Result<void, Problem> Session::guarded_bring_up() {
 
 // A person who asks what a bring-up waits for is answered while it waits.
 void Session::answer_guests() {
-  attempt("services", [this] { answers_->serve(); });
-  attempt("requests", [this] {
+  process::attempt("services", [this] { answers_->serve(); });
+  process::attempt("requests", [this] {
     std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
     desk_->append_waits(waits);
     if (::poll(waits.data(), waits.size(), 0) < 0) return;
@@ -347,12 +357,12 @@ std::optional<Problem> Session::serve() {
     waits.push_back({answers_->descriptor(), POLLIN, 0});
     for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
     const std::size_t stops_at = waits.size();
-    bool has_listed = attempt("emergency stops", [&] { emergency_stops_->append_waits(waits); });
+    bool has_listed = process::attempt("emergency stops", [&] { emergency_stops_->append_waits(waits); });
     const std::size_t guests_at = waits.size();
-    has_listed = attempt("requests", [&] { desk_->append_waits(waits); }) && has_listed;
+    has_listed = process::attempt("requests", [&] { desk_->append_waits(waits); }) && has_listed;
 
     if (!budgets_.empty() && (!next_budget_look_ || clock_.now() >= *next_budget_look_)) {
-      attempt("budgets", [&] {
+      process::attempt("budgets", [&] {
         for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
       });
       next_budget_look_ = clock_.now() + kBudgetPeriod;
@@ -385,37 +395,37 @@ std::optional<Problem> Session::serve() {
       fault_event_.clear();
       has_new_states = true;
     }
-    if (has_new_states) has_new_states = !attempt("states", [&] { service_->set_nodes(container_->list()); });
-    if (waits[2].revents != 0) attempt("descriptors", [&] { look_at_descriptors(); });
+    if (has_new_states) has_new_states = !process::attempt("states", [&] { service_->set_nodes(container_->list()); });
+    if (waits[2].revents != 0) process::attempt("descriptors", [&] { look_at_descriptors(); });
     if (waits[3].revents != 0) {
-      attempt("clock", [&] {
+      process::attempt("clock", [&] {
         const auto step = clock_watch.look();
         if (!step) return;
         say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
         network_->note_clock_jump();
       });
     }
-    if (waits[5].revents != 0) attempt("composition", [&] { load_desk_->serve(); });
-    if (waits[6].revents != 0) attempt("services", [&] { answers_->serve(); });
-    attempt("network", [&] { network_->serve(waits[4].revents != 0); });
+    if (waits[5].revents != 0) process::attempt("composition", [&] { load_desk_->serve(); });
+    if (waits[6].revents != 0) process::attempt("services", [&] { answers_->serve(); });
+    process::attempt("network", [&] { network_->serve(waits[4].revents != 0); });
     const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
                                            waits.begin() + static_cast<std::ptrdiff_t>(guests_at),
                                            [](const pollfd& wait) { return wait.revents != 0; });
     if (stop_was_said) {
-      attempt("emergency stops", [&] {
+      process::attempt("emergency stops", [&] {
         if (emergency_stops_->look()) keep_composition();
       });
     }
     const auto due = supervision_->next_due();
     has_faults = has_faults || waits[2].revents != 0 || (due && *due <= clock_.now());
     if (has_faults) {
-      has_faults = !attempt("faults", [&] { supervision_->work(); });
-      attempt("state", [&] { keep_composition(); });
+      has_faults = !process::attempt("faults", [&] { supervision_->work(); });
+      process::attempt("state", [&] { keep_composition(); });
     }
     std::optional<Problem> failure;
-    attempt("programs", [&] { failure = look_at_programs(); });
+    process::attempt("programs", [&] { failure = look_at_programs(); });
     if (failure) return failure;
-    attempt("requests", [&] {
+    process::attempt("requests", [&] {
       desk_->serve(waits.data() + guests_at);
       if (waits[1].revents == 0) return;
       for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));

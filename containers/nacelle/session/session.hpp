@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/control/event.hpp"
@@ -39,6 +40,10 @@
 namespace nacelle::desk {
 class VerbDesk;
 }
+namespace nacelle::answers {
+class InterfaceServices;
+class LoadDesk;
+}  // namespace nacelle::answers
 
 namespace nacelle::session {
 
@@ -63,18 +68,15 @@ struct SessionOptions {
 /// Async-signal-safe.
 void leave_at_once() noexcept;
 
-class LoadDesk;
-class SessionServices;
-
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
 ///
 /// Threads: one, the main thread; it also serves the slow requests of the control socket.
-class Session {
+class Session final : public answers::Robot {
  public:
   Session(launch::Plan plan, SessionOptions options, const Clock& clock, process::StopSignal& stop);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
-  ~Session();
+  ~Session() override;
 
   /// Checks that the process may open enough files for a session. Call it before anything is opened.
   [[nodiscard]] static Result<void, Problem> check_descriptor_limit();
@@ -82,24 +84,30 @@ class Session {
   /// Returns the process's exit code; what went wrong has been said on stderr.
   [[nodiscard]] int run();
 
-  // For the requests of the control socket and the services of the container's node.
-  [[nodiscard]] runtime::Container& container() { return *container_; }
-  [[nodiscard]] const launch::Plan& plan() const { return plan_; }
-  [[nodiscard]] networking::Network& network() { return *network_; }
-  [[nodiscard]] const SessionOptions& options() const { return options_; }
-  [[nodiscard]] EmergencyStops& emergency_stops() { return *emergency_stops_; }
-  [[nodiscard]] const Supervision& supervision() const { return *supervision_; }
-  [[nodiscard]] Phase phase() const { return service_->phase(); }
-  /// Loads what the plan says, in this process or in one of its own.
-  /// With `faults`, values that it cannot have are collected there; else the first is why it is not loaded.
+  // answers::Robot
+  [[nodiscard]] const std::string& name() const override { return options_.container_name; }
+  [[nodiscard]] answers::Phase phase() const override { return service_->phase(); }
+  [[nodiscard]] runtime::Container& container() override { return *container_; }
+  [[nodiscard]] const launch::Plan& plan() const override { return plan_; }
+  [[nodiscard]] networking::Network& network() override { return *network_; }
+  [[nodiscard]] const std::vector<std::filesystem::path>& message_folders() const override {
+    return options_.places.message_folders;
+  }
+  [[nodiscard]] nacelle_interfaces::srv::GetFaults::Response faults() const override;
+  [[nodiscard]] std::vector<std::string> emergency_stops() const override { return emergency_stops_->set(); }
+  [[nodiscard]] Result<std::vector<answers::ReleasedStop>, Problem> release_emergency_stops(
+      const std::vector<std::string>& topics) override {
+    return emergency_stops_->release(topics);
+  }
+  using Robot::load;
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component,
-                                                             const std::shared_ptr<ParameterFaults>& faults = nullptr);
-  /// Takes a loaded component to a state, one transition after the other. Errors: the first that failed, with its reason.
-  [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component, launch::TargetState target);
-  /// States changed by somebody else than the bring-up: shows them to those who watch, and begins the steady state anew.
-  void composition_changed();
-  /// Threads: any.
-  void request_shutdown() { stop_.raise_by_request(); }
+                                                             const std::shared_ptr<ParameterFaults>& faults) override;
+  [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component,
+                                               launch::TargetState target) override;
+  /// Shows the states to those who watch, and begins the steady state anew.
+  void composition_changed() override;
+  void request_shutdown() override { stop_.raise_by_request(); }
+
   /// Components of the run that is resumed that are not loaded since they crashed again and again.
   [[nodiscard]] const std::vector<ComposedComponent>& left_out() const { return left_out_; }
   [[nodiscard]] EarlyCrashes& crashes() { return *crashes_; }
@@ -169,8 +177,8 @@ class Session {
   std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
-  std::unique_ptr<LoadDesk> load_desk_;
-  std::unique_ptr<SessionServices> answers_;
+  std::unique_ptr<answers::LoadDesk> load_desk_;
+  std::unique_ptr<answers::InterfaceServices> answers_;
   std::unique_ptr<desk::VerbDesk> desk_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;

@@ -9,7 +9,7 @@
 #include <cstring>
 
 #include "nacelle/desk/verb_desk.hpp"
-#include "nacelle/session/attempt.hpp"
+#include "nacelle/process/attempt.hpp"
 #include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
@@ -37,13 +37,14 @@ Result<void, Problem> Session::wait(std::vector<pollfd>& waits, std::size_t gues
   int ready = ::poll(waits.data(), waits.size(), limit_ms);
   if (ready < 0 && errno != EINTR) {
     // EINVAL: the limit was lowered below the number of connections; or ENOMEM. Clients must not end the robot.
-    attempt("requests", [&] { desk_->send_half_away("closed: too many connections for the limit of open files"); });
+    process::attempt("requests",
+                     [&] { desk_->send_half_away("closed: too many connections for the limit of open files"); });
     waits.resize(guests_at);
     ready = ::poll(waits.data(), waits.size(), 0);
     if (ready < 0 && errno != EINTR) {
       return err(Problem{"container", std::string{"poll failed: "} + std::strerror(errno), "raise `ulimit -n`"});
     }
-    attempt("requests", [&] { desk_->append_waits(waits); });  // looked at in the next round
+    process::attempt("requests", [&] { desk_->append_waits(waits); });  // looked at in the next round
   }
   const auto is_lost = [](const pollfd& wait) { return (wait.revents & POLLNVAL) != 0; };
   const bool is_signal =

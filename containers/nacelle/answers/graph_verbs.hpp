@@ -3,9 +3,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace nacelle::session {
+#include "nacelle/answers/robot.hpp"
 
-class Session;
+namespace nacelle::answers {
 
 /// Who is there and what joins them, in one answer; commands and completion pick what they show.
 ///
@@ -13,6 +13,6 @@ class Session;
 ///   "endpoints"  "topic", "type", "hash", "node", "publisher" (else a subscription), "id", "elsewhere" (in another process),
 ///                "qos", and for a reader that stops when messages stop "command_timeout_s" and "command_parameter"
 ///   "services"   "name", "type", "node", "server" (else a client), "open"
-[[nodiscard]] nlohmann::json graph_of(Session& session);
+[[nodiscard]] nlohmann::json graph_of(Robot& robot);
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/load_desk.hpp"
+#include "nacelle/answers/load_desk.hpp"
 
 #include <algorithm>
 #include <future>
@@ -9,9 +9,8 @@
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/loading/wiring.hpp"
-#include "nacelle/session/session.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 struct Clashes {
@@ -41,20 +40,20 @@ loading::TopicEnds ends_of(const loading::GraphBefore& before, const runtime::Co
 
 }  // namespace
 
-LoadDesk::LoadDesk(Session& session) : session_(session) { session_.container().compose_through(this); }
+LoadDesk::LoadDesk(Robot& robot) : robot_(robot) { robot_.container().compose_through(this); }
 
 LoadDesk::~LoadDesk() {
   close();
-  session_.container().compose_through(nullptr);
+  robot_.container().compose_through(nullptr);
 }
 
 Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned_now(const std::string& name) {
   std::vector<std::string> names;
-  for (const auto& component : session_.plan().components) {
+  for (const auto& component : robot_.plan().components) {
     names.push_back(component.name);
     if (component.full_name() != name && component.name != name) continue;
-    const loading::GraphBefore before{session_.container()};
-    auto loaded = session_.load(component);
+    const loading::GraphBefore before{robot_.container()};
+    auto loaded = robot_.load(component);
     if (!loaded) return err(loaded.error());
     Loaded result{loaded.value(), {}};
     for (const auto& problem : loading::unused_qos(component, ends_of(before, result.component)))
@@ -67,7 +66,7 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned_now(const std::string& 
 }
 
 Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest request, launch::TargetState target) {
-  const launch::NamespacePlan& names = session_.plan().name_space;
+  const launch::NamespacePlan& names = robot_.plan().name_space;
   request.name_space = join_namespaces(names.path, request.name_space);
   if (const std::string prefix = names.frame_prefix(); !prefix.empty())
     request.parameters.emplace("frame_prefix", prefix);
@@ -76,8 +75,8 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest reques
     request.remaps.push_back({RemapKind::Topic, "", "/tf", names.tf_topic()});
     request.remaps.push_back({RemapKind::Topic, "", "/tf_static", names.tf_topic() + "_static"});
   }
-  const loading::GraphBefore before{session_.container()};
-  auto loaded = session_.container().load(request);
+  const loading::GraphBefore before{robot_.container()};
+  auto loaded = robot_.container().load(request);
   if (!loaded) return err(loaded.error());
   Loaded result{loaded.value(), {}};
   if (const auto& declared = result.component.declared) {
@@ -91,16 +90,16 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest reques
 
 Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::TargetState target) {
   const runtime::ComponentInfo& component = loaded.component;
-  Clashes clashes = clashes_of(session_.container(), component.node);
+  Clashes clashes = clashes_of(robot_.container(), component.node);
   std::ranges::move(clashes.outside, std::back_inserter(loaded.warnings));
   Result<void, Problem> done{};
   if (!clashes.within.empty()) {
     done = err(Problem{component.node, clashes.within, ""});
   } else if (component.managed) {
-    done = session_.bring_to(component, target);
+    done = robot_.bring_to(component, target);
   }
-  if (!done) static_cast<void>(session_.container().unload(component.id));
-  session_.composition_changed();
+  if (!done) static_cast<void>(robot_.container().unload(component.id));
+  robot_.composition_changed();
   if (!done) {
     Problem problem = done.error();
     problem.way_out += problem.way_out.empty() ? "it was taken out again" : "; it was taken out again";
@@ -109,7 +108,7 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::Target
     for (const auto& warning : loaded.warnings) problem.way_out += "; " + warning;
     return err(problem);
   }
-  if (auto now = session_.container().find(component.node)) {
+  if (auto now = robot_.container().find(component.node)) {
     now.value().warnings = std::move(loaded.component.warnings);
     loaded.component = std::move(now).value();
   }
@@ -117,14 +116,14 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::Target
 }
 
 Problem LoadDesk::not_running() const {
-  return {"container " + session_.options().container_name, std::string{"it is "} + to_text(session_.phase()),
+  return {"container " + robot_.name(), std::string{"it is "} + to_text(robot_.phase()),
           "try again when it is running"};
 }
 
 // The call goes with the desk's end, and with it the promise of its answer.
 template <typename Act>
 auto LoadDesk::on_main_thread(Act act) -> decltype(act()) {
-  if (session_.phase() != Phase::Running) return err(not_running());
+  if (robot_.phase() != Phase::Running) return err(not_running());
   auto call = std::make_shared<std::packaged_task<decltype(act())()>>(std::move(act));
   auto answer = call->get_future();
   {
@@ -138,7 +137,7 @@ auto LoadDesk::on_main_thread(Act act) -> decltype(act()) {
   } catch (const std::future_error&) { return err(not_running()); }
 }
 
-std::string LoadDesk::name_space() const { return session_.plan().name_space.path; }
+std::string LoadDesk::name_space() const { return robot_.plan().name_space.path; }
 
 Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned(const std::string& name) {
   return on_main_thread([this, name] { return load_planned_now(name); });
@@ -151,8 +150,8 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load(const runtime::LoadRequest& req
 
 Result<runtime::UnloadOutcome, Problem> LoadDesk::unload(std::uint64_t id) {
   return on_main_thread([this, id] {
-    auto outcome = session_.container().unload(id);
-    session_.composition_changed();
+    auto outcome = robot_.container().unload(id);
+    robot_.composition_changed();
     return outcome;
   });
 }
@@ -169,4 +168,4 @@ void LoadDesk::close() {
   waiting->call = {};
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

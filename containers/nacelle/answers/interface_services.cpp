@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/session_services.hpp"
-
-#include <fmt/format.h>
+#include "nacelle/answers/interface_services.hpp"
 
 #include <nacelle_interfaces/srv/get_component.hpp>
 #include <nacelle_interfaces/srv/get_emergency_stops.hpp>
@@ -16,16 +14,14 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "nacelle/answers/component_details.hpp"
+#include "nacelle/answers/frames.hpp"
+#include "nacelle/answers/statistics.hpp"
 #include "nacelle/networking/network_message.hpp"
+#include "nacelle/process/attempt.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
-#include "nacelle/session/attempt.hpp"
-#include "nacelle/session/comeback.hpp"
-#include "nacelle/session/component_details.hpp"
-#include "nacelle/session/frames.hpp"
-#include "nacelle/session/session.hpp"
-#include "nacelle/session/statistics.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 using nacelle_interfaces::srv::GetComponent;
@@ -39,25 +35,15 @@ using nacelle_interfaces::srv::ReleaseEmergencyStops;
 using nacelle_interfaces::srv::SetNetwork;
 using nacelle_interfaces::srv::Shutdown;
 
-GetFaults::Response faults_of(Session& session) {
-  GetFaults::Response faults = session.supervision().report();
-  const std::string file = crash_file_of(session.options().state_file);
-  if (const auto crash = read_crash(file)) {
-    faults.last_crash = fmt::format("{} (all of it: {})", crash->text, file);
-    faults.last_crash_file = file;
-  }
-  return faults;
-}
-
-GetEmergencyStops::Response stops_of(Session& session) {
+GetEmergencyStops::Response stops_of(Robot& robot) {
   GetEmergencyStops::Response stops;
-  stops.topics = session.emergency_stops().set();
+  stops.topics = robot.emergency_stops();
   return stops;
 }
 
-ReleaseEmergencyStops::Response release_stops(Session& session, const ReleaseEmergencyStops::Request& request) {
+ReleaseEmergencyStops::Response release_stops(Robot& robot, const ReleaseEmergencyStops::Request& request) {
   ReleaseEmergencyStops::Response response;
-  const auto released = session.emergency_stops().release(request.topics);
+  const auto released = robot.release_emergency_stops(request.topics);
   response.success = released.has_value();
   if (!released) {
     response.problem = runtime::message_of(released.error());
@@ -71,18 +57,18 @@ ReleaseEmergencyStops::Response release_stops(Session& session, const ReleaseEme
   return response;
 }
 
-Shutdown::Response shut_down(Session& session) {
-  session.request_shutdown();
+Shutdown::Response shut_down(Robot& robot) {
+  robot.request_shutdown();
   Shutdown::Response response;
   response.success = true;
   return response;
 }
 
 template <typename Response>
-Response network_of(Session& session) {
+Response network_of(Robot& robot) {
   Response response;
-  response.container = session.options().container_name;
-  auto network = networking::network_message(session.network().state());
+  response.container = robot.name();
+  auto network = networking::network_message(robot.network().state());
   response.success = network.has_value();
   if (network) {
     response.network = std::move(network).value();
@@ -92,46 +78,45 @@ Response network_of(Session& session) {
   return response;
 }
 
-SetNetwork::Response set_network(Session& session, const SetNetwork::Request& request) {
-  networking::Network& network = session.network();
+SetNetwork::Response set_network(Robot& robot, const SetNetwork::Request& request) {
+  networking::Network& network = robot.network();
   const auto mode = request.exported ? launch::NetworkMode::Export : network.unexported();
   if (auto shown = network.show(mode, request.exported ? "nacelle export on" : "nacelle export off"); !shown) {
     SetNetwork::Response refused;
     refused.problem = runtime::message_of(shown.error());
     return refused;
   }
-  return network_of<SetNetwork::Response>(session);
+  return network_of<SetNetwork::Response>(robot);
 }
 
 }  // namespace
 
-SessionServices::SessionServices(Session& session) : session_(session) {
-  offer<GetComponent>("get_component", [&session](const auto& request) {
-    return details_of(session.container(), session.plan(), request.component);
+InterfaceServices::InterfaceServices(Robot& robot) : robot_(robot) {
+  offer<GetComponent>("get_component", [&robot](const auto& request) {
+    return details_of(robot.container(), robot.plan(), request.component);
   });
-  offer<GetFaults>("get_faults", [&session](const auto&) { return faults_of(session); });
-  offer<GetStatistics>("get_statistics", [&session](const auto&) { return statistics_of(session.container()); });
+  offer<GetFaults>("get_faults", [&robot](const auto&) { return robot.faults(); });
+  offer<GetStatistics>("get_statistics", [&robot](const auto&) { return statistics_of(robot.container()); });
   offer<GetFrames>("get_frames",
-                   [&session](const auto&) { return frames_of(session.container(), session.plan().name_space); });
+                   [&robot](const auto&) { return frames_of(robot.container(), robot.plan().name_space); });
   offer<LookupTransform>("lookup_transform",
-                         [&session](const auto& request) { return transform_of(session.container(), request); });
-  offer<GetEmergencyStops>("get_emergency_stops", [&session](const auto&) { return stops_of(session); });
+                         [&robot](const auto& request) { return transform_of(robot.container(), request); });
+  offer<GetEmergencyStops>("get_emergency_stops", [&robot](const auto&) { return stops_of(robot); });
   offer<ReleaseEmergencyStops>("release_emergency_stops",
-                               [&session](const auto& request) { return release_stops(session, request); });
-  offer<Shutdown>("shutdown", [&session](const auto&) { return shut_down(session); });
-  offer_in_serve<GetNetwork>("get_network",
-                             [&session](const auto&) { return network_of<GetNetwork::Response>(session); });
-  offer_in_serve<SetNetwork>("set_network", [&session](const auto& request) { return set_network(session, request); });
+                               [&robot](const auto& request) { return release_stops(robot, request); });
+  offer<Shutdown>("shutdown", [&robot](const auto&) { return shut_down(robot); });
+  offer_in_serve<GetNetwork>("get_network", [&robot](const auto&) { return network_of<GetNetwork::Response>(robot); });
+  offer_in_serve<SetNetwork>("set_network", [&robot](const auto& request) { return set_network(robot, request); });
 }
 
 template <typename S, typename F>
-void SessionServices::offer(const char* name, F answer) {
+void InterfaceServices::offer(const char* name, F answer) {
   keep<S>(name,
           [answer](const typename S::Request& request, typename S::Response& response) { response = answer(request); });
 }
 
 template <typename S, typename F>
-void SessionServices::offer_in_serve(const char* name, F answer) {
+void InterfaceServices::offer_in_serve(const char* name, F answer) {
   const auto service = std::make_shared<Service<S>*>(nullptr);  // known before the first serve()
   *service = &keep<S>(name, [this, answer, service](const RequestId& id, const typename S::Request& request) {
     waiting_.lock()->push_back([answer, service, id, request] { (*service)->send_response(id, answer(request)); });
@@ -140,19 +125,19 @@ void SessionServices::offer_in_serve(const char* name, F answer) {
 }
 
 template <typename S, typename Callback>
-Service<S>& SessionServices::keep(const char* name, Callback callback) {
+Service<S>& InterfaceServices::keep(const char* name, Callback callback) {
   using Made = nacelle::detail::CallbackService<S, Callback>;
   auto made = std::make_shared<Made>(name, std::move(callback));
-  made->attach(session_.container().offer_service(name, S::Request::message_type(), S::Response::message_type(),
-                                                  {&Made::run, made.get()}));
+  made->attach(robot_.container().offer_service(name, S::Request::message_type(), S::Response::message_type(),
+                                                {&Made::run, made.get()}));
   services_.push_back(made);
   return *made;
 }
 
-void SessionServices::serve() {
+void InterfaceServices::serve() {
   event_.clear();
   const auto waiting = std::exchange(*waiting_.lock(), {});
-  for (const auto& answer : waiting) attempt("services", answer);
+  for (const auto& answer : waiting) process::attempt("services", answer);
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

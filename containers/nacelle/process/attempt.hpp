@@ -3,7 +3,7 @@
 
 #include <exception>
 
-namespace nacelle::session {
+namespace nacelle::process {
 
 /// Writes "nacelle: container: WHAT: WHY" to stderr. Allocates: nothing.
 void say_failed(const char* what, const char* why) noexcept;
@@ -19,4 +19,4 @@ bool attempt(const char* what, const Act& act) {
   return false;
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::process

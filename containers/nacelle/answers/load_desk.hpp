@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
@@ -13,9 +14,7 @@
 #include "nacelle/runtime/composition_host.hpp"
 #include "nacelle/runtime/container.hpp"
 
-namespace nacelle::session {
-
-class Session;
+namespace nacelle::answers {
 
 /// The one way in which components of a running robot come and go: what the services of the container's node are asked for,
 /// by `nacelle component`, by ROS 2's tools and by components.
@@ -24,8 +23,8 @@ class Session;
 /// until the main thread has carried them out in serve().
 class LoadDesk final : public runtime::CompositionHost {
  public:
-  /// Answers for the services of the session's container as long as it lives. `session` and its container outlive this.
-  explicit LoadDesk(Session& session);
+  /// Answers for the services of the session's container as long as it lives. `robot` and its container outlive this.
+  explicit LoadDesk(Robot& robot);
   ~LoadDesk() override;
 
   /// The launch's.
@@ -34,7 +33,7 @@ class LoadDesk final : public runtime::CompositionHost {
   [[nodiscard]] Result<Loaded, Problem> load_planned(const std::string& name) override;
   /// Loads a plugin into the launch's namespace: below it if the request's namespace is relative or empty, with its frame prefix and
   /// its topics of transforms. Checks the new wiring.
-  /// Errors: as Session::load(); its QoS does not fit a component's; it does not become active; the robot is not up. Nothing of it is
+  /// Errors: as Robot::load(); its QoS does not fit a component's; it does not become active; the robot is not up. Nothing of it is
   /// left then.
   [[nodiscard]] Result<Loaded, Problem> load(const runtime::LoadRequest& request, bool activate) override;
   [[nodiscard]] Result<runtime::UnloadOutcome, Problem> unload(std::uint64_t id) override;
@@ -59,9 +58,9 @@ class LoadDesk final : public runtime::CompositionHost {
   [[nodiscard]] auto on_main_thread(Act act) -> decltype(act());
   [[nodiscard]] Problem not_running() const;
 
-  Session& session_;
+  Robot& robot_;
   control::Event event_;
   Guarded<Waiting> waiting_;
 };
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

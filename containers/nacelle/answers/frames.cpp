@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/frames.hpp"
+#include "nacelle/answers/frames.hpp"
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 #include "nacelle/runtime/interface_messages.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 using nacelle_interfaces::srv::GetFrames;
@@ -107,4 +107,4 @@ LookupTransform::Response transform_of(const runtime::Container& container, cons
   return response;
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

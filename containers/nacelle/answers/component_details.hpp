@@ -7,7 +7,7 @@
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 
 /// Returns what there is to know of a component: where it comes from, what it was loaded with, how it runs, what went wrong.
 /// `name`: as Container::find(). Of a component in a process of its own `plan` has what it was loaded with. Threads: any.
@@ -15,4 +15,4 @@ namespace nacelle::session {
                                                                          const launch::Plan& plan,
                                                                          const std::string& name);
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

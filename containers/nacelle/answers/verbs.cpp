@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/verbs.hpp"
+#include "nacelle/answers/verbs.hpp"
 
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "nacelle/answers/graph_verbs.hpp"
 #include "nacelle/control/client.hpp"
 #include "nacelle/desk/service_verbs.hpp"
-#include "nacelle/session/graph_verbs.hpp"
-#include "nacelle/session/session.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 using control::reply_of;
 using nlohmann::json;
 
 /// Answers with the full name of a component, or of another node here that offers a service.
-json find_node(Session& session, const json& request) {
+json find_node(Robot& robot, const json& request) {
   const std::string name = request.value("name", "");
-  const auto component = session.container().find(name);
-  if (component) return {{"ok", true}, {"node", component.value().node}, {"container", session.container().node()}};
-  for (const auto& service : session.container().services()) {
+  const auto component = robot.container().find(name);
+  if (component) return {{"ok", true}, {"node", component.value().node}, {"container", robot.container().node()}};
+  for (const auto& service : robot.container().services()) {
     if (service.is_server && (service.node == name || service.node.ends_with("/" + name)))
       return {{"ok", true}, {"node", service.node}};
   }
@@ -29,8 +28,8 @@ json find_node(Session& session, const json& request) {
 }
 
 /// Every server here is within reach: nothing has to be prepared.
-json offered_services(Session& session, const json& request) {
-  const auto services = session.container().services();
+json offered_services(Robot& robot, const json& request) {
+  const auto services = robot.container().services();
   json offered = json::array();
   for (const auto& wanted : request.at("services")) {
     const auto& name = wanted.at("service").get_ref<const std::string&>();
@@ -53,21 +52,21 @@ bool changes_something(const std::string& verb, const json& request) {
 
 }  // namespace
 
-desk::Answer reply_to_verb(Session& session, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
-  if (changes_something(verb, request) && session.phase() != Phase::Running) {
-    return reply_of({"container " + session.options().container_name, std::string{"it is "} + to_text(session.phase()),
-                     "try again when it is running"});
+desk::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
+  if (changes_something(verb, request) && robot.phase() != Phase::Running) {
+    return reply_of(
+        {"container " + robot.name(), std::string{"it is "} + to_text(robot.phase()), "try again when it is running"});
   }
-  if (verb == "graph") return graph_of(session);
-  if (verb == "node.find") return find_node(session, request);
-  if (verb == "container.find") return json{{"ok", true}, {"node", session.container().node()}, {"is_nacelle", true}};
-  if (verb == "service.prepare") return offered_services(session, request);
+  if (verb == "graph") return graph_of(robot);
+  if (verb == "node.find") return find_node(robot, request);
+  if (verb == "container.find") return json{{"ok", true}, {"node", robot.container().node()}, {"is_nacelle", true}};
+  if (verb == "service.prepare") return offered_services(robot, request);
   if (verb == "service.call") {
-    const auto start = [&](const auto&... given) { return session.container().call_service(given...); };
-    return desk::call_service(session.container().clock(), start, types, request, "see `nacelle faults`");
+    const auto start = [&](const auto&... given) { return robot.container().call_service(given...); };
+    return desk::call_service(robot.container().clock(), start, types, request, "see `nacelle faults`");
   }
   return reply_of(
       {"request '" + verb + "'", "is unknown to this container", "use the `nacelle` that started the container"});
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

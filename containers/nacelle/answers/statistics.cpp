@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/statistics.hpp"
+#include "nacelle/answers/statistics.hpp"
 
 #include <algorithm>
 #include <vector>
 
 #include "nacelle/process/process_figures.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 namespace msg = nacelle_interfaces::msg;
@@ -152,4 +152,4 @@ nacelle_interfaces::srv::GetStatistics::Response statistics_of(const runtime::Co
   return statistics;
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

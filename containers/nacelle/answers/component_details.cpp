@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/component_details.hpp"
+#include "nacelle/answers/component_details.hpp"
 
 #include <unistd.h>
 
 #include <array>
 #include <optional>
 
+#include "nacelle/answers/statistics.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/loading/load_request.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 #include "nacelle/runtime/parameter_messages.hpp"
-#include "nacelle/session/statistics.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 std::string host_name() {
@@ -71,4 +71,4 @@ nacelle_interfaces::srv::GetComponent::Response details_of(const runtime::Contai
   return details;
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

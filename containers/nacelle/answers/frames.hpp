@@ -10,7 +10,7 @@
 #include "nacelle/node/message.hpp"
 #include "nacelle/runtime/container.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 
 /// Returns every edge of the tree of frames with its owner, rate and age, and `names`. Threads: any.
 [[nodiscard]] nacelle_interfaces::srv::GetFrames::Response frames_of(const runtime::Container& container,
@@ -19,4 +19,4 @@ namespace nacelle::session {
 [[nodiscard]] nacelle_interfaces::srv::LookupTransform::Response transform_of(
     const runtime::Container& container, const nacelle_interfaces::srv::LookupTransform::Request& request);
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

@@ -5,26 +5,25 @@
 #include <memory>
 #include <vector>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/control/event.hpp"
 #include "nacelle/node/service.hpp"
 
-namespace nacelle::session {
-
-class Session;
+namespace nacelle::answers {
 
 /// The services of the container's node that only a session can answer (nacelle_interfaces, docs/node_interfaces.md): details of a
 /// component, faults, statistics, frames, emergency stops, the network, the end of the robot.
 ///
 /// Threads: made and ended by the main thread. The services answer on another one, also while the main thread is busy; those of the
 /// network answer in serve().
-class SessionServices {
+class InterfaceServices {
  public:
-  /// `session` with all that it keeps outlives this.
-  explicit SessionServices(Session& session);
-  SessionServices(const SessionServices&) = delete;
-  SessionServices& operator=(const SessionServices&) = delete;
-  ~SessionServices() = default;
+  /// `robot` with all that it keeps outlives this.
+  explicit InterfaceServices(Robot& robot);
+  InterfaceServices(const InterfaceServices&) = delete;
+  InterfaceServices& operator=(const InterfaceServices&) = delete;
+  ~InterfaceServices() = default;
 
   /// Readable when serve() has something to do.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
@@ -39,10 +38,10 @@ class SessionServices {
   template <typename S, typename Callback>
   Service<S>& keep(const char* name, Callback callback);
 
-  Session& session_;
+  Robot& robot_;
   control::Event event_;
   Guarded<std::vector<std::function<void()>>> waiting_;
   std::vector<std::shared_ptr<void>> services_;
 };
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

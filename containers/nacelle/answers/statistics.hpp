@@ -7,7 +7,7 @@
 
 #include "nacelle/runtime/container.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 
 /// Returns every counter of streams, readers, callbacks, components and threads of this process, and of the processes of components
 /// with `isolate: process`. Threads: any.
@@ -17,4 +17,4 @@ namespace nacelle::session {
 [[nodiscard]] std::vector<nacelle_interfaces::msg::CallbackStatistics> callbacks_of(const runtime::Container& container,
                                                                                     const std::string& node);
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/graph_verbs.hpp"
+#include "nacelle/answers/graph_verbs.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -7,9 +7,8 @@
 
 #include "nacelle/desk/qos_json.hpp"
 #include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/session/session.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 using nlohmann::json;
@@ -31,14 +30,14 @@ json to_json(const runtime::EndpointReport& end) {
   return row;
 }
 
-bool is_isolated(Session& session, const runtime::ComponentInfo& info) {
-  return !session.container().request_of(info.id).has_value();
+bool is_isolated(Robot& robot, const runtime::ComponentInfo& info) {
+  return !robot.container().request_of(info.id).has_value();
 }
 
-json node_row(Session& session, const runtime::ComponentInfo& info) {
+json node_row(Robot& robot, const runtime::ComponentInfo& info) {
   return {{"node", info.node},       {"id", info.id},
           {"managed", info.managed}, {"state", info.managed ? nacelle::to_text(info.state) : ""},
-          {"plugin", info.plugin},   {"isolated", is_isolated(session, info)},
+          {"plugin", info.plugin},   {"isolated", is_isolated(robot, info)},
           {"hidden", false}};
 }
 
@@ -50,12 +49,12 @@ json other_row(const std::string& node, bool hidden) {
 
 }  // namespace
 
-json graph_of(Session& session) {
-  const runtime::Container& container = session.container();
+json graph_of(Robot& robot) {
+  const runtime::Container& container = robot.container();
   std::set<std::string> known;
   json nodes = json::array(), endpoints = json::array(), services = json::array();
   for (const auto& info : container.list()) {
-    nodes.push_back(node_row(session, info));
+    nodes.push_back(node_row(robot, info));
     known.insert(info.node);
   }
   const auto note = [&](const std::string& node, bool hidden) {
@@ -74,11 +73,8 @@ json graph_of(Session& session) {
     note(end.node, true);
     endpoints.push_back(to_json(end));
   }
-  return {{"ok", true},
-          {"container", session.options().container_name},
-          {"nodes", nodes},
-          {"endpoints", endpoints},
-          {"services", services}};
+  return {
+      {"ok", true}, {"container", robot.name()}, {"nodes", nodes}, {"endpoints", endpoints}, {"services", services}};
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

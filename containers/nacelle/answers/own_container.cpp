@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/own_container.hpp"
+#include "nacelle/answers/own_container.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "nacelle/session/session.hpp"
-#include "nacelle/session/verbs.hpp"
+#include "nacelle/answers/verbs.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 namespace {
 
 constexpr std::size_t kMeasuredDepth = 1000, kReadDepth = 10;
@@ -26,24 +25,24 @@ std::vector<std::string> types_of(const runtime::Container& container, const std
 
 }  // namespace
 
-OwnContainer::OwnContainer(Session& session) : session_(session), types_(session.options().places.message_folders) {}
+OwnContainer::OwnContainer(Robot& robot) : robot_(robot), types_(robot.message_folders()) {}
 
-const Clock& OwnContainer::clock() const { return session_.container().clock(); }
+const Clock& OwnContainer::clock() const { return robot_.container().clock(); }
 
 desk::Answer OwnContainer::answer(const std::string& verb, const nlohmann::json& request) {
-  return reply_to_verb(session_, types_, verb, request);
+  return reply_to_verb(robot_, types_, verb, request);
 }
 
 Result<std::unique_ptr<desk::TopicTap>, Problem> OwnContainer::tap(const desk::TapWish& wish) {
   auto type = type_of(wish);
   if (!type) return err(type.error());
   // A person reads text slower than a sensor writes it; only what is measured must not be lost.
-  return std::make_unique<desk::TopicTap>(session_.container().transport(), wish.topic, *type.value(),
+  return std::make_unique<desk::TopicTap>(robot_.container().transport(), wish.topic, *type.value(),
                                           wish.is_measured ? kMeasuredDepth : kReadDepth);
 }
 
 Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const desk::TapWish& wish) {
-  const runtime::Container& container = session_.container();
+  const runtime::Container& container = robot_.container();
   // A name may carry two types (cmd_vel does); then the one that is meant can be given.
   if (!wish.type.empty()) {
     auto found = types_.message(wish.type);
@@ -62,4 +61,4 @@ Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const desk::TapW
   return err(Problem{"topic " + wish.topic, "nobody publishes or reads it", suggestion(wish.topic, names)});
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/attempt.hpp"
+#include "nacelle/process/attempt.hpp"
 
 #include <array>
 #include <cstdio>
 
-namespace nacelle::session {
+namespace nacelle::process {
 
 void say_failed(const char* what, const char* why) noexcept {
   std::array<char, 256> line{};
@@ -15,4 +15,4 @@ void say_failed(const char* what, const char* why) noexcept {
   std::fprintf(stderr, "%s\n", line.data());
 }
 
-}  // namespace nacelle::session
+}  // namespace nacelle::process

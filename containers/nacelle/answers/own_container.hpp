@@ -5,15 +5,16 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/desk/verb_desk.hpp"
 #include "nacelle/msgs/type_library.hpp"
 
-namespace nacelle::session {
+namespace nacelle::answers {
 
 /// The container of this process, at its desk. Ownership: the session outlives it.
 class OwnContainer final : public desk::Respondent {
  public:
-  explicit OwnContainer(Session& session);
+  explicit OwnContainer(Robot& robot);
   [[nodiscard]] const Clock& clock() const override;
   [[nodiscard]] desk::Answer answer(const std::string& verb, const nlohmann::json& request) override;
   [[nodiscard]] Result<std::unique_ptr<desk::TopicTap>, Problem> tap(const desk::TapWish& wish) override;
@@ -21,8 +22,8 @@ class OwnContainer final : public desk::Respondent {
  private:
   [[nodiscard]] Result<const msgs::MessageType*, Problem> type_of(const desk::TapWish& wish);
 
-  Session& session_;
+  Robot& robot_;
   msgs::TypeLibrary types_;
 };
 
-}  // namespace nacelle::session
+}  // namespace nacelle::answers

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <nacelle_interfaces/srv/get_faults.hpp>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/launch/plan.hpp"
+#include "nacelle/networking/network.hpp"
+#include "nacelle/runtime/container.hpp"
+
+namespace nacelle::answers {
+
+/// What the robot is doing, for those who watch.
+enum class Phase : std::uint8_t { Starting, Running, Stopping, Down };
+[[nodiscard]] constexpr const char* to_text(Phase phase) {
+  switch (phase) {
+    case Phase::Starting: return "starting";
+    case Phase::Running: return "running";
+    case Phase::Stopping: return "stopping";
+    case Phase::Down: return "down";
+  }
+  return "?";
+}
+
+/// A topic whose emergency stop was released, and how many readers heard it.
+struct ReleasedStop {
+  std::string topic;
+  std::size_t readers = 0;
+};
+
+/// The robot as those see it who answer questions about it and carry out orders. A session is one; a test may script another.
+///
+/// Threads: the main thread's where nothing else is said.
+class Robot {
+ public:
+  virtual ~Robot() = default;
+  /// Its name, that of the control socket. Threads: any.
+  [[nodiscard]] virtual const std::string& name() const = 0;
+  /// Threads: any.
+  [[nodiscard]] virtual Phase phase() const = 0;
+  /// Threads: any.
+  [[nodiscard]] virtual runtime::Container& container() = 0;
+  /// Threads: any.
+  [[nodiscard]] virtual const launch::Plan& plan() const = 0;
+  [[nodiscard]] virtual networking::Network& network() = 0;
+  /// Where message definitions are looked for.
+  [[nodiscard]] virtual const std::vector<std::filesystem::path>& message_folders() const = 0;
+  /// What is faulted and what is done about it, what is left out, and the last crash. Threads: any.
+  [[nodiscard]] virtual nacelle_interfaces::srv::GetFaults::Response faults() const = 0;
+  /// The topics on which an emergency stop is set. Threads: any.
+  [[nodiscard]] virtual std::vector<std::string> emergency_stops() const = 0;
+  /// Releases the stops on these topics; for an empty list on every topic that a component reads.
+  /// Errors: a topic of another kind; no component reads one. Threads: any.
+  [[nodiscard]] virtual Result<std::vector<ReleasedStop>, Problem> release_emergency_stops(
+      const std::vector<std::string>& topics) = 0;
+
+  /// Loads what the plan says, in this process or in one of its own.
+  /// With `faults`, values that it cannot have are collected there; else the first is why it is not loaded.
+  [[nodiscard]] virtual Result<runtime::ComponentInfo, Problem> load(
+      const launch::ComponentPlan& component, const std::shared_ptr<ParameterFaults>& faults) = 0;
+  [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component) {
+    return load(component, nullptr);
+  }
+  /// Takes a loaded component to a state, one transition after the other. Errors: the first that failed, with its reason.
+  [[nodiscard]] virtual Result<void, Problem> bring_to(const runtime::ComponentInfo& component,
+                                                       launch::TargetState target) = 0;
+  /// Components have come, gone or changed their states by somebody else than the bring-up.
+  virtual void composition_changed() = 0;
+  /// Threads: any.
+  virtual void request_shutdown() = 0;
+};
+
+}  // namespace nacelle::answers
