@@ -92,27 +92,27 @@ void* __libc_memalign(std::size_t alignment, std::size_t size);  // NOLINT(bugpr
 #define NACELLE_INTERPOSED __attribute__((visibility("default")))
 
 NACELLE_INTERPOSED void* malloc(std::size_t size) noexcept {
-  nacelle::session::count_call();
+  nacelle::process::count_call();
   return __libc_malloc(size);
 }
 NACELLE_INTERPOSED void* calloc(std::size_t nmemb, std::size_t size) noexcept {
-  nacelle::session::count_call();
+  nacelle::process::count_call();
   return __libc_calloc(nmemb, size);
 }
 NACELLE_INTERPOSED void* realloc(void* ptr, std::size_t size) noexcept {
-  nacelle::session::count_call();
+  nacelle::process::count_call();
   return __libc_realloc(ptr, size);
 }
 NACELLE_INTERPOSED void* memalign(std::size_t alignment, std::size_t size) noexcept {
-  nacelle::session::count_call();
+  nacelle::process::count_call();
   return __libc_memalign(alignment, size);
 }
 NACELLE_INTERPOSED void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  nacelle::session::count_call();
+  nacelle::process::count_call();
   return __libc_memalign(alignment, size);
 }
 NACELLE_INTERPOSED int posix_memalign(void** memptr, std::size_t alignment, std::size_t size) noexcept {
-  nacelle::session::count_call();
+  nacelle::process::count_call();
   if (alignment < sizeof(void*) || (alignment & (alignment - 1)) != 0) return EINVAL;
   const int before = errno;  // POSIX: the answer is the return value, errno stays
   void* const memory = __libc_memalign(alignment, size);

@@ -113,19 +113,19 @@ bool EmergencyStops::look() {
 Result<std::vector<answers::ReleasedStop>, Problem> EmergencyStops::release(const std::vector<std::string>& topics) {
   std::vector<runtime::StreamReport> streams;
   container_.report_streams(streams);
-  std::vector<ReleasedStop> released;
+  std::vector<answers::ReleasedStop> released;
   for (const auto& stream : streams) {
     if (stream.readers != 0 && is_emergency_stop(stream.name, stream.type))
       released.push_back({stream.name, stream.readers});
   }
   if (!topics.empty()) {
-    std::vector<ReleasedStop> wanted;
+    std::vector<answers::ReleasedStop> wanted;
     for (const auto& topic : topics) {
       if (!is_emergency_stop(topic, kEmergencyStopType) || !validate_full_topic_name(topic))
         return err(Problem{"topic " + topic, "is no emergency stop", "give one whose last name is emergency_stop"});
-      const auto found = std::ranges::find(released, topic, &ReleasedStop::topic);
+      const auto found = std::ranges::find(released, topic, &answers::ReleasedStop::topic);
       // Without a reader, too: one that joins later hears of it.
-      wanted.push_back(found == released.end() ? ReleasedStop{topic, 0} : *found);
+      wanted.push_back(found == released.end() ? answers::ReleasedStop{topic, 0} : *found);
     }
     released = std::move(wanted);
   }
@@ -134,7 +134,7 @@ Result<std::vector<answers::ReleasedStop>, Problem> EmergencyStops::release(cons
                        "the base (nacelle::diff_drive::DiffDriveComponent) does; is it loaded?"});
   }
   auto writers = releases_.lock();
-  for (const ReleasedStop& one : released) {
+  for (const answers::ReleasedStop& one : released) {
     auto& writer = (*writers)[one.topic];
     if (!writer) {
       const EndpointSpec spec{one.topic, &std_msgs::msg::Bool::message_type(), QoS(1).reliable().transient_local(),

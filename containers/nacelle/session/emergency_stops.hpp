@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"

@@ -57,7 +57,7 @@ void MessageField::append_yaml(std::string& out, const void* message, const Yaml
   const Field& field = only_.fields.front();
   const void* const at = static_cast<const std::byte*>(owner) + field.offset;
   if (field.shape == Shape::Single && field.kind == Kind::Message) {
-    append_yaml(out, field.message(), at, options);
+    text::append_yaml(out, field.message(), at, options);
     return;
   }
   if (field.shape == Shape::Single && field.kind == Kind::String) {
@@ -69,7 +69,7 @@ void MessageField::append_yaml(std::string& out, const void* message, const Yaml
     return;
   }
   std::string named;
-  append_yaml(named, only_, owner, options);
+  text::append_yaml(named, only_, owner, options);
   // "x: 1.0\n" or, of a list, "ranges:\n- 1.0\n": the name goes.
   out += std::string_view{named}.substr(std::string_view{field.name}.size() + 2);
 }
