@@ -61,7 +61,7 @@ void RobotService::descriptors_ran_out(bool ran_out) {
 void RobotService::descriptor_was_lost() {
   has_lost_a_descriptor_ = true;
   // The event may be closed as well. A signal interrupts the main thread's poll() in any case.
-  ::pthread_kill(main_thread_, SIGTERM);
+  ::pthread_kill(main_thread_, SIGTERM);  // NOLINT(bugprone-bad-signal-to-kill-thread)
 }
 
 Result<std::uint16_t, std::string> RobotService::open_writer(control::NamePair topic_and_type) {

@@ -22,10 +22,10 @@ struct Place {
   std::string parameter;     ///< Of the node, or of the component that reports it, if there is no node.
 
   Place() = default;
-  template <typename Words>
+  template <typename Words>  // NOLINTBEGIN(google-explicit-constructor,bugprone-forwarding-reference-overload)
   requires std::constructible_from<std::string, Words> &&
       (!std::same_as<std::remove_cvref_t<Words>, Place>)Place(Words&& text)
-      : words(std::forward<Words>(text)) {}  // NOLINT(google-explicit-constructor)
+      : words(std::forward<Words>(text)) {}
   /// In a file; line 0: in the whole of it.
   Place(std::string path, int in_line, int in_column = 0) : file(std::move(path)), line(in_line), column(in_column) {}
   static Place of_node(std::string node);
@@ -35,7 +35,7 @@ struct Place {
   /// "robot.launch.yaml:12", "node /lidar, parameter port_name: /dev/ttyUSB0", or the words.
   [[nodiscard]] std::string text() const;
   friend bool operator==(const Place&, const Place&) = default;
-};
+};  // NOLINTEND(google-explicit-constructor,bugprone-forwarding-reference-overload)
 
 /// What kind of problem it is, for programs and tests: an enumerator of a domain's enum, as text "launch.unknown_key".
 ///
