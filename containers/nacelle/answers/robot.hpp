@@ -71,7 +71,7 @@ class Robot {
   /// Takes a loaded component to a state, one transition after the other. Errors: the first that failed, with its reason.
   [[nodiscard]] virtual Result<void, Problem> bring_to(const runtime::ComponentInfo& component,
                                                        launch::TargetState target) = 0;
-  /// Components have come, gone or changed their states by somebody else than the bring-up.
+  /// Call it after components were loaded, unloaded or brought to another state outside the bring-up.
   virtual void composition_changed() = 0;
   /// Threads: any.
   virtual void request_shutdown() = 0;

@@ -26,7 +26,7 @@ namespace nacelle {
 
 namespace dds = transport_dds;
 
-/// What is told of an endpoint of this side that could not be made.
+/// The problem of an endpoint of this side that could not be made.
 inline Problem end_not_shown(Place where, std::string name, const Problem& why) {
   return {std::move(where), "is not on the network: " + why.text(), "", dds::NetworkFault::EndNotShown,
           std::move(name)};

@@ -306,7 +306,7 @@ TEST_P(EveryVendor, calls_a_service_that_is_served_here) {
     const Words words = words_of(*request);
     ASSERT_EQ(words.size(), 4U);
     ASSERT_TRUE(told.until([&] { return replies->matched_count() == 1; }));
-    send_words(*replies, {words[0] + 1, words[1], 999});  // somebody else's
+    send_words(*replies, {words[0] + 1, words[1], 999});  // of another client
     send_words(*replies, {words[0], words[1], words[2] + words[3]});
     said = peer->line(kRepeat);
   }
