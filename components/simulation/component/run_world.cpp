@@ -31,8 +31,11 @@ namespace {
 // A machine that stood still for longer than this (suspended, stopped in a debugger) is not caught up with: the robot
 // would jump. The world's clock jumps instead.
 constexpr Duration kLongestCatchUp = 1s;
-// Steps made up for at a time: between them the other side gets its chance to empty the lines.
-constexpr std::uint64_t kStepsAtATime = 20;
+// What is due is made up for at this multiple of the world's pace. A line holds 4 KB, a quarter of a second of the LiDAR: what came all at
+// once would not fit, and its reader, at normal priority, gets the time to empty it.
+constexpr std::uint64_t kCatchUpPace = 4;
+// Ticks that one waking counts as, at most. More of them were a pause; fewer are a machine with much to do.
+constexpr std::uint64_t kTicksAtATime = 5;
 
 /// Takes SIGTERM and SIGINT as events for as long as it lives.
 class Signals {
@@ -204,16 +207,17 @@ class Runner {
     }
   }
 
-  /// Makes the steps that are due; false if some are left.
-  bool catch_up() {
+  /// Makes the steps that are due, as far as the catch-up pace allows. `ticks`: of the timer, since the last call.
+  void catch_up(std::uint64_t ticks) {
     const Duration due = clock_.now() - origin_;
     if (due - world_.now() > kLongestCatchUp) {
       const auto skipped = (due - world_.now()) / WorldModel::kStep;
       report_.skipped_steps += static_cast<std::uint64_t>(skipped);
       origin_ += skipped * WorldModel::kStep;
     }
+    const std::uint64_t most = kCatchUpPace * std::min(ticks, kTicksAtATime);
     std::uint64_t steps = 0;
-    for (; steps < kStepsAtATime && world_.now() + WorldModel::kStep <= clock_.now() - origin_; ++steps) {
+    for (; steps < most && world_.now() + WorldModel::kStep <= clock_.now() - origin_; ++steps) {
       world_.step([this](Device device, ByteView bytes) {
         const std::size_t taken = lines_[device] != nullptr ? lines_[device]->write_some(bytes) : 0;
         count(device).sent_bytes += taken;
@@ -223,7 +227,6 @@ class Runner {
     }
     if (steps > 1) report_.late_steps += steps - 1;
     if (steps > 0) write_truth();
-    return steps < kStepsAtATime;
   }
 
   [[nodiscard]] std::array<pollfd, kFirstLine + kDevices.size()> watched(int ticks, int signals, int stop,
@@ -337,24 +340,20 @@ Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock&
   // Real devices do not wait for the processors of this machine. Where the limits allow it (RLIMIT_RTPRIO), the world does not either.
   const sched_param lowest{::sched_get_priority_min(SCHED_FIFO)};
   static_cast<void>(::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &lowest));
-  const timespec at_once{};
-  for (bool behind = false;;) {
+  for (;;) {
     auto watched = runner.watched(ticks.number(), signals.descriptor(), options.stop_descriptor, control.descriptor());
-    if (::ppoll(watched.data(), watched.size(), behind ? &at_once : nullptr, nullptr) < 0 && errno != EINTR) {
-      return err(Problem{"simulated world", fmt::format("ppoll failed ({})", std::strerror(errno)), ""});
+    if (::poll(watched.data(), watched.size(), -1) < 0 && errno != EINTR) {
+      return err(Problem{"simulated world", fmt::format("poll failed ({})", std::strerror(errno)), ""});
     }
     if ((watched[kStop].revents & (POLLIN | POLLHUP)) != 0) return runner.report();
     if ((watched[kSignals].revents & POLLIN) != 0 && signals.ask_to_end(!options.end_with_parent))
       return runner.report();
-    if ((watched[kTicks].revents & POLLIN) != 0) {
-      std::uint64_t expirations = 0;  // the clock says how many steps are due, whatever the timer counted
-      [[maybe_unused]] const auto read = ::read(ticks.number(), &expirations, sizeof expirations);
-    }
+    std::uint64_t passed = 0;
+    if ((watched[kTicks].revents & POLLIN) != 0 && ::read(ticks.number(), &passed, sizeof passed) < 0) passed = 0;
     runner.read_lines(watched);
     if ((watched[kControl].revents & POLLIN) != 0)
       control.read([&](std::string_view command) { runner.obey(command); });
-    behind = !runner.catch_up();
-    if (behind) ::sched_yield();
+    runner.catch_up(passed);
   }
 }
 

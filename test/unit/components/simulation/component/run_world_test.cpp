@@ -17,6 +17,7 @@
 #include "lidar/protocol/ld06_decoder.hpp"
 #include "nacelle/io/serial_port.hpp"
 #include "simulation/port/truth_file.hpp"
+#include "support/manual_clock.hpp"
 #include "unit/components/simulation/running_world.hpp"
 
 namespace nacelle::simulation {
@@ -147,6 +148,32 @@ TEST_F(RunWorld, takes_everything_away_when_it_ends) {
   world_.stop();
   EXPECT_TRUE(std::filesystem::is_empty(world_.directory()));
   EXPECT_EQ(world_.problem(), Problem{});
+}
+
+TEST(RunWorldPause, is_made_up_for_at_a_pace_that_the_reader_of_a_line_keeps) {
+  const SystemClock real;
+  test::ManualClock clock;
+  io::Bell stop;
+  WorldOptions options;
+  options.directory = ::testing::TempDir() + "world_pause_" + std::to_string(getpid());
+  options.stop_descriptor = stop.descriptor();
+  std::uint64_t skipped = 1;
+  std::thread world{[&] {
+    const auto report = run_world(options, clock);
+    if (report) skipped = report.value().skipped_steps;
+  }};
+  const MonotonicTime deadline = real.now() + kPatience;
+  while (!std::filesystem::exists(options.directory + "/ready") && real.now() < deadline) std::this_thread::yield();
+  const MonotonicTime begin = real.now();
+  clock.advance(900ms);
+  for (double world_s = 0.0; world_s < 0.899 && real.now() < deadline; std::this_thread::yield()) {
+    if (const auto truth = read_truth(options.directory + "/truth")) world_s = truth->time_s;
+  }
+  EXPECT_GE(real.now() - begin, 200ms) << "all at once, and a line holds 4 KB";
+  stop.ring();
+  world.join();
+  EXPECT_EQ(skipped, 0U);
+  std::filesystem::remove_all(options.directory);
 }
 
 /// A world in a child process, as the launcher starts it.
