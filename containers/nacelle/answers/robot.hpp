@@ -69,8 +69,7 @@ class Robot {
     return load(component, nullptr);
   }
   /// Takes a loaded component to a state, one transition after the other. Errors: the first that failed, with its reason.
-  [[nodiscard]] virtual Result<void, Problem> bring_to(const runtime::ComponentInfo& component,
-                                                       launch::TargetState target) = 0;
+  [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component, launch::TargetState target);
   /// Call it after components were loaded, unloaded or brought to another state outside the bring-up.
   virtual void composition_changed() = 0;
   /// Threads: any.

@@ -194,7 +194,6 @@ void VerbDesk::serve(const pollfd* waits) {
   }
   for (Guest& guest : guests_) guarded(guest, [&] { serve(guest); });
   end_hopeless_listening();
-  remove_the_gone();
 }
 
 void VerbDesk::end_hopeless_listening() {
@@ -202,6 +201,7 @@ void VerbDesk::end_hopeless_listening() {
     if (guest.gone || !guest.tap) continue;
     if (const auto problem = respondent_.problem_of(guest.tap->topic())) take_leave(guest, problem->text().c_str());
   }
+  remove_the_gone();
 }
 
 void VerbDesk::serve(Guest& guest) {

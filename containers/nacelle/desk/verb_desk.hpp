@@ -35,7 +35,7 @@ class Respondent {
   [[nodiscard]] virtual Answer answer(const std::string& verb, const nlohmann::json& request) = 0;
   /// Errors: no such topic, a type that it has not, or that nobody here knows.
   [[nodiscard]] virtual Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) = 0;
-  /// Why no message of a topic can come to those who listen to it. The desk asks each time it is served.
+  /// Why no message of a topic can come to those who listen to it.
   [[nodiscard]] virtual std::optional<Problem> problem_of(const std::string& /*topic*/) const { return std::nullopt; }
   /// A frame that is no request; what is to be said to it goes to `from.out`.
   virtual void take_frame(control::Connection& from, const control::Frame& frame);
@@ -70,6 +70,9 @@ class VerbDesk {
   void append_waits(std::vector<pollfd>& waits);
   /// `waits`: what the last append_waits() appended. Does nothing if that threw.
   void serve(const pollfd* waits);
+  /// Closes the connections that listen to a topic whose messages cannot come (Respondent::problem_of()). Not between append_waits() and
+  /// serve().
+  void end_hopeless_listening();
   /// Closes the newer half of the connections with this reason.
   void send_half_away(const char* why);
   /// When serve() has something to do though nothing happens: somebody has waited long enough.
@@ -102,7 +105,6 @@ class VerbDesk {
   void take_leave(Guest& guest, const char* why);
   [[nodiscard]] std::optional<MonotonicTime> end_of(const Guest& guest) const;
   void serve(Guest& guest);
-  void end_hopeless_listening();
   void remove_the_gone();
   void answer(Guest& guest, const std::string& request);
   [[nodiscard]] Answer reply_to(Guest& guest, const nlohmann::json& request);

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "nacelle/desk/verb_desk.hpp"
+#include "nacelle/process/event_loop.hpp"
 #include "nacelle/remote/remote_nodes.hpp"
 
 namespace nacelle::remote {
@@ -101,28 +102,26 @@ void RemoteDesk::run() {
   {
     RemoteNodes nodes{*network_};
     desk::VerbDesk desk{nodes};
-    const Clock& clock = network_->clock();
-    for (;;) {
-      std::vector<pollfd> waits{{stop_.descriptor(), POLLIN, 0},
-                                {signal_event.load(), POLLIN, 0},
-                                {came_.descriptor(), POLLIN, 0},
-                                {network_->descriptor(), POLLIN, 0}};
-      constexpr std::size_t kOwn = 4;
-      desk.append_waits(waits);
-      int limit_ms = -1;
-      if (const auto due = desk.next_due())
-        limit_ms = static_cast<int>(std::max<Duration::rep>(0, (*due - clock.now()) / 1ms + 1));
-      ::poll(waits.data(), waits.size(), limit_ms);
-      if (waits[0].revents != 0 || waits[1].revents != 0) break;
-      if (waits[3].revents != 0) network_->drain();
-      desk.serve(waits.data() + kOwn);
-      if (waits[2].revents == 0) continue;
+    process::EventLoop loop{network_->clock()};
+    loop.add(process::on_readable("stop", stop_.descriptor(), [&] { loop.end(); }));
+    loop.add(process::on_readable("signal", signal_event.load(), [&] { loop.end(); }));
+    loop.add({.name = "requests",
+              .watch = [&](std::vector<pollfd>& waits) { desk.append_waits(waits); },
+              .next_due = [&] { return desk.next_due(); },
+              .serve = [&](std::span<const pollfd> waits) { desk.serve(waits.data()); },
+              .shed = {}});
+    loop.add(process::on_readable("network", network_->descriptor(), [&] {
+      network_->drain();
+      desk.end_hopeless_listening();
+    }));
+    loop.add(process::on_readable("connections", came_.descriptor(), [&] {
       std::uint64_t count = 0;
       static_cast<void>(!::read(came_.descriptor(), &count, sizeof count));
       std::vector<std::unique_ptr<control::Connection>> coming;
       coming.swap(*coming_.lock());
       for (auto& connection : coming) desk.take(std::move(connection));
-    }
+    }));
+    static_cast<void>(loop.run());
   }
   network_.reset();
   if (signal_number.load() != 0) die_of_signal();

@@ -230,17 +230,4 @@ void Session::on_step(const lifecycle_manager::Step& step) {
                          step.success ? "done" : "FAILED", to_milliseconds(step.took), step.reason));
 }
 
-Result<void, Problem> Session::bring_to(const runtime::ComponentInfo& component, launch::TargetState target) {
-  std::vector<Transition> steps;
-  if (target != launch::TargetState::Unconfigured) steps.push_back(Transition::Configure);
-  if (target == launch::TargetState::Active) steps.push_back(Transition::Activate);
-  for (const Transition step : steps) {
-    const TransitionOutcome outcome = container_->trigger(component.id, step);
-    if (!outcome.success)
-      return err(
-          Problem{component.node, std::string{"could not "} + nacelle::to_text(step) + ": " + outcome.reason, ""});
-  }
-  return {};
-}
-
 }  // namespace nacelle::session

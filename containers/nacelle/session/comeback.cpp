@@ -5,7 +5,6 @@
 
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/session/session.hpp"
 #include "nacelle/session/supervision.hpp"
 
 namespace nacelle::session {
@@ -41,12 +40,13 @@ launch::ComponentPlan plan_of(const runtime::ComponentInfo& info, const runtime:
 
 }  // namespace
 
-Composition composition_of(Session& session, const Supervision& supervision) {
-  Composition composition{session.name(), {}, session.emergency_stops()};
-  for (const auto& info : session.container().list()) {
+Composition composition_of(answers::Robot& robot, const Supervision& supervision,
+                           const std::vector<ComposedComponent>& left_out) {
+  Composition composition{robot.name(), {}, robot.emergency_stops()};
+  for (const auto& info : robot.container().list()) {
     ComposedComponent component;
-    const auto request = session.container().request_of(info.id);
-    const auto* const written = session.plan().find(info.node);
+    const auto request = robot.container().request_of(info.id);
+    const auto* const written = robot.plan().find(info.node);
     if (written != nullptr && written->plugin == info.plugin) {
       component.plan = *written;
     } else if (request) {
@@ -65,7 +65,7 @@ Composition composition_of(Session& session, const Supervision& supervision) {
     composition.components.push_back(std::move(component));
   }
   // What was left out stays known, so that it can come back when it is loaded by hand and runs.
-  for (const auto& component : session.left_out()) {
+  for (const auto& component : left_out) {
     const auto same = [&](const ComposedComponent& other) {
       return other.plan.full_name() == component.plan.full_name();
     };

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/launch/plan.hpp"
@@ -14,11 +15,11 @@
 
 namespace nacelle::session {
 
-class Session;
 class Supervision;
 
-/// What the session's container holds now, to come back to.
-[[nodiscard]] Composition composition_of(Session& session, const Supervision& supervision);
+/// What the robot's container holds now, to come back to; with what was left out, unless it was loaded by hand since.
+[[nodiscard]] Composition composition_of(answers::Robot& robot, const Supervision& supervision,
+                                         const std::vector<ComposedComponent>& left_out);
 
 /// Beside the state file.
 [[nodiscard]] std::string crash_file_of(const std::string& state_file);

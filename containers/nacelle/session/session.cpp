@@ -2,11 +2,9 @@
 #include "nacelle/session/session.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <exception>
 
@@ -19,9 +17,7 @@
 #include "nacelle/desk/verb_desk.hpp"
 #include "nacelle/loading/load_request.hpp"
 #include "nacelle/networking/network_wish.hpp"
-#include "nacelle/process/attempt.hpp"
 #include "nacelle/runtime/crash_record.hpp"
-#include "nacelle/session/clock_jump.hpp"
 #include "nacelle/session/comeback.hpp"
 
 namespace nacelle::session {
@@ -29,11 +25,8 @@ namespace {
 
 // The report's steady state begins so long after the last activation.
 constexpr Duration kSettling = 2s;
-constexpr Duration kBudgetPeriod = 1s;
 // A stop signal that the main thread has not obeyed by then finds it in a component's hands.
 constexpr Duration kMainThreadLimit = 1s;
-// Until a step of the main thread that failed is tried again.
-constexpr int kRetry_ms = 100;
 
 }  // namespace
 
@@ -142,7 +135,8 @@ int Session::run_robot() {
     say("nacelle: " + joined.error().text());
     return 1;
   }
-  supervision_ = std::make_unique<Supervision>(*this, clock_, fault_event_.descriptor());
+  supervision_ = std::make_unique<Supervision>(SupervisedRun{
+      *this, clock_, fault_event_.descriptor(), [this](const std::string& line) { say(line); }, left_out_, *crashes_});
   lookout_ = std::make_unique<Lookout>(
       stop_, [this] { return is_going_up_ ? Duration::zero() : kMainThreadLimit; },
       [this] {
@@ -279,7 +273,7 @@ Result<void, Problem> Session::set_held_stops() {
 void Session::keep_composition() {
   if (service_->phase() != Phase::Running) return;
   static_cast<void>(emergency_stops_->look());
-  auto kept = state_->write(composition_of(*this, *supervision_));
+  auto kept = state_->write(composition_of(*this, *supervision_, left_out_));
   if (!kept && !told_of_state_) say("nacelle: " + kept.error().text());
   told_of_state_ = !kept;
 }
@@ -310,128 +304,6 @@ Result<void, Problem> Session::guarded_bring_up() {
   } catch (const std::exception& failure) {
     return err(Problem{"bring-up", failure.what(), "raise what the process may have: `ulimit -n`, `ulimit -u`"});
   }
-}
-
-// A person who asks what a bring-up waits for is answered while it waits.
-void Session::answer_guests() {
-  process::attempt("services", [this] { answers_->serve(); });
-  process::attempt("requests", [this] {
-    std::vector<pollfd> waits{{server_->handed_over_descriptor(), POLLIN, 0}};
-    desk_->append_waits(waits);
-    if (::poll(waits.data(), waits.size(), 0) < 0) return;
-    desk_->serve(waits.data() + 1);
-    if (waits[0].revents == 0) return;
-    for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
-  });
-}
-
-std::optional<Problem> Session::look_at_programs() {
-  for (const auto& program : programs_) {
-    if (program->descriptor() < 0) continue;
-    const std::string how = program->ended();
-    if (how.empty()) continue;
-    Problem problem{"program " + program->spec().label, how, "see its output above"};
-    if (program->spec().required) return problem;
-    say("nacelle: " + problem.text());
-  }
-  return std::nullopt;
-}
-
-std::optional<Problem> Session::serve() {
-  decltype(make_kernel_clock_alarm()) kernel_alarm;
-  ClockWatch clock_watch{
-      clock_, options_.clock_alarm != nullptr ? *options_.clock_alarm : *(kernel_alarm = make_kernel_clock_alarm())};
-  ClockJumpReport clock_jumps{container_->transport(), options_.container_name,
-                              fully_qualified_node_name(plan_.container.namespace_, options_.container_name)};
-  std::vector<pollfd> waits;
-  waits.reserve(64 + programs_.size());
-  bool has_new_states = false, has_faults = false;  // to be looked at, again if that failed
-  while (true) {
-    waits.clear();
-    waits.push_back({stop_.descriptor(), POLLIN, 0});
-    waits.push_back({server_->handed_over_descriptor(), POLLIN, 0});
-    waits.push_back({fault_event_.descriptor(), POLLIN, 0});
-    waits.push_back({clock_watch.descriptor(), POLLIN, 0});
-    waits.push_back({network_->descriptor(), POLLIN, 0});
-    waits.push_back({load_desk_->descriptor(), POLLIN, 0});
-    waits.push_back({answers_->descriptor(), POLLIN, 0});
-    for (const auto& program : programs_) waits.push_back({program->descriptor(), POLLIN, 0});
-    const std::size_t stops_at = waits.size();
-    bool has_listed = process::attempt("emergency stops", [&] { emergency_stops_->append_waits(waits); });
-    const std::size_t guests_at = waits.size();
-    has_listed = process::attempt("requests", [&] { desk_->append_waits(waits); }) && has_listed;
-
-    if (!budgets_.empty() && (!next_budget_look_ || clock_.now() >= *next_budget_look_)) {
-      process::attempt("budgets", [&] {
-        for (const auto& event : budgets_.look(*container_, clock_.now())) say("nacelle: " + event.text());
-      });
-      next_budget_look_ = clock_.now() + kBudgetPeriod;
-    }
-    int limit_ms = has_listed && !has_new_states && !has_faults ? -1 : kRetry_ms;
-    if (next_budget_look_) {
-      const int left_ms = std::max(0, static_cast<int>((*next_budget_look_ - clock_.now()) / 1ms) + 1);
-      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
-    }
-    if (steady_from_ && !steady_.has_begun()) {
-      const int left_ms = std::max(0, static_cast<int>((*steady_from_ - clock_.now()) / 1ms) + 1);
-      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
-    }
-    if (const auto due = supervision_->next_due()) {
-      const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
-      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
-    }
-    if (const auto due = network_->next_due()) {
-      const int left_ms = std::max(0, static_cast<int>((*due - clock_.now()) / 1ms) + 1);
-      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
-    }
-    if (const auto due = desk_->next_due()) {
-      const int left_ms = std::max(0, static_cast<int>(std::min<Duration>(*due - clock_.now(), 1h) / 1ms) + 1);
-      limit_ms = limit_ms < 0 ? left_ms : std::min(limit_ms, left_ms);
-    }
-    if (auto waited = wait(waits, guests_at, limit_ms); !waited) return waited.error();
-    if (steady_from_ && !steady_.has_begun() && clock_.now() >= *steady_from_) steady_.begin(clock_.now());
-    if (waits[0].revents != 0) break;
-    if (waits[2].revents != 0) {
-      fault_event_.clear();
-      has_new_states = true;
-    }
-    if (has_new_states) has_new_states = !process::attempt("states", [&] { service_->set_nodes(container_->list()); });
-    if (waits[2].revents != 0) process::attempt("descriptors", [&] { look_at_descriptors(); });
-    if (waits[3].revents != 0) {
-      process::attempt("clock", [&] {
-        const auto step = clock_watch.look();
-        if (!step) return;
-        say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
-        network_->note_clock_jump();
-      });
-    }
-    if (waits[5].revents != 0) process::attempt("composition", [&] { load_desk_->serve(); });
-    if (waits[6].revents != 0) process::attempt("services", [&] { answers_->serve(); });
-    process::attempt("network", [&] { network_->serve(waits[4].revents != 0); });
-    const bool stop_was_said = std::any_of(waits.begin() + static_cast<std::ptrdiff_t>(stops_at),
-                                           waits.begin() + static_cast<std::ptrdiff_t>(guests_at),
-                                           [](const pollfd& wait) { return wait.revents != 0; });
-    if (stop_was_said) {
-      process::attempt("emergency stops", [&] {
-        if (emergency_stops_->look()) keep_composition();
-      });
-    }
-    const auto due = supervision_->next_due();
-    has_faults = has_faults || waits[2].revents != 0 || (due && *due <= clock_.now());
-    if (has_faults) {
-      has_faults = !process::attempt("faults", [&] { supervision_->work(); });
-      process::attempt("state", [&] { keep_composition(); });
-    }
-    std::optional<Problem> failure;
-    process::attempt("programs", [&] { failure = look_at_programs(); });
-    if (failure) return failure;
-    process::attempt("requests", [&] {
-      desk_->serve(waits.data() + guests_at);
-      if (waits[1].revents == 0) return;
-      for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
-    });
-  }
-  return std::nullopt;
 }
 
 }  // namespace nacelle::session

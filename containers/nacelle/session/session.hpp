@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <poll.h>
-
 #include <atomic>
 #include <filesystem>
 #include <functional>
@@ -21,6 +19,7 @@
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
 #include "nacelle/loading/program_places.hpp"
 #include "nacelle/networking/network.hpp"
+#include "nacelle/process/event_loop.hpp"
 #include "nacelle/process/foreign_programs.hpp"
 #include "nacelle/process/stop_signal.hpp"
 #include "nacelle/proof/proof.hpp"
@@ -102,22 +101,16 @@ class Session final : public answers::Robot {
   using Robot::load;
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component,
                                                              const std::shared_ptr<ParameterFaults>& faults) override;
-  [[nodiscard]] Result<void, Problem> bring_to(const runtime::ComponentInfo& component,
-                                               launch::TargetState target) override;
   /// Shows the states to those who watch, and begins the steady state anew.
   void composition_changed() override;
   void request_shutdown() override { stop_.raise_by_request(); }
-
-  /// Components of the run that is resumed that are not loaded since they crashed again and again.
-  [[nodiscard]] const std::vector<ComposedComponent>& left_out() const { return left_out_; }
-  [[nodiscard]] EarlyCrashes& crashes() { return *crashes_; }
-  /// A line on stderr.
-  void say(const std::string& line) const;
 
  private:
   /// A component that hangs holds the others' way down up for no longer.
   static constexpr Duration kShutdownStepLimit = std::chrono::seconds{3};
 
+  /// A line on stderr.
+  void say(const std::string& line) const;
   [[nodiscard]] int run_robot();
   /// Reports exceptions as failures.
   [[nodiscard]] int guarded_run();
@@ -143,14 +136,16 @@ class Session final : public answers::Robot {
   [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
+  [[nodiscard]] process::Task services_task();
+  [[nodiscard]] process::Task requests_task();
+  void add_supervision(process::EventLoop& loop);
+  void add_upkeep(process::EventLoop& loop);
+  void add_programs(process::EventLoop& loop);
   void answer_guests();
   /// Reports when the process runs out of descriptors, and when that is over.
   void look_at_descriptors();
   /// Reports programs that have ended. Returns the first that the robot requires.
   [[nodiscard]] std::optional<Problem> look_at_programs();
-  /// Polls; closes connections if their number makes poll() fail. Errors: poll() fails on the robot's own descriptors, or a
-  /// component closed some.
-  [[nodiscard]] Result<void, Problem> wait(std::vector<pollfd>& waits, std::size_t guests_at, int limit_ms);
   /// Runs until it is to end. Returns what ended it if that is a failure.
   [[nodiscard]] std::optional<Problem> serve();
   void take_down();
@@ -188,8 +183,8 @@ class Session final : public answers::Robot {
   std::vector<proof::LoadedComponent> loaded_;  // until the plan is checked
   std::unique_ptr<CompositionFile> state_;
   std::unique_ptr<EarlyCrashes> crashes_;
-  std::vector<ComposedComponent> left_out_;
-  std::vector<std::string> resting_;  // move something and come back inactive
+  std::vector<ComposedComponent> left_out_;  // since they crashed again and again
+  std::vector<std::string> resting_;         // move something and come back inactive
   bool is_resumed_ = false;
   std::vector<std::string> held_actuators_;  // of the run that is resumed
   std::vector<std::string> held_stops_;      // the emergency stops that were set in it

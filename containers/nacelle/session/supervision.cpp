@@ -9,7 +9,6 @@
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/loading/load_request.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
-#include "nacelle/session/session.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -49,23 +48,22 @@ runtime::ComponentInfo info_of_container(const runtime::Container& container, co
 
 }  // namespace
 
-Supervision::Supervision(Session& session, const Clock& clock, int event)
-    : session_(session), clock_(clock), topics_(session.container()) {
-  session.container().on_fault([this, event](const runtime::ComponentInfo& info) {
+Supervision::Supervision(SupervisedRun run) : run_(std::move(run)), topics_(container()) {
+  container().on_fault([this](const runtime::ComponentInfo& info) {
     noted_.lock()->faults.push_back(info);
-    wake(event);
+    wake(run_.event);
   });
-  session.container().on_state([this, event](const runtime::StateChange& change) {
+  container().on_state([this](const runtime::StateChange& change) {
     noted_.lock()->states.push_back(change);
-    wake(event);
+    wake(run_.event);
   });
-  session.container().on_change([event] { wake(event); });
+  container().on_change([this] { wake(run_.event); });
 }
 
 Supervision::~Supervision() {
-  session_.container().on_fault({});
-  session_.container().on_state({});
-  session_.container().on_change({});
+  container().on_fault({});
+  container().on_state({});
+  container().on_change({});
 }
 
 Supervision::Noted Supervision::take_noted() { return std::exchange(*noted_.lock(), {}); }
@@ -78,7 +76,7 @@ void Supervision::publish() {
 }
 
 void Supervision::publish(const Noted& noted) {
-  auto components = session_.container().list();
+  auto components = container().list();
   topics_.follow(components);
   for (const auto& info : components) {
     if (info.actuator) actuators_.insert(info.node);
@@ -92,30 +90,30 @@ void Supervision::publish(const Noted& noted) {
   next_beat_.reset();
   const std::vector<FaultTopics::Absent> absents = absent(components);
   known_.lock()->absent = absents;
-  components.push_back(info_of_container(session_.container(), known_.lock()->own_fault));
-  if (topics_.publish_diagnostics(components, absents)) next_beat_ = clock_.now() + kDiagnosticsPeriod;
+  components.push_back(info_of_container(container(), known_.lock()->own_fault));
+  if (topics_.publish_diagnostics(components, absents)) next_beat_ = run_.clock.now() + kDiagnosticsPeriod;
   forget_old_crashes(components);
 }
 
 std::vector<FaultTopics::Absent> Supervision::absent(const std::vector<runtime::ComponentInfo>& components) const {
   std::vector<FaultTopics::Absent> all;
-  for (const auto& component : session_.left_out()) {
+  for (const auto& component : run_.left_out) {
     const std::string node = component.plan.full_name();
     if (std::ranges::find(components, node, &runtime::ComponentInfo::node) == components.end())
-      all.push_back({node, component.plan.plugin, session_.crashes().reason(node)});
+      all.push_back({node, component.plan.plugin, run_.crashes.reason(node)});
   }
   return all;
 }
 
 void Supervision::forget_old_crashes(const std::vector<runtime::ComponentInfo>& components) {
-  const MonotonicTime now = clock_.now();
-  for (const auto& node : session_.crashes().nodes()) {
+  const MonotonicTime now = run_.clock.now();
+  for (const auto& node : run_.crashes.nodes()) {
     const auto found = std::ranges::find(components, node, &runtime::ComponentInfo::node);
     if (found == components.end() || (found->managed && found->state != StateId::Active)) {
       up_since_.erase(node);
     } else if (now - up_since_.try_emplace(node, now).first->second >= EarlyCrashes::kEarly) {
       up_since_.erase(node);
-      session_.crashes().forget(node);
+      run_.crashes.forget(node);
     }
   }
 }
@@ -127,7 +125,7 @@ void Supervision::work() {
   std::stable_partition(noted.faults.begin(), noted.faults.end(),
                         [this](const auto& info) { return !stops_the_robot(info); });
   for (const auto& info : noted.faults) on_fault(info);
-  const std::vector<std::string> due = known_.lock()->restarts.take_due(clock_.now());
+  const std::vector<std::string> due = known_.lock()->restarts.take_due(run_.clock.now());
   for (const auto& node : due) restart(node);
 }
 
@@ -160,15 +158,15 @@ std::optional<TargetState> Supervision::target_of_restart(const std::string& nod
 }
 
 runtime::FaultHandling Supervision::handling_of(const runtime::ComponentInfo& info) const {
-  if (auto request = session_.container().request_of(info.id)) return request->on_fault;
+  if (auto request = container().request_of(info.id)) return request->on_fault;
   // Of another process: what the launch file says.
-  const auto* const plan = session_.plan().find(info.node);
+  const auto* const plan = run_.robot.plan().find(info.node);
   return plan != nullptr ? loading::load_request_of(*plan).on_fault : runtime::FaultHandling{};
 }
 
 void Supervision::on_fault(const runtime::ComponentInfo& info) {
   // It may have been unloaded, or mended by hand, since.
-  const auto now = session_.container().find(info.node);
+  const auto now = container().find(info.node);
   if (!now || now.value().fault.code.empty()) return;
   const runtime::FaultHandling handling = handling_of(now.value());
   switch (handling.policy_for(info.actuator)) {
@@ -176,14 +174,14 @@ void Supervision::on_fault(const runtime::ComponentInfo& info) {
     case FaultPolicy::StopRobot: stop_robot(info); break;
     case FaultPolicy::Restart: {
       Patient patient;
-      if (auto request = session_.container().request_of(now.value().id)) {
+      if (auto request = container().request_of(now.value().id)) {
         patient.request = std::move(*request);
         patient.request.name = info.node.substr(info.node.rfind('/') + 1);
       } else {
         patient.apart = true;
       }
       const auto before = before_fault_.find(info.node);
-      const auto* const plan = session_.plan().find(info.node);
+      const auto* const plan = run_.robot.plan().find(info.node);
       if (info.state == StateId::Active || info.state == StateId::Inactive) {
         patient.target = target_from(info.state);  // it hangs there
       } else if (before != before_fault_.end()) {
@@ -196,17 +194,17 @@ void Supervision::on_fault(const runtime::ComponentInfo& info) {
       break;
     }
   }
-  session_.composition_changed();
+  run_.robot.composition_changed();
 }
 
 void Supervision::plan_restart(const std::string& node, const Patient& patient) {
-  const bool is_due = known_.lock()->restarts.on_fault(node, patient.handling, clock_.now()).has_value();
+  const bool is_due = known_.lock()->restarts.on_fault(node, patient.handling, run_.clock.now()).has_value();
   const std::uint32_t count = known_.lock()->restarts.count_of(node);
   if (is_due) {
-    session_.say(fmt::format("nacelle: {} is restarted in {:g} s ({} of {})", node,
-                             to_seconds(patient.handling.backoff), count, patient.handling.max_restarts));
+    run_.say(fmt::format("nacelle: {} is restarted in {:g} s ({} of {})", node, to_seconds(patient.handling.backoff),
+                         count, patient.handling.max_restarts));
   } else {
-    session_.say(
+    run_.say(
         fmt::format("nacelle: {} stays faulted: it was restarted {} times; `nacelle faults` says why", node, count));
   }
 }
@@ -215,43 +213,42 @@ void Supervision::restart(const std::string& node) {
   const auto found = patients_.find(node);
   if (found == patients_.end()) return;
   Patient& patient = found->second;
-  if (const auto now = session_.container().find(node)) {
+  if (const auto now = container().find(node)) {
     if (now.value().fault.code.empty()) return;  // somebody was faster
     // One that hangs stays where it is, with its thread and library; its name becomes free.
-    static_cast<void>(session_.container().unload(now.value().id));
+    static_cast<void>(container().unload(now.value().id));
   } else if (!patient.gone) {  // a person has taken it out meanwhile
     known_.lock()->restarts.forget(node);
     patients_.erase(found);
     return;
   }
-  const auto* const plan = session_.plan().find(node);
-  auto loaded = patient.apart && plan != nullptr ? session_.load(*plan) : session_.container().load(patient.request);
+  const auto* const plan = run_.robot.plan().find(node);
+  auto loaded = patient.apart && plan != nullptr ? run_.robot.load(*plan) : container().load(patient.request);
   Result<void, Problem> done{};
   patient.gone = !loaded;
   if (!loaded) {
     done = err(loaded.error());
   } else if (loaded.value().managed) {
-    done = session_.bring_to(loaded.value(), patient.target);
+    done = run_.robot.bring_to(loaded.value(), patient.target);
   }
   if (done) {
-    session_.say(fmt::format("nacelle: {} was restarted ({} of {})", node, known_.lock()->restarts.count_of(node),
-                             patient.handling.max_restarts));
+    run_.say(fmt::format("nacelle: {} was restarted ({} of {})", node, known_.lock()->restarts.count_of(node),
+                         patient.handling.max_restarts));
   } else {
-    session_.say("nacelle: the restart failed: " + done.error().text());
+    run_.say("nacelle: the restart failed: " + done.error().text());
     plan_restart(node, patient);
   }
-  session_.composition_changed();
+  run_.robot.composition_changed();
 }
 
 // Who moves the robot goes first, though it is in the middle of the order: a stop frame that was written from outside holds only
 // until the next command of a base that is still active.
 void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
-  runtime::Container& container = session_.container();
-  container.stop_what_moves();
+  container().stop_what_moves();
   // Nothing comes back by itself.
   known_.lock()->restarts = {};
   patients_.clear();
-  std::vector<runtime::ComponentInfo> order = container.list();
+  std::vector<runtime::ComponentInfo> order = container().list();
   std::erase_if(order, [](const auto& info) { return !info.managed || info.state != StateId::Active; });
   // The last one that became active goes first.
   const auto place = [this](const auto& info) {
@@ -262,13 +259,13 @@ void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
   std::stable_partition(order.begin(), order.end(), [](const auto& info) { return info.actuator; });
   std::string failed;
   for (const auto& info : order) {
-    const auto outcome = container.trigger(info.id, Transition::Deactivate);
+    const auto outcome = container().trigger(info.id, Transition::Deactivate);
     if (!outcome.success) failed += fmt::format("; {} could not deactivate: {}", info.node, outcome.reason);
   }
-  container.write_safe_stops();
+  container().write_safe_stops();
   known_.lock()->stopped_by = cause.node;
-  session_.say(fmt::format("nacelle: the robot is stopped: {} is faulted ({}: {}), {} components deactivated{}",
-                           cause.node, cause.fault.code, cause.fault.text, order.size(), failed));
+  run_.say(fmt::format("nacelle: the robot is stopped: {} is faulted ({}: {}), {} components deactivated{}", cause.node,
+                       cause.fault.code, cause.fault.text, order.size(), failed));
 }
 
 void Supervision::set_own_fault(const FaultReason& fault) {
@@ -278,8 +275,8 @@ void Supervision::set_own_fault(const FaultReason& fault) {
 
 nacelle_interfaces::srv::GetFaults::Response Supervision::report() const {
   const Known known = *known_.lock();
-  const auto events = session_.container().faults();
-  const auto components = session_.container().list();
+  const auto events = container().faults();
+  const auto components = container().list();
   nacelle_interfaces::srv::GetFaults::Response answer;
   if (!known.own_fault.code.empty()) answer.container_fault.push_back(message_of(known.own_fault));
   for (const auto& info : components) {
@@ -295,7 +292,7 @@ nacelle_interfaces::srv::GetFaults::Response Supervision::report() const {
     row.restarts = restarts;
     row.max_restarts = handling.max_restarts;
     if (const auto due = known.restarts.due_of(info.node))
-      row.next_restart_s.push_back(std::max(0.0, to_seconds(*due - clock_.now())));
+      row.next_restart_s.push_back(std::max(0.0, to_seconds(*due - run_.clock.now())));
     const auto last = std::ranges::find(events.rbegin(), events.rend(), info.node, &runtime::FaultEvent::node);
     if (last != events.rend()) row.last.push_back(message_of(*last));
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <map>
 #include <nacelle_interfaces/srv/get_faults.hpp>
 #include <optional>
@@ -8,23 +9,34 @@
 #include <string>
 #include <vector>
 
+#include "nacelle/answers/robot.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/session/composition.hpp"
+#include "nacelle/session/early_crashes.hpp"
 #include "nacelle/session/fault_topics.hpp"
 #include "nacelle/session/restarts.hpp"
 
 namespace nacelle::session {
 
-class Session;
+/// What Supervision needs of a run beside its robot. All of it outlives the Supervision.
+struct SupervisedRun {
+  answers::Robot& robot;
+  const Clock& clock;
+  int event;  ///< An eventfd that wakes the main thread for work().
+  std::function<void(const std::string& line)> say;
+  const std::vector<ComposedComponent>& left_out;  ///< Since they crashed again and again.
+  EarlyCrashes& crashes;
+};
 
 /// What follows a component's fault: its policy, the topics that tell of it, and the answer to `nacelle faults` (design D7).
 ///
 /// What cannot wait (the stop frames of stop_robot) has been done by the container when this hears of it.
-/// Threads: the main thread, but for report(); the container's hooks only note what happened and wake it through `event` (an eventfd).
+/// Threads: the main thread, but for report(); the container's hooks only note what happened and wake it.
 class Supervision {
  public:
-  Supervision(Session& session, const Clock& clock, int event);
+  explicit Supervision(SupervisedRun run);
   ~Supervision();
   Supervision(const Supervision&) = delete;
   Supervision& operator=(const Supervision&) = delete;
@@ -81,8 +93,9 @@ class Supervision {
     std::vector<FaultTopics::Absent> absent;
   };
 
-  Session& session_;
-  const Clock& clock_;
+  runtime::Container& container() const { return run_.robot.container(); }
+
+  const SupervisedRun run_;
   Guarded<Noted> noted_;
   Guarded<Known> known_;
   FaultTopics topics_;
