@@ -33,14 +33,14 @@ std::optional<std::string> choice_of(const std::string& value, const std::vector
 Builder::Builder(const Environment& environment, const std::map<std::string, std::string>& arguments, Wanted wanted)
     : environment_(environment), arguments_(arguments), wanted_(wanted) {}
 
-void Builder::report(const Place& where, std::string what, std::string way_out) {
-  problems_.push_back({where, std::move(what), std::move(way_out)});
+void Builder::report(const Place& where, LaunchFault fault, std::string what, std::string way_out) {
+  problems_.push_back({where, std::move(what), std::move(way_out), fault});
 }
 
 void Builder::report(const Place& where, Problem problem) {
   if (problem.what.empty()) return;
   problem.where = where;
-  problems_.push_back(std::move(problem));
+  problems_.push_back(coded(std::move(problem), LaunchFault::WrongValue));
 }
 
 void Builder::run_top(const std::string& text, const std::string& path) {
@@ -54,11 +54,12 @@ void Builder::run_top(const std::string& text, const std::string& path) {
 void Builder::run_file(const std::string& text, const std::string& path, Scope& scope,
                        const std::optional<Place>& from) {
   if (++files_read_ > kMaxFiles) {
-    return report(from.value_or(Place{path, 0}), "more than " + std::to_string(kMaxFiles) + " files are included");
+    return report(from.value_or(Place{path, 0}), LaunchFault::TooMuch,
+                  "more than " + std::to_string(kMaxFiles) + " files are included");
   }
   auto root = read_launch_file(text, path);
   if (!root) {
-    for (auto& problem : root.error()) problems_.push_back(problem);
+    for (auto& problem : root.error()) problems_.push_back(coded(std::move(problem), LaunchFault::Form));
     return;
   }
   check_schema(*root, path, problems_);
@@ -72,7 +73,7 @@ void Builder::run_file(const std::string& text, const std::string& path, Scope& 
 
 bool Builder::counted(const Element& action) {
   if (++actions_run_ == kMaxActions + 1)
-    report(at(action.line), "more than " + std::to_string(kMaxActions) + " actions and nodes");
+    report(at(action.line), LaunchFault::TooMuch, "more than " + std::to_string(kMaxActions) + " actions and nodes");
   return actions_run_ <= kMaxActions;
 }
 
@@ -146,7 +147,8 @@ void Builder::declare_argument(const Element& element, Scope& scope) {
   if (given == scope.variables.end() && !argument.default_value) {
     lacks_argument_ = true;
     if (wanted_ == Wanted::Plan) {
-      report(argument.where, "the argument '" + *name + "' has no value and no default", "give it: " + *name + ":=...");
+      report(argument.where, LaunchFault::MissingKey, "the argument '" + *name + "' has no value and no default",
+             "give it: " + *name + ":=...");
     }
     scope.variables[*name] = std::nullopt;
   } else if (given == scope.variables.end()) {
@@ -156,7 +158,7 @@ void Builder::declare_argument(const Element& element, Scope& scope) {
     if (auto choice = choice_of(*value, argument.choices)) {
       value = std::move(choice);
     } else {
-      report(argument.where, "the argument '" + *name + "' cannot be '" + shown(*value) + "'",
+      report(argument.where, LaunchFault::WrongValue, "the argument '" + *name + "' cannot be '" + shown(*value) + "'",
              "one of " + join(argument.choices));
       value.reset();  // one mistake, one report: what depends on it is left out
     }
@@ -183,10 +185,11 @@ void Builder::include(const Element& element, Scope& scope) {
     chain += file.path + " -> ";
     if (std::filesystem::path(file.path).lexically_normal() != std::filesystem::path(path)) continue;
     chain += path;
-    return report(where, "the files include each other: " + chain, "take one of the includes out");
+    return report(where, LaunchFault::Circle, "the files include each other: " + chain, "take one of the includes out");
   }
   if (files_.size() >= kMaxIncludeDepth)
-    return report(where, "includes are nested more than " + std::to_string(kMaxIncludeDepth) + " deep");
+    return report(where, LaunchFault::TooMuch,
+                  "includes are nested more than " + std::to_string(kMaxIncludeDepth) + " deep");
   const auto content = read_file(path, "launch file", where);
   if (!content) return;
   // What the file itself declares decides whether an argument of the include is known.
@@ -200,7 +203,7 @@ void Builder::include(const Element& element, Scope& scope) {
     if (declared.count(name) != 0 || (problems_.size() > problems && declared.empty())) continue;
     std::string what = "the file '" + path;
     what.append("' declares no argument '").append(name).append("'");
-    report(line, std::move(what), suggestion(name, {declared.begin(), declared.end()}));
+    report(line, LaunchFault::UnknownName, std::move(what), suggestion(name, {declared.begin(), declared.end()}));
   }
   files_.back().declared.insert(before.begin(), before.end());
 }
@@ -222,7 +225,7 @@ void Builder::program(const Element& element, Scope& scope) {
   if (element.name == "executable") {
     auto words = words_of(element, "cmd", scope);
     if (words.empty()) {
-      if (element.find("cmd") != nullptr) report(made.where, "'cmd' names no program");
+      if (element.find("cmd") != nullptr) report(made.where, LaunchFault::MissingKey, "'cmd' names no program");
       return;
     }
     made.executable = words.front();
@@ -296,7 +299,8 @@ void Builder::program(const Element& element, Scope& scope) {
 void Builder::container(const Element& element, Scope& scope) {
   if (plan_.container.declared) {
     report(
-        at(element.line), "a second node_container; the first is at " + plan_.container.where.text(),
+        at(element.line), LaunchFault::Twice,
+        "a second node_container; the first is at " + plan_.container.where.text(),
         "one process holds the whole robot: put these components into the first, or start a second `nacelle launch`");
   } else {
     ContainerPlan& made = plan_.container;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "element.hpp"
+#include "nacelle/launch/launch_fault.hpp"
 #include "nacelle/launch/load_plan.hpp"
 #include "nacelle/launch/plan.hpp"
 
@@ -65,7 +66,7 @@ class Builder {
   void run_top(const std::string& text, const std::string& path);
   [[nodiscard]] const std::set<std::string>& declared_arguments() const { return declared_; }
   [[nodiscard]] Result<Plan, std::vector<Problem>> finish();
-  void report(const Place& where, std::string what, std::string way_out = {});
+  void report(const Place& where, LaunchFault fault, std::string what, std::string way_out = {});
   /// The same for a Problem without `where`; one without `what` was reported before.
   void report(const Place& where, Problem problem);
 
@@ -90,7 +91,7 @@ class Builder {
   void component(const Element& element, Scope& scope);
   void read_qos(const Element& element, Scope& scope, ComponentPlan& into);
   void read_after(const Element& element, Scope& scope, ComponentPlan& into);
-  void read_thread(const Element& element, Scope& scope, ThreadPlan& into);
+  void read_thread(const Element& element, Scope& scope, ThreadPolicy& into);
   void read_budget(const Element& element, Scope& scope, ComponentPlan& into);
   void read_on_fault(const Element& element, Scope& scope, ComponentPlan& into);
 

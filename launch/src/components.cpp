@@ -13,7 +13,8 @@ void Builder::component(const Element& element, Scope& scope) {
   made.where = at(element.line);
   made.package = text(element, "pkg", scope).value_or("");
   const auto plugin = text(element, "plugin", scope), name = text(element, "name", scope);  // none: that has been told
-  if (plugin && plugin->empty()) report(at(element.find("plugin")->line), "'plugin' names no class");
+  if (plugin && plugin->empty())
+    report(at(element.find("plugin")->line), LaunchFault::MissingKey, "'plugin' names no class");
   if (name) {
     if (auto ok = validate_node_name(*name); !ok) report(at(element.find("name")->line), ok.error());
   }
@@ -39,12 +40,9 @@ void Builder::component(const Element& element, Scope& scope) {
                                 : static_cast<TargetState>(*state);
   }
   if (const auto resume = word(element, "resume", {"inactive", "active"}, scope)) made.resume_active = *resume == 1;
-  if (const auto mode = word(element, "thread", {"shared", "own"}, scope))
-    made.thread.mode = static_cast<ThreadMode>(*mode);
-  if (const auto policy = word(element, "on_fault", {"degrade", "restart", "stop_robot"}, scope)) {
-    made.on_fault =
-        OnFault{static_cast<FaultPolicy>(*policy), std::nullopt, std::nullopt, at(element.find("on_fault")->line)};
-  }
+  if (const auto mode = word(element, "thread", {"shared", "own"}, scope)) made.thread.own = *mode == 1;
+  if (const auto policy = word(element, "on_fault", {"degrade", "restart", "stop_robot"}, scope))
+    made.on_fault.policy = static_cast<FaultPolicy>(*policy);
   for (const auto& node : words_of(element, "after", scope)) {
     made.after.push_back({node, When::Active, "", std::nullopt, at(element.find("after")->line)});
   }
@@ -78,7 +76,7 @@ void Builder::read_qos(const Element& element, Scope& scope, ComponentPlan& into
     full_name = *full;
   }
   if (element.children.empty())
-    report(at(element.line), "the topic '" + *topic + "' needs 'publisher' or 'subscription'");
+    report(at(element.line), LaunchFault::MissingKey, "the topic '" + *topic + "' needs 'publisher' or 'subscription'");
   for (const auto& child : element.children) {
     TopicQos made{
         full_name, child.name == "publisher" ? Side::Publisher : Side::Subscription, {}, std::nullopt, at(child.line)};
@@ -100,8 +98,9 @@ void Builder::read_qos(const Element& element, Scope& scope, ComponentPlan& into
     }
     for (const auto& other : into.qos) {
       if (other.topic != made.topic || other.side != made.side) continue;
-      report(made.where, "the QoS of '" + made.topic + "' (" + to_text(made.side) +
-                             ") stands here a second time; the first is at " + other.where.text());
+      report(made.where, LaunchFault::Twice,
+             "the QoS of '" + made.topic + "' (" + to_text(made.side) +
+                 ") stands here a second time; the first is at " + other.where.text());
     }
     into.qos.push_back(std::move(made));
   }
@@ -121,19 +120,21 @@ void Builder::read_after(const Element& element, Scope& scope, ComponentPlan& in
     const std::vector<std::string> words{"active", "first_message", "tf", "service"};
     const auto found = std::find(words.begin(), words.end(), *when);
     if (found == words.end())
-      return report(at(element.find("when")->line), "'when' cannot be '" + *when + "'", suggestion(*when, words));
+      return report(at(element.find("when")->line), LaunchFault::WrongValue, "'when' cannot be '" + *when + "'",
+                    suggestion(*when, words));
     made.when = static_cast<When>(found - words.begin());
   }
   if (made.timeout == Duration::zero())
-    report(at(element.find("timeout")->line), "a timeout of 0 is over before it begins", "leave it out");
+    report(at(element.find("timeout")->line), LaunchFault::WrongValue, "a timeout of 0 is over before it begins",
+           "leave it out");
   into.after.push_back(std::move(made));
 }
 
-void Builder::read_thread(const Element& element, Scope& scope, ThreadPlan& into) {
-  if (const auto mode = word(element, "mode", {"shared", "own"}, scope)) into.mode = static_cast<ThreadMode>(*mode);
+void Builder::read_thread(const Element& element, Scope& scope, ThreadPolicy& into) {
+  if (const auto mode = word(element, "mode", {"shared", "own"}, scope)) into.own = *mode == 1;
   if (const auto priority = count(element, "priority", 99, scope)) {
     if (*priority == 0) {
-      report(at(element.find("priority")->line), "'priority' must be from 1 to 99",
+      report(at(element.find("priority")->line), LaunchFault::WrongValue, "'priority' must be from 1 to 99",
              "leave it out for an ordinary thread");
     } else {
       into.priority = static_cast<int>(*priority);
@@ -147,7 +148,7 @@ void Builder::read_thread(const Element& element, Scope& scope, ThreadPlan& into
       int cpu = -1;
       const auto [stop, fault] = std::from_chars(one.data(), one.data() + one.size(), cpu);
       if (fault != std::errc{} || stop != one.data() + one.size() || cpu < 0 || cpu > 1023) {
-        return report(at(element.find("cpus")->line),
+        return report(at(element.find("cpus")->line), LaunchFault::WrongValue,
                       "'cpus' must be numbers from 0 to 1023, not '" + std::string(one.substr(0, 60)) + "'");
       }
       if (std::find(into.cpus.begin(), into.cpus.end(), cpu) == into.cpus.end()) into.cpus.push_back(cpu);
@@ -156,11 +157,12 @@ void Builder::read_thread(const Element& element, Scope& scope, ThreadPlan& into
   }
   if (const auto threads = count(element, "threads", 64, scope)) {
     if (*threads == 0)
-      report(at(element.find("threads")->line), "'threads' must be from 1 to 64", "leave it out for one thread");
-    into.threads = static_cast<unsigned>(std::max<std::uint64_t>(1, *threads));
+      report(at(element.find("threads")->line), LaunchFault::WrongValue, "'threads' must be from 1 to 64",
+             "leave it out for one thread");
+    into.threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(1, *threads));
   }
-  if (into.mode == ThreadMode::Shared && (into.priority || !into.cpus.empty() || into.threads != 1)) {
-    report(at(element.line), "priority, cpus and threads belong to a thread of one's own",
+  if (!into.own && (into.priority != 0 || !into.cpus.empty() || into.threads != 1)) {
+    report(at(element.line), LaunchFault::Misplaced, "priority, cpus and threads belong to a thread of one's own",
            "write mode: own, or leave them out");
   }
 }
@@ -179,7 +181,7 @@ void Builder::read_budget(const Element& element, Scope& scope, ComponentPlan& i
     auto number = value_of_type(*hz, ForcedType::Float);
     const double* value = number ? std::get_if<double>(&*number) : nullptr;
     if (value == nullptr || !(*value > 0 && *value <= 1e6)) {
-      return report(at(element.find("min_hz")->line),
+      return report(at(element.find("min_hz")->line), LaunchFault::WrongValue,
                     "'min_hz' must be a number above 0, not '" + hz->substr(0, 60) + "'");
     }
     made.min_hz = *value;
@@ -188,8 +190,8 @@ void Builder::read_budget(const Element& element, Scope& scope, ComponentPlan& i
 }
 
 void Builder::read_on_fault(const Element& element, Scope& scope, ComponentPlan& into) {
-  OnFault made;
-  made.where = at(element.line);
+  FaultHandling made;
+  made.policy = FaultPolicy::Degrade;
   const Element* limits = &element;
   for (const auto& child : element.children) {
     if (child.name != "restart") continue;
@@ -198,12 +200,13 @@ void Builder::read_on_fault(const Element& element, Scope& scope, ComponentPlan&
   }
   if (const auto policy = word(element, "policy", {"degrade", "restart", "stop_robot"}, scope))
     made.policy = static_cast<FaultPolicy>(*policy);
-  if (const auto most = count(*limits, "max", 1'000'000, scope)) made.max_restarts = static_cast<std::uint32_t>(*most);
-  made.backoff = duration(*limits, "backoff", scope);
-  if (made.policy != FaultPolicy::Restart && (made.max_restarts || made.backoff)) {
-    report(made.where, "'max' and 'backoff' belong to the policy restart");
-  }
-  into.on_fault = std::move(made);
+  const auto most = count(*limits, "max", 1'000'000, scope);
+  const auto backoff = duration(*limits, "backoff", scope);
+  if (made.policy != FaultPolicy::Restart && (most || backoff))
+    report(at(element.line), LaunchFault::Misplaced, "'max' and 'backoff' belong to the policy restart");
+  if (most) made.max_restarts = static_cast<std::uint32_t>(*most);
+  if (backoff) made.backoff = *backoff;
+  into.on_fault = made;
 }
 
 }  // namespace nacelle::launch

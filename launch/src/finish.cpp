@@ -11,7 +11,8 @@ void Builder::check_names() {
   const auto claim = [&](const std::string& full_name, const Place& where) {
     const auto [first, added] = seen.emplace(full_name, where);
     if (!added)
-      report(where, "a second node has the name '" + full_name + "'; the first is at " + first->second.text(),
+      report(where, LaunchFault::Twice,
+             "a second node has the name '" + full_name + "'; the first is at " + first->second.text(),
              "give it another name or namespace");
   };
   if (plan_.container.declared)
@@ -28,10 +29,12 @@ void Builder::check_targets() {
   const ContainerPlan& container = plan_.container;
   for (const auto& target : targets_) {
     if (!container.declared) {
-      report(target.where, "there is no container '" + target.name + "': the files declare no node_container");
+      report(target.where, LaunchFault::UnknownName,
+             "there is no container '" + target.name + "': the files declare no node_container");
     } else if (target.name != container.name &&
                target.name != fully_qualified_node_name(container.namespace_, container.name)) {
-      report(target.where, "there is no container '" + target.name + "'", suggestion(target.name, {container.name}));
+      report(target.where, LaunchFault::UnknownName, "there is no container '" + target.name + "'",
+             suggestion(target.name, {container.name}));
     }
   }
 }
@@ -61,12 +64,12 @@ void Builder::resolve_after() {
           others.push_back(is_short ? other.name : other_full);
           if (other.name == condition.node) elsewhere.push_back("'" + other_full + "'");
         }
-        report(condition.where,
+        report(condition.where, LaunchFault::UnknownName,
                "'after' names the node '" + condition.node.substr(0, 80) + "', which is no component of this launch",
                elsewhere.empty() ? suggestion(condition.node.substr(0, 80), others)
                                  : "did you mean " + join(elsewhere, " or ") + "?");
       } else if (full == component.full_name()) {
-        report(condition.where, "the node '" + component.name + "' cannot wait for itself");
+        report(condition.where, LaunchFault::Circle, "the node '" + component.name + "' cannot wait for itself");
       }
       condition.node = std::move(full);
       resolve_detail(condition);
@@ -78,20 +81,21 @@ void Builder::resolve_detail(AfterCondition& condition) {
   const std::string word = to_text(condition.when);
   if (condition.when == When::Active) {
     if (!condition.detail.empty())
-      report(condition.where, "'active' takes nothing in parentheses, not '" + condition.detail.substr(0, 80) + "'");
+      report(condition.where, LaunchFault::WrongValue,
+             "'active' takes nothing in parentheses, not '" + condition.detail.substr(0, 80) + "'");
     return;
   }
   if (condition.when == When::Tf) {
     const auto arrow = condition.detail.find("->");
     if (arrow == std::string::npos || arrow == 0 || arrow + 2 == condition.detail.size())
-      return report(condition.where, "'tf' needs two frames, not '" + condition.detail.substr(0, 80) + "'",
-                    "write tf(odom->base_link)");
+      return report(condition.where, LaunchFault::WrongValue,
+                    "'tf' needs two frames, not '" + condition.detail.substr(0, 80) + "'", "write tf(odom->base_link)");
     condition.detail = plan_.name_space.frame(condition.detail.substr(0, arrow)) + "->" +
                        plan_.name_space.frame(condition.detail.substr(arrow + 2));
     return;
   }
   if (condition.detail.empty())
-    return report(condition.where, "'" + word + "' needs a name", "write " + word + "(/name)");
+    return report(condition.where, LaunchFault::MissingKey, "'" + word + "' needs a name", "write " + word + "(/name)");
   // As in `qos`: the name after remapping, seen from the node that has it.
   const ComponentPlan* const node = plan_.find(condition.node);
   if (node == nullptr) return;  // that has been told
@@ -126,7 +130,7 @@ void Builder::find_cycles() {
       if (closed) {
         std::string text;
         for (auto step = seen; step != path.end(); ++step) text += (*step)->name + " waits for ";
-        report(next->where, "'after' goes round in a circle: " + text + waited_for->name,
+        report(next->where, LaunchFault::Circle, "'after' goes round in a circle: " + text + waited_for->name,
                "take one of the conditions out");
       }
       path.push_back(waited_for);
@@ -140,7 +144,7 @@ void Builder::check_arguments() {
   known.insert(known.end(), {kNetworkArgument, kNamespaceArgument, kTfArgument});
   for (const auto& [name, value] : arguments_) {
     if (declared_.count(name) != 0 || is_for_every_file(name)) continue;
-    report({plan_.file, 0}, "the files declare no argument '" + name.substr(0, 80) + "'",
+    report({plan_.file, 0}, LaunchFault::UnknownName, "the files declare no argument '" + name.substr(0, 80) + "'",
            suggestion(name.substr(0, 80), known));
   }
 }
@@ -155,7 +159,7 @@ Result<Plan, std::vector<Problem>> Builder::finish() {
   check_arguments();
   apply_network_argument();
   check_namespace();
-  for (auto& refusal : refuse_unavailable(plan_)) problems_.push_back(std::move(refusal));
+  for (auto& refusal : refuse_unavailable(plan_)) problems_.push_back(coded(std::move(refusal), LaunchFault::Refused));
   for (const auto& [key, section] : sections_) {
     if (!section.second) plan_.unused_sections.push_back({key.second, section.first});
   }

@@ -40,9 +40,12 @@ Result<Plan, std::vector<Problem>> build(const std::string& text, const std::str
 
 Result<Plan, std::vector<Problem>> read(const std::string& file, const std::map<std::string, std::string>& arguments,
                                         const Environment& environment, Wanted wanted) {
-  if (!environment.read_file) return err(std::vector<Problem>{{file, "the launch file cannot be read", ""}});
+  if (!environment.read_file)
+    return err(std::vector<Problem>{{file, "the launch file cannot be read", "", LaunchFault::Unreadable}});
   const auto text = environment.read_file(file);
-  if (!text) return err(std::vector<Problem>{{file, "the launch file " + text.error().what, text.error().way_out}});
+  if (!text)
+    return err(std::vector<Problem>{
+        {file, "the launch file " + text.error().what, text.error().way_out, LaunchFault::Unreadable}});
   return build(*text, file, arguments, environment, wanted);
 }
 

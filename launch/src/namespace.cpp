@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "builder.hpp"
+#include "nacelle/base/name_fault.hpp"
 
 namespace nacelle::launch {
 namespace {
@@ -40,7 +41,7 @@ void Builder::take_namespace_arguments(const std::set<std::string>& declared) {
     namespace_given_ = join_namespaces("/", *path);
     plan_.name_space.where = {"namespace:=" + path->substr(0, 80), 0};
     if (const auto fine = validate_namespace(*namespace_given_); !fine) {
-      problems_.push_back({plan_.name_space.where, fine.error().what, fine.error().way_out});
+      problems_.push_back({plan_.name_space.where, fine.error().what, fine.error().way_out, NameFault::Invalid});
       namespace_given_ = "/";
     }
     plan_.name_space.path = *namespace_given_;
@@ -52,8 +53,8 @@ void Builder::take_namespace_arguments(const std::set<std::string>& declared) {
       plan_.name_space.tf = static_cast<TfApart>(found - kWaysApart.begin());
     } else {
       const std::string shown = tf->substr(0, 80);
-      problems_.push_back(
-          {"tf:=" + shown, "'" + shown + "' is no way to keep transforms apart", suggestion(shown, kWaysApart)});
+      problems_.push_back({"tf:=" + shown, "'" + shown + "' is no way to keep transforms apart",
+                           suggestion(shown, kWaysApart), LaunchFault::WrongValue});
     }
   }
 }
@@ -61,17 +62,20 @@ void Builder::take_namespace_arguments(const std::set<std::string>& declared) {
 void Builder::name_space(const Element& element, Scope& scope) {
   NamespacePlan& made = plan_.name_space;
   if (made.declared) {
-    return report(at(element.line), "a second 'namespace'; the first is at " + declared_namespace_.text(),
+    return report(at(element.line), LaunchFault::Twice,
+                  "a second 'namespace'; the first is at " + declared_namespace_.text(),
                   "push_ros_namespace moves a part of the nodes");
   }
   made.declared = true;
   declared_namespace_ = at(element.line);
   if (first_named_) {
-    return report(at(element.line),
+    return report(at(element.line), LaunchFault::Misplaced,
                   "'namespace' moves all nodes, and what is at " + first_named_->text() + " was read before it",
                   "put it before all that names something");
   }
-  if (groups_ != 0) return report(at(element.line), "'namespace' moves all nodes", "put it outside of the group");
+  if (groups_ != 0)
+    return report(at(element.line), LaunchFault::Misplaced, "'namespace' moves all nodes",
+                  "put it outside of the group");
   const auto name = text(element, "name", scope);
   const auto tf = word(element, "tf", kWaysApart, scope);
   if (tf && !tf_given_) made.tf = static_cast<TfApart>(*tf);
@@ -119,7 +123,7 @@ std::string Builder::name_in_files(const std::string& full_name) const {
 void Builder::check_namespace() {
   if (tf_given_ && !plan_.name_space.moves()) {
     problems_.push_back({std::string("tf:=") + to_text(plan_.name_space.tf), "nothing is moved, so transforms stay",
-                         "give a namespace, too: namespace:=robot1"});
+                         "give a namespace, too: namespace:=robot1", LaunchFault::Misplaced});
   }
 }
 

@@ -22,13 +22,14 @@ Result<NetworkMode, Problem> parse_network_argument(const std::string& value) {
   const auto found = std::find(kModes.begin(), kModes.end(), value);
   if (found != kModes.end()) return static_cast<NetworkMode>(found - kModes.begin());
   const std::string shown = value.substr(0, 80);
-  return err(Problem{"network:=" + shown, "'" + shown + "' is no mode of the network", suggestion(shown, kModes)});
+  return err(Problem{"network:=" + shown, "'" + shown + "' is no mode of the network", suggestion(shown, kModes),
+                     LaunchFault::WrongValue});
 }
 
 void Builder::network(const Element& element, Scope& scope) {
   NetworkPlan& made = plan_.network;
   if (made.declared) {
-    return report(at(element.line), "a second 'network'; the first is at " + made.where.text(),
+    return report(at(element.line), LaunchFault::Twice, "a second 'network'; the first is at " + made.where.text(),
                   "a container has one network: put both into one, or give them `if`");
   }
   made.declared = true;
@@ -49,7 +50,7 @@ void Builder::network(const Element& element, Scope& scope) {
   take("interfaces", validate_interface, made.interfaces);
   take("peers", validate_peer, made.peers);
   if (const Attribute* const list = element.find("export"); list != nullptr && list->is_list && list->values.empty())
-    report(at(list->line), "an empty list of exports shows nothing",
+    report(at(list->line), LaunchFault::WrongValue, "an empty list of exports shows nothing",
            "leave it out to export every topic, or take mode: local");
   for (const auto& topic : words_of(element, "export", scope)) {
     add_export({topic, 0, 0, false, at(element.find("export")->line)}, scope);
@@ -69,7 +70,7 @@ void Builder::read_security(const Element& element, Scope& scope) {
   if (const auto folder = text(element, "keystore", scope)) made.keystore = beside_file(*folder);
   if (const auto enclave = text(element, "enclave", scope)) {
     if (const auto valid = validate_namespace(*enclave); !valid)
-      return report(at(element.find("enclave")->line), "as an enclave: " + valid.error().what);
+      return report(at(element.find("enclave")->line), LaunchFault::WrongValue, "as an enclave: " + valid.error().what);
     made.enclave = *enclave;
   }
   if (const auto strategy = word(element, "strategy", kStrategies, scope)) made.enforced = *strategy == 0;
@@ -84,7 +85,7 @@ void Builder::read_export(const Element& element, Scope& scope) {
     const auto number = value_of_type(*hz, ForcedType::Float);
     const double* const value = number ? std::get_if<double>(&*number) : nullptr;
     if (value == nullptr || !(*value > 0 && *value <= kMostHz)) {
-      return report(at(element.find("max_hz")->line),
+      return report(at(element.find("max_hz")->line), LaunchFault::WrongValue,
                     "'max_hz' must be a number above 0, not '" + hz->substr(0, 60) + "'",
                     "leave it out for every message");
     }
@@ -92,8 +93,8 @@ void Builder::read_export(const Element& element, Scope& scope) {
   }
   if (const auto bytes = count(element, "max_bytes", kMostBytes, scope)) {
     if (*bytes == 0) {
-      return report(at(element.find("max_bytes")->line), "'max_bytes' of 0 lets nothing through",
-                    "leave the topic out of the list, or leave the limit out");
+      return report(at(element.find("max_bytes")->line), LaunchFault::WrongValue,
+                    "'max_bytes' of 0 lets nothing through", "leave the topic out of the list, or leave the limit out");
     }
     made.max_bytes_per_s = *bytes;
   }
@@ -105,7 +106,7 @@ void Builder::add_export(ExportPlan made, const Scope& scope) {
   if (const auto valid = validate_full_topic_name(made.topic); !valid) return report(made.where, valid.error());
   for (const auto& other : plan_.network.exports) {
     if (other.topic != made.topic) continue;
-    return report(made.where,
+    return report(made.where, LaunchFault::Twice,
                   "the topic '" + made.topic + "' is exported a second time; the first is at " + other.where.text());
   }
   plan_.network.exports.push_back(std::move(made));

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <map>
 
+#include "nacelle/launch/launch_fault.hpp"
+
 namespace nacelle::launch {
 namespace {
 
@@ -48,7 +50,8 @@ class Reader {
 
   void read(const YamlNode& root) {
     if (root.is_null()) return;
-    if (!root.is_map()) return report(root.line, std::string("expected a map of nodes, found ") + root.kind_text());
+    if (!root.is_map())
+      return report(root.line, LaunchFault::Form, std::string("expected a map of nodes, found ") + root.kind_text());
     refuse_repeated(root);
     for (const YamlNode& node : root.items) read_node("", node);
   }
@@ -56,9 +59,9 @@ class Reader {
   std::vector<Problem> problems;
 
  private:
-  void report(int line, std::string what, std::string way_out = {}) {
+  void report(int line, LaunchFault fault, std::string what, std::string way_out = {}) {
     if (problems.size() >= kMaxProblems) return;
-    problems.push_back({Place(file_, line), std::move(what), std::move(way_out)});
+    problems.push_back({Place(file_, line), std::move(what), std::move(way_out), fault});
   }
 
   void refuse_repeated(const YamlNode& map) {
@@ -66,7 +69,7 @@ class Reader {
     for (const YamlNode& item : map.items) {
       const auto [known, is_new] = first.emplace(item.key, item.key_line);
       if (!is_new)
-        report(item.key_line,
+        report(item.key_line, LaunchFault::Twice,
                "the key '" + item.key + "' stands here a second time; the first is at line " +
                    std::to_string(known->second),
                "leave one of them out");
@@ -77,25 +80,30 @@ class Reader {
   void read_node(const std::string& above, const YamlNode& node) {
     if (node.key == kMarker) {
       if (above.empty())
-        return report(node.key_line, "'ros__parameters' stands below no node", "write '/**:' above it");
+        return report(node.key_line, LaunchFault::Misplaced, "'ros__parameters' stands below no node",
+                      "write '/**:' above it");
       return read_section(above, node);
     }
     if (!above.empty() && !nearest_name(node.key, {std::string(kMarker)}).empty())
-      return report(node.key_line, "'" + node.key + "' is no part of a node's name", "did you mean 'ros__parameters'?");
+      return report(node.key_line, LaunchFault::WrongValue, "'" + node.key + "' is no part of a node's name",
+                    "did you mean 'ros__parameters'?");
     std::string pattern = above;
     for (const auto part : parts_of(node.key)) {
       if (part != "*" && part != "**" && !is_word(part)) {
-        return report(node.key_line, "'" + node.key + "' is not the name of a node",
+        return report(node.key_line, LaunchFault::WrongValue, "'" + node.key + "' is not the name of a node",
                       "use letters, digits, '_', '/', and the wildcards * and **");
       }
       pattern += "/" + std::string(part);
     }
     if (pattern.size() > kMaxNameBytes)
-      return report(node.key_line, "the node's name is longer than " + std::to_string(kMaxNameBytes) + " bytes");
-    if (pattern == above) return report(node.key_line, "'" + node.key + "' is not the name of a node");
+      return report(node.key_line, LaunchFault::TooMuch,
+                    "the node's name is longer than " + std::to_string(kMaxNameBytes) + " bytes");
+    if (pattern == above)
+      return report(node.key_line, LaunchFault::WrongValue, "'" + node.key + "' is not the name of a node");
     if (!node.is_map()) {
       // The usual slip is a forgotten ros__parameters, so that a parameter stands where a node is expected.
-      return report(node.key_line, "'" + node.key + "' is a node or namespace and needs a map, not " + node.kind_text(),
+      return report(node.key_line, LaunchFault::Form,
+                    "'" + node.key + "' is a node or namespace and needs a map, not " + node.kind_text(),
                     "parameters stand below 'ros__parameters'");
     }
     refuse_repeated(node);
@@ -106,13 +114,15 @@ class Reader {
     auto section = std::find_if(sections.begin(), sections.end(), [&](const auto& s) { return s.pattern == pattern; });
     if (section == sections.end()) {
       if (sections.size() >= kMaxSections)
-        return report(node.key_line, "more than " + std::to_string(kMaxSections) + " nodes in one file");
+        return report(node.key_line, LaunchFault::TooMuch,
+                      "more than " + std::to_string(kMaxSections) + " nodes in one file");
       sections.push_back({pattern, {file_, node.key_line}, {}});
       section = sections.end() - 1;
     }
     if (node.is_null()) return;
     if (!node.is_map())
-      return report(node.line, std::string("'ros__parameters' needs a map of parameters, not ") + node.kind_text());
+      return report(node.line, LaunchFault::Form,
+                    std::string("'ros__parameters' needs a map of parameters, not ") + node.kind_text());
     refuse_repeated(node);
     for (const YamlNode& parameter : node.items) read_parameter("", parameter, section->parameters);
   }
@@ -120,19 +130,25 @@ class Reader {
   void read_parameter(const std::string& above, const YamlNode& node, std::vector<Parameter>& into) {
     const std::string name = above.empty() ? node.key : above + "." + node.key;
     if (name.size() > kMaxNameBytes)
-      return report(node.key_line, "the parameter's name is longer than " + std::to_string(kMaxNameBytes) + " bytes");
-    if (auto ok = validate_parameter_name(node.key); !ok) return report(node.key_line, ok.error().what);
+      return report(node.key_line, LaunchFault::TooMuch,
+                    "the parameter's name is longer than " + std::to_string(kMaxNameBytes) + " bytes");
+    if (auto ok = validate_parameter_name(node.key); !ok)
+      return report(node.key_line, LaunchFault::WrongValue, ok.error().what);
     if (node.is_null())
-      return report(node.key_line, "the parameter '" + name + "' has no value", "write '' for an empty text");
+      return report(node.key_line, LaunchFault::MissingKey, "the parameter '" + name + "' has no value",
+                    "write '' for an empty text");
     if (node.is_map()) {
       refuse_repeated(node);
       for (const YamlNode& below : node.items) read_parameter(name, below, into);
       return;
     }
     if (++parameters_ > kMaxParameters)
-      return report(node.key_line, "more than " + std::to_string(kMaxParameters) + " parameters in one file");
+      return report(node.key_line, LaunchFault::TooMuch,
+                    "more than " + std::to_string(kMaxParameters) + " parameters in one file");
     auto value = value_of_node(node);
-    if (!value) return report(node.line, "the parameter '" + name + "': " + value.error().what, value.error().way_out);
+    if (!value)
+      return report(node.line, LaunchFault::WrongValue, "the parameter '" + name + "': " + value.error().what,
+                    value.error().way_out);
     // Not assign(): the section must remember that a later, empty list takes an earlier value back.
     const auto same = std::find_if(into.begin(), into.end(), [&](const Parameter& p) { return p.name == name; });
     Parameter parameter{name, std::move(*value), {file_, node.key_line}};
@@ -198,7 +214,8 @@ Result<ParameterFile, std::vector<Problem>> read_parameter_tree(const YamlNode& 
     return err(std::vector<Problem>{
         {Place(file_name, root.items.front().key_line),
          "the file has no 'ros__parameters': it is of ROS 1's form, or no parameter file",
-         "write '<node>:' and below it 'ros__parameters:' above the values, or '/**:' for every node"}});
+         "write '<node>:' and below it 'ros__parameters:' above the values, or '/**:' for every node",
+         LaunchFault::MissingKey}});
   }
   if (!reader.problems.empty()) return err(std::move(reader.problems));
   return ParameterFile(std::move(reader.sections));
@@ -206,7 +223,7 @@ Result<ParameterFile, std::vector<Problem>> read_parameter_tree(const YamlNode& 
 
 Result<ParameterFile, std::vector<Problem>> parse_parameter_file(std::string_view text, const std::string& file_name) {
   const auto root = parse_yaml(text, file_name);
-  if (!root) return err(std::vector<Problem>{root.error()});
+  if (!root) return err(std::vector<Problem>{coded(root.error(), LaunchFault::Form)});
   return read_parameter_tree(*root, file_name);
 }
 

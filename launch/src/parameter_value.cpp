@@ -7,7 +7,9 @@
 #include <cmath>
 #include <optional>
 
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/printable.hpp"
+#include "nacelle/launch/launch_fault.hpp"
 #include "shown.hpp"
 
 namespace nacelle::launch {
@@ -77,13 +79,14 @@ Result<ParameterValue, Problem> value_of_list(const std::vector<YamlNode>& items
   std::vector<ParameterValue> values;
   for (const YamlNode& item : items) {
     if (!item.is_scalar())
-      return err(Problem{"", std::string("a list may hold only plain values, not ") + item.kind_text(), ""});
+      return err(Problem{"", std::string("a list may hold only plain values, not ") + item.kind_text(), "",
+                         LaunchFault::Form});
     values.push_back(value_of_one(item));
     if (values.back().index() == values.front().index()) continue;
     return err(Problem{"",
                        "the list mixes " + type_name(values.front()) + " and " + type_name(values.back()) + " ('" +
                            shown(item.text) + "')",
-                       "write all of them as one type, such as 1.0 instead of 1"});
+                       "write all of them as one type, such as 1.0 instead of 1", LaunchFault::Form});
   }
   if (values.empty()) return ParameterValue{};
   if (std::holds_alternative<bool>(values[0])) return list_of<bool>(values);
@@ -93,7 +96,7 @@ Result<ParameterValue, Problem> value_of_list(const std::vector<YamlNode>& items
 }
 
 Problem not_a(std::string_view text, const char* type) {
-  return {"", "'" + shown(text) + "' is not of the type " + type, ""};
+  return {"", "'" + shown(text) + "' is not of the type " + type, "", LaunchFault::WrongValue};
 }
 
 constexpr std::array<const char*, 9> kTypeWords{"any",          "bool",        "int",           "float",      "str",
@@ -101,8 +104,8 @@ constexpr std::array<const char*, 9> kTypeWords{"any",          "bool",        "
 
 Result<ParameterValue, Problem> forced_list(const YamlNode& node, ForcedType type) {
   const auto refused = [&] {
-    return err(
-        Problem{"", std::string("the list is not of the type ") + kTypeWords[static_cast<std::size_t>(type)], ""});
+    return err(Problem{"", std::string("the list is not of the type ") + kTypeWords[static_cast<std::size_t>(type)], "",
+                       LaunchFault::WrongValue});
   };
   if (type == ForcedType::ListOfStr) {
     std::vector<std::string> list;
@@ -197,7 +200,7 @@ Result<ParameterValue, Problem> value_of_node(const YamlNode& node, ForcedType t
   if (node.is_sequence() && type >= ForcedType::ListOfBool) return forced_list(node, type);
   const std::string wanted =
       type == ForcedType::None ? "a value or a list of values" : kTypeWords[static_cast<std::size_t>(type)];
-  return err(Problem{"", "expected " + wanted + ", found " + node.kind_text(), ""});
+  return err(Problem{"", "expected " + wanted + ", found " + node.kind_text(), "", LaunchFault::Form});
 }
 
 Result<ParameterValue, Problem> value_of_text(std::string_view text) {
@@ -234,18 +237,20 @@ Result<ForcedType, Problem> parse_forced_type(std::string_view word) {
   const std::vector<std::string> words(kTypeWords.begin() + 1, kTypeWords.end());
   const auto found = std::find(words.begin(), words.end(), word);
   if (found != words.end()) return static_cast<ForcedType>(1 + (found - words.begin()));
-  return err(Problem{"", "'" + shown(word) + "' is not a type of parameters", suggestion(word.substr(0, 60), words)});
+  return err(Problem{"", "'" + shown(word) + "' is not a type of parameters", suggestion(word.substr(0, 60), words),
+                     LaunchFault::WrongValue});
 }
 
 Result<void, Problem> validate_parameter_name(std::string_view name) {
-  if (name.empty()) return err(Problem{"", "the parameter's name is empty", ""});
+  if (name.empty()) return err(Problem{"", "the parameter's name is empty", "", NameFault::Invalid});
   if (name.front() == '.' || name.back() == '.' || name.find("..") != std::string_view::npos) {
-    return err(Problem{"", "the parameter name '" + shown(name) + "' has an empty part", ""});
+    return err(Problem{"", "the parameter name '" + shown(name) + "' has an empty part", "", NameFault::Invalid});
   }
   for (const char c : name) {
     if (c > ' ' && c != 0x7f && c != ':' && c != '=') continue;
-    return err(Problem{
-        "", "the parameter name '" + shown(name) + "' holds a space, ':', '=' or an unprintable character", ""});
+    return err(Problem{"",
+                       "the parameter name '" + shown(name) + "' holds a space, ':', '=' or an unprintable character",
+                       "", NameFault::Invalid});
   }
   return {};
 }
@@ -253,7 +258,7 @@ Result<void, Problem> validate_parameter_name(std::string_view name) {
 Result<std::pair<std::string, ParameterValue>, Problem> parse_parameter_assignment(std::string_view text) {
   const auto split = text.find(":=");
   if (split == std::string_view::npos) {
-    return err(Problem{"", "the parameter '" + shown(text) + "' has no ':='", "write name:=value"});
+    return err(Problem{"", "the parameter '" + shown(text) + "' has no ':='", "write name:=value", LaunchFault::Form});
   }
   const auto name = text.substr(0, split);
   if (auto ok = validate_parameter_name(name); !ok) return err(ok.error());

@@ -19,14 +19,15 @@ void Builder::read_parameter(const Element& param, Scope& scope, const std::stri
   const bool has_file = param.find("from") != nullptr;
   if (has_file) {
     if (has_name || has_value || !param.children.empty())
-      return report(at(param.line), "a 'param' has either 'from' or 'name', not both");
+      return report(at(param.line), LaunchFault::Misplaced, "a 'param' has either 'from' or 'name', not both");
     if (!prefix.empty())
-      return report(at(param.line), "a nested 'param' cannot have 'from'", "put it beside the outer one");
+      return report(at(param.line), LaunchFault::Misplaced, "a nested 'param' cannot have 'from'",
+                    "put it beside the outer one");
     return read_parameter_file(param, "from", flag(param, "allow_substs", false, scope), scope, into);
   }
-  if (!has_name) return report(at(param.line), "a 'param' needs 'name' or 'from'");
+  if (!has_name) return report(at(param.line), LaunchFault::MissingKey, "a 'param' needs 'name' or 'from'");
   if (has_value != param.children.empty())
-    return report(at(param.line), "a 'param' needs either 'value' or nested 'param'");
+    return report(at(param.line), LaunchFault::MissingKey, "a 'param' needs either 'value' or nested 'param'");
   const auto name = text(param, "name", scope);
   if (!name) return;
   if (auto ok = validate_parameter_name(*name); !ok) return report(at(param.find("name")->line), ok.error());
@@ -101,7 +102,7 @@ void Builder::read_parameter_file(const Element& element, std::string_view attri
       faults = parsed.error();
     }
   }
-  for (auto& fault : faults) problems_.push_back(std::move(fault));
+  for (auto& fault : faults) problems_.push_back(coded(std::move(fault), LaunchFault::Form));
   if (!substituted) parameter_files_[path] = file;
   if (file != nullptr) into.push_back({{}, file, path, substituted});
 }
@@ -170,7 +171,7 @@ void Builder::check_remaps(const ComponentPlan& component) {
     if (!rule.node.empty() && rule.node != component.name) continue;
     const bool is_name = rule.kind == RemapKind::NodeName;
     const bool shared = i < component.shared_remaps;
-    report(shared ? component.where : component.remap_lines[i],
+    report(shared ? component.where : component.remap_lines[i], LaunchFault::Misplaced,
            std::string("a remap of ") + (is_name ? "'__node'" : "'__ns'") + " cannot rename a composable_node" +
                (shared ? ": the set_remap is at " + component.remap_lines[i].text() : ""),
            is_name ? "write name: " + rule.to : "write namespace: " + rule.to);

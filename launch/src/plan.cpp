@@ -20,12 +20,10 @@ class Text {
 
 std::string text_or_none(const std::optional<Duration>& d) { return d ? nacelle::to_text(*d) : "none"; }
 
-std::string text_of(const std::optional<OnFault>& on_fault) {
-  if (!on_fault) return {};
-  static constexpr const char* kWords[] = {"degrade", "restart", "stop_robot"};
-  return std::string(", on_fault ") + kWords[static_cast<std::size_t>(on_fault->policy)] + " max " +
-         (on_fault->max_restarts ? std::to_string(*on_fault->max_restarts) : "default") + " backoff " +
-         text_or_none(on_fault->backoff);
+std::string text_of(const FaultHandling& on_fault) {
+  if (!on_fault.policy) return {};
+  return std::string(", on_fault ") + nacelle::to_text(*on_fault.policy) + " max " +
+         std::to_string(on_fault.max_restarts) + " backoff " + nacelle::to_text(on_fault.backoff);
 }
 
 void describe(Text& out, const ComponentPlan& c) {
@@ -41,8 +39,8 @@ void describe(Text& out, const ComponentPlan& c) {
   for (const auto& a : c.after) {
     out.line(1, "after " + a.node + " " + to_text(a.when) + " " + a.detail + " timeout " + text_or_none(a.timeout));
   }
-  std::string thread = std::string("thread ") + to_text(c.thread.mode);
-  if (c.thread.priority) thread += " priority " + std::to_string(*c.thread.priority);
+  std::string thread = std::string("thread ") + (c.thread.own ? "own" : "shared");
+  if (c.thread.priority != 0) thread += " priority " + std::to_string(c.thread.priority);
   for (const int cpu : c.thread.cpus) thread += " cpu " + std::to_string(cpu);
   if (c.thread.threads != 1) thread += " threads " + std::to_string(c.thread.threads);
   out.line(1, thread);
@@ -129,7 +127,6 @@ const char* to_text(When when) {
 }
 
 const char* to_text(Side side) { return side == Side::Publisher ? "publisher" : "subscription"; }
-const char* to_text(ThreadMode mode) { return mode == ThreadMode::Own ? "own" : "shared"; }
 
 const char* to_text(TargetState state) {
   switch (state) {

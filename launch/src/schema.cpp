@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "element.hpp"
+#include "nacelle/launch/launch_fault.hpp"
 #include "nacelle/qos/profiles.hpp"
 #include "substitution.hpp"
 #include "unsupported.hpp"
@@ -126,10 +127,11 @@ class Checker {
   void check(const Element& element, const Rule& rule) {
     for (const auto& attribute : element.attributes) check_attribute(element, attribute, rule);
     for (const auto& name : rule.required) {
-      if (element.find(name) == nullptr) report(element.line, "'" + element.name + "' needs the key '" + name + "'");
+      if (element.find(name) == nullptr)
+        report(element.line, LaunchFault::MissingKey, "'" + element.name + "' needs the key '" + name + "'");
     }
     if (element.find("if") != nullptr && element.find("unless") != nullptr) {
-      report(element.find("unless")->line, "'" + element.name + "' has both 'if' and 'unless'",
+      report(element.find("unless")->line, LaunchFault::Misplaced, "'" + element.name + "' has both 'if' and 'unless'",
              "use one of them with $(and) or $(not)");
     }
     std::vector<std::string> once;
@@ -139,17 +141,19 @@ class Checker {
                           child.name == "subscription" || child.name == "security";
       if (!single) continue;
       if (holds(once, child.name) || element.find(child.name) != nullptr)
-        report(child.line, "'" + child.name + "' stands here a second time");
+        report(child.line, LaunchFault::Twice, "'" + child.name + "' stands here a second time");
       once.push_back(child.name);
     }
   }
 
  private:
-  void report(int line, std::string what, std::string way_out = {}) {
-    problems_.push_back({Place(file_, line), std::move(what), std::move(way_out)});
+  void report(int line, LaunchFault fault, std::string what, std::string way_out = {}) {
+    problems_.push_back({Place(file_, line), std::move(what), std::move(way_out), fault});
   }
   // A refusal's text is "<what>; <way out>" already.
-  void refuse(int line, const std::string& name, const char* why) { report(line, "'" + name + "' is refused: " + why); }
+  void refuse(int line, const std::string& name, const char* why) {
+    report(line, LaunchFault::Refused, "'" + name + "' is refused: " + why);
+  }
 
   static std::string unknown_text(const Element& element, const std::string& name) {
     const bool action = element.name == "launch" || element.name == "group";
@@ -169,30 +173,32 @@ class Checker {
     if (nearest_name(name, known).empty()) {
       const auto other = std::ranges::find(kOtherWords, nearest_name(name, others), &OtherWord::other);
       if (other != kOtherWords.end())
-        return report(line, unknown_text(element, name), "did you mean '" + std::string(other->word) + "'?");
+        return report(line, LaunchFault::UnknownKey, unknown_text(element, name),
+                      "did you mean '" + std::string(other->word) + "'?");
     }
-    report(line, unknown_text(element, name), suggestion(name, known));
+    report(line, LaunchFault::UnknownKey, unknown_text(element, name), suggestion(name, known));
   }
 
   void check_attribute(const Element& element, const Attribute& attribute, const Rule& rule) {
     if (!holds(rule.attributes, attribute.name)) {
       if (!holds(rule.children, attribute.name)) return unknown(element, attribute.name, attribute.line, rule);
       if (!attribute.is_list || !attribute.values.empty()) {
-        report(attribute.line,
+        report(attribute.line, LaunchFault::Form,
                "'" + attribute.name + "' in '" + element.name + "' needs a map or a list of maps, not text");
       }
       return;
     }
     if (attribute.is_list && !holds(rule.lists, attribute.name) &&
         !(attribute.values.empty() && holds(rule.children, attribute.name))) {
-      report(attribute.line, "'" + attribute.name + "' needs one value, not a list");
+      report(attribute.line, LaunchFault::Form, "'" + attribute.name + "' needs one value, not a list");
     }
     const bool off = !attribute.values.empty() && attribute.values.front().text == "false";
     if (const char* why = refused_attribute(attribute.name); why != nullptr && !off) {
       refuse(attribute.line, attribute.name, why);
     }
     for (const auto& value : attribute.values) {
-      if (auto ok = check_template(value.text); !ok) report(value.line, ok.error().what, ok.error().way_out);
+      if (auto ok = check_template(value.text); !ok)
+        report(value.line, LaunchFault::Form, ok.error().what, ok.error().way_out);
     }
   }
 
@@ -201,7 +207,8 @@ class Checker {
     const std::string name = child.name == "push-ros-namespace" ? "push_ros_namespace" : child.name;
     if (!holds(rule.children, name)) {
       if (holds(rule.attributes, name))
-        return report(child.line, "'" + name + "' in '" + element.name + "' needs a value, not a map");
+        return report(child.line, LaunchFault::Form,
+                      "'" + name + "' in '" + element.name + "' needs a value, not a map");
       const bool actions = element.name == "launch" || element.name == "group";
       if (const char* why = actions ? refused_action(name) : nullptr; why != nullptr)
         return refuse(child.line, name, why);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "nacelle/launch/launch_fault.hpp"
 #include "shown.hpp"
 #include "unsupported.hpp"
 
@@ -59,7 +60,7 @@ class Parser {
   [[nodiscard]] bool at_end() const { return at_ >= text_.size(); }
   [[nodiscard]] bool starts_call() const { return text_.substr(at_).starts_with("$("); }
   bool fail(std::string what, std::string way_out = {}) {
-    problem = {"", std::move(what), std::move(way_out)};
+    problem = {"", std::move(what), std::move(way_out), LaunchFault::Form};
     return false;
   }
 
@@ -144,8 +145,8 @@ Result<std::string, Problem> evaluate(const Template& parts, const SubstitutionL
       all += *value;
     }
     if (all.size() > kMaxSubstitutedBytes) {
-      return err(
-          Problem{"", "the substituted text is longer than " + std::to_string(kMaxSubstitutedBytes) + " bytes", ""});
+      return err(Problem{"", "the substituted text is longer than " + std::to_string(kMaxSubstitutedBytes) + " bytes",
+                         "", LaunchFault::TooMuch});
     }
   }
   return all;
@@ -199,7 +200,7 @@ Result<std::vector<std::string>, Problem> split_words(std::string_view text) {
       words.back() += c;
     }
   }
-  if (quote != 0) return err(Problem{"", std::string("the quote ") + quote + " does not end", ""});
+  if (quote != 0) return err(Problem{"", std::string("the quote ") + quote + " does not end", "", LaunchFault::Form});
   return words;
 }
 

@@ -49,7 +49,7 @@ std::optional<std::string> Builder::evaluate(const RawText& raw, Scope& scope) {
     evaluated_bytes_ += value->size();
     if (evaluated_bytes_ <= kMaxEvaluatedBytes) return std::move(*value);
     if (evaluated_bytes_ - value->size() <= kMaxEvaluatedBytes)
-      report(at(raw.line), "the substituted texts are longer than 2 MiB together");
+      report(at(raw.line), LaunchFault::TooMuch, "the substituted texts are longer than 2 MiB together");
     return std::nullopt;
   }
   // What check_template() finds was told when the file was read.
@@ -67,7 +67,8 @@ Result<std::string, Problem> Builder::look_up(const std::string& name, const std
                                               Scope& scope) {
   const auto as_bool = [&](const std::string& text) -> Result<bool, Problem> {
     if (const auto value = parse_condition(text)) return *value;
-    return err(Problem{"", "$(" + name + ") needs true or false, not '" + shown(text) + "'", ""});
+    return err(
+        Problem{"", "$(" + name + ") needs true or false, not '" + shown(text) + "'", "", LaunchFault::WrongValue});
   };
   const auto text_of = [](bool value) { return std::string(value ? "true" : "false"); };
 
@@ -77,7 +78,7 @@ Result<std::string, Problem> Builder::look_up(const std::string& name, const std
       std::vector<std::string> names;
       for (const auto& [known, value] : scope.variables) names.push_back(known);
       return err(Problem{"", "no argument or variable has the name '" + shown(arguments[0]) + "'",
-                         suggestion(shown(arguments[0]), names)});
+                         suggestion(shown(arguments[0]), names), LaunchFault::UnknownName});
     }
     if (!found->second) return err(Problem{});
     return *found->second;
@@ -90,7 +91,8 @@ Result<std::string, Problem> Builder::look_up(const std::string& name, const std
     if (value) return *value;
     if (arguments.size() == 2) return arguments[1];
     return err(Problem{"", "the environment variable '" + shown(arguments[0]) + "' is not set",
-                       "set it, or write a default: $(env " + shown(arguments[0]) + " default)"});
+                       "set it, or write a default: $(env " + shown(arguments[0]) + " default)",
+                       LaunchFault::UnknownName});
   }
   if (name == "find-pkg-share") {
     if (environment_.find_package_share) {
@@ -100,7 +102,8 @@ Result<std::string, Problem> Builder::look_up(const std::string& name, const std
     return err(Problem{"", "no package has the name '" + shown(arguments[0]) + "'",
                        near.empty() ? "install it, or add the prefix that holds share/" + shown(arguments[0]) +
                                           " to NACELLE_PREFIX_PATH"
-                                    : "did you mean '" + near + "'?"});
+                                    : "did you mean '" + near + "'?",
+                       LaunchFault::UnknownName});
   }
   if (name == "dirname")
     return (std::filesystem::path(environment_.working_directory) / beside_file(".")).lexically_normal().string();
@@ -124,7 +127,7 @@ std::optional<bool> Builder::known_flag(const Element& element, std::string_view
   if (!value) return std::nullopt;
   const auto truth = parse_condition(*value);
   if (!truth) {
-    report(at(element.find(attribute)->line),
+    report(at(element.find(attribute)->line), LaunchFault::WrongValue,
            "'" + std::string(attribute) + "' must be true or false, not '" + shown(*value) + "'");
   }
   return truth;
@@ -167,8 +170,9 @@ std::optional<std::uint64_t> Builder::count(const Element& element, std::string_
   std::uint64_t number = 0;
   const auto [end, fault] = std::from_chars(value->data(), value->data() + value->size(), number);
   if (fault == std::errc{} && end == value->data() + value->size() && number <= most) return number;
-  report(at(element.find(attribute)->line), "'" + std::string(attribute) + "' must be a whole number from 0 to " +
-                                                std::to_string(most) + ", not '" + shown(*value) + "'");
+  report(at(element.find(attribute)->line), LaunchFault::WrongValue,
+         "'" + std::string(attribute) + "' must be a whole number from 0 to " + std::to_string(most) + ", not '" +
+             shown(*value) + "'");
   return std::nullopt;
 }
 
@@ -178,8 +182,8 @@ std::optional<std::size_t> Builder::word(const Element& element, std::string_vie
   if (!value) return std::nullopt;
   const auto found = std::find(words.begin(), words.end(), *value);
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
-  report(at(element.find(attribute)->line), "'" + std::string(attribute) + "' cannot be '" + shown(*value) + "'",
-         suggestion(shown(*value), words));
+  report(at(element.find(attribute)->line), LaunchFault::WrongValue,
+         "'" + std::string(attribute) + "' cannot be '" + shown(*value) + "'", suggestion(shown(*value), words));
   return std::nullopt;
 }
 
@@ -200,7 +204,7 @@ std::optional<std::string> Builder::read_file(const std::string& path, const cha
   // A relative path is one from the working directory, which a reader of the message may not know.
   const auto tried = (std::filesystem::path(environment_.working_directory) / path).lexically_normal().string();
   if (tried != path) what += " (tried " + tried + ")";
-  report(where, std::move(what), text.error().way_out);
+  report(where, LaunchFault::Unreadable, std::move(what), text.error().way_out);
   return std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 
 #include "element.hpp"
 #include "nacelle/base/xml.hpp"
+#include "nacelle/launch/launch_fault.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::launch {
@@ -21,9 +22,10 @@ class XmlFront {
     into.name = from.Name();
     into.line = from.GetLineNum();
     for (const auto* a = from.FirstAttribute(); a != nullptr; a = a->Next()) {
-      if (into.attributes.size() >= 200) return report(a->GetLineNum(), "more than 200 attributes");
+      if (into.attributes.size() >= 200)
+        return report(a->GetLineNum(), LaunchFault::TooMuch, "more than 200 attributes");
       if (into.find(a->Name()) != nullptr)
-        report(a->GetLineNum(), std::string("the attribute '") + a->Name() + "' stands here twice");
+        report(a->GetLineNum(), LaunchFault::Twice, std::string("the attribute '") + a->Name() + "' stands here twice");
       into.attributes.push_back({a->Name(), a->GetLineNum(), false, {{a->Value(), false, a->GetLineNum()}}});
     }
     for (const auto* node = from.FirstChild(); node != nullptr; node = node->NextSibling()) {
@@ -31,12 +33,12 @@ class XmlFront {
         into.children.emplace_back();
         read(*child, into.children.back());
       } else if (node->ToText() != nullptr) {
-        report(node->GetLineNum(), "text inside <" + into.name + ">", "values are attributes");
+        report(node->GetLineNum(), LaunchFault::Misplaced, "text inside <" + into.name + ">", "values are attributes");
       }
     }
   }
-  void report(int line, std::string what, std::string way_out = {}) {
-    if (problems.size() < 100) problems.push_back({Place(file_, line), std::move(what), std::move(way_out)});
+  void report(int line, LaunchFault fault, std::string what, std::string way_out = {}) {
+    if (problems.size() < 100) problems.push_back({Place(file_, line), std::move(what), std::move(way_out), fault});
   }
   [[nodiscard]] bool too_many() const { return elements_ > kMaxXmlElements; }
   std::vector<Problem> problems;
@@ -50,21 +52,27 @@ class XmlFront {
 
 Result<Element, std::vector<Problem>> read_xml(std::string_view text, const std::string& file) {
   if (text.size() > kMaxXmlBytes) {
-    return err(std::vector<Problem>{{file, "the file has more than " + std::to_string(kMaxXmlBytes) + " bytes", ""}});
+    return err(std::vector<Problem>{
+        {file, "the file has more than " + std::to_string(kMaxXmlBytes) + " bytes", "", LaunchFault::TooMuch}});
   }
   tinyxml2::XMLDocument document;
-  if (auto parsed = parse_xml(document, text, file); !parsed) return err(std::vector<Problem>{parsed.error()});
+  if (auto parsed = parse_xml(document, text, file); !parsed)
+    return err(std::vector<Problem>{coded(parsed.error(), LaunchFault::Form)});
   XmlFront front(file);
   const auto* root = document.RootElement();
   if (std::string_view(root->Name()) != "launch") {
-    front.report(root->GetLineNum(), std::string("the root element is <") + root->Name() + ">", "it must be <launch>");
+    front.report(root->GetLineNum(), LaunchFault::Form, std::string("the root element is <") + root->Name() + ">",
+                 "it must be <launch>");
   }
   if (root->NextSiblingElement() != nullptr) {
-    front.report(root->NextSiblingElement()->GetLineNum(), "a second root element", "put all into one <launch>");
+    front.report(root->NextSiblingElement()->GetLineNum(), LaunchFault::Twice, "a second root element",
+                 "put all into one <launch>");
   }
   Element launch;
   if (front.problems.empty()) front.read(*root, launch);
-  if (front.too_many()) front.report(root->GetLineNum(), "more than " + std::to_string(kMaxXmlElements) + " elements");
+  if (front.too_many())
+    front.report(root->GetLineNum(), LaunchFault::TooMuch,
+                 "more than " + std::to_string(kMaxXmlElements) + " elements");
   if (!front.problems.empty()) return err(std::move(front.problems));
   return launch;
 }
@@ -73,10 +81,11 @@ Result<Element, std::vector<Problem>> read_launch_file(std::string_view text, co
   if (file.ends_with(".xml")) return read_xml(text, file);
   if (file.ends_with(".yaml") || file.ends_with(".yml")) return read_yaml(text, file);
   if (file.ends_with(".py")) {
-    return err(std::vector<Problem>{
-        {file, "a launch file in Python is a program, which Nacelle does not run", "write the same in YAML or XML"}});
+    return err(std::vector<Problem>{{file, "a launch file in Python is a program, which Nacelle does not run",
+                                     "write the same in YAML or XML", LaunchFault::Refused}});
   }
-  return err(std::vector<Problem>{{file, "the name says neither YAML nor XML", "name it .launch.yaml or .launch.xml"}});
+  return err(std::vector<Problem>{
+      {file, "the name says neither YAML nor XML", "name it .launch.yaml or .launch.xml", LaunchFault::Unreadable}});
 }
 
 }  // namespace nacelle::launch

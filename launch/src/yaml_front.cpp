@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "element.hpp"
+#include "nacelle/launch/launch_fault.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::launch {
@@ -15,14 +16,16 @@ class YamlFront {
   Element read(const YamlNode& root) {
     Element launch{"launch", root.line, {}, {}};
     if (!root.is_map()) {
-      report(root.line, std::string("expected the key 'launch' with a list of actions, found ") + root.kind_text());
+      report(root.line, LaunchFault::Form,
+             std::string("expected the key 'launch' with a list of actions, found ") + root.kind_text());
       return launch;
     }
     check_repeated(root);
     bool found = false;
     for (const YamlNode& entry : root.items) {
       if (entry.key != "launch") {
-        report(entry.key_line, "unknown key '" + entry.key + "'", suggestion(entry.key, {"launch"}));
+        report(entry.key_line, LaunchFault::UnknownKey, "unknown key '" + entry.key + "'",
+               suggestion(entry.key, {"launch"}));
         continue;
       }
       found = true;
@@ -31,29 +34,30 @@ class YamlFront {
       if (entry.is_sequence()) {
         read_actions(entry, launch);
       } else {
-        report(entry.line, std::string("'launch' needs a list of actions, not ") + entry.kind_text());
+        report(entry.line, LaunchFault::Form,
+               std::string("'launch' needs a list of actions, not ") + entry.kind_text());
       }
     }
-    if (!found && root.items.empty()) report(root.line, "the key 'launch' is missing");
+    if (!found && root.items.empty()) report(root.line, LaunchFault::MissingKey, "the key 'launch' is missing");
     return launch;
   }
   std::vector<Problem> problems;
 
  private:
-  void report(int line, std::string what, std::string way_out = {}) {
-    problems.push_back({Place(file_, line), std::move(what), std::move(way_out)});
+  void report(int line, LaunchFault fault, std::string what, std::string way_out = {}) {
+    problems.push_back({Place(file_, line), std::move(what), std::move(way_out), fault});
   }
 
   void check_repeated(const YamlNode& map) {
     for (std::size_t i = 1; i < map.items.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) {
         if (map.items[k].key != map.items[i].key) continue;
-        report(map.items[i].key_line, "the key '" + map.items[i].key +
-                                          "' stands here a second time; the first is at line " +
-                                          std::to_string(map.items[k].key_line));
+        report(map.items[i].key_line, LaunchFault::Twice,
+               "the key '" + map.items[i].key + "' stands here a second time; the first is at line " +
+                   std::to_string(map.items[k].key_line));
         break;
       }
-      if (i > 200) return report(map.items[i].key_line, "more than 200 keys in one map");
+      if (i > 200) return report(map.items[i].key_line, LaunchFault::TooMuch, "more than 200 keys in one map");
     }
   }
 
@@ -61,7 +65,7 @@ class YamlFront {
   void read_actions(const YamlNode& list, Element& into) {
     for (const YamlNode& item : list.items) {
       if (!item.is_map() || item.items.size() != 1) {
-        report(item.line,
+        report(item.line, LaunchFault::Form,
                std::string("expected one action, such as '- node: {...}', found ") +
                    (item.is_map() ? "a map with " + std::to_string(item.items.size()) + " keys" : item.kind_text()),
                item.is_map() ? "indent the keys of an action below its name" : "");
@@ -74,7 +78,7 @@ class YamlFront {
       } else if (action.is_sequence()) {
         read_actions(action, element);
       } else if (action.is_scalar()) {
-        report(action.line, "'" + action.key + "' needs a map, not text");
+        report(action.line, LaunchFault::Form, "'" + action.key + "' needs a map, not text");
         continue;
       }
       into.children.push_back(std::move(element));
@@ -85,7 +89,8 @@ class YamlFront {
     check_repeated(map);
     for (const YamlNode& field : map.items) {
       if (field.is_null()) {
-        report(field.key_line, "'" + field.key + "' has no value", "write '' for an empty text");
+        report(field.key_line, LaunchFault::MissingKey, "'" + field.key + "' has no value",
+               "write '' for an empty text");
       } else if (field.is_scalar()) {
         into.attributes.push_back({field.key, field.key_line, false, {raw(field)}});
       } else if (field.key == "children" && field.is_sequence()) {
@@ -115,7 +120,8 @@ class YamlFront {
       if (topic.is_map()) {
         read_fields(topic, child);
       } else {
-        report(topic.line, "'" + topic.key + "' below '" + field.key + "' needs a map, not " + topic.kind_text());
+        report(topic.line, LaunchFault::Form,
+               "'" + topic.key + "' below '" + field.key + "' needs a map, not " + topic.kind_text());
       }
       into.children.push_back(std::move(child));
     }
@@ -127,8 +133,9 @@ class YamlFront {
     Attribute attribute{field.key, field.key_line, true, {}};
     for (const YamlNode& item : field.items) {
       if (maps ? !item.is_map() : !item.is_scalar()) {
-        report(item.line, std::string("the list of '") + field.key + "' holds " + item.kind_text() + " beside " +
-                              (maps ? "maps" : "text"));
+        report(item.line, LaunchFault::Form,
+               std::string("the list of '") + field.key + "' holds " + item.kind_text() + " beside " +
+                   (maps ? "maps" : "text"));
       } else if (maps) {
         Element child{field.key, item.line, {}, {}};
         read_fields(item, child);
@@ -149,7 +156,7 @@ class YamlFront {
 
 Result<Element, std::vector<Problem>> read_yaml(std::string_view text, const std::string& file) {
   const auto root = parse_yaml(text, file);
-  if (!root) return err(std::vector<Problem>{root.error()});
+  if (!root) return err(std::vector<Problem>{coded(root.error(), LaunchFault::Form)});
   YamlFront front(file);
   Element launch = front.read(*root);
   if (!front.problems.empty()) return err(std::move(front.problems));

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 
 namespace nacelle {
 

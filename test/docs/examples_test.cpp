@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <example_interfaces/action/fibonacci.hpp>
+#include <functional>
 #include <sensor_msgs/msg/image.hpp>
+#include <sensor_msgs/msg/laser_scan.hpp>
+#include <std_srvs/srv/set_bool.hpp>
 
 #include "nacelle/node/action_server.hpp"
+#include "nacelle/qos/presets.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
 #include "support/recording_host.hpp"
 
@@ -64,6 +68,22 @@ TEST(CheckPage, shows_a_constructor_that_says_everything) {
   ASSERT_EQ(context.frames().size(), 1U);
   EXPECT_EQ(context.frames()[0].child, "stop_zone");
   EXPECT_EQ(faults->lock()->size(), 1U);
+}
+
+#include "coming_from_rclcpp.inc"
+
+TEST(ComingFromRclcppPage, shows_a_component_that_is_written_as_for_rclcpp) {
+  test::RecordingContext context;
+  Wheels node{NodeOptions{context}};
+  node.trigger(Transition::Configure);
+  node.trigger(Transition::Activate);
+  std_srvs::srv::SetBool::Request request;
+  request.data = true;
+  std_srvs::srv::SetBool::Response response;
+  ASSERT_TRUE(context.call<std_srvs::srv::SetBool>("/enable", request, response));
+  EXPECT_TRUE(response.success);
+  EXPECT_EQ(node.set_parameter({"radius", -1.0}).reason, "the radius must be above 0");
+  context.inject("/scan", sensor_msgs::msg::LaserScan{});
 }
 
 class Looking final : public LifecycleNode {

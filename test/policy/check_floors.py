@@ -75,6 +75,8 @@ class Floors:
         yield "/".join(parts)
         if parts[0] in ("components", "containers"):
             yield "/".join(parts[1:])
+        if parts[:2] == ROOMS:
+            yield "/".join(parts[2:])
         if parts[0] == "test":
             yield "/".join(parts[1:])
 
@@ -110,7 +112,7 @@ class Floors:
         parts = spelling.split("/")
         if len(parts) > 2 and parts[1] in ROLES:
             return any((self.root / tree / parts[0]).is_dir() for tree in ("components", "containers"))
-        return parts[0] == "nacelle"
+        return parts[0] == "nacelle" or parts[0] in self.storey_of
 
     def complaints(self):
         """One sentence for each include that breaks a rule."""
@@ -175,6 +177,8 @@ def judge(source: Place, target: Place) -> Optional[str]:
         return f"goes sideways, from {source.folder} to {target.folder} (both floor {source.floor})"
     if source.tree == target.tree == "components" and source.floor == target.floor and not target.pure:
         return f"of another component only protocol/ and model/ may be included, not {target.role or 'this'}"
+    if source.tree == "components" and target.folder == "interfaces/host":
+        return "a component sees interfaces/node, which stands on interfaces/host"
     if source.pure and target.folder in ("interfaces/node", "components/io"):
         return f"{source.role}/ is pure: it knows neither topics nor byte streams"
     return None

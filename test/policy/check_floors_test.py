@@ -14,7 +14,8 @@ TABLE = (Path(__file__).parents[2] / "docs/floors.md").read_text(encoding="utf-8
 # A tree in which every arrow is allowed: path -> text.
 SOUND = {
     "interfaces/base/include/nacelle/base/time.hpp": "#include <chrono>\n",
-    "interfaces/node/include/nacelle/node/node.hpp": '#include "nacelle/base/time.hpp"\n#include "nacelle/qos/qos.hpp"\n',
+    "interfaces/host/include/nacelle/host/transport.hpp": '#include "nacelle/qos/qos.hpp"\n',
+    "interfaces/node/include/nacelle/node/node.hpp": '#include "nacelle/host/transport.hpp"\n#include "nacelle/qos/qos.hpp"\n',
     "qos_profiles/include/nacelle/qos/qos.hpp": '#include "nacelle/base/time.hpp"\n',
     "components/io/include/nacelle/io/stream.hpp": '#include "nacelle/base/time.hpp"\n#include <unistd.h>\n',
     "components/lidar/protocol/decoder.hpp": '#include "nacelle/base/time.hpp"\n#include <vector>\n',
@@ -26,7 +27,7 @@ SOUND = {
     "containers/runtime/include/nacelle/runtime/broker.hpp": '#include "nacelle/node/node.hpp"\n',
     "launch/include/nacelle/launch/plan.hpp": '#include "nacelle/qos/qos.hpp"\n',
     "containers/nacelle/control/client.hpp": "#include <string>\n",
-    "containers/nacelle/ask/nodes.cpp": '#include "nacelle/control/client.hpp"\n',
+    "containers/nacelle/ask/nodes.cpp": '#include "control/client.hpp"\n',
     "containers/nacelle/ask/nodes.hpp": "#include <string>\n",
     "containers/nacelle/report/figures.hpp": "#include <string>\n",
     "containers/nacelle/cellar/barrel.hpp": "#include <string>\n",
@@ -45,7 +46,8 @@ PLANTED = {
     "the product includes a test": ("containers/nacelle/ask/b.cpp", '"support/manual_clock.hpp"', "goes up"),
     "up by a relative path": ("interfaces/base/src/up.cpp", '"../../node/include/nacelle/node/node.hpp"', "goes up"),
     "floor 1 sideways": ("qos_profiles/src/a.cpp", "<std_msgs/msg/header.hpp>", "sideways"),
-    "floor 2 sideways": ("components/io/src/a.cpp", '"nacelle/node/node.hpp"', "sideways"),
+    "floor 2 sideways": ("interfaces/host/src/a.cpp", '"nacelle/io/stream.hpp"', "sideways"),
+    "a component includes the host": ("components/ekf/component/g.cpp", '"nacelle/host/transport.hpp"', "sees interfaces/node"),
     "a component includes a container": ("components/ekf/component/c.cpp", '"nacelle/runtime/broker.hpp"', "sideways"),
     "a container includes a component": ("containers/runtime/src/b.cpp", '"ekf/model/filter.hpp"', "sideways"),
     "another component's port": ("components/ekf/component/d.cpp", '"lidar/port/serial.hpp"', "of another component"),
@@ -59,9 +61,9 @@ PLANTED = {
     "model starts a thread": ("components/ekf/model/c.cpp", "<thread>", "pure"),
     "protocol calls the kernel": ("components/lidar/protocol/d.cpp", "<sys/ioctl.h>", "pure"),
     "protocol reads a file": ("components/lidar/protocol/e.cpp", "<fcntl.h>", "pure"),
-    "a room includes one above it": ("containers/nacelle/control/client.cpp", '"nacelle/ask/nodes.hpp"', "lower storeys only"),
-    "a room includes one beside it": ("containers/nacelle/ask/c.cpp", '"nacelle/report/figures.hpp"', "lower storeys only"),
-    "a room without a storey": ("containers/nacelle/ask/d.cpp", '"nacelle/cellar/barrel.hpp"', "no storey"),
+    "a room includes one above it": ("containers/nacelle/control/client.cpp", '"ask/nodes.hpp"', "lower storeys only"),
+    "a room includes one beside it": ("containers/nacelle/ask/c.cpp", '"report/figures.hpp"', "lower storeys only"),
+    "a room without a storey": ("containers/nacelle/ask/d.cpp", '"cellar/barrel.hpp"', "no storey"),
     "a header that is not there": ("components/lidar/component/e.cpp", '"nacelle/base/gone.hpp"', "no such header"),
     "a role header that is not there": ("components/ekf/component/f.cpp", '"lidar/model/gone.hpp"', "no such header"),
 }
@@ -91,7 +93,7 @@ class FloorsTest(unittest.TestCase):
                 self.assertTrue(complaints[0].startswith(f"{path}:2: "), complaints[0])
 
     def test_a_target_compiles_the_files_of_one_room(self):
-        lists = "nacelle_pure_library(container_ask\n  SOURCES ask/nodes.cpp {}\n  USES nacelle::base)\n"
+        lists = "nacelle_static_library(container_ask\n  SOURCES ask/nodes.cpp {}\n  USES nacelle::base)\n"
         for more, count in (("ask/frames.cpp", 0), ("control/client.cpp", 1)):
             complaints = self.floors({"containers/nacelle/CMakeLists.txt": lists.format(more)}, Floors.mixed_targets)
             self.assertEqual(len(complaints), count, complaints)

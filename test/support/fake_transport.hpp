@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 
 namespace nacelle::test {
 

@@ -35,7 +35,8 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
   if (const auto setup = validated(options_, get_fully_qualified_name()); !setup) declare_problem(setup.error());
   if (const auto device = read_device_parameters(*this); !device) declare_problem(device.error());
   if (const auto file = check_calibration(options_.camera_info_url); !file) declare_problem(file.error());
-  add_on_set_parameters_callback([this](const std::vector<Parameter>& parameters) { return set_controls(parameters); });
+  on_set_ = add_on_set_parameters_callback(
+      [this](const std::vector<Parameter>& parameters) { return set_controls(parameters); });
   images_ = create_publisher<sensor_msgs::msg::Image>("~/image_raw", SensorDataQoS(QoS(2)));
   infos_ = create_publisher<sensor_msgs::msg::CameraInfo>("~/camera_info", SensorDataQoS(QoS(2)));
 }
@@ -57,16 +58,16 @@ CallbackReturn CameraComponent::on_configure(const State&) {
   const auto device = read_device_parameters(*this);
   if (!device) return refuse(device.error());
   device_ = *device;
-  port_ = make_port_(source, get_clock());
+  port_ = make_port_(source, steady_clock());
   if (source == Source::V4l2) {
     // Its silence follows from the frame rate that the device agrees to.
     watch_ = std::make_unique<DeviceWatch>(
         *this, device_,
         DeviceWatch::Settings{.device = setup->wish.device, .fault_code = "CAMERA_SILENT", .fault_after = kFaultAfter},
-        get_clock().now());
+        steady_clock().now());
   }
-  loop_ = std::make_unique<CaptureLoop>(CaptureLoop::Surroundings{*port_, get_clock(), get_logger(), *images_, *infos_,
-                                                                  [this] { on_reopened(); }, watch_.get()},
+  loop_ = std::make_unique<CaptureLoop>(CaptureLoop::Surroundings{*port_, steady_clock(), get_logger(), *images_,
+                                                                  *infos_, [this] { on_reopened(); }, watch_.get()},
                                         std::move(settings));
   if (auto opened = loop_->open(); !opened) {
     if (may_wait(source, setup->wish.device)) {
@@ -119,7 +120,7 @@ CallbackReturn CameraComponent::on_activate(const State&) {
       loop_->close();
       return refuse(started.error());
     }
-    if (watch_) watch_->heard(get_clock().now());  // before, no frame was to come
+    if (watch_) watch_->heard(steady_clock().now());  // before, no frame was to come
   }
   stop_ = false;
   thread_ = std::thread([this] { run(); });
@@ -129,7 +130,7 @@ CallbackReturn CameraComponent::on_activate(const State&) {
 CallbackReturn CameraComponent::on_deactivate(const State&) {
   stop_thread();
   loop_->close();
-  if (watch_) watch_->heard(get_clock().now());  // the thread does not run until the next activation
+  if (watch_) watch_->heard(steady_clock().now());  // the thread does not run until the next activation
   return CallbackReturn::SUCCESS;
 }
 
@@ -156,7 +157,7 @@ void CameraComponent::run() {
         const std::lock_guard lock{mutex_};
         if (stop_) return;
       }
-      const auto turn = loop_->turn(get_clock().now() + kTurn);
+      const auto turn = loop_->turn(steady_clock().now() + kTurn);
       if (turn == CaptureLoop::Turn::Outage && !pause_until(loop_->resume_at())) return;
     }
   } catch (const std::exception& problem) {
@@ -167,7 +168,7 @@ void CameraComponent::run() {
 
 bool CameraComponent::pause_until(MonotonicTime time) {
   std::unique_lock lock{mutex_};
-  return !stop_asked_.wait_for(lock, std::max(time - get_clock().now(), Duration::zero()), [this] { return stop_; });
+  return !stop_asked_.wait_for(lock, std::max(time - steady_clock().now(), Duration::zero()), [this] { return stop_; });
 }
 
 void CameraComponent::stop_thread() {

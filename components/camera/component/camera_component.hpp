@@ -74,6 +74,7 @@ class CameraComponent final : public LifecycleNode {
       chosen_;  ///< What was set, for the next time the device opens.
   std::shared_ptr<Publisher<sensor_msgs::msg::Image>> images_;
   std::shared_ptr<Publisher<sensor_msgs::msg::CameraInfo>> infos_;
+  OnSetParametersCallbackHandle::SharedPtr on_set_;
   DeviceOptions device_;
   std::unique_ptr<DeviceWatch> watch_;  ///< Null: of a pattern.
   std::unique_ptr<CapturePort> port_;

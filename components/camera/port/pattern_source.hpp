@@ -34,7 +34,7 @@ class PatternSource final : public CapturePort {
 
  private:
   const Clock& clock_;
-  io::Bell bell_;
+  Bell bell_;
   std::optional<PatternScene> scene_;
   Duration period_{};
   MonotonicTime started_;

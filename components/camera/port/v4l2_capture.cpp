@@ -12,7 +12,7 @@
 namespace nacelle::camera {
 
 V4l2Capture::V4l2Capture(const Clock& clock, std::shared_ptr<V4l2Calls> calls)
-    : clock_(clock), calls_(std::move(calls)), bell_(std::make_shared<io::Bell>()) {}
+    : clock_(clock), calls_(std::move(calls)), bell_(std::make_shared<Bell>()) {}
 
 Result<CaptureFormat, Problem> V4l2Capture::open(const CaptureWish& wish) {
   close();

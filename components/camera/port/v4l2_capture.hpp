@@ -49,7 +49,7 @@ class V4l2Capture final : public CapturePort {
 
   const Clock& clock_;
   const std::shared_ptr<V4l2Calls> calls_;
-  const std::shared_ptr<io::Bell> bell_;
+  const std::shared_ptr<Bell> bell_;
   std::atomic<bool> interrupted_{false};
   std::string path_;
   CaptureFormat format_;

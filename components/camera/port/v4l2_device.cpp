@@ -25,7 +25,7 @@ v4l2_buffer buffer_at(std::uint32_t index) {
 
 }  // namespace
 
-V4l2Device::V4l2Device(std::shared_ptr<V4l2Calls> calls, int descriptor, std::shared_ptr<io::Bell> bell)
+V4l2Device::V4l2Device(std::shared_ptr<V4l2Calls> calls, int descriptor, std::shared_ptr<Bell> bell)
     : calls_(std::move(calls)), bell_(std::move(bell)), descriptor_(descriptor) {
   NACELLE_EXPECT(descriptor >= 0, "an open descriptor");
 }

@@ -26,7 +26,7 @@ namespace nacelle::camera {
 class V4l2Device final : public std::enable_shared_from_this<V4l2Device> {
  public:
   /// Takes over the descriptor. The bell is rung when a buffer comes back to a device that had none.
-  V4l2Device(std::shared_ptr<V4l2Calls> calls, int descriptor, std::shared_ptr<io::Bell> bell);
+  V4l2Device(std::shared_ptr<V4l2Calls> calls, int descriptor, std::shared_ptr<Bell> bell);
   V4l2Device(const V4l2Device&) = delete;
   V4l2Device& operator=(const V4l2Device&) = delete;
   ~V4l2Device();
@@ -79,7 +79,7 @@ class V4l2Device final : public std::enable_shared_from_this<V4l2Device> {
   int locked_call(unsigned long request, void* argument) const;
 
   const std::shared_ptr<V4l2Calls> calls_;
-  const std::shared_ptr<io::Bell> bell_;
+  const std::shared_ptr<Bell> bell_;
   mutable std::mutex mutex_;  ///< Guards descriptor_ against closing while another thread uses it.
   int descriptor_;
   std::vector<Slot> slots_;

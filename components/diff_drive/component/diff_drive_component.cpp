@@ -165,7 +165,7 @@ void DiffDriveComponent::on_twist_stamped(std::size_t source, const geometry_msg
 
 void DiffDriveComponent::on_emergency_stop(const std_msgs::msg::Bool& stop, const MessageInfo& info) {
   const bool is_set = emergency_.take(stop.data, info.source_time);
-  if (!is_set) return inbox_.emergency_stop.release(get_clock().now());
+  if (!is_set) return inbox_.emergency_stop.release(steady_clock().now());
   inbox_.emergency_stop.set();
   if (loop_) loop_->interrupt();
 }
@@ -198,7 +198,7 @@ void DiffDriveComponent::listen_for_guards() {
   inbox_.unguarded.set();
   SubscriptionOptions events;
   events.event_callbacks.liveliness_callback = [this](const QOSLivelinessChangedInfo& now_is) {
-    if (now_is.alive_count != 0) return inbox_.unguarded.release(get_clock().now());
+    if (now_is.alive_count != 0) return inbox_.unguarded.release(steady_clock().now());
     inbox_.unguarded.set();
     if (loop_) loop_->interrupt();
   };
@@ -264,15 +264,15 @@ void DiffDriveComponent::tell_hindrance() {
 
 Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const {
   if (options_.hardware == "loopback")
-    return std::unique_ptr<BasePort>{std::make_unique<LoopbackPort>(get_clock(), LoopbackPort::Settings{})};
+    return std::unique_ptr<BasePort>{std::make_unique<LoopbackPort>(steady_clock(), LoopbackPort::Settings{})};
 
   io::SerialSettings line_settings;
   line_settings.path = options_.serial_port;
   line_settings.baud = static_cast<unsigned>(options_.baud_rate);
   // A command that does not get through within half a cycle must not delay the next cycle.
   line_settings.write_timeout = setup_.loop.period / 2;
-  auto line = options_.device.required ? io::SerialPort::open(line_settings, get_clock(), setup_.loop.silence_limit)
-                                       : io::SerialPort::open_or_await(line_settings, get_clock());
+  auto line = options_.device.required ? io::SerialPort::open(line_settings, steady_clock(), setup_.loop.silence_limit)
+                                       : io::SerialPort::open_or_await(line_settings, steady_clock());
   if (!line) {
     Problem problem = line.error();
     problem.where.node = get_fully_qualified_name();
@@ -285,7 +285,7 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
       std::chrono::duration_cast<std::chrono::milliseconds>(from_seconds(options_.motor_watchdog_s));
   settings.byte_time = io::byte_time(line_settings.baud);
   return std::unique_ptr<BasePort>{
-      std::make_unique<WaveshareSerialPort>(std::move(line).value(), get_clock(), settings)};
+      std::make_unique<WaveshareSerialPort>(std::move(line).value(), steady_clock(), settings)};
 }
 
 CallbackReturn DiffDriveComponent::on_configure(const State&) {
@@ -314,13 +314,13 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
   topics_ = std::make_unique<DriveTopics>(publishers_,
                                           DriveTopics::Settings{options_.left_wheel_names, options_.right_wheel_names,
                                                                 setup_.publish_period, setup_.battery_period},
-                                          get_clock(), command_to_wheel_);
+                                          steady_clock(), command_to_wheel_);
   watch_ = std::make_unique<DeviceWatch>(
       *this, options_.device,
       DeviceWatch::Settings{options_.hardware == "waveshare" ? options_.serial_port : options_.hardware},
-      get_clock().now());
+      steady_clock().now());
   topics_->watch_with(watch_.get());
-  loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, get_clock(), inbox_, *topics_);
+  loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, steady_clock(), inbox_, *topics_);
   return CallbackReturn::SUCCESS;
 }
 
@@ -332,7 +332,7 @@ CallbackReturn DiffDriveComponent::on_activate(const State&) {
                           "check the cable, then configure and activate this node again"});
   }
   // What was sent before this instant belongs to another drive.
-  loop_->arm(get_clock().now());
+  loop_->arm(steady_clock().now());
   if (!started) {
     watch_->lose(std::string(nacelle::diff_drive::explain(started.error())));
     loop_->begin_without_board();
@@ -387,7 +387,7 @@ void DiffDriveComponent::close_base() {
 
 CallbackReturn DiffDriveComponent::on_deactivate(const State&) {
   stop_base();
-  watch_->heard(get_clock().now());  // the loop does not run until the next activation
+  watch_->heard(steady_clock().now());  // the loop does not run until the next activation
   return CallbackReturn::SUCCESS;
 }
 

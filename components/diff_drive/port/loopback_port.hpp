@@ -41,7 +41,7 @@ class LoopbackPort final : public BasePort {
   const Clock& clock_;
   const Settings settings_;
   const Wait wait_;
-  io::Bell bell_;
+  Bell bell_;
   WheelState wheels_;
   MonotonicTime next_state_{};
   Stats stats_;

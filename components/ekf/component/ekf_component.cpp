@@ -150,7 +150,7 @@ CallbackReturn EkfComponent::on_configure(const State&) {
   std::uint16_t next = 0;
   for (const InputOptions& input : options_->inputs) {
     inputs_.push_back(
-        std::make_unique<Input>(input, InputContext{&*filter_, buffer_.get(), &*options_, &get_clock()}, next));
+        std::make_unique<Input>(input, InputContext{&*filter_, buffer_.get(), &*options_, &steady_clock()}, next));
     next = static_cast<std::uint16_t>(next + inputs_.back()->parts().size());
   }
   enabled_ = !options_->disabled_at_startup;
@@ -164,7 +164,7 @@ CallbackReturn EkfComponent::on_activate(const State&) {
   for (const auto& input : inputs_) input->begin();
   filter_->resume();
   watch_.emplace(inputs_, *filter_, skews_);
-  next_look_ = get_clock().now() + kLookPeriod;
+  next_look_ = steady_clock().now() + kLookPeriod;
   return CallbackReturn::SUCCESS;
 }
 
@@ -193,7 +193,7 @@ void EkfComponent::tick() {
     return;
   }
   const WallTime time = now();
-  const MonotonicTime monotonic = get_clock().now();
+  const MonotonicTime monotonic = steady_clock().now();
   // Simulated time may run at any rate: real time says nothing about it.
   filter_->step(time, follows_sim_time_ ? MonotonicTime{} : monotonic);
   if (const auto output = filter_->output(time)) publish(*output);

@@ -62,7 +62,7 @@ EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenS
 
 // From the executor, which would have to obey the service; and only while somebody looks at the button.
 void EmergencyStopComponent::show_life() {
-  if (has_button_ && get_clock().now().nanoseconds() - looked_at_ns_ > kLookLimit.count()) return;
+  if (has_button_ && steady_clock().now().nanoseconds() - looked_at_ns_ > kLookLimit.count()) return;
   publisher_->assert_liveliness();
   button_publisher_->assert_liveliness();
 }
@@ -121,7 +121,7 @@ CallbackReturn EmergencyStopComponent::on_configure(const State&) {
   if (settings.value().chip.empty()) return CallbackReturn::SUCCESS;
   gpio_ = *settings;
   device_ = *device;
-  auto opened = open_switch_(gpio_, get_clock());
+  auto opened = open_switch_(gpio_, steady_clock());
   std::error_code ignored;
   // Absent is not the same as unusable: rights, another program or a wrong line are not mended by waiting.
   const bool may_wait = !device_.required && !std::filesystem::exists(gpio_.chip, ignored);
@@ -131,7 +131,7 @@ CallbackReturn EmergencyStopComponent::on_configure(const State&) {
     problem.where.parameter = "gpio_line";
     return refuse(problem);
   }
-  watch_ = std::make_unique<DeviceWatch>(*this, device_, DeviceWatch::Settings{gpio_.chip}, get_clock().now());
+  watch_ = std::make_unique<DeviceWatch>(*this, device_, DeviceWatch::Settings{gpio_.chip}, steady_clock().now());
   if (opened) button_ = std::move(opened).value();
   has_button_ = true;
   return CallbackReturn::SUCCESS;
@@ -142,7 +142,7 @@ CallbackReturn EmergencyStopComponent::on_activate(const State&) {
   // Said here, so that the bring-up can name what is absent; the thread sets the stop.
   if (!button_) watch_->lose(kUnreadable);
   ended_ = false;
-  looked_at_ns_ = get_clock().now().nanoseconds();
+  looked_at_ns_ = steady_clock().now().nanoseconds();
   thread_ = std::thread{[this] { watch(); }};
   return CallbackReturn::SUCCESS;
 }
@@ -153,7 +153,7 @@ void EmergencyStopComponent::watch() noexcept {
   io::Backoff backoff{50ms, kLookPeriod};  // it goes on looking, and showing life, meanwhile
   while (!ended_) {
     const auto pressed = button_ ? button_->is_pressed() : Result<bool, SwitchFault>{err(SwitchFault::Lost)};
-    looked_at_ns_ = get_clock().now().nanoseconds();
+    looked_at_ns_ = steady_clock().now().nanoseconds();
     // A button that cannot be read is pressed.
     const bool now_pressed = !pressed || pressed.value();
     if (now_pressed && !pressed_) told = false;
@@ -165,13 +165,13 @@ void EmergencyStopComponent::watch() noexcept {
     }
     if (pressed) {
       backoff.reset();
-      watch_->heard(get_clock().now());
+      watch_->heard(steady_clock().now());
     }
     if (!button_) {
       if (!pause(kSayAgain)) return;
       continue;
     }
-    const auto changed = button_->wait_until(get_clock().now() + (told ? kLookPeriod : kSayAgain));
+    const auto changed = button_->wait_until(steady_clock().now() + (told ? kLookPeriod : kSayAgain));
     // A press that was over before we looked is a press. Lost: the next read says so again.
     if (changed && changed.value()) told = false;
   }
@@ -194,7 +194,7 @@ bool EmergencyStopComponent::bring_back(Duration length) {
     const std::lock_guard lock{mutex_};
     button_.reset();
   }
-  auto opened = open_switch_(gpio_, get_clock());
+  auto opened = open_switch_(gpio_, steady_clock());
   const std::lock_guard lock{mutex_};
   if (opened) button_ = std::move(opened).value();
   return true;
@@ -213,7 +213,7 @@ void EmergencyStopComponent::end_watch() {
 
 CallbackReturn EmergencyStopComponent::on_deactivate(const State&) {
   end_watch();
-  if (watch_) watch_->heard(get_clock().now());  // the thread does not run until the next activation
+  if (watch_) watch_->heard(steady_clock().now());  // the thread does not run until the next activation
   return CallbackReturn::SUCCESS;
 }
 

@@ -38,7 +38,7 @@ class GpioSwitch final : public SwitchPort {
   std::unique_ptr<RequestedLine> line_;
   const bool stops_when_high_;
   const Clock& clock_;
-  io::Bell bell_;
+  Bell bell_;
 };
 
 }  // namespace

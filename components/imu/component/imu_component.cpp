@@ -65,7 +65,7 @@ CallbackReturn ImuComponent::on_configure(const State&) {
   const auto options = read_imu_parameters(*this);
   if (!options) return refuse(options.error());
   options_ = *options;
-  auto line = open_line_(options_, get_clock());
+  auto line = open_line_(options_, steady_clock());
   if (!line) return refuse(line.error());
   line_ = std::move(line).value();
   const bool is_there = !line_->is_away();
@@ -78,13 +78,13 @@ CallbackReturn ImuComponent::on_configure(const State&) {
   watch_ = std::make_unique<DeviceWatch>(
       *this, options_.device,
       DeviceWatch::Settings{options_.port, silence_of(period_of(options_)), "IMU_SILENT", options_.silence_limit},
-      get_clock().now());
-  stream_ = std::make_unique<ImuStream>(options_, get_clock(), publishers_, get_logger(), *watch_);
+      steady_clock().now());
+  stream_ = std::make_unique<ImuStream>(options_, steady_clock(), publishers_, get_logger(), *watch_);
   if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
   // A look at the line a few times per limit is enough to tell silence in time.
   const Duration look = std::min<Duration>(options_.silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
-      *line_, get_clock(), *stream_,
+      *line_, steady_clock(), *stream_,
       io::ReaderThread::Options{.name = "imu_rx",
                                 .silence = look,
                                 .set_up = [this] { return set_up_device(); },

@@ -2,14 +2,12 @@
 #include "nacelle/io/descriptor.hpp"
 
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <ctime>
-#include <system_error>
 
 namespace nacelle::io {
 namespace {
@@ -36,21 +34,6 @@ Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
 
 Descriptor::~Descriptor() {
   if (number_ >= 0) ::close(number_);
-}
-
-Bell::Bell() : event_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-  if (!event_.is_open()) throw std::system_error{errno, std::generic_category(), "no eventfd"};
-}
-
-void Bell::ring() noexcept {
-  const std::uint64_t one = 1;
-  // A full counter cannot happen (2^64 rings), and a bell that already rings needs no second ring.
-  [[maybe_unused]] const auto written = ::write(event_.number(), &one, sizeof one);
-}
-
-bool Bell::silence() noexcept {
-  std::uint64_t rings = 0;
-  return ::read(event_.number(), &rings, sizeof rings) == static_cast<ssize_t>(sizeof rings);
 }
 
 Wake wait_readable(int descriptor, Bell& bell, const Clock& clock, MonotonicTime deadline) {

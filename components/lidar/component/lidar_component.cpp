@@ -52,20 +52,20 @@ LidarComponent::~LidarComponent() { close(); }
 CallbackReturn LidarComponent::on_configure(const State&) {
   const auto options = read_lidar_parameters(*this);
   if (!options) return refuse(options.error());
-  auto line = open_line_(*options, get_clock());
+  auto line = open_line_(*options, steady_clock());
   if (!line) return refuse(line.error());
   line_ = std::move(line).value();
   watch_ = std::make_unique<DeviceWatch>(
       *this, options->device,
       DeviceWatch::Settings{options->port_name, silence_of(kTurn), "LIDAR_SILENT", options->silence_limit},
-      get_clock().now());
-  stream_ = std::make_unique<ScanStream>(*options, get_clock(), publisher_, get_logger(), *watch_);
+      steady_clock().now());
+  stream_ = std::make_unique<ScanStream>(*options, steady_clock(), publisher_, get_logger(), *watch_);
   const bool is_there = !line_->is_away();
   if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
   // A look at the line a few times per limit is enough to tell silence in time.
   const Duration look = std::min<Duration>(options->silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
-      *line_, get_clock(), *stream_,
+      *line_, steady_clock(), *stream_,
       io::ReaderThread::Options{.name = "lidar_rx", .silence = look, .on_exception = [this](const std::string& text) {
                                   fault("READER_ENDED", text);
                                 }});

@@ -92,7 +92,7 @@ void MonitorComponent::declare_streams() {
 
 CallbackReturn MonitorComponent::on_activate(const State&) {
   if (streams_.empty()) get_logger().warn("watches nothing: the parameter streams is empty");
-  for (Stream& stream : streams_) stream.watch.start(get_clock().now());
+  for (Stream& stream : streams_) stream.watch.start(steady_clock().now());
   return CallbackReturn::SUCCESS;
 }
 
@@ -102,7 +102,7 @@ void MonitorComponent::report() {
   set_stamp(message->header.stamp, now());
   message->header.frame_id.clear();
   message->status.clear();
-  const MonotonicTime time = get_clock().now();
+  const MonotonicTime time = steady_clock().now();
   for (Stream& stream : streams_) {
     const StreamReport seen = stream.watch.look(time, stream.expected);
     auto& status = message->status.emplace_back();

@@ -158,7 +158,7 @@ void TransformsComponent::on_joint_state(const sensor_msgs::msg::JointState& sta
 void TransformsComponent::on_transforms(const tf2_msgs::msg::TFMessage& message, spatial::Permanence permanence,
                                         std::uint64_t writer) {
   // Samples from before the clock was set back would lie in the future of all that follow.
-  const Duration offset = now().since_origin - get_clock().now().since_origin;
+  const Duration offset = now().since_origin - steady_clock().now().since_origin;
   if (clock_offset_ && offset < *clock_offset_ - kClockStep) {
     buffer_->forget_moving();
     get_logger().warn("the clock was set back by {:.3f} s: moving transforms are forgotten",

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/component_details.hpp"
+#include "answers/component_details.hpp"
 
 #include <unistd.h>
 
 #include <array>
 #include <optional>
 
-#include "nacelle/answers/statistics.hpp"
+#include "answers/statistics.hpp"
+#include "loading/load_request.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/loading/load_request.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 #include "nacelle/runtime/parameter_messages.hpp"
 
@@ -37,7 +37,7 @@ nacelle_interfaces::msg::ComponentLoad load_of(const runtime::LoadRequest& reque
   load.thread.threads = request.thread.threads;
   load.thread.priority = request.thread.priority;
   load.thread.cpus.assign(request.thread.cpus.begin(), request.thread.cpus.end());
-  load.on_fault.policy = runtime::words_of(request.on_fault.policy_for(is_actuator));
+  load.on_fault.policy = to_text(request.on_fault.policy_for(is_actuator));
   load.on_fault.max_restarts = request.on_fault.max_restarts;
   load.on_fault.backoff_s = to_seconds(request.on_fault.backoff);
   return load;

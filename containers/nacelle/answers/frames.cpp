@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/frames.hpp"
+#include "answers/frames.hpp"
 
 #include <map>
 #include <nlohmann/json.hpp>

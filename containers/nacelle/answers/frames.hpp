@@ -6,8 +6,8 @@
 #include <string>
 
 #include "nacelle/base/time.hpp"
+#include "nacelle/host/message.hpp"
 #include "nacelle/launch/namespace_plan.hpp"
-#include "nacelle/node/message.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::answers {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/graph_verbs.hpp"
+#include "answers/graph_verbs.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "nacelle/desk/qos_json.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
+#include "desk/qos_json.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 
 namespace nacelle::answers {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
 
 namespace nacelle::answers {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/interface_services.hpp"
+#include "answers/interface_services.hpp"
 
 #include <nacelle_interfaces/srv/get_component.hpp>
 #include <nacelle_interfaces/srv/get_emergency_stops.hpp>
@@ -14,12 +14,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "nacelle/answers/component_details.hpp"
-#include "nacelle/answers/frames.hpp"
-#include "nacelle/answers/statistics.hpp"
-#include "nacelle/networking/network_message.hpp"
-#include "nacelle/process/attempt.hpp"
+#include "answers/component_details.hpp"
+#include "answers/frames.hpp"
+#include "answers/statistics.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
+#include "networking/network_message.hpp"
+#include "process/attempt.hpp"
 
 namespace nacelle::answers {
 namespace {
@@ -120,7 +120,7 @@ void InterfaceServices::offer_in_serve(const char* name, F answer) {
   const auto service = std::make_shared<Service<S>*>(nullptr);  // known before the first serve()
   *service = &keep<S>(name, [this, answer, service](const RequestId& id, const typename S::Request& request) {
     waiting_.lock()->push_back([answer, service, id, request] { (*service)->send_response(id, answer(request)); });
-    event_.set();
+    event_.ring();
   });
 }
 
@@ -135,7 +135,7 @@ Service<S>& InterfaceServices::keep(const char* name, Callback callback) {
 }
 
 void InterfaceServices::serve() {
-  event_.clear();
+  event_.silence();
   const auto waiting = std::exchange(*waiting_.lock(), {});
   for (const auto& answer : waiting) process::attempt("services", answer);
 }

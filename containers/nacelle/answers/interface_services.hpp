@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/guarded.hpp"
-#include "nacelle/control/event.hpp"
 #include "nacelle/node/service.hpp"
 
 namespace nacelle::answers {
@@ -39,7 +39,7 @@ class InterfaceServices {
   Service<S>& keep(const char* name, Callback callback);
 
   Robot& robot_;
-  control::Event event_;
+  Bell event_;
   Guarded<std::vector<std::function<void()>>> waiting_;
   std::vector<std::shared_ptr<void>> services_;
 };

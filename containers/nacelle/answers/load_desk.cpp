@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/load_desk.hpp"
+#include "answers/load_desk.hpp"
 
 #include <algorithm>
 #include <future>
@@ -7,8 +7,8 @@
 #include <memory>
 #include <utility>
 
+#include "loading/wiring.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/loading/wiring.hpp"
 
 namespace nacelle::answers {
 namespace {
@@ -131,7 +131,7 @@ auto LoadDesk::on_main_thread(Act act) -> decltype(act()) {
     if (waiting->closed) return err(not_running());
     waiting->call = [call = std::move(call)] { (*call)(); };
   }
-  event_.set();
+  event_.ring();
   try {
     return answer.get();
   } catch (const std::future_error&) { return err(not_running()); }
@@ -157,7 +157,7 @@ Result<runtime::UnloadOutcome, Problem> LoadDesk::unload(std::uint64_t id) {
 }
 
 void LoadDesk::serve() {
-  event_.clear();
+  event_.silence();
   const auto call = std::exchange(waiting_.lock()->call, {});
   if (call) call();
 }

@@ -5,11 +5,11 @@
 #include <functional>
 #include <string>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/control/event.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/composition_host.hpp"
 #include "nacelle/runtime/container.hpp"
@@ -59,7 +59,7 @@ class LoadDesk final : public runtime::CompositionHost {
   [[nodiscard]] Problem not_running() const;
 
   Robot& robot_;
-  control::Event event_;
+  Bell event_;
   Guarded<Waiting> waiting_;
 };
 

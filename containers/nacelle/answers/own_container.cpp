@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/own_container.hpp"
+#include "answers/own_container.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "nacelle/answers/verbs.hpp"
+#include "answers/verbs.hpp"
 
 namespace nacelle::answers {
 namespace {

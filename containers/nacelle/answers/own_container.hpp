@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "nacelle/answers/robot.hpp"
-#include "nacelle/desk/verb_desk.hpp"
+#include "answers/robot.hpp"
+#include "desk/verb_desk.hpp"
 #include "nacelle/msgs/type_library.hpp"
 
 namespace nacelle::answers {

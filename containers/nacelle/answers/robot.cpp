@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
 
 namespace nacelle::answers {
 

@@ -12,8 +12,8 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/launch/plan.hpp"
-#include "nacelle/networking/network.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "networking/network.hpp"
 
 namespace nacelle::answers {
 

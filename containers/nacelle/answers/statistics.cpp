@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/statistics.hpp"
+#include "answers/statistics.hpp"
 
 #include <algorithm>
 #include <vector>
 
-#include "nacelle/process/process_figures.hpp"
+#include "process/process_figures.hpp"
 
 namespace nacelle::answers {
 namespace {
@@ -29,7 +29,7 @@ std::vector<msg::StreamStatistics> streams_of(const runtime::Container& containe
     row.last_ns = stream.last.nanoseconds();
     row.copies = stream.copies;
     row.bytes_copied = stream.bytes_copied;
-    row.handed_over = runtime::words_of(stream.handed_over);
+    row.handed_over = words_of(stream.handed_over);
     row.latency_p50_us = us(stream.latency_p50);
     row.latency_p99_us = us(stream.latency_p99);
     row.latency_max_us = us(stream.latency_max);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/answers/verbs.hpp"
+#include "answers/verbs.hpp"
 
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "nacelle/answers/graph_verbs.hpp"
-#include "nacelle/control/client.hpp"
-#include "nacelle/desk/service_verbs.hpp"
+#include "answers/graph_verbs.hpp"
+#include "control/client.hpp"
+#include "desk/service_verbs.hpp"
 
 namespace nacelle::answers {
 namespace {

@@ -4,8 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "nacelle/answers/robot.hpp"
-#include "nacelle/desk/late_reply.hpp"
+#include "answers/robot.hpp"
+#include "desk/late_reply.hpp"
 #include "nacelle/msgs/type_library.hpp"
 
 namespace nacelle::answers {

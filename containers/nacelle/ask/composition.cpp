@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ask/composition.hpp"
+#include "ask/composition.hpp"
 
 #include <algorithm>
 #include <map>
 #include <utility>
 
-#include "nacelle/ask/parameters.hpp"
+#include "ask/parameters.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/launch/parameter_file.hpp"

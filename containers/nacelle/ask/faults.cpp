@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ask/faults.hpp"
+#include "ask/faults.hpp"
 
 #include <utility>
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "nacelle/ask/nodes.hpp"
+#include "ask/nodes.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ask/frames.hpp"
+#include "ask/frames.hpp"
 
 #include "nacelle/spatial/rotation.hpp"
 

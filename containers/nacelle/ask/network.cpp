@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ask/network.hpp"
+#include "ask/network.hpp"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ask/nodes.hpp"
+#include "ask/nodes.hpp"
 
 #include "nacelle/base/problem_json.hpp"
 

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "control/client.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/client.hpp"
 
 namespace nacelle::ask {
 

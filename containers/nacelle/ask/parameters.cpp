@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ask/parameters.hpp"
+#include "ask/parameters.hpp"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/ask/nodes.hpp"
+#include "ask/nodes.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/node/parameter.hpp"

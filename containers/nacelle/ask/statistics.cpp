@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ask/statistics.hpp"
+#include "ask/statistics.hpp"
 
 namespace nacelle::ask {
 

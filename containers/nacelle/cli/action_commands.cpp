@@ -6,8 +6,8 @@
 
 #include "asking.hpp"
 #include "commands.hpp"
+#include "nacelle/host/action_names.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/node/action_names.hpp"
 #include "output.hpp"
 #include "program.hpp"
 

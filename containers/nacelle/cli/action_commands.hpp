@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/node/action_goal.hpp"
+#include "nacelle/host/action_goal.hpp"
 #include "whom.hpp"
 
 namespace nacelle::cli {

@@ -11,15 +11,15 @@
 #include "asking.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/problem_json.hpp"
+#include "nacelle/host/action_names.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/node/action_names.hpp"
-#include "nacelle/process/stop_signal.hpp"
-#include "nacelle/text/message_text.hpp"
-#include "nacelle/text/message_yaml.hpp"
 #include "output.hpp"
+#include "process/stop_signal.hpp"
 #include "program.hpp"
+#include "text/message_text.hpp"
+#include "text/message_yaml.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/ask/nodes.hpp"
+#include "ask/nodes.hpp"
+#include "control/client.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/client.hpp"
 #include "whom.hpp"
 
 // What commands share that ask a container.
@@ -35,7 +35,7 @@ int ask_nodes(const Whom& whom, bool as_json,
 [[nodiscard]] std::string full_type_name(const std::string& type, const char* kind);
 /// As ros2: a name is hidden if one of its parts begins with '_'.
 [[nodiscard]] bool is_hidden(const std::string& name);
-/// A row of the graph that every node has alike (nacelle/node/standard_interfaces.hpp).
+/// A row of the graph that every node has alike (nacelle/host/standard_interfaces.hpp).
 [[nodiscard]] bool is_standard(const nlohmann::json& row);
 /// Says on stderr how many such rows are not shown, if any, and what shows them.
 void tell_left_out(std::size_t rows, const char* shown_by = "--all");

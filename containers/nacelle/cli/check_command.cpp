@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "drawing/graphviz.hpp"
 #include "inert_launch.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/drawing/graphviz.hpp"
 #include "nacelle/launch/parameter_value.hpp"
-#include "nacelle/proof/drawing.hpp"
 #include "output.hpp"
 #include "program.hpp"
+#include "proof/drawing.hpp"
 
 namespace nacelle::cli {
 namespace {

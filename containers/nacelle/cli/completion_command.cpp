@@ -5,15 +5,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "ask/composition.hpp"
+#include "ask/frames.hpp"
+#include "ask/parameters.hpp"
 #include "commands.hpp"
 #include "completion.hpp"
+#include "control/socket_path.hpp"
 #include "man_page.hpp"
-#include "nacelle/ask/composition.hpp"
-#include "nacelle/ask/frames.hpp"
-#include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/printable.hpp"
-#include "nacelle/control/socket_path.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "program.hpp"

@@ -4,10 +4,10 @@
 #include <functional>
 #include <memory>
 
+#include "ask/composition.hpp"
 #include "asking.hpp"
 #include "commands.hpp"
 #include "component_info.hpp"
-#include "nacelle/ask/composition.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "output.hpp"

@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <map>
 
+#include "ask/composition.hpp"
 #include "asking.hpp"
-#include "nacelle/ask/composition.hpp"
 #include "output.hpp"
 #include "program.hpp"
 

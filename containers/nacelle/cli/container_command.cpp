@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "nacelle/process/stop_signal.hpp"
-#include "nacelle/session/session.hpp"
+#include "process/stop_signal.hpp"
 #include "program.hpp"
+#include "session/session.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -3,11 +3,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "ask/composition.hpp"
 #include "commands.hpp"
+#include "doctor/checks.hpp"
 #include "inert_launch.hpp"
-#include "nacelle/ask/composition.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/doctor/checks.hpp"
 #include "output.hpp"
 #include "program.hpp"
 

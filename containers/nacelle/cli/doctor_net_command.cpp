@@ -7,15 +7,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "ask/network.hpp"
 #include "commands.hpp"
+#include "control/socket_path.hpp"
+#include "doctor/login_users.hpp"
 #include "inert_launch.hpp"
-#include "nacelle/ask/network.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/control/socket_path.hpp"
-#include "nacelle/doctor/login_users.hpp"
-#include "nacelle/networking/network.hpp"
-#include "nacelle/networking/network_links.hpp"
-#include "nacelle/networking/network_wish.hpp"
+#include "networking/network.hpp"
+#include "networking/network_links.hpp"
+#include "networking/network_wish.hpp"
 #include "output.hpp"
 #include "program.hpp"
 

@@ -2,9 +2,9 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "nacelle/drive/drive.hpp"
+#include "drive/drive.hpp"
 #include "nacelle/launch/load_plan.hpp"
-#include "nacelle/process/foreign_programs.hpp"
+#include "process/foreign_programs.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {

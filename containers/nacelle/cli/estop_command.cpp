@@ -4,13 +4,13 @@
 #include <nlohmann/json.hpp>
 #include <std_msgs/msg/bool.hpp>
 
+#include "ask/faults.hpp"
 #include "commands.hpp"
-#include "nacelle/ask/faults.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/session/robot_service.hpp"
 #include "output.hpp"
 #include "program.hpp"
+#include "session/robot_service.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <memory>
 
+#include "ask/network.hpp"
 #include "asking.hpp"
 #include "commands.hpp"
-#include "nacelle/ask/network.hpp"
 #include "output.hpp"
 #include "program.hpp"
 

@@ -5,9 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "ask/faults.hpp"
 #include "asking.hpp"
 #include "commands.hpp"
-#include "nacelle/ask/faults.hpp"
 #include "output.hpp"
 #include "program.hpp"
 

@@ -6,8 +6,8 @@
 #include "commands.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/printable.hpp"
-#include "nacelle/ros_import/ros_import.hpp"
 #include "program.hpp"
+#include "ros_import/ros_import.hpp"
 
 namespace nacelle::cli {
 namespace {

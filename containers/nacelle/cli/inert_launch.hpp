@@ -9,8 +9,8 @@
 
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/proof/proof.hpp"
 #include "program.hpp"
+#include "proof/proof.hpp"
 
 namespace nacelle::cli {
 

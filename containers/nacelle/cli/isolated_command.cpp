@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "nacelle/isolation/isolated_process.hpp"
-#include "nacelle/process/foreign_programs.hpp"
+#include "isolation/isolated_process.hpp"
+#include "process/foreign_programs.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {

@@ -8,10 +8,10 @@
 
 #include "commands.hpp"
 #include "nacelle/base/log.hpp"
-#include "nacelle/process/stop_signal.hpp"
-#include "nacelle/session/session.hpp"
 #include "output.hpp"
+#include "process/stop_signal.hpp"
 #include "program.hpp"
+#include "session/session.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <memory>
 
+#include "ask/composition.hpp"
 #include "asking.hpp"
 #include "commands.hpp"
-#include "nacelle/ask/composition.hpp"
-#include "nacelle/node/lifecycle_graph.hpp"
+#include "nacelle/host/lifecycle_graph.hpp"
 #include "output.hpp"
 #include "program.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/process/key_mode.hpp"
-#include "nacelle/process/stop_signal.hpp"
+#include "process/key_mode.hpp"
+#include "process/stop_signal.hpp"
 
 namespace nacelle::cli {
 

@@ -12,14 +12,14 @@
 #include <string>
 #include <vector>
 
+#include "ask/frames.hpp"
 #include "commands.hpp"
-#include "nacelle/ask/frames.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/process/stop_signal.hpp"
-#include "nacelle/teleop/teleop.hpp"
+#include "process/stop_signal.hpp"
 #include "program.hpp"
 #include "simulation/component/run_world.hpp"
 #include "simulation/port/truth_file.hpp"
+#include "teleop/teleop.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -5,9 +5,9 @@
 #include <map>
 #include <memory>
 
+#include "ask/parameters.hpp"
 #include "asking.hpp"
 #include "commands.hpp"
-#include "nacelle/ask/parameters.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/launch/parameter_file.hpp"
 #include "output.hpp"

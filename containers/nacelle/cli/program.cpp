@@ -9,11 +9,11 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "control/other_users.hpp"
+#include "control/socket_path.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/control/other_users.hpp"
-#include "nacelle/control/socket_path.hpp"
 #include "nacelle/qos/profiles.hpp"
 
 namespace nacelle::cli {

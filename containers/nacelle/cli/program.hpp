@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "command.hpp"
+#include "control/client.hpp"
+#include "control/socket_path.hpp"
+#include "loading/program_places.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/control/client.hpp"
-#include "nacelle/control/socket_path.hpp"
 #include "nacelle/launch/load_plan.hpp"
-#include "nacelle/loading/program_places.hpp"
 #include "whom.hpp"
 
 namespace nacelle::cli {

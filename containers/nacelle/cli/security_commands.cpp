@@ -8,12 +8,12 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "nacelle/base/network_names.hpp"
-#include "nacelle/networking/network_wish.hpp"
+#include "networking/network_wish.hpp"
 #include "program.hpp"
 #ifdef NACELLE_HAS_SECURITY
-#include "nacelle/security/files.hpp"
-#include "nacelle/security/keystore.hpp"
-#include "nacelle/security/policy.hpp"
+#include "security/files.hpp"
+#include "security/keystore.hpp"
+#include "security/policy.hpp"
 #endif
 
 namespace nacelle::cli {

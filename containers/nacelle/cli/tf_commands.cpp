@@ -7,20 +7,20 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "ask/frames.hpp"
 #include "asking.hpp"
 #include "commands.hpp"
+#include "drawing/frame_tree.hpp"
+#include "drawing/graphviz.hpp"
 #include "live.hpp"
-#include "nacelle/ask/frames.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/drawing/frame_tree.hpp"
-#include "nacelle/drawing/graphviz.hpp"
-#include "nacelle/report/frame_delays.hpp"
 #include "nacelle/spatial/rigid_transform.hpp"
 #include "program.hpp"
+#include "report/frame_delays.hpp"
 
 namespace nacelle::cli {
 namespace {

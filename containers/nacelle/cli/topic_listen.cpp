@@ -7,9 +7,9 @@
 #include <functional>
 
 #include "asking.hpp"
-#include "nacelle/text/message_csv.hpp"
 #include "output.hpp"
 #include "program.hpp"
+#include "text/message_csv.hpp"
 #include "topic_commands.hpp"
 #include "topic_listener.hpp"
 #include "topic_window.hpp"

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "asking.hpp"
-#include "nacelle/process/stop_signal.hpp"
+#include "process/stop_signal.hpp"
 #include "program.hpp"
 
 namespace nacelle::cli {

@@ -13,10 +13,10 @@
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/process/stop_signal.hpp"
-#include "nacelle/text/message_text.hpp"
 #include "output.hpp"
+#include "process/stop_signal.hpp"
 #include "program.hpp"
+#include "text/message_text.hpp"
 #include "topic_commands.hpp"
 
 namespace nacelle::cli {

@@ -4,12 +4,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "ask/statistics.hpp"
 #include "asking.hpp"
 #include "commands.hpp"
 #include "live.hpp"
-#include "nacelle/ask/statistics.hpp"
-#include "nacelle/report/figures.hpp"
 #include "program.hpp"
+#include "report/figures.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -4,7 +4,7 @@
 #include <charconv>
 
 #include "nacelle/base/network_names.hpp"
-#include "nacelle/remote/remote_desk.hpp"
+#include "remote/remote_desk.hpp"
 
 namespace nacelle::cli {
 namespace {

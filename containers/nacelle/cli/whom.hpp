@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "command.hpp"
+#include "control/client.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/control/client.hpp"
 
 namespace nacelle::cli {
 

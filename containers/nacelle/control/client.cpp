@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/client.hpp"
+#include "control/client.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -15,10 +15,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "control/trust.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/control/trust.hpp"
 
 namespace nacelle::control {
 namespace {

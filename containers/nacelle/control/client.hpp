@@ -7,11 +7,11 @@
 #include <string>
 #include <string_view>
 
+#include "control/frame.hpp"
+#include "control/wire.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/frame.hpp"
-#include "nacelle/control/wire.hpp"
 
 namespace nacelle::control {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/connection.hpp"
+#include "control/connection.hpp"
 
 #include <sys/resource.h>
 #include <sys/socket.h>

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "control/frame.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/frame.hpp"
 
 namespace nacelle::control {
 

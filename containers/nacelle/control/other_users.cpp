@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Source of the columns: proc(5), /proc/net/unix.
-#include "nacelle/control/other_users.hpp"
+#include "control/other_users.hpp"
 
 #include <fmt/format.h>
 #include <pwd.h>
@@ -9,7 +9,7 @@
 #include <charconv>
 #include <optional>
 
-#include "nacelle/control/socket_path.hpp"
+#include "control/socket_path.hpp"
 
 namespace nacelle::control {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/server.hpp"
+#include "control/server.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -13,7 +13,7 @@
 #include <new>
 #include <utility>
 
-#include "nacelle/control/trust.hpp"
+#include "control/trust.hpp"
 
 namespace nacelle::control {
 namespace {
@@ -42,12 +42,12 @@ ControlServer::ControlServer(SocketClaim claim, FastService& service, const Cloc
 
 ControlServer::~ControlServer() {
   is_ending_ = true;
-  stop_event_.set();
+  stop_event_.ring();
   thread_.join();
 }
 
 std::vector<ControlServer::HandedOver> ControlServer::take_handed_over() {
-  handed_over_event_.clear();
+  handed_over_event_.silence();
   return std::exchange(*handed_over_.lock(), {});
 }
 
@@ -340,7 +340,7 @@ bool ControlServer::hand_over(Client& client, const Frame& frame) {
     waiting->push_back(std::move(handed));
   }
   ++handed_over_count_;
-  handed_over_event_.set();
+  handed_over_event_.ring();
   return false;
 }
 

@@ -11,14 +11,14 @@
 #include <thread>
 #include <vector>
 
+#include "control/connection.hpp"
+#include "control/frame.hpp"
+#include "control/socket_path.hpp"
+#include "control/wire.hpp"
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/connection.hpp"
-#include "nacelle/control/event.hpp"
-#include "nacelle/control/frame.hpp"
-#include "nacelle/control/socket_path.hpp"
-#include "nacelle/control/wire.hpp"
 
 namespace nacelle::control {
 
@@ -118,7 +118,7 @@ class ControlServer {
   FastService& service_;
   const Clock& clock_;
   const ServerLimits limits_;
-  Event stop_event_, handed_over_event_;
+  Bell stop_event_, handed_over_event_;
   MonotonicTime now_{};       // of this round
   int descriptor_kept_ = -1;  // the spare; -1: in use
   bool listens_ = true;

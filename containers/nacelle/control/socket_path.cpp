@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/socket_path.hpp"
+#include "control/socket_path.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -17,8 +17,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "control/trust.hpp"
 #include "nacelle/base/name_fault.hpp"
-#include "nacelle/control/trust.hpp"
 
 namespace nacelle::control {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/trust.hpp"
+#include "control/trust.hpp"
 
 #include <fmt/format.h>
 #include <sys/socket.h>

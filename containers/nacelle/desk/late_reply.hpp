@@ -6,25 +6,16 @@
 #include <nlohmann/json.hpp>
 #include <variant>
 
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/event.hpp"
 
 namespace nacelle::desk {
-
-/// Rung by whoever has an answer ready; readable then. Threads: any.
-class Bell {
- public:
-  void ring() noexcept { event_.set(); }
-  [[nodiscard]] int descriptor() const { return event_.descriptor(); }
-
- private:
-  control::Event event_;
-};
 
 /// The answer to a request that has to wait for a component: the main thread goes on with others meanwhile.
 /// Threads: the main thread's, but for the bell.
 struct LateReply {
+  /// Rung by whoever has the answer ready.
   std::shared_ptr<Bell> bell = std::make_shared<Bell>();
   /// Called once, when the bell has been rung. Owns what the answer comes from: with it goes the question.
   std::function<nlohmann::json()> finish;

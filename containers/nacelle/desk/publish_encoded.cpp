@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/desk/publish_encoded.hpp"
+#include "desk/publish_encoded.hpp"
 
 namespace nacelle::desk {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "nacelle/base/bytes.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/node/transport.hpp"
 
 namespace nacelle::desk {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/desk/qos_json.hpp"
+#include "desk/qos_json.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/desk/service_verbs.hpp"
+#include "desk/service_verbs.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "control/client.hpp"
 #include "nacelle/base/json_text.hpp"
-#include "nacelle/control/client.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/runtime/service_fault.hpp"

@@ -6,10 +6,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "desk/late_reply.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/desk/late_reply.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/introspection.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/desk/topic_tap.hpp"
+#include "desk/topic_tap.hpp"
 
 namespace nacelle::desk {
 
@@ -23,11 +23,11 @@ TopicTap::~TopicTap() = default;
 Block* TopicTap::take() {
   Block* const block = reader_->take();
   if (block != nullptr) return block;
-  event_.clear();
+  event_.silence();
   // A message that came between the two lines above has found the event set, and would be slept through.
   return reader_->take();
 }
 
-void TopicTap::on_ready() noexcept { event_.set(); }
+void TopicTap::on_ready() noexcept { event_.ring(); }
 
 }  // namespace nacelle::desk

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "nacelle/control/event.hpp"
-#include "nacelle/node/transport.hpp"
+#include "nacelle/base/bell.hpp"
+#include "nacelle/host/transport.hpp"
 
 namespace nacelle::desk {
 
@@ -36,7 +36,7 @@ class TopicTap final : private ReadyListener {
 
   const std::string topic_;
   const msgs::MessageType& type_;
-  control::Event event_;
+  Bell event_;
   std::unique_ptr<Reader> reader_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/desk/verb_desk.hpp"
+#include "desk/verb_desk.hpp"
 
 #include <fmt/format.h>
 
@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <tf2_msgs/msg/tf_message.hpp>
 
+#include "control/client.hpp"
 #include "nacelle/base/json_text.hpp"
-#include "nacelle/control/client.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/text/message_yaml.hpp"
+#include "text/message_yaml.hpp"
 
 namespace nacelle::desk {
 

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/control/server.hpp"
-#include "nacelle/desk/late_reply.hpp"
-#include "nacelle/desk/topic_tap.hpp"
-#include "nacelle/text/message_field.hpp"
+#include "control/server.hpp"
+#include "desk/late_reply.hpp"
+#include "desk/topic_tap.hpp"
+#include "text/message_field.hpp"
 
 namespace nacelle::desk {
 

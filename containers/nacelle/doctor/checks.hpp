@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/doctor/finding.hpp"
-#include "nacelle/doctor/machine.hpp"
+#include "doctor/finding.hpp"
+#include "doctor/machine.hpp"
 #include "nacelle/launch/plan.hpp"
 
 namespace nacelle::doctor {
@@ -25,8 +25,7 @@ struct Wanted {
   bool shares_memory = false;        ///< A component runs in a process of its own.
 };
 /// Takes a string parameter whose value is a path below /dev for a device; each parameter once.
-void want_device(Wanted& wanted, const std::string& node, const std::string& parameter,
-                 const launch::ParameterValue& value);
+void want_device(Wanted& wanted, const std::string& node, const std::string& parameter, const ParameterValue& value);
 [[nodiscard]] Wanted wanted_by(const launch::Plan& plan);
 
 /// Each adds what it found. Pure but for what the machine reads.

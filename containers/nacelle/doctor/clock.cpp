@@ -4,7 +4,7 @@
 
 #include <ctime>
 
-#include "nacelle/doctor/checks.hpp"
+#include "doctor/checks.hpp"
 
 namespace nacelle::doctor {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/doctor/checks.hpp"
+#include "doctor/checks.hpp"
 
 namespace nacelle::doctor {
 
-void want_device(Wanted& wanted, const std::string& node, const std::string& parameter,
-                 const launch::ParameterValue& value) {
+void want_device(Wanted& wanted, const std::string& node, const std::string& parameter, const ParameterValue& value) {
   const auto* const path = std::get_if<std::string>(&value);
   if (path == nullptr || path->rfind("/dev/", 0) != 0) return;
   std::string by = node + ", parameter " + parameter;
@@ -19,7 +18,7 @@ Wanted wanted_by(const launch::Plan& plan) {
   for (const auto& component : plan.components) {
     const std::string name = component.full_name();
     for (const auto& parameter : component.parameters) { want_device(wanted, name, parameter.name, parameter.value); }
-    if (component.thread.priority.value_or(0) > 0) wanted.priorities.push_back({*component.thread.priority, name});
+    if (component.thread.priority > 0) wanted.priorities.push_back({component.thread.priority, name});
     wanted.shares_memory = wanted.shares_memory || component.isolate == launch::Isolation::Process;
   }
   return wanted;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/doctor/finding.hpp"
+#include "doctor/finding.hpp"
 
 #include <fmt/format.h>
 

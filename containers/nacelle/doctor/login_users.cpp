@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/doctor/login_users.hpp"
+#include "doctor/login_users.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/doctor/machine.hpp"
+#include "doctor/machine.hpp"
 
 namespace nacelle::doctor {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/doctor/machine.hpp"
+#include "doctor/machine.hpp"
 
 #include <fmt/format.h>
 #include <sys/stat.h>

@@ -3,7 +3,7 @@
 
 #include <sstream>
 
-#include "nacelle/doctor/checks.hpp"
+#include "doctor/checks.hpp"
 
 namespace nacelle::doctor {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 #include <sstream>
 
-#include "nacelle/doctor/checks.hpp"
+#include "doctor/checks.hpp"
 
 namespace nacelle::doctor {
 namespace {

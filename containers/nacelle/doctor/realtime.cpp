@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "nacelle/doctor/checks.hpp"
+#include "doctor/checks.hpp"
 
 namespace nacelle::doctor {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drawing/frame_tree.hpp"
+#include "drawing/frame_tree.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <map>
 #include <set>
 
+#include "drawing/graphviz.hpp"
 #include "nacelle/base/printable.hpp"
-#include "nacelle/drawing/graphviz.hpp"
 
 namespace nacelle::drawing {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drawing/graphviz.hpp"
+#include "drawing/graphviz.hpp"
 
 #include <fmt/format.h>
 #include <spawn.h>

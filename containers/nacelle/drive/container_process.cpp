@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drive/container_process.hpp"
+#include "drive/container_process.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -10,7 +10,7 @@
 #include <csignal>
 #include <cstdio>
 
-#include "nacelle/control/socket_path.hpp"
+#include "control/socket_path.hpp"
 
 namespace nacelle::drive {
 namespace {

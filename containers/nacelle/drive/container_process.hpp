@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "control/client.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/control/client.hpp"
-#include "nacelle/process/foreign_programs.hpp"
+#include "process/foreign_programs.hpp"
 
 namespace nacelle::drive {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drive/drive.hpp"
+#include "drive/drive.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -14,13 +14,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "control/client.hpp"
+#include "drive/container_process.hpp"
+#include "drive/live_view.hpp"
+#include "drive/velocity_sender.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
-#include "nacelle/control/client.hpp"
-#include "nacelle/drive/container_process.hpp"
-#include "nacelle/drive/live_view.hpp"
-#include "nacelle/drive/velocity_sender.hpp"
-#include "nacelle/report/run_report.hpp"
+#include "report/run_report.hpp"
 #include "simulation/port/truth_file.hpp"
 
 namespace nacelle::drive {

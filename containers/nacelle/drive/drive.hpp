@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "drive/model/square_course.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/drive/model/square_course.hpp"
-#include "nacelle/process/stop_signal.hpp"
+#include "process/stop_signal.hpp"
 
 namespace nacelle::drive {
 

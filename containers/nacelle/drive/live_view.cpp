@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drive/live_view.hpp"
+#include "drive/live_view.hpp"
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "nacelle/base/printable.hpp"
-#include "nacelle/report/stream_rows.hpp"
+#include "report/stream_rows.hpp"
 
 namespace nacelle::drive {
 namespace {

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <string>
 
+#include "control/client.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/client.hpp"
 
 namespace nacelle::drive {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/isolation/carriers.hpp"
+#include "isolation/carriers.hpp"
 
 #ifdef NACELLE_HAS_ICEORYX
 #include "nacelle/transport_iceoryx/iceoryx_carrier.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/isolation/isolated_component.hpp"
+#include "isolation/isolated_component.hpp"
 
 #include <fmt/format.h>
 #include <sys/socket.h>
@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "isolation/isolated_words.hpp"
+#include "loading/load_request.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/isolation/isolated_words.hpp"
-#include "nacelle/loading/load_request.hpp"
 
 namespace nacelle::isolation {
 namespace {
@@ -217,8 +217,7 @@ void IsolatedComponent::on_end(const Problem& problem) {
 
 // At once, by whoever finds the fault, as in a process of one's own; the rest is the supervision's.
 void IsolatedComponent::tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback) {
-  if (loading::load_request_of(plan_).on_fault.policy_for(faulted.actuator) == runtime::FaultPolicy::StopRobot)
-    container_.stop_what_moves();
+  if (plan_.on_fault.policy_for(faulted.actuator) == FaultPolicy::StopRobot) container_.stop_what_moves();
   container_.tell_fault(faulted, callback);
 }
 

@@ -8,12 +8,13 @@
 #include <optional>
 #include <string>
 
+#include "loading/program_places.hpp"
 #include "nacelle/launch/plan.hpp"
-#include "nacelle/loading/program_places.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/process/foreign_programs.hpp"
+#include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/foreign_component.hpp"
 #include "nacelle/transport_local/link.hpp"
+#include "process/foreign_programs.hpp"
 
 namespace nacelle::isolation {
 

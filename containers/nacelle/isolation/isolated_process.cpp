@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/isolation/isolated_process.hpp"
+#include "isolation/isolated_process.hpp"
 
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -11,13 +11,13 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "isolation/carriers.hpp"
+#include "isolation/isolated_words.hpp"
+#include "loading/load_request.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/isolation/carriers.hpp"
-#include "nacelle/isolation/isolated_words.hpp"
-#include "nacelle/loading/load_request.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "nacelle/transport_local/link.hpp"

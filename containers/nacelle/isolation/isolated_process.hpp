@@ -3,9 +3,9 @@
 
 #include <string>
 
+#include "loading/program_places.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/loading/program_places.hpp"
-#include "nacelle/process/stop_signal.hpp"
+#include "process/stop_signal.hpp"
 
 namespace nacelle::isolation {
 

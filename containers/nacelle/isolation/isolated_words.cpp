@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/isolation/isolated_words.hpp"
+#include "isolation/isolated_words.hpp"
 
 #include <cstdio>
 #include <cstdlib>
@@ -142,8 +142,8 @@ json plan_to_json(const launch::ComponentPlan& plan) {
     if (qos.start) entry["start"] = patch_to_json(patch_of(*qos.start));
     row["qos"].push_back(std::move(entry));
   }
-  row["thread"] = {{"own", plan.thread.mode == launch::ThreadMode::Own},
-                   {"priority", plan.thread.priority.value_or(0)},
+  row["thread"] = {{"own", plan.thread.own},
+                   {"priority", plan.thread.priority},
                    {"cpus", plan.thread.cpus},
                    {"threads", plan.thread.threads}};
   return row;
@@ -172,10 +172,10 @@ launch::ComponentPlan plan_from_json(const json& row) {
     plan.qos.push_back(std::move(qos));
   }
   const json& thread = row.at("thread");
-  plan.thread.mode = thread.at("own").get<bool>() ? launch::ThreadMode::Own : launch::ThreadMode::Shared;
-  if (const int priority = thread.at("priority").get<int>(); priority != 0) plan.thread.priority = priority;
+  plan.thread.own = thread.at("own").get<bool>();
+  plan.thread.priority = thread.at("priority").get<int>();
   plan.thread.cpus = thread.at("cpus").get<std::vector<int>>();
-  plan.thread.threads = thread.at("threads").get<unsigned>();
+  plan.thread.threads = thread.at("threads").get<std::uint32_t>();
   return plan;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/loading/load_request.hpp"
+#include "loading/load_request.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -33,19 +33,8 @@ runtime::LoadRequest load_request_of(const launch::ComponentPlan& plan) {
     request.qos.push_back({qos.topic, qos.side == launch::Side::Publisher,
                            [qos](const QoS& in_code) { return qos.applied_to(in_code); }});
   }
-  request.thread.own = plan.thread.mode == launch::ThreadMode::Own;
-  request.thread.priority = plan.thread.priority.value_or(0);
-  request.thread.cpus = plan.thread.cpus;
-  request.thread.threads = plan.thread.threads;
-  if (plan.on_fault) {
-    switch (plan.on_fault->policy) {
-      case launch::FaultPolicy::Degrade: request.on_fault.policy = runtime::FaultPolicy::Degrade; break;
-      case launch::FaultPolicy::Restart: request.on_fault.policy = runtime::FaultPolicy::Restart; break;
-      case launch::FaultPolicy::StopRobot: request.on_fault.policy = runtime::FaultPolicy::StopRobot; break;
-    }
-    request.on_fault.max_restarts = plan.on_fault->max_restarts.value_or(request.on_fault.max_restarts);
-    request.on_fault.backoff = plan.on_fault->backoff.value_or(request.on_fault.backoff);
-  }
+  request.thread = plan.thread;
+  request.on_fault = plan.on_fault;
   return request;
 }
 

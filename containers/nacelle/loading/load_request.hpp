@@ -8,8 +8,8 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/launch/plan.hpp"
-#include "nacelle/process/foreign_programs.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "process/foreign_programs.hpp"
 
 namespace nacelle::loading {
 

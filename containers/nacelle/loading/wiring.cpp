@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/loading/wiring.hpp"
+#include "loading/wiring.hpp"
 
 #include <algorithm>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/networking/network.hpp"
+#include "networking/network.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/networking/network_wish.hpp"
-#include "nacelle/networking/refused_services.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
+#include "networking/network_wish.hpp"
+#include "networking/refused_services.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
 #include "transport_dds/wire/network_fault.hpp"
 

@@ -14,10 +14,10 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/host/graph.hpp"
+#include "nacelle/host/service_graph.hpp"
 #include "nacelle/launch/network_plan.hpp"
-#include "nacelle/networking/network_links.hpp"
-#include "nacelle/node/graph.hpp"
-#include "nacelle/node/service_graph.hpp"
+#include "networking/network_links.hpp"
 #include "transport_dds/wire/network_settings.hpp"
 
 namespace nacelle {

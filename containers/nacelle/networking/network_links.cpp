@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/networking/network_links.hpp"
+#include "networking/network_links.hpp"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>

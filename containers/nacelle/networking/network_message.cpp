@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/networking/network_message.hpp"
+#include "networking/network_message.hpp"
 
 #include <nlohmann/json.hpp>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/networking/network_wish.hpp"
+#include "networking/network_wish.hpp"
 
 #include <unistd.h>
 
@@ -11,10 +11,10 @@
 
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/networking/network_links.hpp"
+#include "networking/network_links.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
 #ifdef NACELLE_HAS_SECURITY
-#include "nacelle/security/enclave.hpp"
+#include "security/enclave.hpp"
 #endif
 
 namespace nacelle::networking {

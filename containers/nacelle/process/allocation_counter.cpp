@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/allocation_counter.hpp"
+#include "process/allocation_counter.hpp"
 
 #include <sys/syscall.h>
 #include <unistd.h>

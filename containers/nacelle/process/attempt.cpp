@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/attempt.hpp"
+#include "process/attempt.hpp"
 
 #include <array>
 #include <cstdio>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/event_loop.hpp"
+#include "process/event_loop.hpp"
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 
-#include "nacelle/process/attempt.hpp"
+#include "process/attempt.hpp"
 
 namespace nacelle::process {
 namespace {

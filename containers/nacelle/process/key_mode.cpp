@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/key_mode.hpp"
+#include "process/key_mode.hpp"
 
 #include <unistd.h>
 

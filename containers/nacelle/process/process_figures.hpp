@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/process/allocation_counter.hpp"
+#include "process/allocation_counter.hpp"
 
 namespace nacelle::process {
 

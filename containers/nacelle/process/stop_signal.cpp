@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/stop_signal.hpp"
+#include "process/stop_signal.hpp"
 
 #include <fcntl.h>
 #include <poll.h>

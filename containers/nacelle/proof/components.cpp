@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "nacelle/loading/load_request.hpp"
-#include "nacelle/proof/rules.hpp"
+#include "loading/load_request.hpp"
+#include "proof/rules.hpp"
 
 namespace nacelle::proof {
 namespace {

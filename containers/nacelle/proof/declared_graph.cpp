@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/proof/declared_graph.hpp"
+#include "proof/declared_graph.hpp"
 
 #include <algorithm>
 #include <tuple>

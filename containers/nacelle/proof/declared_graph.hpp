@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/node/graph.hpp"
+#include "nacelle/host/graph.hpp"
 #include "nacelle/qos/qos.hpp"
 
 namespace nacelle::proof {

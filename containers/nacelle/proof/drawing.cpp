@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/proof/drawing.hpp"
+#include "proof/drawing.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
-#include "nacelle/drawing/graphviz.hpp"
-#include "nacelle/node/action_names.hpp"
+#include "drawing/graphviz.hpp"
+#include "nacelle/host/action_names.hpp"
 #include "nacelle/qos/text.hpp"
 
 namespace nacelle::proof {

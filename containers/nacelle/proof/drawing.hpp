@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/proof/declared_graph.hpp"
+#include "proof/declared_graph.hpp"
 
 namespace nacelle::proof {
 

@@ -5,9 +5,9 @@
 #include <cctype>
 
 #include "nacelle/base/names.hpp"
-#include "nacelle/node/action_names.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/proof/rules.hpp"
+#include "nacelle/host/action_names.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
+#include "proof/rules.hpp"
 #include "transport_dds/wire/export_rules.hpp"
 
 namespace nacelle::proof {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/proof/finding.hpp"
+#include "proof/finding.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,6 @@ const char* to_text(Severity severity) { return severity == Severity::Error ? "e
 const char* code_text(Rule rule) {
   switch (rule) {
     case Rule::NothingToStart: return "launch_file.nothing_to_start";
-    case Rule::LaunchFile: return "launch_file.wrong";
     case Rule::NoProgram: return "program.not_found";
     case Rule::WrongPackage: return "plugin.wrong_package";
     case Rule::NotMade: return "plugin.not_made";
@@ -58,10 +57,7 @@ std::string summary(const std::vector<Finding>& findings) {
 
 std::vector<Finding> findings_of(const std::vector<Problem>& launch_file) {
   std::vector<Finding> findings;
-  for (const Problem& problem : launch_file) {
-    findings.push_back({Severity::Error, problem});
-    if (problem.code.empty()) findings.back().problem.code = Rule::LaunchFile;
-  }
+  for (const Problem& problem : launch_file) findings.push_back({Severity::Error, problem});
   return findings;
 }
 

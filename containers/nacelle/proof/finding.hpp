@@ -17,9 +17,8 @@ enum class Severity : std::uint8_t {
 
 /// The rules of a check, and the codes of what they find. The word before the dot says what the finding is about.
 enum class Rule : std::uint8_t {
-  NothingToStart,  ///< The plan has no component and no program.
-  LaunchFile,  ///< Its syntax, its words, its names, a circle in `after:`; where the launch file's reader says no more.
-  NoProgram,   ///< A program that is to be started beside the container is not there.
+  NothingToStart,    ///< The plan has no component and no program.
+  NoProgram,         ///< A program that is to be started beside the container is not there.
   WrongPackage,      ///< The class is not of the package that `pkg:` names.
   NotMade,           ///< No such class or library, or its constructor failed.
   NotIsolated,       ///< `isolate: process` of a component with ties to its process.

@@ -8,7 +8,7 @@
 #include <set>
 #include <unordered_map>
 
-#include "nacelle/proof/rules.hpp"
+#include "proof/rules.hpp"
 
 namespace nacelle::proof {
 namespace {

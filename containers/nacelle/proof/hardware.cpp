@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/proof/rules.hpp"
+#include "proof/rules.hpp"
 
 namespace nacelle::proof {
 namespace {

@@ -4,9 +4,9 @@
 #include <map>
 #include <set>
 
-#include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/proof/rules.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
+#include "proof/rules.hpp"
 
 namespace nacelle::proof {
 namespace {

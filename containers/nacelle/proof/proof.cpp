@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/proof/proof.hpp"
+#include "proof/proof.hpp"
 
 #include <set>
 
-#include "nacelle/loading/load_request.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/proof/rules.hpp"
+#include "loading/load_request.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
+#include "proof/rules.hpp"
 
 namespace nacelle::proof {
 namespace {

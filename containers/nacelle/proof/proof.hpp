@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
+#include "loading/program_places.hpp"
 #include "nacelle/launch/plan.hpp"
-#include "nacelle/loading/program_places.hpp"
-#include "nacelle/proof/finding.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "proof/finding.hpp"
 
 namespace nacelle::proof {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/loading/wiring.hpp"
-#include "nacelle/proof/declared_graph.hpp"
-#include "nacelle/proof/proof.hpp"
+#include "loading/wiring.hpp"
+#include "proof/declared_graph.hpp"
+#include "proof/proof.hpp"
 
 namespace nacelle::proof {
 

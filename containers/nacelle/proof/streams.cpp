@@ -2,8 +2,8 @@
 // Rules about what flows between components: types, quality of service, names, limits.
 #include <algorithm>
 
-#include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/proof/rules.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
+#include "proof/rules.hpp"
 
 namespace nacelle::proof {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/remote/byte_message.hpp"
+#include "remote/byte_message.hpp"
 
 #include <algorithm>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/remote/graph_rows.hpp"
+#include "remote/graph_rows.hpp"
 
 #include <algorithm>
 #include <map>
@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "nacelle/desk/qos_json.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
+#include "desk/qos_json.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 
 namespace nacelle::remote {
 namespace {

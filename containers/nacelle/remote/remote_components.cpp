@@ -7,8 +7,8 @@
 
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/remote/graph_rows.hpp"
-#include "nacelle/remote/remote_nodes.hpp"
+#include "remote/graph_rows.hpp"
+#include "remote/remote_nodes.hpp"
 
 namespace nacelle::remote {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/remote/remote_desk.hpp"
+#include "remote/remote_desk.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -15,9 +15,9 @@
 #include <cstring>
 #include <utility>
 
-#include "nacelle/desk/verb_desk.hpp"
-#include "nacelle/process/event_loop.hpp"
-#include "nacelle/remote/remote_nodes.hpp"
+#include "desk/verb_desk.hpp"
+#include "process/event_loop.hpp"
+#include "remote/remote_nodes.hpp"
 
 namespace nacelle::remote {
 namespace {
@@ -115,8 +115,7 @@ void RemoteDesk::run() {
       desk.end_hopeless_listening();
     }));
     loop.add(process::on_readable("connections", came_.descriptor(), [&] {
-      std::uint64_t count = 0;
-      static_cast<void>(!::read(came_.descriptor(), &count, sizeof count));
+      came_.silence();
       std::vector<std::unique_ptr<control::Connection>> coming;
       coming.swap(*coming_.lock());
       for (auto& connection : coming) desk.take(std::move(connection));

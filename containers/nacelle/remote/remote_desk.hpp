@@ -5,13 +5,13 @@
 #include <thread>
 #include <vector>
 
+#include "control/client.hpp"
+#include "control/server.hpp"
+#include "desk/late_reply.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/control/client.hpp"
-#include "nacelle/control/server.hpp"
-#include "nacelle/desk/late_reply.hpp"
-#include "nacelle/remote/remote_network.hpp"
+#include "remote/remote_network.hpp"
 
 namespace nacelle::remote {
 
@@ -37,7 +37,7 @@ class RemoteDesk {
 
   std::unique_ptr<RemoteNetwork> network_;
   const Duration spin_time_;
-  desk::Bell stop_, came_;
+  Bell stop_, came_;
   Guarded<std::vector<std::unique_ptr<control::Connection>>> coming_;
   std::thread thread_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/remote/remote_network.hpp"
+#include "remote/remote_network.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -15,9 +15,9 @@
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/networking/network_wish.hpp"
 #include "nacelle/runtime/service_fault.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
+#include "networking/network_wish.hpp"
 #include "transport_dds/wire/names.hpp"
 
 namespace nacelle::remote {
@@ -128,10 +128,7 @@ bool RemoteNetwork::wait(MonotonicTime until, const std::function<bool()>& holds
   }
 }
 
-void RemoteNetwork::drain() {
-  std::uint64_t count = 0;
-  static_cast<void>(!::read(bell_.descriptor(), &count, sizeof count));
-}
+void RemoteNetwork::drain() { bell_.silence(); }
 
 EndpointSpec RemoteNetwork::spec_of(std::string topic, const msgs::MessageType& type, const QoS& qos) const {
   return {.topic = std::move(topic), .type = &type, .qos = qos, .node = node_};

@@ -12,17 +12,17 @@
 #include <utility>
 #include <vector>
 
+#include "desk/late_reply.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/desk/late_reply.hpp"
 #include "nacelle/launch/network_plan.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/networking/network.hpp"
-#include "nacelle/remote/byte_message.hpp"
-#include "nacelle/remote/service_clients.hpp"
 #include "nacelle/runtime/broker.hpp"
+#include "networking/network.hpp"
+#include "remote/byte_message.hpp"
+#include "remote/service_clients.hpp"
 #include "transport_dds/wire/remote_graph.hpp"
 
 namespace nacelle::remote {
@@ -107,7 +107,7 @@ class RemoteNetwork {
   std::string where_;
   MonotonicTime found_by_;
   std::vector<int> interrupts_;
-  desk::Bell bell_;
+  Bell bell_;
   msgs::TypeLibrary types_;
   std::map<std::pair<std::string, std::string>, std::unique_ptr<ByteMessageType>> byte_types_;
   Guarded<std::vector<Problem>> problems_;  // why an end is not there, or a service cannot be called

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/remote/remote_nodes.hpp"
+#include "remote/remote_nodes.hpp"
 
 #include <algorithm>
 #include <set>
 #include <utility>
 
+#include "control/client.hpp"
+#include "desk/publish_encoded.hpp"
+#include "desk/service_verbs.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/control/client.hpp"
-#include "nacelle/desk/publish_encoded.hpp"
-#include "nacelle/desk/service_verbs.hpp"
-#include "nacelle/remote/graph_rows.hpp"
+#include "remote/graph_rows.hpp"
 
 namespace nacelle::remote {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/desk/verb_desk.hpp"
-#include "nacelle/remote/remote_network.hpp"
+#include "desk/verb_desk.hpp"
+#include "remote/remote_network.hpp"
 
 namespace nacelle::remote {
 

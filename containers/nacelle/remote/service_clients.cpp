@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/remote/service_clients.hpp"
+#include "remote/service_clients.hpp"
 
 #include <algorithm>
 

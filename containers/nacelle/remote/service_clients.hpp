@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/host/service_graph.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/node/service_graph.hpp"
 #include "nacelle/runtime/introspection.hpp"
 
 namespace nacelle::remote {

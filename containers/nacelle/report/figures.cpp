@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/report/figures.hpp"
+#include "report/figures.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "nacelle/report/lateness.hpp"
-#include "nacelle/report/stream_rows.hpp"
-#include "nacelle/report/text_table.hpp"
+#include "report/lateness.hpp"
+#include "report/stream_rows.hpp"
+#include "report/text_table.hpp"
 
 namespace nacelle::report {
 namespace {

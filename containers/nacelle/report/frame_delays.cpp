@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/report/frame_delays.hpp"
+#include "report/frame_delays.hpp"
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/report/lateness.hpp"
+#include "report/lateness.hpp"
 
 #include <fmt/format.h>
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/process/process_figures.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "process/process_figures.hpp"
 
 namespace nacelle::report {
 

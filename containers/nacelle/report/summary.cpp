@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "nacelle/report/run_report.hpp"
-#include "nacelle/report/stream_rows.hpp"
+#include "report/run_report.hpp"
+#include "report/stream_rows.hpp"
 
 namespace nacelle::report {
 namespace {

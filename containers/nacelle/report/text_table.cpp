@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/report/text_table.hpp"
+#include "report/text_table.hpp"
 
 #include <fmt/format.h>
 

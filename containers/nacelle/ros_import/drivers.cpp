@@ -2,7 +2,7 @@
 // Sources: ros2_controllers jazzy (diff_drive_controller_parameter.yaml) and its older releases, robot_localization ros2
 // (ros_filter.cpp, params/ekf.yaml), teleop_twist_joy, twist_mux (rolling, config/twist_mux_topics.yaml and _locks.yaml), v4l2_camera 0.7,
 // usb_cam 0.8, ldlidar_stl_ros2, ldrobot-lidar-ros2.
-#include "nacelle/ros_import/drivers.hpp"
+#include "ros_import/drivers.hpp"
 
 #include <array>
 #include <cctype>

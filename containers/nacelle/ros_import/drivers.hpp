@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "nacelle/ros_import/ros_import.hpp"
+#include "ros_import/ros_import.hpp"
 
 namespace nacelle::ros_import {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which driver a section of a parameter file is for, and lists that ROS 2 would refuse.
-#include "nacelle/ros_import/identify.hpp"
+#include "ros_import/identify.hpp"
 
 #include <algorithm>
 #include <array>
@@ -166,7 +166,7 @@ void widen_lists(YamlNode& node, std::set<ListPlace>& changed) {
     for (YamlNode& number : item.items) {
       const auto value = launch::value_of_scalar(number.text);
       if (const auto* const whole = std::get_if<std::int64_t>(&value))
-        number.text = launch::to_text(launch::ParameterValue{static_cast<double>(*whole)});
+        number.text = launch::to_text(ParameterValue{static_cast<double>(*whole)});
     }
     changed.emplace(item.key_line, last_part_of(item.key));
   }

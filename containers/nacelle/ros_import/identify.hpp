@@ -8,7 +8,7 @@
 
 #include "nacelle/launch/parameter_file.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
-#include "nacelle/ros_import/drivers.hpp"
+#include "ros_import/drivers.hpp"
 
 namespace nacelle::ros_import {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ros_import/ros_import.hpp"
+#include "ros_import/ros_import.hpp"
 
 #include <fmt/format.h>
 
@@ -11,15 +11,14 @@
 #include <set>
 
 #include "nacelle/base/names.hpp"
-#include "nacelle/ros_import/drivers.hpp"
-#include "nacelle/ros_import/identify.hpp"
+#include "ros_import/drivers.hpp"
+#include "ros_import/identify.hpp"
 
 namespace nacelle::ros_import {
 namespace {
 
 using launch::Parameter;
 using launch::ParameterSection;
-using launch::ParameterValue;
 
 // Recursion of patterns and distances of names cost more for longer ones; no parameter has such a name.
 constexpr std::size_t kLongestName = 200;

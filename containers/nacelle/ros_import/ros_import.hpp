@@ -33,7 +33,7 @@ struct Note {
 /// A parameter of the file to be written; a doubted one stands there as a comment.
 struct Line {
   std::string name;
-  launch::ParameterValue value;
+  ParameterValue value;
   std::string doubt;
 };
 struct NodeSection {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/certificate.hpp"
+#include "security/certificate.hpp"
 
 #include <openssl/err.h>
 #include <openssl/evp.h>
@@ -8,7 +8,7 @@
 
 #include <ctime>
 
-#include "nacelle/security/openssl.hpp"
+#include "security/openssl.hpp"
 
 namespace nacelle::security {
 namespace {

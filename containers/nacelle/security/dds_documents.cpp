@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "nacelle/base/xml.hpp"
-#include "nacelle/security/certificate.hpp"
-#include "nacelle/security/policy.hpp"
+#include "security/certificate.hpp"
+#include "security/policy.hpp"
 
 namespace nacelle::security {
 namespace {

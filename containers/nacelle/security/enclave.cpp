@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/enclave.hpp"
+#include "security/enclave.hpp"
 
 #include <filesystem>
 
 #include "nacelle/base/names.hpp"
-#include "nacelle/security/certificate.hpp"
-#include "nacelle/security/files.hpp"
-#include "nacelle/security/keystore.hpp"
-#include "nacelle/security/policy.hpp"
+#include "security/certificate.hpp"
+#include "security/files.hpp"
+#include "security/keystore.hpp"
+#include "security/policy.hpp"
 
 namespace nacelle::security {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/files.hpp"
+#include "security/files.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/keystore.hpp"
+#include "security/keystore.hpp"
 
 #include <algorithm>
 #include <array>
 #include <regex>
 
 #include "nacelle/base/names.hpp"
-#include "nacelle/security/certificate.hpp"
-#include "nacelle/security/files.hpp"
-#include "nacelle/security/policy.hpp"
-#include "nacelle/security/policy_includes.hpp"
+#include "security/certificate.hpp"
+#include "security/files.hpp"
+#include "security/policy.hpp"
+#include "security/policy_includes.hpp"
 
 namespace nacelle::security {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Policy files: read and written.
-#include "nacelle/security/policy.hpp"
+#include "security/policy.hpp"
 
 #include <fmt/format.h>
 #include <tinyxml2.h>

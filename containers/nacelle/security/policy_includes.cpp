@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/policy_includes.hpp"
+#include "security/policy_includes.hpp"
 
 #include <tinyxml2.h>
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nacelle/base/xml.hpp"
-#include "nacelle/security/files.hpp"
+#include "security/files.hpp"
 
 namespace nacelle::security {
 namespace {

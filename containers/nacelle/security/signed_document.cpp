@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "nacelle/security/certificate.hpp"
-#include "nacelle/security/openssl.hpp"
+#include "security/certificate.hpp"
+#include "security/openssl.hpp"
 
 namespace nacelle::security {
 namespace {

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
-#include "nacelle/desk/verb_desk.hpp"
-#include "nacelle/isolation/carriers.hpp"
-#include "nacelle/isolation/isolated_component.hpp"
-#include "nacelle/loading/load_request.hpp"
-#include "nacelle/session/readiness.hpp"
-#include "nacelle/session/session.hpp"
+#include "desk/verb_desk.hpp"
+#include "isolation/carriers.hpp"
+#include "isolation/isolated_component.hpp"
+#include "loading/load_request.hpp"
+#include "session/readiness.hpp"
+#include "session/session.hpp"
 
 namespace nacelle::session {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/clock_jump.hpp"
+#include "session/clock_jump.hpp"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 
 namespace nacelle::session {
 

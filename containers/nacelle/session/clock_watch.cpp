@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/clock_watch.hpp"
+#include "session/clock_watch.hpp"
 
 #include <fcntl.h>
 #include <sys/timerfd.h>

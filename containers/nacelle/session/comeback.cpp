@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/comeback.hpp"
+#include "session/comeback.hpp"
 
 #include <algorithm>
 
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/session/supervision.hpp"
+#include "session/supervision.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -31,10 +31,8 @@ launch::ComponentPlan plan_of(const runtime::ComponentInfo& info, const runtime:
   plan.name = info.node.substr(slash + 1);
   plan.namespace_ = slash == 0 ? "/" : info.node.substr(0, slash);
   plan.remaps = request.remaps;
-  plan.thread.mode = request.thread.own ? launch::ThreadMode::Own : launch::ThreadMode::Shared;
-  if (request.thread.priority != 0) plan.thread.priority = request.thread.priority;
-  plan.thread.cpus = request.thread.cpus;
-  plan.thread.threads = request.thread.threads;
+  plan.thread = request.thread;
+  plan.on_fault = request.on_fault;
   return plan;
 }
 

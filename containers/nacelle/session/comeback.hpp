@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/session/composition.hpp"
-#include "nacelle/session/early_crashes.hpp"
+#include "session/composition.hpp"
+#include "session/early_crashes.hpp"
 
 namespace nacelle::session {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/composition.hpp"
+#include "session/composition.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,10 +12,10 @@
 #include <set>
 #include <stdexcept>
 
+#include "isolation/isolated_words.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/names.hpp"
-#include "nacelle/isolation/isolated_words.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -39,7 +39,6 @@ Enum enum_of(const json& row, const char* key, const char* const (&words)[N]) {
 
 constexpr const char* kStates[] = {"unconfigured", "inactive", "active"};
 constexpr const char* kIsolations[] = {"none", "process"};
-constexpr const char* kPolicies[] = {"degrade", "restart", "stop_robot"};
 constexpr const char* kWhens[] = {"active", "first_message", "tf", "service"};
 
 template <typename Enum, std::size_t N>
@@ -61,10 +60,10 @@ json to_json(const ComposedComponent& component) {
   row["actuator"] = component.actuator;
   row["resume_active"] = plan.resume_active;
   row["isolate"] = word_of(plan.isolate, kIsolations);
-  if (plan.on_fault) {
-    row["on_fault"] = {{"policy", word_of(plan.on_fault->policy, kPolicies)}};
-    if (plan.on_fault->max_restarts) row["on_fault"]["max"] = *plan.on_fault->max_restarts;
-    if (plan.on_fault->backoff) row["on_fault"]["backoff_ns"] = plan.on_fault->backoff->count();
+  if (plan.on_fault.policy) {
+    row["on_fault"] = {{"policy", to_text(*plan.on_fault.policy)},
+                       {"max", plan.on_fault.max_restarts},
+                       {"backoff_ns", plan.on_fault.backoff.count()}};
   }
   row["after"] = json::array();
   for (const auto& after : plan.after) {
@@ -88,12 +87,10 @@ ComposedComponent component_of(const json& row, const std::string& file) {
   plan.isolate = enum_of<launch::Isolation>(row, "isolate", kIsolations);
   if (row.contains("on_fault")) {
     const json& entry = row.at("on_fault");
-    launch::OnFault on_fault;
-    on_fault.policy = enum_of<launch::FaultPolicy>(entry, "policy", kPolicies);
-    if (entry.contains("max")) on_fault.max_restarts = entry.at("max").get<std::uint32_t>();
-    if (entry.contains("backoff_ns")) on_fault.backoff = duration_of(entry, "backoff_ns");
-    on_fault.where = plan.where;
-    plan.on_fault = on_fault;
+    static constexpr const char* kPolicies[] = {"degrade", "restart", "stop_robot"};
+    plan.on_fault.policy = enum_of<FaultPolicy>(entry, "policy", kPolicies);
+    if (entry.contains("max")) plan.on_fault.max_restarts = entry.at("max").get<std::uint32_t>();
+    if (entry.contains("backoff_ns")) plan.on_fault.backoff = duration_of(entry, "backoff_ns");
   }
   for (const json& entry : row.at("after")) {
     launch::AfterCondition after;
@@ -108,8 +105,7 @@ ComposedComponent component_of(const json& row, const std::string& file) {
   if (auto valid = validate_node_name(plan.name); !valid) throw std::invalid_argument(valid.error().text());
   if (plan.namespace_.empty() || plan.namespace_.front() != '/')
     throw std::invalid_argument("the namespace '" + plan.namespace_.substr(0, 80) + "' is not absolute");
-  if (plan.thread.threads == 0 || plan.thread.threads > 64 || plan.thread.priority.value_or(1) < 1 ||
-      plan.thread.priority.value_or(1) > 99)
+  if (plan.thread.threads == 0 || plan.thread.threads > 64 || plan.thread.priority < 0 || plan.thread.priority > 99)
     throw std::invalid_argument("the threads of " + plan.full_name() + " are out of range");
   return component;
 }

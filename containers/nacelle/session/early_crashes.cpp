@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/early_crashes.hpp"
+#include "session/early_crashes.hpp"
 
 #include <cxxabi.h>
 #include <fcntl.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/emergency_stops.hpp"
+#include "session/emergency_stops.hpp"
 
 #include <algorithm>
 #include <std_msgs/msg/bool.hpp>
@@ -9,7 +9,7 @@
 #include "nacelle/base/names.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/runtime/repeat.hpp"
-#include "nacelle/session/robot_service.hpp"
+#include "session/robot_service.hpp"
 
 namespace nacelle::session {
 namespace {

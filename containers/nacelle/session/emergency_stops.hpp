@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
+#include "desk/topic_tap.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/desk/topic_tap.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::session {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/fault_topics.hpp"
+#include "session/fault_topics.hpp"
 
 #include <algorithm>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::session {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/lookout.hpp"
+#include "session/lookout.hpp"
 
 #include <poll.h>
 #include <pthread.h>
@@ -20,7 +20,7 @@ Lookout::Lookout(const process::StopSignal& stop, std::function<Duration()> pati
       }) {}
 
 Lookout::~Lookout() {
-  over_.set();
+  over_.ring();
   thread_.join();
 }
 

@@ -4,9 +4,9 @@
 #include <functional>
 #include <thread>
 
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/event.hpp"
-#include "nacelle/process/stop_signal.hpp"
+#include "process/stop_signal.hpp"
 
 namespace nacelle::session {
 
@@ -21,7 +21,7 @@ class Lookout {
   Lookout& operator=(const Lookout&) = delete;
 
  private:
-  control::Event over_;
+  Bell over_;
   std::thread thread_;
 };
 

@@ -2,11 +2,11 @@
 // What a session's main thread waits for and does while the robot runs.
 #include <algorithm>
 
-#include "nacelle/answers/interface_services.hpp"
-#include "nacelle/answers/load_desk.hpp"
-#include "nacelle/desk/verb_desk.hpp"
-#include "nacelle/session/clock_jump.hpp"
-#include "nacelle/session/session.hpp"
+#include "answers/interface_services.hpp"
+#include "answers/load_desk.hpp"
+#include "desk/verb_desk.hpp"
+#include "session/clock_jump.hpp"
+#include "session/session.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -70,7 +70,7 @@ void Session::add_supervision(process::EventLoop& loop) {
             .next_due = {},
             .serve =
                 [this](auto) {
-                  fault_event_.clear();
+                  fault_event_.silence();
                   service_->set_nodes(container_->list());
                 },
             .shed = {}});

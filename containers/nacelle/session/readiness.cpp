@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/readiness.hpp"
+#include "session/readiness.hpp"
 
 #include <memory>
 #include <vector>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/restarts.hpp"
+#include "session/restarts.hpp"
 
 namespace nacelle::session {
 
-std::optional<MonotonicTime> Restarts::on_fault(const std::string& node, const runtime::FaultHandling& handling,
+std::optional<MonotonicTime> Restarts::on_fault(const std::string& node, const FaultHandling& handling,
                                                 MonotonicTime now) {
   Entry& entry = of_[node];
   if (entry.due) return entry.due;  // one is on its way

@@ -19,8 +19,7 @@ class Restarts {
   static constexpr Duration kWell = 60s;
 
   /// A fault, or a restart that failed. Returns when the next restart is due, or nothing when there were enough.
-  std::optional<MonotonicTime> on_fault(const std::string& node, const runtime::FaultHandling& handling,
-                                        MonotonicTime now);
+  std::optional<MonotonicTime> on_fault(const std::string& node, const FaultHandling& handling, MonotonicTime now);
   /// The components whose time has come; each once.
   [[nodiscard]] std::vector<std::string> take_due(MonotonicTime now);
   /// When take_due() has something to give; nothing: not before the next fault.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/robot_service.hpp"
+#include "session/robot_service.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -8,13 +8,13 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "nacelle/desk/publish_encoded.hpp"
+#include "desk/publish_encoded.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/process/process_figures.hpp"
-#include "nacelle/report/run_report.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
+#include "process/process_figures.hpp"
+#include "report/run_report.hpp"
 
 namespace nacelle::session {
 

@@ -11,11 +11,11 @@
 #include <string_view>
 #include <vector>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
+#include "control/server.hpp"
 #include "nacelle/base/guarded.hpp"
-#include "nacelle/control/server.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/msgs/type_library.hpp"
-#include "nacelle/node/transport.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::spatial {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/session.hpp"
+#include "session/session.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -8,17 +8,17 @@
 #include <cstdio>
 #include <exception>
 
-#include "nacelle/answers/interface_services.hpp"
-#include "nacelle/answers/load_desk.hpp"
-#include "nacelle/answers/own_container.hpp"
+#include "answers/interface_services.hpp"
+#include "answers/load_desk.hpp"
+#include "answers/own_container.hpp"
+#include "control/socket_path.hpp"
+#include "desk/verb_desk.hpp"
+#include "loading/load_request.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
-#include "nacelle/control/socket_path.hpp"
-#include "nacelle/desk/verb_desk.hpp"
-#include "nacelle/loading/load_request.hpp"
-#include "nacelle/networking/network_wish.hpp"
 #include "nacelle/runtime/crash_record.hpp"
-#include "nacelle/session/comeback.hpp"
+#include "networking/network_wish.hpp"
+#include "session/comeback.hpp"
 
 namespace nacelle::session {
 namespace {

@@ -10,31 +10,31 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
+#include "control/server.hpp"
+#include "loading/program_places.hpp"
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/control/event.hpp"
-#include "nacelle/control/server.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
-#include "nacelle/loading/program_places.hpp"
-#include "nacelle/networking/network.hpp"
-#include "nacelle/process/event_loop.hpp"
-#include "nacelle/process/foreign_programs.hpp"
-#include "nacelle/process/stop_signal.hpp"
-#include "nacelle/proof/proof.hpp"
-#include "nacelle/report/run_report.hpp"
 #include "nacelle/runtime/budget.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/session/clock_watch.hpp"
-#include "nacelle/session/composition.hpp"
-#include "nacelle/session/early_crashes.hpp"
-#include "nacelle/session/emergency_stops.hpp"
-#include "nacelle/session/lookout.hpp"
-#include "nacelle/session/robot_service.hpp"
-#include "nacelle/session/supervision.hpp"
-#include "nacelle/session/transition_log.hpp"
 #include "nacelle/transport_local/carrier.hpp"
+#include "networking/network.hpp"
+#include "process/event_loop.hpp"
+#include "process/foreign_programs.hpp"
+#include "process/stop_signal.hpp"
+#include "proof/proof.hpp"
+#include "report/run_report.hpp"
+#include "session/clock_watch.hpp"
+#include "session/composition.hpp"
+#include "session/early_crashes.hpp"
+#include "session/emergency_stops.hpp"
+#include "session/lookout.hpp"
+#include "session/robot_service.hpp"
+#include "session/supervision.hpp"
+#include "session/transition_log.hpp"
 
 namespace nacelle::desk {
 class VerbDesk;
@@ -161,7 +161,7 @@ class Session final : public answers::Robot {
   const Clock& clock_;
   process::StopSignal& stop_;
   bool on_terminal_;
-  control::Event fault_event_;
+  Bell fault_event_;
 
   // Destroyed from below: the server first, so that nobody asks any more, the container before the programs it talks to.
   std::vector<std::unique_ptr<process::ForeignProgram>> programs_;

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include "nacelle/session/session.hpp"
+#include "session/session.hpp"
 
 namespace nacelle::session {
 namespace {

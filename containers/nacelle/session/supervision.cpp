@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/supervision.hpp"
+#include "session/supervision.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -7,14 +7,12 @@
 #include <algorithm>
 
 #include "nacelle/base/reversed.hpp"
-#include "nacelle/loading/load_request.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 
 namespace nacelle::session {
 namespace {
 
 using launch::TargetState;
-using runtime::FaultPolicy;
 using runtime::message_of;
 
 // Who reads diagnostics takes a silent source for a dead one after a few seconds. Source: diagnostic_aggregator, 5 s.
@@ -157,18 +155,18 @@ std::optional<TargetState> Supervision::target_of_restart(const std::string& nod
   return found->second.target;
 }
 
-runtime::FaultHandling Supervision::handling_of(const runtime::ComponentInfo& info) const {
+FaultHandling Supervision::handling_of(const runtime::ComponentInfo& info) const {
   if (auto request = container().request_of(info.id)) return request->on_fault;
   // Of another process: what the launch file says.
   const auto* const plan = run_.robot.plan().find(info.node);
-  return plan != nullptr ? loading::load_request_of(*plan).on_fault : runtime::FaultHandling{};
+  return plan != nullptr ? plan->on_fault : FaultHandling{};
 }
 
 void Supervision::on_fault(const runtime::ComponentInfo& info) {
   // It may have been unloaded, or mended by hand, since.
   const auto now = container().find(info.node);
   if (!now || now.value().fault.code.empty()) return;
-  const runtime::FaultHandling handling = handling_of(now.value());
+  const FaultHandling handling = handling_of(now.value());
   switch (handling.policy_for(info.actuator)) {
     case FaultPolicy::Degrade: break;
     case FaultPolicy::StopRobot: stop_robot(info); break;
@@ -280,7 +278,7 @@ nacelle_interfaces::srv::GetFaults::Response Supervision::report() const {
   nacelle_interfaces::srv::GetFaults::Response answer;
   if (!known.own_fault.code.empty()) answer.container_fault.push_back(message_of(known.own_fault));
   for (const auto& info : components) {
-    const runtime::FaultHandling handling = handling_of(info);
+    const FaultHandling handling = handling_of(info);
     const auto restarts = known.restarts.count_of(info.node);
     if (info.fault.code.empty() && info.open_faults.empty() && restarts == 0) continue;
     auto& row = answer.components.emplace_back();
@@ -288,7 +286,7 @@ nacelle_interfaces::srv::GetFaults::Response Supervision::report() const {
     if (info.managed) row.state = nacelle::to_text(info.state);
     if (!info.fault.code.empty()) row.fault.push_back(message_of(info.fault));
     for (const auto& fault : info.open_faults) row.open_faults.push_back(message_of(fault));
-    row.policy = runtime::words_of(handling.policy_for(info.actuator));
+    row.policy = to_text(handling.policy_for(info.actuator));
     row.restarts = restarts;
     row.max_restarts = handling.max_restarts;
     if (const auto due = known.restarts.due_of(info.node))

@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/answers/robot.hpp"
+#include "answers/robot.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/session/composition.hpp"
-#include "nacelle/session/early_crashes.hpp"
-#include "nacelle/session/fault_topics.hpp"
-#include "nacelle/session/restarts.hpp"
+#include "session/composition.hpp"
+#include "session/early_crashes.hpp"
+#include "session/fault_topics.hpp"
+#include "session/restarts.hpp"
 
 namespace nacelle::session {
 
@@ -71,9 +71,9 @@ class Supervision {
     bool apart = false;  // of another process: the plan loads it
     bool gone = false;   // the last restart could not load it
     launch::TargetState target = launch::TargetState::Active;
-    runtime::FaultHandling handling;
+    FaultHandling handling;
   };
-  [[nodiscard]] runtime::FaultHandling handling_of(const runtime::ComponentInfo& info) const;
+  [[nodiscard]] FaultHandling handling_of(const runtime::ComponentInfo& info) const;
   [[nodiscard]] bool stops_the_robot(const runtime::ComponentInfo& info) const;
   [[nodiscard]] Noted take_noted();
   void publish(const Noted& noted);

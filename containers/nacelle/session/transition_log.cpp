@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/transition_log.hpp"
+#include "session/transition_log.hpp"
 
 #include <fmt/format.h>
 

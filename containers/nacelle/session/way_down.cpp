@@ -6,13 +6,13 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "desk/topic_tap.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/reversed.hpp"
-#include "nacelle/desk/topic_tap.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
-#include "nacelle/session/session.hpp"
+#include "session/session.hpp"
 
 namespace nacelle::session {
 namespace {

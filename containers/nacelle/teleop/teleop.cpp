@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/teleop/teleop.hpp"
+#include "teleop/teleop.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -12,9 +12,9 @@
 #include <string>
 #include <string_view>
 
+#include "drive/velocity_sender.hpp"
 #include "nacelle/base/json_text.hpp"
-#include "nacelle/drive/velocity_sender.hpp"
-#include "nacelle/process/key_mode.hpp"
+#include "process/key_mode.hpp"
 
 namespace nacelle::teleop {
 namespace {

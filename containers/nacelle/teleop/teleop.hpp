@@ -3,10 +3,10 @@
 
 #include <string>
 
+#include "control/client.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/client.hpp"
-#include "nacelle/process/stop_signal.hpp"
-#include "nacelle/teleop/model/teleop_keys.hpp"
+#include "process/stop_signal.hpp"
+#include "teleop/model/teleop_keys.hpp"
 
 namespace nacelle::teleop {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/text/message_csv.hpp"
+#include "text/message_csv.hpp"
 
 #include <nlohmann/json.hpp>
 

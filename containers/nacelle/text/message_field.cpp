@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/text/message_field.hpp"
+#include "text/message_field.hpp"
 
 #include <algorithm>
 #include <span>

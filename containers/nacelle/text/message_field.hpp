@@ -8,7 +8,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/text/message_yaml.hpp"
+#include "text/message_yaml.hpp"
 
 namespace nacelle::text {
 

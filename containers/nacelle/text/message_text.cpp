@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/text/message_text.hpp"
+#include "text/message_text.hpp"
 
 #include <fmt/format.h>
 
@@ -93,7 +93,7 @@ class TextReader {
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), wide);
     if (fault == std::errc{} && end == text.data() + text.size() && (text.size() == 1 || text.front() != '0'))
       return Json(wide);
-    const launch::ParameterValue value = launch::value_of_scalar(text);
+    const ParameterValue value = launch::value_of_scalar(text);
     if (const auto* const flag = std::get_if<bool>(&value)) return Json(*flag);
     if (const auto* const whole = std::get_if<std::int64_t>(&value)) return Json(*whole);
     const auto* const real = std::get_if<double>(&value);

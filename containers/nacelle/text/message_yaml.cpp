@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/text/message_yaml.hpp"
+#include "text/message_yaml.hpp"
 
 #include <fmt/format.h>
 

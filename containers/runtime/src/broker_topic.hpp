@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "nacelle/base/histogram.hpp"
-#include "nacelle/node/graph.hpp"
+#include "nacelle/host/graph.hpp"
 #include "nacelle/qos/compatibility.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "reader_queue.hpp"

@@ -14,7 +14,7 @@
 #include "errand.hpp"
 #include "fault_history.hpp"
 #include "nacelle/base/log.hpp"
-#include "nacelle/node/state_watch.hpp"
+#include "nacelle/host/state_watch.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/foreign_component.hpp"
 #include "nacelle/runtime/plugin_library.hpp"

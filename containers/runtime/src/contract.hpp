@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/node/message.hpp"
+#include "nacelle/host/message.hpp"
 
 namespace nacelle::runtime {
 

@@ -12,15 +12,6 @@ constexpr const char* kTransitionFailed = "TRANSITION_FAILED";
 
 }  // namespace
 
-const char* words_of(FaultPolicy policy) {
-  switch (policy) {
-    case FaultPolicy::Degrade: return "degrade";
-    case FaultPolicy::Restart: return "restart";
-    case FaultPolicy::StopRobot: return "stop_robot";
-  }
-  return "degrade";
-}
-
 bool Container::Impl::keep_reason(Record& record, const std::string& code, const std::string& text,
                                   const std::string& callback) {
   {

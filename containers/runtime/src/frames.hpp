@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
-#include "nacelle/node/host.hpp"
+#include "nacelle/host/node_host.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::runtime {

@@ -2,7 +2,7 @@
 #include "lifecycle_services.hpp"
 
 #include "nacelle/base/log.hpp"
-#include "nacelle/node/lifecycle_graph.hpp"
+#include "nacelle/host/lifecycle_graph.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 #include "node_services.hpp"
 #include "offer.hpp"

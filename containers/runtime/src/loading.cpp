@@ -8,7 +8,7 @@
 #include "container_impl.hpp"
 #include "host.hpp"
 #include "nacelle/base/name_fault.hpp"
-#include "nacelle/node/remap_notes.hpp"
+#include "nacelle/host/remap_notes.hpp"
 
 namespace nacelle::runtime {
 namespace {

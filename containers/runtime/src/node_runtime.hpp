@@ -11,7 +11,7 @@
 
 #include "frames.hpp"
 #include "nacelle/base/clock_skews.hpp"
-#include "nacelle/node/host.hpp"
+#include "nacelle/host/node_host.hpp"
 #include "nacelle/node/motion_stops.hpp"
 #include "nacelle/runtime/broker.hpp"
 #include "nacelle/runtime/executor.hpp"

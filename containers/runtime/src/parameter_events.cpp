@@ -3,7 +3,7 @@
 
 #include <rcl_interfaces/msg/parameter_event.hpp>
 
-#include "nacelle/node/standard_interfaces.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/qos/presets.hpp"
 #include "nacelle/runtime/parameter_messages.hpp"
 

@@ -7,8 +7,8 @@
 
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/node/parameter.hpp"
-#include "nacelle/node/transport.hpp"
 
 namespace nacelle::runtime {
 

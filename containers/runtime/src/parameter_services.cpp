@@ -44,34 +44,15 @@ std::vector<Parameter> parameters_of(const Sequence& messages) {
   return parameters;
 }
 
-bool is_shallow(std::string_view name, std::uint64_t depth) {
-  return static_cast<std::uint64_t>(std::ranges::count(name, '.')) < depth;
-}
-
-bool is_wanted(const std::string& name, const ListParameters::Request& wish) {
-  const bool recursive = wish.depth == ListParameters::Request::DEPTH_RECURSIVE;
-  if (wish.prefixes.empty()) return recursive || is_shallow(name, wish.depth);
-  return std::any_of(wish.prefixes.begin(), wish.prefixes.end(), [&](const std::string& prefix) {
-    if (name == prefix) return true;
-    if (!name.starts_with(prefix + ".")) return false;
-    return recursive || is_shallow(std::string_view{name}.substr(prefix.size() + 1), wish.depth);
-  });
-}
-
 }  // namespace
 
 rcl_interfaces::msg::ListParametersResult listed(const std::vector<std::string>& names,
                                                  const ListParameters::Request& wish) {
+  static_assert(ListParameters::Request::DEPTH_RECURSIVE == 0);
+  auto found = nacelle::listed(names, {wish.prefixes.begin(), wish.prefixes.end()}, wish.depth);
   rcl_interfaces::msg::ListParametersResult result;
-  for (const auto& name : names) {
-    if (!is_wanted(name, wish)) continue;
-    result.names.push_back(name);
-    const auto dot = name.rfind('.');
-    if (dot == std::string::npos) continue;
-    const std::string prefix = name.substr(0, dot);
-    if (std::find(result.prefixes.begin(), result.prefixes.end(), prefix) == result.prefixes.end())
-      result.prefixes.push_back(prefix);
-  }
+  result.names.assign(found.names.begin(), found.names.end());
+  result.prefixes.assign(found.prefixes.begin(), found.prefixes.end());
   return result;
 }
 

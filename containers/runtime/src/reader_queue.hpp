@@ -9,11 +9,11 @@
 
 #include "contract.hpp"
 #include "nacelle/base/histogram.hpp"
-#include "nacelle/node/transport.hpp"
-#include "nacelle/runtime/container.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/runtime/executor.hpp"
 #include "nacelle/runtime/futex.hpp"
 #include "nacelle/runtime/graph_watch.hpp"
+#include "nacelle/runtime/reports.hpp"
 #include "this_thread.hpp"
 #include "watchdog.hpp"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <rcl_interfaces/msg/log.hpp>
 
-#include "nacelle/node/standard_interfaces.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/qos/presets.hpp"
 #include "nacelle/runtime/executor.hpp"
 

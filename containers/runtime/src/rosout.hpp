@@ -9,7 +9,7 @@
 #include "log_queue.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/runtime/callback_group.hpp"
 
 namespace nacelle::runtime {

@@ -12,9 +12,9 @@
 
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
+#include "nacelle/host/node_host.hpp"
+#include "nacelle/host/service_graph.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/node/host.hpp"
-#include "nacelle/node/service_graph.hpp"
 #include "nacelle/runtime/executor.hpp"
 
 namespace nacelle::runtime {

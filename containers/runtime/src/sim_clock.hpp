@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/runtime/futex.hpp"
 
 namespace nacelle::runtime {

@@ -3,7 +3,7 @@
 
 #include <pthread.h>
 
-#include "nacelle/node/message.hpp"
+#include "nacelle/host/message.hpp"
 
 namespace nacelle::runtime {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "mirror_impl.hpp"
-#include "nacelle/node/service_graph.hpp"
+#include "nacelle/host/service_graph.hpp"
 #include "transport_dds/wire/service_call.hpp"
 
 namespace nacelle {

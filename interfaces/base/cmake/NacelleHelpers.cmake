@@ -4,8 +4,7 @@
 #
 #   nacelle_package([DEPENDS nacelle_x ...] [EXTERNAL Eigen3 ...])   what must be found first
 #   nacelle_shared_library(name SOURCES ... [USES ...] [PRIVATE_USES ...])    libnacelle_<name>.so, headers in include/
-#   nacelle_pure_library(name SOURCES ... [USES ...])                static, no I/O: protocol/, model/, wire/
-#   nacelle_port(name SOURCES ... [USES ...] [PRIVATE_USES ...])     static, moves bytes: port/
+#   nacelle_static_library(name SOURCES ... [USES ...] [PRIVATE_USES ...])    a part of a component or program, or headers alone
 #   nacelle_component(name CLASSES a::B ... SOURCES ... [USES ...])  a plugin, found by class name at run time
 #   nacelle_program(name SOURCES ... [USES ...])
 #   nacelle_test(name SOURCES ... [USES ...] [LABELS ...] [TIMEOUT s])
@@ -194,11 +193,15 @@ function(nacelle_shared_library name)
   _nacelle_register(${target} ${name})
 endfunction()
 
-# Static parts of a component are included by the path below components/: "lidar/protocol/ld06_decoder.hpp".
-function(_nacelle_static_library name)
+# Static parts of a component are included by the path below components/: "lidar/protocol/ld06_decoder.hpp". A package sets
+# NACELLE_INCLUDED_FROM for another folder.
+function(nacelle_static_library name)
   cmake_parse_arguments(A "" "" "SOURCES;USES;PRIVATE_USES" ${ARGN})
   set(target nacelle_${name})
   cmake_path(GET CMAKE_CURRENT_SOURCE_DIR PARENT_PATH above)
+  if(NACELLE_INCLUDED_FROM)
+    set(above ${NACELLE_INCLUDED_FROM})
+  endif()
   if(A_SOURCES)
     nacelle_unite(A_SOURCES ${target})
     add_library(${target} STATIC ${A_SOURCES})
@@ -217,13 +220,6 @@ function(_nacelle_static_library name)
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} ${scope} ${A_USES})
   _nacelle_register(${target} ${name})
-endfunction()
-
-function(nacelle_pure_library name)
-  _nacelle_static_library(${name} ${ARGN})
-endfunction()
-function(nacelle_port name)
-  _nacelle_static_library(${name} ${ARGN})
 endfunction()
 
 function(nacelle_component name)
@@ -245,7 +241,6 @@ function(nacelle_component name)
                         BUILD_RPATH_USE_ORIGIN ON)
   nacelle_rpath("$ORIGIN/.." ${target})
   # The index, in the words of ament's: one file per package, a line "class;library" per plugin.
-  list(TRANSFORM A_CLASSES APPEND ";${target}.so" OUTPUT_VARIABLE lines)
   set(text "")
   foreach(class ${A_CLASSES})
     string(APPEND text "${class};${target}.so\n")

@@ -9,7 +9,9 @@
 #include <atomic>
 #include <cctype>
 #include <iterator>
+#include <map>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
@@ -69,6 +71,19 @@ void remove_log_listener(LogListener& listener) {
   auto all = listeners().lock();
   std::erase(*all, &listener);
   somebody_listens = !all->empty();
+}
+
+bool Logger::is_due(const LogPlace& place, std::chrono::nanoseconds period) const {
+  // By hashes: the file's name may go with its library.
+  using Key = std::tuple<std::size_t, std::size_t, unsigned>;  // logger, file, line
+  static Guarded<std::map<Key, std::chrono::steady_clock::time_point>> next;
+  constexpr std::hash<std::string_view> hash;
+  const auto now = std::chrono::steady_clock::now();
+  auto all = next.lock();
+  const auto [entry, is_first] = all->try_emplace(Key{hash(name_), hash(place.file), place.line});
+  if (!is_first && now < entry->second) return false;
+  entry->second = now + period;
+  return true;
 }
 
 bool Logger::enabled(LogLevel level) const { return level >= lowest_level.load(std::memory_order_relaxed); }

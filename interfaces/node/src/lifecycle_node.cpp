@@ -7,7 +7,7 @@
 #include <exception>
 #include <utility>
 
-#include "nacelle/node/state_watch.hpp"
+#include "nacelle/host/state_watch.hpp"
 
 namespace nacelle {
 namespace {
@@ -37,63 +37,12 @@ std::string allowed_from(StateId state) {
 
 }  // namespace
 
-const char* to_text(StateId state) {
-  switch (state) {
-    case StateId::Unknown: return "unknown";
-    case StateId::Unconfigured: return "unconfigured";
-    case StateId::Inactive: return "inactive";
-    case StateId::Active: return "active";
-    case StateId::Finalized: return "finalized";
-    case StateId::Configuring: return "configuring";
-    case StateId::CleaningUp: return "cleaningup";
-    case StateId::ShuttingDown: return "shuttingdown";
-    case StateId::Activating: return "activating";
-    case StateId::Deactivating: return "deactivating";
-    case StateId::ErrorProcessing: return "errorprocessing";
-  }
-  return "unknown";
-}
-
-const char* to_text(Transition transition) {
-  switch (transition) {
-    case Transition::Configure: return "configure";
-    case Transition::Cleanup: return "cleanup";
-    case Transition::Activate: return "activate";
-    case Transition::Deactivate: return "deactivate";
-    case Transition::Shutdown: return "shutdown";
-  }
-  return "unknown";
-}
-
-bool parse_transition(std::string_view text, Transition& transition) {
-  for (const auto candidate : {Transition::Configure, Transition::Cleanup, Transition::Activate, Transition::Deactivate,
-                               Transition::Shutdown}) {
-    if (text == to_text(candidate)) {
-      transition = candidate;
-      return true;
-    }
-  }
-  return false;
-}
-
 LifecycleNode::LifecycleNode(const std::string& default_name, const NodeOptions& options)
     : Node(default_name, options) {
   host().set_active(false);
 }
 
 void LifecycleNode::enter(StateId state) { StateWatch::tell(state_.exchange(state, std::memory_order_acq_rel), state); }
-
-namespace {
-thread_local StateWatch* watch_of_this_thread = nullptr;
-}
-
-StateWatch::StateWatch(OnState on_state)
-    : on_state_(std::move(on_state)), outer_(std::exchange(watch_of_this_thread, this)) {}
-StateWatch::~StateWatch() { watch_of_this_thread = outer_; }
-
-void StateWatch::tell(StateId from, StateId to) {
-  if (watch_of_this_thread != nullptr) watch_of_this_thread->on_state_(from, to);
-}
 
 CallbackReturn LifecycleNode::guarded(CallbackReturn (LifecycleNode::*callback)(const State&), StateId from) {
   try {

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "nacelle/node/remap_notes.hpp"
+#include "nacelle/host/remap_notes.hpp"
 
 namespace nacelle {
 namespace {

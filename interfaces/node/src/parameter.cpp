@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "nacelle/base/problem.hpp"
+#include "nacelle/base/reversed.hpp"
 
 namespace nacelle {
 namespace {
@@ -43,12 +44,39 @@ ParameterValue widened(ParameterValue value, ParameterType type) {
   return value;
 }
 
+bool is_shallow(std::string_view name, std::uint64_t depth) {
+  return static_cast<std::uint64_t>(std::ranges::count(name, '.')) < depth;
+}
+
+bool is_listed(const std::string& name, const std::vector<std::string>& prefixes, std::uint64_t depth) {
+  if (prefixes.empty()) return depth == 0 || is_shallow(name, depth);
+  return std::ranges::any_of(prefixes, [&](const std::string& prefix) {
+    if (name == prefix) return true;
+    if (!name.starts_with(prefix + ".")) return false;
+    return depth == 0 || is_shallow(std::string_view{name}.substr(prefix.size() + 1), depth);
+  });
+}
+
 template <typename T>
 std::string list_text(const std::vector<T>& values) {
   return fmt::format("[{}]", fmt::join(values, ", "));
 }
 
 }  // namespace
+
+ListParametersResult listed(const std::vector<std::string>& names, const std::vector<std::string>& prefixes,
+                            std::uint64_t depth) {
+  ListParametersResult result;
+  for (const auto& name : names) {
+    if (!is_listed(name, prefixes, depth)) continue;
+    result.names.push_back(name);
+    const auto dot = name.rfind('.');
+    if (dot == std::string::npos) continue;
+    const std::string prefix = name.substr(0, dot);
+    if (std::ranges::find(result.prefixes, prefix) == result.prefixes.end()) result.prefixes.push_back(prefix);
+  }
+  return result;
+}
 
 const char* to_text(ParameterType type) {
   static constexpr const char* kNames[] = {"not set",    "bool",       "integer",       "double",       "string",
@@ -176,8 +204,12 @@ SetParametersResult ParameterStore::set_atomically(const std::vector<Parameter>&
     if (const auto why = refusal(name, found->second, value); !why.empty()) return {false, why};
     wanted.emplace_back(name, std::move(value));
   }
-  for (const auto& callback : on_set_) {
-    if (auto result = callback(wanted); !result.successful) return result;
+  std::erase_if(on_set_, [](const auto& handle) { return handle.expired(); });
+  const auto handles = on_set_;  // a callback may add one
+  for (const auto& weak : reversed(handles)) {
+    const auto handle = weak.lock();
+    if (!handle) continue;
+    if (auto result = handle->callback(wanted); !result.successful) return result;
   }
   const ParameterChange change = commit(wanted);
   if (listener_) listener_->on_change(change);
@@ -208,6 +240,28 @@ void ParameterStore::undeclare(const std::string& name) {
     if (entries_.erase(name) == 0) return;
   }
   if (listener_) listener_->on_change({{}, {}, {{name, ParameterValue{}}}});
+}
+
+void ParameterStore::undeclare_dynamic(const std::string& name) {
+  const ParameterDescriptor& descriptor = describe(name);
+  if (descriptor.read_only)
+    throw exceptions::ParameterImmutableException(
+        fmt::format("node {}: parameter '{}' cannot be undeclared because it is read-only", node_, name));
+  if (!descriptor.dynamic_typing)
+    throw exceptions::InvalidParameterTypeException(
+        fmt::format("node {}: parameter '{}' cannot be undeclared because its type is fixed", node_, name));
+  undeclare(name);
+}
+
+OnSetParametersCallbackHandle::SharedPtr ParameterStore::add_on_set(OnSetParametersCallbackHandle::Callback callback) {
+  auto handle = std::make_shared<OnSetParametersCallbackHandle>();
+  handle->callback = std::move(callback);
+  on_set_.push_back(handle);
+  return handle;
+}
+
+void ParameterStore::remove_on_set(const OnSetParametersCallbackHandle* handle) {
+  std::erase_if(on_set_, [handle](const auto& weak) { return weak.lock().get() == handle; });
 }
 
 std::vector<std::string> ParameterStore::list() const {

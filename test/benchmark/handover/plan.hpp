@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 #include "support/usage.hpp"
 
 namespace nacelle::bench {

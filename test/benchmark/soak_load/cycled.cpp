@@ -35,11 +35,11 @@ class Cycled final : public LifecycleNode {
     return CallbackReturn::SUCCESS;
   }
   void repeat(const String& word) {
-    const auto begin = get_clock().now();
+    const auto begin = steady_clock().now();
     // Its answer comes after the unload has begun, or never.
     static_cast<void>(ping_->async_send_request({}, [this](const Trigger::Response*) { ++answers_; }));
     say(*echo_, word.data);
-    duration_.record(get_clock().now() - begin);
+    duration_.record(steady_clock().now() - begin);
   }
   static void say(Publisher<String>& publisher, const std::string& text) {
     auto message = publisher.borrow();

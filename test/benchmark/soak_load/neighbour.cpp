@@ -28,11 +28,11 @@ class Neighbour final : public LifecycleNode {
  private:
   CallbackReturn on_activate(const State&) override {
     timer_->reset();
-    meter_.restart(get_clock().now(), 1ms);
+    meter_.restart(steady_clock().now(), 1ms);
     return CallbackReturn::SUCCESS;
   }
   void tick() {
-    const Lateness now = meter_.tick(get_clock().now());
+    const Lateness now = meter_.tick(steady_clock().now());
     auto report = lateness_->borrow();
     report->x = static_cast<double>(now.late.count());
     report->y = static_cast<double>(now.waited_for_cpu.count());

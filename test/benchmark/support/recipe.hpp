@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "nacelle/node/lifecycle_node.hpp"
 
@@ -19,6 +21,9 @@ class Recipe {
   virtual ~Recipe() = default;
   /// Makes publishers, subscriptions and timers; what it returns lives as long as the component.
   [[nodiscard]] virtual std::shared_ptr<void> build(LifecycleNode& node) = 0;
+  /// What the component calls with each transition but the shutdown, on its executor: it returns why that fails, or nothing. Empty: none
+  /// fails.
+  [[nodiscard]] virtual std::function<std::string(Transition)> on_transition() { return {}; }
 };
 
 }  // namespace nacelle::bench

@@ -34,7 +34,7 @@ Rig::Rig(Duration patience, runtime::NodeInterfaces interfaces) : container_(opt
   });
 }
 
-void Rig::add(const std::string& name, Recipe& recipe, const runtime::ThreadPolicy& thread) {
+void Rig::add(const std::string& name, Recipe& recipe, const ThreadPolicy& thread) {
   runtime::LoadRequest request;
   request.plugin = "nacelle::bench::Part";
   request.name = name;

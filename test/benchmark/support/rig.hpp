@@ -21,7 +21,7 @@ class Rig {
   explicit Rig(Duration patience = Duration{}, runtime::NodeInterfaces interfaces = runtime::NodeInterfaces::None);
 
   /// Loads, configures and activates. The recipe must outlive the rig.
-  void add(const std::string& name, Recipe& recipe, const runtime::ThreadPolicy& thread = {});
+  void add(const std::string& name, Recipe& recipe, const ThreadPolicy& thread = {});
   [[nodiscard]] runtime::Container& container() { return container_; }
 
  private:

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "nacelle/process/allocation_counter.hpp"
+#include "process/allocation_counter.hpp"
 
 namespace nacelle::bench {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "nacelle/session/composition.hpp"
+#include "session/composition.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace nacelle::session;

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "nacelle/msgs/json.hpp"
-#include "nacelle/text/message_text.hpp"
+#include "text/message_text.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "nacelle/launch/parameter_file.hpp"
-#include "nacelle/ros_import/ros_import.hpp"
+#include "ros_import/ros_import.hpp"
 
 // The law: a problem, or a parameter file that reads as one and a word on every key; never a crash.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

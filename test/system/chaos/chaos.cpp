@@ -144,7 +144,7 @@ class Chaos final : public LifecycleNode {
     if (order == "hang") std::binary_semaphore{0}.acquire();
     if (order == "thread") {
       reader_ = std::make_unique<io::ReaderThread>(
-          line_, get_clock(), sink_,
+          line_, steady_clock(), sink_,
           io::ReaderThread::Options{.name = "chaos_rx",
                                     .on_exception = [this](const std::string& text) { fault("READER_ENDED", text); }});
     }
@@ -157,14 +157,14 @@ class Chaos final : public LifecycleNode {
     if (order == "_exit") ::_exit(0);
     if (order == "leak") leaked_.emplace_back(64UL << 20U, 'x');
     if (order == "flood") {
-      const MonotonicTime until = get_clock().now() + 500ms;
-      while (get_clock().now() < until) say();
+      const MonotonicTime until = steady_clock().now() + 500ms;
+      while (steady_clock().now() < until) say();
     }
     if (order == "lie") lie_ = create_publisher<String>("/scan", QoS(10));
     if (order == "spin") {
       spin_ = create_wall_timer(1ms, [this] {
-        const MonotonicTime until = get_clock().now() + 100ms;
-        while (get_clock().now() < until) turns_ = turns_ + 1;
+        const MonotonicTime until = steady_clock().now() + 100ms;
+        while (steady_clock().now() < until) turns_ = turns_ + 1;
       });
     }
     if (order == "close") {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <map>
 #include <string>
 #include <utility>
@@ -29,11 +31,14 @@ inline Environment in_memory(std::map<std::string, std::string> files,
   return environment;
 }
 
-/// All problems, one per line; "ok" for a plan.
+/// All problems, one per line; "ok" for a plan. Each has a code.
 inline std::string problems_of(const Result<Plan, std::vector<Problem>>& plan) {
   if (plan) return "ok";
   std::string all;
-  for (const auto& problem : plan.error()) all += problem.text() + "\n";
+  for (const auto& problem : plan.error()) {
+    EXPECT_FALSE(problem.code.empty()) << problem.text();
+    all += problem.text() + "\n";
+  }
   return all;
 }
 

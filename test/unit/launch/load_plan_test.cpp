@@ -84,7 +84,7 @@ TEST(LoadPlan, turns_a_whole_file_into_typed_values) {
   ASSERT_EQ(lidar.after.size(), 1U);
   EXPECT_EQ(lidar.after[0].node, "/base");
   EXPECT_EQ(lidar.after[0].timeout, Duration{2500ms});
-  EXPECT_EQ(lidar.thread, (ThreadPlan{ThreadMode::Own, 20, {2, 3}, 4}));
+  EXPECT_EQ(lidar.thread, (ThreadPolicy{.own = true, .priority = 20, .cpus = {2, 3}, .threads = 4}));
   EXPECT_FALSE(lidar.required);
   EXPECT_EQ(lidar.target, TargetState::Inactive);
   EXPECT_TRUE(plan.components[1].required);

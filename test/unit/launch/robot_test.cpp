@@ -77,7 +77,7 @@ TEST(RobotLaunch, activates_readers_before_writers) {
 TEST(RobotLaunch, gives_a_thread_of_their_own_to_those_that_allocate) {
   for (const auto& component : robot({}).components) {
     const bool allocates = component.name == "detector" || component.name == "monitor" || component.name == "monitor_2";
-    EXPECT_EQ(component.thread.mode == ThreadMode::Own, allocates) << component.name;
+    EXPECT_EQ(component.thread.own, allocates) << component.name;
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drive/model/square_course.hpp"
+#include "drive/model/square_course.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/teleop/model/teleop_keys.hpp"
+#include "teleop/model/teleop_keys.hpp"
 
 #include <algorithm>
 #include <array>

@@ -5,20 +5,13 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
-#include <vector>
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
+#include "nacelle/policies/parameter_value.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::launch {
-
-/// The value of a parameter: rcl_interfaces/msg/ParameterType in order, from "not set" to string[].
-/// The same type as nacelle::ParameterValue of interfaces/node, which this folder is below of.
-using ParameterValue =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<std::uint8_t>, std::vector<bool>,
-                 std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
 
 /// What a launch file's `type` asks for.
 enum class ForcedType : std::uint8_t { None, Bool, Int, Float, Str, ListOfBool, ListOfInt, ListOfFloat, ListOfStr };

@@ -12,6 +12,8 @@
 #include "nacelle/launch/namespace_plan.hpp"
 #include "nacelle/launch/network_plan.hpp"
 #include "nacelle/launch/parameter_file.hpp"
+#include "nacelle/policies/fault_handling.hpp"
+#include "nacelle/policies/thread_policy.hpp"
 #include "nacelle/qos/profiles.hpp"
 #include "nacelle/qos/qos.hpp"
 
@@ -48,15 +50,6 @@ struct AfterCondition {
   Place where;
 };
 
-enum class ThreadMode : std::uint8_t { Shared, Own };
-struct ThreadPlan {
-  ThreadMode mode = ThreadMode::Shared;
-  std::optional<int> priority;  ///< SCHED_FIFO, 1 to 99.
-  std::vector<int> cpus;        ///< Empty: all.
-  unsigned threads = 1;         ///< How many, 1 to 64: callback groups overlap where there is more than one.
-  friend bool operator==(const ThreadPlan&, const ThreadPlan&) = default;
-};
-
 enum class Isolation : std::uint8_t { None, Process };
 
 /// Limits of a stream whose breach is told.
@@ -65,14 +58,6 @@ struct Budget {
   std::optional<std::uint64_t> max_copies;
   std::optional<Duration> max_age;
   std::optional<double> min_hz;
-  Place where;
-};
-
-enum class FaultPolicy : std::uint8_t { Degrade, Restart, StopRobot };
-struct OnFault {
-  FaultPolicy policy = FaultPolicy::Degrade;
-  std::optional<std::uint32_t> max_restarts;
-  std::optional<Duration> backoff;
   Place where;
 };
 
@@ -93,11 +78,11 @@ struct ComponentPlan {
   std::vector<Parameter> extra_arguments;
   std::vector<TopicQos> qos;
   std::vector<AfterCondition> after;
-  ThreadPlan thread;
+  ThreadPolicy thread;
   bool required = true;  ///< False: the bring-up goes on without it.
   Isolation isolate = Isolation::None;
   std::vector<Budget> budgets;
-  std::optional<OnFault> on_fault;
+  FaultHandling on_fault;
   TargetState target = TargetState::Active;
   /// After a crash: an actuator that was active comes back active, and not inactive.
   bool resume_active = false;
@@ -187,7 +172,6 @@ struct Plan {
 
 [[nodiscard]] const char* to_text(When when);
 [[nodiscard]] const char* to_text(Side side);
-[[nodiscard]] const char* to_text(ThreadMode mode);
 [[nodiscard]] const char* to_text(TargetState state);
 
 }  // namespace nacelle::launch

@@ -288,7 +288,7 @@ class ScriptedCamera final : public V4l2Calls {
   std::mutex mutex_;
   std::condition_variable driver_changed_;
   std::optional<MonotonicTime> held_at_;  ///< The clock stops here; without a value it never does.
-  io::Bell stir_;                         ///< Ends the wait of a driver whose time is held.
+  Bell stir_;                             ///< Ends the wait of a driver whose time is held.
   bool is_still_ = false;                 ///< The driver waits and has used up its time.
   std::map<unsigned long, std::deque<int>> faults_;
   std::deque<std::uint32_t> waiting_, done_;

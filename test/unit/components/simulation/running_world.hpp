@@ -56,7 +56,7 @@ class RunningWorld {
  private:
   SystemClock clock_;
   std::string directory_;
-  io::Bell stop_;
+  Bell stop_;
   WorldReport report_;
   Problem problem_;
   std::thread thread_;

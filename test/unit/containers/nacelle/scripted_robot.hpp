@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "answers/robot.hpp"
 #include "benchmark/support/recipe.hpp"
-#include "nacelle/answers/robot.hpp"
+#include "loading/load_request.hpp"
 #include "nacelle/base/bytes.hpp"
-#include "nacelle/loading/load_request.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle::test {
@@ -33,10 +33,23 @@ class ScriptedComponent final : public bench::Recipe {
     if (stop_line_ >= 0) made.register_safe_stop(stop_line_, kStop);
     return nullptr;
   }
+  std::function<std::string(Transition)> on_transition() override {
+    return [this](Transition transition) { return script ? script(transition) : ""; };
+  }
+  /// As a launch file would say it.
+  [[nodiscard]] launch::ComponentPlan plan(const std::string& name) const {
+    launch::ComponentPlan plan;
+    plan.plugin = "nacelle::bench::Part";
+    plan.name = name;
+    plan.namespace_ = "/";
+    plan.parameters = {parameter()};
+    return plan;
+  }
   [[nodiscard]] launch::Parameter parameter() const {
     return {.name = "recipe", .value = static_cast<std::int64_t>(std::bit_cast<std::intptr_t>(this))};
   }
-  LifecycleNode* node = nullptr;  ///< Of the last load.
+  std::function<std::string(Transition)> script;  ///< Returns why a transition fails.
+  LifecycleNode* node = nullptr;                  ///< Of the last load.
   int loads = 0;
   bool fails_to_load = false;
 
@@ -51,14 +64,10 @@ class ScriptedRobot final : public answers::Robot {
 
   /// Adds it to the plan, loads it and takes it to its target.
   runtime::ComponentInfo start(const std::string& name, const ScriptedComponent& component,
-                               std::optional<launch::OnFault> on_fault = std::nullopt,
+                               const FaultHandling& on_fault = {},
                                launch::TargetState target = launch::TargetState::Active) {
-    launch::ComponentPlan plan;
-    plan.plugin = "nacelle::bench::Part";
-    plan.name = name;
-    plan.namespace_ = "/";
-    plan.parameters = {component.parameter()};
-    plan.on_fault = std::move(on_fault);
+    launch::ComponentPlan plan = component.plan(name);
+    plan.on_fault = on_fault;
     plan.target = target;
     plan_.components.push_back(plan);
     auto loaded = load(plan);

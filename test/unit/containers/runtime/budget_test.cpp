@@ -5,6 +5,7 @@
 
 #include <std_msgs/msg/string.hpp>
 
+#include "nacelle/runtime/container.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle::runtime {

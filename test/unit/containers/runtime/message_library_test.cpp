@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "container_fixture.hpp"
-#include "nacelle/node/service_graph.hpp"
+#include "nacelle/host/service_graph.hpp"
 #include "support/child_process.hpp"
 
 namespace nacelle::runtime {

@@ -26,7 +26,7 @@
 #include "asking.hpp"
 #include "benchmark/support/recipe.hpp"
 #include "container_fixture.hpp"
-#include "nacelle/node/standard_interfaces.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/runtime/foreign_component.hpp"
 
 namespace nacelle::runtime {

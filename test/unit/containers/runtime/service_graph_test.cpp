@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a link to other processes is told of services, and what it may do with them.
-#include "nacelle/node/service_graph.hpp"
+#include "nacelle/host/service_graph.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -156,6 +156,13 @@ class ServiceGraphTest : public ::testing::Test {
   ServiceGraph& graph_ = container_.service_graph();
   Diary diary_;
 };
+
+TEST_F(ServiceGraphTest, a_client_waits_until_a_server_is_there_or_the_time_is_up) {
+  load(calling_, "caller");
+  EXPECT_FALSE(calling_.client->wait_for_service(20ms));
+  load(offering_, "adder");
+  EXPECT_TRUE(calling_.client->wait_for_service(20s));
+}
 
 TEST_F(ServiceGraphTest, tells_who_is_there_who_comes_and_who_goes) {
   const auto id = load(offering_, "adder");

@@ -38,6 +38,24 @@ TEST(Log, a_line_of_the_usual_length_allocates_nothing) {
   EXPECT_EQ(listener.last(), "imu0: 7 measurements were lost, " + reason);
 }
 
+TEST(Log, a_throttled_line_is_written_once_in_its_period_from_each_place_and_for_each_name) {
+  const Logger lidar{"lidar"}, imu{"imu"};
+  struct Counter final : LogListener {
+    Counter() { add_log_listener(*this); }
+    ~Counter() override { remove_log_listener(*this); }
+    void on_line(LogLevel, std::string_view, std::string_view, const LogPlace&) noexcept override { ++lines; }
+    int lines = 0;
+  } counter;
+  for (int i = 0; i < 3; ++i) {
+    lidar.warn_throttle(std::chrono::hours{1}, "{} bytes were no frame", i);
+    lidar.error_throttle(std::chrono::hours{1}, "{} frames were late", i);
+    imu.warn_throttle(std::chrono::hours{1}, "{} bytes were no frame", i);
+  }
+  EXPECT_EQ(counter.lines, 3);
+  for (int i = 0; i < 3; ++i) lidar.info_throttle(std::chrono::nanoseconds{0}, "always");
+  EXPECT_EQ(counter.lines, 6);
+}
+
 TEST(Log, a_line_of_any_length_is_whole) {
   const Logger log{"ekf"};
   const Listener listener;

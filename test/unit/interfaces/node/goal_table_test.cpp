@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "nacelle/node/action_names.hpp"
+#include "nacelle/host/action_names.hpp"
 
 namespace nacelle::action {
 namespace {

@@ -63,7 +63,7 @@ TEST(ParameterStore, sets_all_or_nothing_and_asks_the_callbacks) {
   auto parameters = store();
   parameters.declare("a", std::int64_t{1}, ParameterType::Integer, {});
   parameters.declare("b", std::int64_t{1}, ParameterType::Integer, {});
-  parameters.add_on_set([](const std::vector<Parameter>& wanted) {
+  const auto handle = parameters.add_on_set([](const std::vector<Parameter>& wanted) {
     for (const auto& p : wanted) {
       if (p.as_int() > 5) return SetParametersResult{false, "too much"};
     }
@@ -73,6 +73,52 @@ TEST(ParameterStore, sets_all_or_nothing_and_asks_the_callbacks) {
   EXPECT_EQ(std::get<std::int64_t>(parameters.get("a")), 1);
   EXPECT_TRUE(parameters.set_atomically({{"a", std::int64_t{2}}, {"b", std::int64_t{3}}}).successful);
   EXPECT_EQ(std::get<std::int64_t>(parameters.get("b")), 3);
+}
+
+TEST(ParameterStore, asks_a_callback_as_long_as_its_handle_lives_the_newest_first) {
+  auto parameters = store();
+  parameters.declare("a", std::int64_t{1}, ParameterType::Integer, {});
+  std::string asked;
+  const auto older = parameters.add_on_set([&](const auto&) {
+    asked += "older ";
+    return SetParametersResult{};
+  });
+  auto newer = parameters.add_on_set([&](const auto&) {
+    asked += "newer ";
+    return SetParametersResult{};
+  });
+  EXPECT_TRUE(parameters.set_atomically({{"a", std::int64_t{2}}}).successful);
+  EXPECT_EQ(asked, "newer older ");
+  newer.reset();
+  EXPECT_TRUE(parameters.set_atomically({{"a", std::int64_t{3}}}).successful);
+  EXPECT_EQ(asked, "newer older older ");
+  parameters.remove_on_set(older.get());
+  EXPECT_TRUE(parameters.set_atomically({{"a", std::int64_t{4}}}).successful);
+  EXPECT_EQ(asked, "newer older older ");
+}
+
+TEST(ParameterStore, undeclares_what_is_of_dynamic_type_and_nothing_else) {
+  auto parameters = store();
+  ParameterDescriptor any, fixed;
+  any.dynamic_typing = fixed.dynamic_typing = true;
+  fixed.read_only = true;
+  parameters.declare("any", true, ParameterType::Bool, any);
+  parameters.declare("fixed", true, ParameterType::Bool, fixed);
+  parameters.declare("typed", true, ParameterType::Bool, {});
+  parameters.undeclare_dynamic("any");
+  EXPECT_FALSE(parameters.has("any"));
+  EXPECT_THROW(parameters.undeclare_dynamic("any"), exceptions::ParameterNotDeclaredException);
+  EXPECT_THROW(parameters.undeclare_dynamic("fixed"), exceptions::ParameterImmutableException);
+  EXPECT_THROW(parameters.undeclare_dynamic("typed"), exceptions::InvalidParameterTypeException);
+}
+
+TEST(Parameter, gives_its_value_as_the_type_that_is_asked_for) {
+  EXPECT_EQ((Parameter{"n", std::int64_t{3}}.get_value<int>()), 3);
+  EXPECT_EQ((Parameter{"x", 0.5}.get_value<float>()), 0.5F);
+  EXPECT_EQ((Parameter{"l", std::vector<std::int64_t>{1, 2}}.get_value<std::vector<int>>()), (std::vector<int>{1, 2}));
+  EXPECT_EQ((Parameter{"s", std::string{"a"}}.get_value<std::string>()), "a");
+  EXPECT_THROW(static_cast<void>(Parameter("n", std::int64_t{3}).get_value<double>()),
+               exceptions::InvalidParameterTypeException);
 }
 
 TEST(ParameterStore, answers_refusals_in_rclcpps_words) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <std_msgs/msg/string.hpp>
 
 #include "nacelle/node/node.hpp"
@@ -44,12 +45,54 @@ TEST_F(SubscriptionTest, the_callbacks_parameter_is_the_wish) {
   EXPECT_EQ(a->counters().rehomed, 0U);
 }
 
+struct Hearer {
+  void by_reference(const String& message) { heard += "reference " + message.data + "\n"; }
+  void by_pointer(String::ConstSharedPtr message) { heard += "pointer " + message->data + "\n"; }
+  void with_info(const String& message, const MessageInfo& info) {
+    heard += "info " + message.data + " " + std::to_string(info.sequence) + "\n";
+  }
+  void as_owner(Loan<String> message) { heard += "loan " + message->data + "\n"; }
+  void as_unique(String::UniquePtr message) { heard += "unique " + message->data + "\n"; }
+  std::string heard;
+};
+
+TEST_F(SubscriptionTest, callables_without_one_signature_are_called_with_what_they_take) {
+  using namespace std::placeholders;
+  Hearer hearer;
+  const auto a = node.create_subscription<String>("t", QoS(1), std::bind(&Hearer::by_reference, &hearer, _1));
+  const auto b = node.create_subscription<String>("t", QoS(1), std::bind(&Hearer::by_pointer, &hearer, _1));
+  const auto c = node.create_subscription<String>("t", QoS(1), std::bind(&Hearer::with_info, &hearer, _1, _2));
+  const auto d = node.create_subscription<String>("t", QoS(1), std::bind(&Hearer::as_owner, &hearer, _1));
+  const auto e = node.create_subscription<String>("t", QoS(1), std::bind(&Hearer::as_unique, &hearer, _1));
+  const auto f =
+      node.create_subscription<String>("t", QoS(1), [&](const auto& m) { hearer.heard += "auto " + m.data + "\n"; });
+  context.inject("/t", hello);
+  for (const char* line :
+       {"reference hello\n", "pointer hello\n", "info hello 1\n", "loan hello\n", "unique hello\n", "auto hello\n"})
+    EXPECT_NE(hearer.heard.find(line), std::string::npos) << line << "in\n" << hearer.heard;
+}
+
+TEST_F(SubscriptionTest, a_std_function_and_a_pointer_that_may_write_work_as_in_rclcpp) {
+  std::string by_function, by_pointer;
+  const std::function<void(const String&)> function = [&](const String& m) { by_function = m.data; };
+  const auto a = node.create_subscription<String>("t", QoS(1), function);
+  String::SharedPtr kept;
+  const auto b = node.create_subscription<String>("t", QoS(1), [&](const String::SharedPtr m) {
+    m->data += ", changed by its owner";
+    kept = m;
+  });
+  context.inject("/t", hello);
+  EXPECT_EQ(by_function, "hello");
+  EXPECT_EQ(kept->data, "hello, changed by its owner");
+}
+
 TEST_F(SubscriptionTest, a_wish_is_read_from_the_exact_type) {
   using detail::kTaking;
   static_assert(kTaking<String, const String&> == Taking::Share);
   static_assert(kTaking<String, std::shared_ptr<const String>> == Taking::Share);
   static_assert(kTaking<String, const std::shared_ptr<const String>&> == Taking::Share);
   static_assert(kTaking<String, Loan<String>> == Taking::Own);
+  static_assert(kTaking<String, std::shared_ptr<String>> == Taking::Own);
   static_assert(kTaking<String, std::unique_ptr<String>> == Taking::Own);
   static_assert(sizeof(Loan<String>) == 2 * sizeof(void*));
 }

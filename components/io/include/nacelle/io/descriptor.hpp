@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/bytes.hpp"
 #include "nacelle/base/time.hpp"
 
@@ -33,21 +34,6 @@ enum class Wake : std::uint8_t {
   TimedOut,  ///< The deadline came.
   Woken,     ///< The bell rang.
   HungUp     ///< The other end is gone and nothing is left to read.
-};
-
-/// A bell that one thread rings to wake another out of a wait (an eventfd).
-class Bell {
- public:
-  /// Errors: std::system_error if the process has no descriptor left; in a component's transition that is its failure.
-  Bell();
-  /// Threads: any; also from a signal handler.
-  void ring() noexcept;
-  /// True if it had rung; it is silent afterwards.
-  bool silence() noexcept;
-  [[nodiscard]] int descriptor() const { return event_.number(); }
-
- private:
-  Descriptor event_;
 };
 
 /// Waits until the descriptor can be read.

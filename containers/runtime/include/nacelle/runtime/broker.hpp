@@ -9,10 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/node/graph.hpp"
-#include "nacelle/runtime/container.hpp"
+#include "nacelle/host/graph.hpp"
+#include "nacelle/runtime/component_info.hpp"
 #include "nacelle/runtime/graph_watch.hpp"
+#include "nacelle/runtime/introspection.hpp"
 #include "nacelle/runtime/pool.hpp"
+#include "nacelle/runtime/reports.hpp"
 
 namespace nacelle::runtime {
 

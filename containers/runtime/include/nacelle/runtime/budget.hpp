@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "nacelle/base/problem.hpp"
-#include "nacelle/runtime/container.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/runtime/reports.hpp"
 
 namespace nacelle::runtime {
+
+class Container;
 
 /// Limits of a stream, as a launch file gives them.
 struct StreamBudget {

@@ -8,8 +8,8 @@
 
 #include "nacelle/base/histogram.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/node/callback_group.hpp"
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/callback_group.hpp"
+#include "nacelle/host/transport.hpp"
 
 namespace nacelle::runtime {
 

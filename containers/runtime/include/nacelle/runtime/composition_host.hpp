@@ -7,7 +7,7 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/component_info.hpp"
 
 namespace nacelle::runtime {
 

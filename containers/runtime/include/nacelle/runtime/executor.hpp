@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "nacelle/base/time.hpp"
+#include "nacelle/policies/thread_policy.hpp"
 #include "nacelle/runtime/callback_group.hpp"
-#include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/futex.hpp"
+#include "nacelle/runtime/reports.hpp"
 #include "nacelle/runtime/timer_queue.hpp"
 
 namespace nacelle::runtime {

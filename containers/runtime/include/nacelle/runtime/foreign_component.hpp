@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/component_info.hpp"
 
 namespace nacelle::runtime {
 

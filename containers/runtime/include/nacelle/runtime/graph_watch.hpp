@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "nacelle/node/graph.hpp"
+#include "nacelle/host/graph.hpp"
 #include "nacelle/runtime/futex.hpp"
 
 namespace nacelle::runtime {

@@ -8,7 +8,7 @@
 #include <nacelle_interfaces/msg/problem.hpp>
 
 #include "nacelle/base/problem.hpp"
-#include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/component_info.hpp"
 
 // What a container tells, as messages of nacelle_interfaces. Pure.
 namespace nacelle::runtime {

@@ -9,8 +9,8 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/node/parameter.hpp"
-#include "nacelle/node/transport.hpp"
 
 // What tools are told of a container's nodes, streams, services and parameters (Container::endpoints() and its neighbours).
 namespace nacelle::runtime {

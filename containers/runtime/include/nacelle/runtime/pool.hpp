@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cstdint>
 
+#include "nacelle/host/message.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/node/message.hpp"
 
 namespace nacelle::runtime {
 

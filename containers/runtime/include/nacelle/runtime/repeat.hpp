@@ -2,7 +2,7 @@
 #pragma once
 
 #include "nacelle/base/time.hpp"
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 
 namespace nacelle::runtime {
 

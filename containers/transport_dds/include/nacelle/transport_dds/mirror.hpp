@@ -14,9 +14,9 @@
 #include "nacelle/base/clock_skews.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
+#include "nacelle/host/graph.hpp"
+#include "nacelle/host/service_graph.hpp"
 #include "nacelle/msgs/any_message.hpp"
-#include "nacelle/node/graph.hpp"
-#include "nacelle/node/service_graph.hpp"
 #include "transport_dds/wire/export_rules.hpp"
 #include "transport_dds/wire/security_files.hpp"
 

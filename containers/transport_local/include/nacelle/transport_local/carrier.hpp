@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "nacelle/node/message.hpp"
+#include "nacelle/host/message.hpp"
 
 namespace nacelle::msgs {
 struct MessageType;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "nacelle/base/problem.hpp"
-#include "nacelle/node/graph.hpp"
+#include "nacelle/host/graph.hpp"
 #include "nacelle/transport_local/carrier.hpp"
 
 namespace nacelle {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <concepts>
 #include <string>
 #include <string_view>
@@ -75,6 +76,20 @@ class Logger {
     log(LogLevel::Fatal, format.place, format.format, args...);
   }
 
+  /// At most once in `period` from one place of the source under one name; what comes between is left out. For what may repeat.
+  template <typename... Args>
+  void info_throttle(std::chrono::nanoseconds period, Format<Args...> format, Args&&... args) const {
+    if (is_due(format.place, period)) log(LogLevel::Info, format.place, format.format, args...);
+  }
+  template <typename... Args>
+  void warn_throttle(std::chrono::nanoseconds period, Format<Args...> format, Args&&... args) const {
+    if (is_due(format.place, period)) log(LogLevel::Warn, format.place, format.format, args...);
+  }
+  template <typename... Args>
+  void error_throttle(std::chrono::nanoseconds period, Format<Args...> format, Args&&... args) const {
+    if (is_due(format.place, period)) log(LogLevel::Error, format.place, format.format, args...);
+  }
+
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] bool enabled(LogLevel level) const;
   void write(LogLevel level, std::string_view text, const LogPlace& place = {}) const;
@@ -84,6 +99,7 @@ class Logger {
   void log(LogLevel level, const LogPlace& place, fmt::string_view format, Args&... args) const {
     if (enabled(level)) write_formatted(level, place, format, fmt::make_format_args(args...));
   }
+  [[nodiscard]] bool is_due(const LogPlace& place, std::chrono::nanoseconds period) const;
   void write_formatted(LogLevel level, const LogPlace& place, fmt::string_view format, fmt::format_args args) const;
 
   std::string name_;

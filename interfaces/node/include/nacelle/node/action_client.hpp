@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "nacelle/node/action_goal.hpp"
-#include "nacelle/node/action_names.hpp"
+#include "nacelle/host/action_goal.hpp"
+#include "nacelle/host/action_names.hpp"
 #include "nacelle/node/node.hpp"
 
 namespace nacelle::action {

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "nacelle/node/action_names.hpp"
+#include "nacelle/host/action_names.hpp"
 #include "nacelle/node/goal_keeper.hpp"
 #include "nacelle/node/node.hpp"
 
@@ -150,7 +150,7 @@ Server<A>::Server(Node& node, const std::string& name, GoalCallback handle_goal,
       handle_cancel_(std::move(handle_cancel)),
       handle_accepted_(std::move(handle_accepted)),
       keeper_(
-          std::make_shared<detail::GoalKeeper>(static_cast<detail::GoalOutlets&>(*this), node.get_clock(), options)),
+          std::make_shared<detail::GoalKeeper>(static_cast<detail::GoalOutlets&>(*this), node.steady_clock(), options)),
       feedback_(node.create_publisher<FeedbackMessage>(part_name(name_, kFeedback), QoS(10))),
       status_(node.create_publisher<StatusMessage>(part_name(name_, kStatus), QoS(1).transient_local())) {
   make_timer(options, group);

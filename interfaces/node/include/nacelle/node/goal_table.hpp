@@ -6,7 +6,7 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
-#include "nacelle/node/action_goal.hpp"
+#include "nacelle/host/action_goal.hpp"
 
 namespace nacelle::action {
 

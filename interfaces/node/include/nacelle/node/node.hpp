@@ -9,8 +9,8 @@
 
 #include "nacelle/base/log.hpp"
 #include "nacelle/base/problem.hpp"
+#include "nacelle/host/node_host.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "nacelle/node/host.hpp"
 #include "nacelle/node/node_options.hpp"
 #include "nacelle/node/parameter.hpp"
 #include "nacelle/node/publisher.hpp"
@@ -28,6 +28,16 @@ struct FrameUse {
 /// A device that a node opens for itself alone, and the parameter that names it.
 struct DeviceUse {
   std::string path, parameter;
+};
+
+/// The clock of stamps: the wall clock, or /clock for a node with use_sim_time. Threads: any.
+class RosClock {
+ public:
+  explicit RosClock(const NodeHost& host) : host_(host) {}
+  [[nodiscard]] WallTime now() const { return host_.clock().wall_now(); }
+
+ private:
+  const NodeHost& host_;
 };
 
 /// Told before a lifecycle node's gate closes, while what it publishes and answers still leaves. Runs on the node's executor, alone.
@@ -54,9 +64,12 @@ class Node {
   [[nodiscard]] const std::string& get_namespace() const { return identity_.name_space; }
   [[nodiscard]] std::string get_fully_qualified_name() const { return identity_.fully_qualified(); }
   [[nodiscard]] const Logger& get_logger() const { return logger_; }
-  [[nodiscard]] const Clock& get_clock() const { return host_->clock(); }
   /// ROS time: what goes into a header's stamp.
   [[nodiscard]] WallTime now() const { return host_->clock().wall_now(); }
+  /// The clock of now(), as rclcpp's: `get_clock()->now()`.
+  [[nodiscard]] const RosClock* get_clock() const { return &ros_clock_; }
+  /// The host's clocks. Its now() is the monotonic one, for pauses, limits and ages of what has no stamp.
+  [[nodiscard]] const Clock& steady_clock() const { return host_->clock(); }
 
   /// Topic names are relative, private (~/) or absolute; remaps and the launch file's QoS apply.
   template <typename T>
@@ -68,8 +81,9 @@ class Node {
     return std::make_shared<Publisher<T>>(spec.topic, spec.qos, std::move(writer), std::move(events));
   }
 
-  /// The callback's first parameter is the wish: `const T&` or `std::shared_ptr<const T>` shares, `Loan<T>` (or, at the price of
-  /// a heap node, `std::unique_ptr<T>`) owns. A second parameter `const MessageInfo&` is optional.
+  /// The callback's first parameter is the wish: `const T&` or `std::shared_ptr<const T>` shares, `Loan<T>` or `std::shared_ptr<T>`
+  /// (or, at the price of a heap node, `std::unique_ptr<T>`) owns. A second parameter `const MessageInfo&` is optional. Any callable
+  /// will do, std::bind's too; of one that takes several of these, the first here counts.
   template <typename T, typename F>
   std::shared_ptr<Subscription<T>> create_subscription(const std::string& topic, const QoS& qos, F&& callback,
                                                        const SubscriptionOptions& options = {}) {
@@ -77,9 +91,9 @@ class Node {
     EndpointSpec spec = endpoint(topic, T::message_type(), qos, false);
     auto made = std::make_shared<Made>(spec.topic, spec.qos, std::forward<F>(callback));
     auto events = make_events(spec, options);
-    made->attach(
-        make_subscription(spec, detail::kTaking<T, detail::FirstArgument<F>>, {&Made::run, made.get()}, options),
-        std::move(events));
+    made->attach(make_subscription(spec, detail::kTaking<T, detail::FirstArgument<T, std::decay_t<F>>>,
+                                   {&Made::run, made.get()}, options),
+                 std::move(events));
     return made;
   }
 
@@ -105,8 +119,8 @@ class Node {
     return made;
   }
 
-  /// The callback takes (const S::Request&, S::Response&); or (const RequestId&, const S::Request&), and the answer follows with
-  /// Service::send_response().
+  /// The callback takes (const S::Request&, S::Response&), or both as std::shared_ptr as in rclcpp; or (const RequestId&,
+  /// const S::Request&), and the answer follows with Service::send_response().
   template <typename S, typename F>
   std::shared_ptr<Service<S>> create_service(const std::string& name, F&& callback,
                                              CallbackGroup::SharedPtr group = nullptr) {
@@ -158,6 +172,38 @@ class Node {
   }
   [[nodiscard]] bool has_parameter(const std::string& name) const { return parameters_.has(name); }
   [[nodiscard]] Parameter get_parameter(const std::string& name) const { return {name, parameters_.get(name)}; }
+  /// Returns false, and leaves `value` as it is, if there is no such parameter or it is not set. Errors: InvalidParameterType.
+  template <typename T>
+  bool get_parameter(const std::string& name, T& value) const {
+    if (!parameters_.has(name) || type_of(parameters_.get(name)) == ParameterType::NotSet) return false;
+    value = get_parameter(name).template get_value<T>();
+    return true;
+  }
+  /// The same with another value where there is none.
+  template <typename T>
+  bool get_parameter_or(const std::string& name, T& value, const T& alternative) const {
+    const bool found = get_parameter(name, value);
+    if (!found) value = alternative;
+    return found;
+  }
+  template <typename T>
+  [[nodiscard]] T get_parameter_or(const std::string& name, const T& alternative) const {
+    T value = alternative;
+    static_cast<void>(get_parameter(name, value));
+    return value;
+  }
+  /// Errors: ParameterNotDeclared.
+  [[nodiscard]] std::vector<Parameter> get_parameters(const std::vector<std::string>& names) const {
+    std::vector<Parameter> all;
+    for (const auto& name : names) all.push_back(get_parameter(name));
+    return all;
+  }
+  [[nodiscard]] ListParametersResult list_parameters(const std::vector<std::string>& prefixes,
+                                                     std::uint64_t depth) const {
+    return listed(parameters_.list(), prefixes, depth);
+  }
+  /// Errors: ParameterNotDeclared, ParameterImmutable (read-only), InvalidParameterType (its type is fixed).
+  void undeclare_parameter(const std::string& name) { parameters_.undeclare_dynamic(name); }
   /// The stored alternative: bool, int64_t, double, string or a vector of those.
   template <typename T>
   [[nodiscard]] T get(const std::string& name) const {
@@ -167,7 +213,14 @@ class Node {
   SetParametersResult set_parameters_atomically(const std::vector<Parameter>& parameters) {
     return parameters_.set_atomically(parameters);
   }
-  void add_on_set_parameters_callback(ParameterStore::OnSet callback) { parameters_.add_on_set(std::move(callback)); }
+  /// The callback is asked as long as the handle lives. The newest is asked first.
+  [[nodiscard]] OnSetParametersCallbackHandle::SharedPtr add_on_set_parameters_callback(
+      OnSetParametersCallbackHandle::Callback callback) {
+    return parameters_.add_on_set(std::move(callback));
+  }
+  void remove_on_set_parameters_callback(const OnSetParametersCallbackHandle* handle) {
+    parameters_.remove_on_set(handle);
+  }
   [[nodiscard]] const ParameterStore& parameters() const { return parameters_; }
   [[nodiscard]] ParameterStore& parameters() { return parameters_; }
 
@@ -242,6 +295,7 @@ class Node {
   std::vector<DeviceUse> device_uses_;
   std::vector<GateListener*> gate_listeners_;
   std::unique_ptr<NodeHost> host_;
+  const RosClock ros_clock_{*host_};
 };
 
 }  // namespace nacelle

@@ -10,18 +10,13 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
-#include <variant>
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
+#include "nacelle/policies/parameter_value.hpp"
 
 namespace nacelle {
-
-/// A parameter's value in rcl_interfaces' types; monostate is "not set".
-using ParameterValue =
-    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<std::uint8_t>, std::vector<bool>,
-                 std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
 
 /// Numbered as rcl_interfaces/msg/ParameterType.
 enum class ParameterType : std::uint8_t {
@@ -95,6 +90,9 @@ class Parameter {
   [[nodiscard]] const std::vector<std::string>& as_string_array() const {
     return std::get<std::vector<std::string>>(value_);
   }
+  /// As the type that is asked for: int and float too. Errors: InvalidParameterType.
+  template <typename T>
+  [[nodiscard]] T get_value() const;
 
  private:
   std::string name_;
@@ -149,6 +147,35 @@ struct StoredAs<std::vector<int>> {
 };
 }  // namespace detail
 
+template <typename T>
+T Parameter::get_value() const {
+  using Stored = typename detail::StoredAs<T>::type;
+  const auto* const stored = std::get_if<Stored>(&value_);
+  if (stored == nullptr)
+    throw exceptions::InvalidParameterTypeException("parameter '" + name_ + "' is " + to_text(get_type()));
+  if constexpr (std::is_same_v<T, std::vector<int>>) {
+    return T(stored->begin(), stored->end());
+  } else {
+    return static_cast<T>(*stored);
+  }
+}
+
+/// A callback that may refuse values, asked as long as this lives; as rclcpp's.
+struct OnSetParametersCallbackHandle {
+  using SharedPtr = std::shared_ptr<OnSetParametersCallbackHandle>;
+  using Callback = std::function<SetParametersResult(const std::vector<Parameter>&)>;
+  Callback callback;
+};
+
+/// rcl_interfaces/msg/ListParametersResult, in C++.
+struct ListParametersResult {
+  std::vector<std::string> names, prefixes;
+};
+/// Of these names, those below the prefixes (all for none), at most `depth` parts deep behind them (0: any), and the prefixes that
+/// they have. Source: rcl_interfaces/srv/ListParameters.
+[[nodiscard]] ListParametersResult listed(const std::vector<std::string>& names,
+                                          const std::vector<std::string>& prefixes, std::uint64_t depth);
+
 /// What has become of some parameters, in rcl_interfaces/msg/ParameterEvent's parts.
 struct ParameterChange {
   std::vector<Parameter> declared, set, undeclared;  ///< With their values; of the last one, names only.
@@ -168,8 +195,6 @@ class ParameterListener {
 /// Threads: one executor, but for for_each(); a component copies what its own threads need.
 class ParameterStore {
  public:
-  using OnSet = std::function<SetParametersResult(const std::vector<Parameter>&)>;
-
   /// With `faults`, declare() notes a refused override there and goes on with the default, so that whoever checks a launch file
   /// sees all that is wrong; without, it throws at the first.
   ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides,
@@ -192,12 +217,15 @@ class ParameterStore {
   /// dynamic type.
   SetParametersResult set_atomically(const std::vector<Parameter>& parameters);
   void undeclare(const std::string& name);
+  /// As rclcpp's: only what is there, may be changed and is of dynamic type. Errors: its named exceptions.
+  void undeclare_dynamic(const std::string& name);
   [[nodiscard]] std::vector<std::string> list() const;
   /// Notes a fault that declare() cannot see. Without `faults` nobody asks.
   void note_fault(ParameterFault fault) const {
     if (faults_) faults_->lock()->push_back(std::move(fault));
   }
-  void add_on_set(OnSet callback) { on_set_.push_back(std::move(callback)); }
+  [[nodiscard]] OnSetParametersCallbackHandle::SharedPtr add_on_set(OnSetParametersCallbackHandle::Callback callback);
+  void remove_on_set(const OnSetParametersCallbackHandle* handle);
   /// From now on; null for nobody. Threads: any, while no callback of the component runs.
   void set_listener(std::shared_ptr<ParameterListener> listener) { listener_ = std::move(listener); }
 
@@ -220,7 +248,7 @@ class ParameterStore {
   std::shared_ptr<ParameterFaults> faults_;
   mutable std::mutex mutex_;  // held to change entries_, and to read them on another thread
   std::map<std::string, Entry> entries_;
-  std::vector<OnSet> on_set_;
+  std::vector<std::weak_ptr<OnSetParametersCallbackHandle>> on_set_;
   std::shared_ptr<ParameterListener> listener_;
 };
 

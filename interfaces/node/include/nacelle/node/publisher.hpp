@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "nacelle/node/message.hpp"
+#include "nacelle/host/message.hpp"
+#include "nacelle/host/transport.hpp"
 #include "nacelle/node/qos_event.hpp"
-#include "nacelle/node/transport.hpp"
 
 namespace nacelle {
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "nacelle/base/log.hpp"
-#include "nacelle/node/host.hpp"
+#include "nacelle/host/node_host.hpp"
 
 namespace nacelle {
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <future>
@@ -9,10 +10,11 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <type_traits>
 #include <utility>
 
-#include "nacelle/node/host.hpp"
+#include "nacelle/host/node_host.hpp"
 
 namespace nacelle {
 
@@ -56,11 +58,16 @@ class CallbackService final : public Service<S> {
     if constexpr (std::is_invocable_v<F&, const Request&, Response&>) {
       callback(asked, *static_cast<Response*>(response));
       return true;
+    } else if constexpr (std::is_invocable_v<F&, std::shared_ptr<Request>, std::shared_ptr<Response>>) {
+      const auto answer = std::make_shared<Response>();
+      callback(std::make_shared<Request>(asked), answer);
+      *static_cast<Response*>(response) = std::move(*answer);
+      return true;
     } else {
-      static_assert(
-          std::is_invocable_v<F&, const RequestId&, const Request&>,
-          "a service's callback takes (const S::Request&, S::Response&), or (const RequestId&, const S::Request&) "
-          "if it answers later with send_response()");
+      static_assert(std::is_invocable_v<F&, const RequestId&, const Request&>,
+                    "a service's callback takes (const S::Request&, S::Response&), both as std::shared_ptr, or (const "
+                    "RequestId&, "
+                    "const S::Request&) if it answers later with send_response()");
       callback(RequestId{call}, asked);
       return false;
     }
@@ -88,6 +95,7 @@ template <typename S>
 class Client {
  public:
   using SharedPtr = std::shared_ptr<Client>;
+  using Request = typename S::Request;
   using Response = typename S::Response;
   using SharedResponse = std::shared_ptr<const Response>;
   using OnResponse = std::function<void(const Response*)>;
@@ -143,6 +151,21 @@ class Client {
     return sent ? std::move(future) : Future{};
   }
 
+  /// As rclcpp writes it. The request is copied.
+  template <typename R>
+  requires std::is_same_v<R, Request>
+  [[nodiscard]] Future async_send_request(const std::shared_ptr<R>& request) { return async_send_request(*request); }
+  /// Waits until a server is there, at most so long. Returns whether one is. It keeps the thread: not for a callback of a component
+  /// whose executor also runs the server.
+  bool wait_for_service(Duration limit) const {
+    const auto end = std::chrono::steady_clock::now() + limit;
+    while (!service_is_ready()) {
+      if (std::chrono::steady_clock::now() >= end) return false;
+      std::this_thread::sleep_for(kLookForServer);
+    }
+    return true;
+  }
+
   void attach(std::unique_ptr<ClientHandle> handle) { handle_ = std::move(handle); }
   static void run(void* context, std::int64_t sequence, const void* response) {
     auto& self = *static_cast<Client*>(context);
@@ -155,6 +178,8 @@ class Client {
   }
 
  private:
+  static constexpr Duration kLookForServer = std::chrono::milliseconds{10};
+
   std::string name_;
   std::mutex mutex_;  // what waits, and the numbering
   std::map<std::int64_t, OnResponse> waiting_;

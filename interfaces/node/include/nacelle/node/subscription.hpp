@@ -7,14 +7,17 @@
 #include <type_traits>
 #include <utility>
 
-#include "nacelle/node/host.hpp"
+#include "nacelle/host/node_host.hpp"
 #include "nacelle/node/qos_event.hpp"
 
 namespace nacelle {
 namespace detail {
 
 template <typename F>
-struct CallableArguments : CallableArguments<decltype(&F::operator())> {};
+struct CallableArguments {};
+template <typename F>
+requires requires { &F::operator(); }
+struct CallableArguments<F> : CallableArguments<decltype(&F::operator())> {};
 template <typename R, typename... A>
 struct CallableArguments<R (*)(A...)> {
   using type = std::tuple<A...>;
@@ -36,15 +39,48 @@ struct CallableArguments<R (C::*)(A...) const noexcept> {
   using type = std::tuple<A...>;
 };
 
-// The exact parameter type decides, not is_invocable: a Loan converts to shared_ptr, and would silently become a sharer.
 template <typename F>
-using FirstArgument = std::tuple_element_t<0, typename CallableArguments<std::decay_t<F>>::type>;
-template <typename F>
-inline constexpr std::size_t kArgumentCount = std::tuple_size_v<typename CallableArguments<std::decay_t<F>>::type>;
+concept HasOneSignature = requires {
+  typename CallableArguments<std::decay_t<F>>::type;
+};
 
-template <typename T, typename Argument>
-inline constexpr Taking kTaking = std::is_same_v<std::remove_cvref_t<Argument>, Loan<T>> ||
-                                          std::is_same_v<std::remove_cvref_t<Argument>, std::unique_ptr<T>>
+/// A callback takes the message as this, alone or with a MessageInfo behind it.
+template <typename F, typename Argument>
+inline constexpr bool kTakes =
+    std::is_invocable_v<F&, Argument> || std::is_invocable_v<F&, Argument, const MessageInfo&>;
+
+// A callable without one signature (std::bind, a generic lambda): the first of these that it can be called with. A Loan converts to
+// shared_ptr, so sharing is asked for first: it is what such a callable most likely wants.
+template <typename T, typename F>
+auto first_argument_of_any() {
+  if constexpr (kTakes<F, const T&>) {
+    return std::type_identity<const T&>{};
+  } else if constexpr (kTakes<F, std::shared_ptr<const T>>) {
+    return std::type_identity<std::shared_ptr<const T>>{};
+  } else if constexpr (kTakes<F, std::shared_ptr<T>>) {
+    return std::type_identity<std::shared_ptr<T>>{};
+  } else if constexpr (kTakes<F, Loan<T>>) {
+    return std::type_identity<Loan<T>>{};
+  } else {
+    return std::type_identity<std::unique_ptr<T>>{};
+  }
+}
+
+// Where there is one signature, the exact parameter type decides, not is_invocable: a Loan would silently become a sharer.
+template <typename T, typename F>
+auto first_argument_type() {
+  if constexpr (HasOneSignature<F>) {
+    return std::type_identity<std::tuple_element_t<0, typename CallableArguments<std::decay_t<F>>::type>>{};
+  } else {
+    return first_argument_of_any<T, F>();
+  }
+}
+template <typename T, typename F>
+using FirstArgument = typename decltype(first_argument_type<T, F>())::type;
+
+template <typename T, typename Argument, typename Plain = std::remove_cvref_t<Argument>>
+inline constexpr Taking kTaking = std::is_same_v<Plain, Loan<T>> || std::is_same_v<Plain, std::unique_ptr<T>> ||
+                                          std::is_same_v<Plain, std::shared_ptr<T>>
                                       ? Taking::Own
                                       : Taking::Share;
 
@@ -102,7 +138,7 @@ class CallbackSubscription final : public Subscription<T> {
 
   static void run(void* context, Block& block, Reader& reader) {
     auto& self = *static_cast<CallbackSubscription*>(context);
-    using Argument = FirstArgument<F>;
+    using Argument = FirstArgument<T, F>;
     using Plain = std::remove_cvref_t<Argument>;
     if constexpr (std::is_same_v<Plain, T>) {
       self.call(*static_cast<const T*>(block.message), block.info);
@@ -113,9 +149,13 @@ class CallbackSubscription final : public Subscription<T> {
     } else if constexpr (std::is_same_v<Plain, Loan<T>>) {
       const MessageInfo info = block.info;
       self.call(Loan<T>{static_cast<T*>(block.message), ReturnToStore{&block}}, info);
+    } else if constexpr (std::is_same_v<Plain, std::shared_ptr<T>>) {
+      const MessageInfo info = block.info;
+      self.call(std::shared_ptr<T>{Loan<T>{static_cast<T*>(block.message), ReturnToStore{&block}}}, info);
     } else {
       static_assert(std::is_same_v<Plain, std::unique_ptr<T>>,
-                    "a callback takes const T&, std::shared_ptr<const T>, nacelle::Loan<T> or std::unique_ptr<T>");
+                    "a callback takes const T&, std::shared_ptr<const T>, std::shared_ptr<T>, nacelle::Loan<T> or "
+                    "std::unique_ptr<T>");
       const MessageInfo info = block.info;
       Loan<T> home{static_cast<T*>(block.message), ReturnToStore{&block}};
       auto own = std::make_unique<T>(std::move(*home));
@@ -128,7 +168,7 @@ class CallbackSubscription final : public Subscription<T> {
  private:
   template <typename M>
   void call(M&& message, const MessageInfo& info) {
-    if constexpr (kArgumentCount<F> == 1) {
+    if constexpr (std::is_invocable_v<F&, M>) {
       callback_(std::forward<M>(message));
     } else {
       callback_(std::forward<M>(message), info);

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "nacelle/node/host.hpp"
+#include "nacelle/host/node_host.hpp"
 
 namespace nacelle {
 

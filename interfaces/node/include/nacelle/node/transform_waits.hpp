@@ -31,7 +31,7 @@ class TransformWaits final : private Buffer::Listener {
   using Callback = std::function<void(const Answer&)>;
 
   TransformWaits(Node& node, std::shared_ptr<Buffer> buffer)
-      : clock_(node.get_clock()),
+      : clock_(node.steady_clock()),
         buffer_(std::move(buffer)),
         wake_up_(node.create_wake_up([this] { look(); })),
         timer_(node.create_wall_timer(10ms, [this] { look(); })) {

@@ -153,7 +153,7 @@ TEST_F(RunWorld, takes_everything_away_when_it_ends) {
 TEST(RunWorldPause, is_made_up_for_at_a_pace_that_the_reader_of_a_line_keeps) {
   const SystemClock real;
   test::ManualClock clock;
-  io::Bell stop;
+  Bell stop;
   WorldOptions options;
   options.directory = ::testing::TempDir() + "world_pause_" + std::to_string(getpid());
   options.stop_descriptor = stop.descriptor();

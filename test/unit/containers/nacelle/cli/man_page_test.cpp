@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/cli/man_page.hpp"
+#include "cli/man_page.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "nacelle/cli/live.hpp"
+#include "cli/live.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/cli/output.hpp"
+#include "cli/output.hpp"
 
 #include <gtest/gtest.h>
 

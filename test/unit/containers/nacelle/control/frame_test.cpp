@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/frame.hpp"
+#include "control/frame.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/other_users.hpp"
+#include "control/other_users.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/server.hpp"
+#include "control/server.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -18,9 +18,9 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/control/client.hpp"
-#include "nacelle/process/allocation_counter.hpp"
-#include "nacelle/process/process_figures.hpp"
+#include "control/client.hpp"
+#include "process/allocation_counter.hpp"
+#include "process/process_figures.hpp"
 #include "temporary_folder.hpp"
 
 namespace nacelle::control {

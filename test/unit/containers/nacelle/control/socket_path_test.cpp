@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/socket_path.hpp"
+#include "control/socket_path.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/trust.hpp"
+#include "control/trust.hpp"
 
 #include <grp.h>
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "nacelle/control/client.hpp"
-#include "nacelle/control/server.hpp"
+#include "control/client.hpp"
+#include "control/server.hpp"
 #include "temporary_folder.hpp"
 
 namespace nacelle::control {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/control/wire.hpp"
+#include "control/wire.hpp"
 
 #include <gtest/gtest.h>
 

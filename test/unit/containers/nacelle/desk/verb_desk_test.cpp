@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/desk/verb_desk.hpp"
+#include "desk/verb_desk.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -17,8 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "control/client.hpp"
 #include "nacelle/base/time.hpp"
-#include "nacelle/control/client.hpp"
 #include "nacelle/runtime/broker.hpp"
 
 namespace nacelle::desk {

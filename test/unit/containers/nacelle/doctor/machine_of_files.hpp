@@ -11,7 +11,7 @@
 #include <fstream>
 #include <string>
 
-#include "nacelle/doctor/checks.hpp"
+#include "doctor/checks.hpp"
 
 namespace nacelle::doctor {
 

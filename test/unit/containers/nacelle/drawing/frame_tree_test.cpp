@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drawing/frame_tree.hpp"
+#include "drawing/frame_tree.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drawing/graphviz.hpp"
+#include "drawing/graphviz.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

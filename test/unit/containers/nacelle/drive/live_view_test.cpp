@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/drive/live_view.hpp"
+#include "drive/live_view.hpp"
 
 #include <gtest/gtest.h>
 

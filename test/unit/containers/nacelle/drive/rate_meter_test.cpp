@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "nacelle/drive/live_view.hpp"
+#include "drive/live_view.hpp"
 
 namespace nacelle::drive {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/isolation/isolated_words.hpp"
+#include "isolation/isolated_words.hpp"
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ launch::ComponentPlan plan_with_everything() {
   qos.start = QoS(KeepAll{}).max_samples(7).deadline(20ms).best_effort();
   qos.patch.lifespan = 5ms;
   plan.qos.push_back(qos);
-  plan.thread = {launch::ThreadMode::Own, 20, {1, 3}, 2};
+  plan.thread = {.own = true, .priority = 20, .cpus = {1, 3}, .threads = 2};
   return plan;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/loading/load_request.hpp"
+#include "loading/load_request.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ TEST(LoadRequest, carries_everything_that_the_launch_file_says) {
   plan.namespace_ = "/arm";
   plan.parameters = {{"rate", std::int64_t{50}, {}}, {"port", std::string{"/dev/x"}, {}}};
   plan.remaps = {{RemapKind::TopicOrService, "", "scan", "front/scan"}};
-  plan.thread = {launch::ThreadMode::Own, 20, {1, 2}, 3};
+  plan.thread = {.own = true, .priority = 20, .cpus = {1, 2}, .threads = 3};
   launch::TopicQos qos{"/arm/scan", launch::Side::Subscription, {}, {}, {}};
   qos.patch.reliability = Reliability::BestEffort;
   plan.qos = {qos};

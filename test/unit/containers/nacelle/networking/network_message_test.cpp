@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/networking/network_message.hpp"
+#include "networking/network_message.hpp"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "nacelle/base/problem_json.hpp"
-#include "nacelle/networking/network_wish.hpp"
+#include "networking/network_wish.hpp"
 
 namespace nacelle::networking {
 namespace {

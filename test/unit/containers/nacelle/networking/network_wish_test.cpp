@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/networking/network_wish.hpp"
+#include "networking/network_wish.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/networking/refused_services.hpp"
+#include "networking/refused_services.hpp"
 
 #include <gmock/gmock.h>
 

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "../control/temporary_folder.hpp"
-#include "nacelle/networking/network.hpp"
 #include "nacelle/runtime/container.hpp"
-#include "nacelle/security/keystore.hpp"
+#include "networking/network.hpp"
+#include "security/keystore.hpp"
 #include "support/manual_clock.hpp"
 #include "support/own_network.hpp"
 

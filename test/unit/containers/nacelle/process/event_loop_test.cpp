@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/event_loop.hpp"
+#include "process/event_loop.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/eventfd.h>

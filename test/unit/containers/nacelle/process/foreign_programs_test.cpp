@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/foreign_programs.hpp"
+#include "process/foreign_programs.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

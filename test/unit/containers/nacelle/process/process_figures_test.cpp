@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/process/process_figures.hpp"
+#include "process/process_figures.hpp"
 
 #include <gtest/gtest.h>
 #include <pthread.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/proof/drawing.hpp"
+#include "proof/drawing.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/proof/finding.hpp"
+#include "proof/finding.hpp"
 
 #include <gtest/gtest.h>
+
+#include "nacelle/launch/launch_fault.hpp"
 
 namespace nacelle::proof {
 namespace {
@@ -27,9 +29,9 @@ TEST(Finding, the_summary_counts_both) {
 }
 
 TEST(Finding, problems_of_a_launch_file_are_errors) {
-  const auto findings = findings_of({{"a.yaml:1", "x", ""}, {"a.yaml:2", "y", ""}});
+  const auto findings = findings_of({{"a.yaml:1", "x", ""}, {"a.yaml:2", "y", "", launch::LaunchFault::Twice}});
   ASSERT_EQ(findings.size(), 2U);
-  EXPECT_EQ(findings[1].problem.code, Rule::LaunchFile);
+  EXPECT_EQ(findings[1].problem.code, launch::LaunchFault::Twice);
   EXPECT_EQ(findings[1].about(), "launch_file");
   EXPECT_TRUE(has_errors(findings));
 }

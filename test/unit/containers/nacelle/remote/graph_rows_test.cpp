@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/remote/graph_rows.hpp"
+#include "remote/graph_rows.hpp"
 
 #include <gtest/gtest.h>
 

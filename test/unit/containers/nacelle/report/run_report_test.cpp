@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/report/run_report.hpp"
+#include "report/run_report.hpp"
 
 #include <gtest/gtest.h>
 

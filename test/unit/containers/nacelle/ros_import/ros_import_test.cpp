@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/ros_import/ros_import.hpp"
+#include "ros_import/ros_import.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "nacelle/ros_import/drivers.hpp"
+#include "ros_import/drivers.hpp"
 
 namespace nacelle::ros_import {
 namespace {
@@ -229,7 +229,7 @@ ekf:
 )");
   const auto again = launch::parse_parameter_file(result.yaml(), "new.yaml");
   ASSERT_TRUE(again) << again.error().front().text() << "\n" << result.yaml();
-  std::map<std::string, launch::ParameterValue> values;
+  std::map<std::string, ParameterValue> values;
   for (const auto& parameter : again.value().parameters_for("/ekf")) values[parameter.name] = parameter.value;
   for (const auto& line : result.nodes.at(0).lines) EXPECT_EQ(values[line.name], line.value) << line.name;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/certificate.hpp"
+#include "security/certificate.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

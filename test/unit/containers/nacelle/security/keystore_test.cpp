@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/keystore.hpp"
+#include "security/keystore.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <regex>
 
 #include "../control/temporary_folder.hpp"
-#include "nacelle/security/certificate.hpp"
-#include "nacelle/security/enclave.hpp"
-#include "nacelle/security/files.hpp"
+#include "security/certificate.hpp"
+#include "security/enclave.hpp"
+#include "security/files.hpp"
 
 namespace nacelle::security {
 namespace {

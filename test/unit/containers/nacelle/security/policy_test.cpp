@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/security/policy.hpp"
+#include "security/policy.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "../control/temporary_folder.hpp"
-#include "nacelle/security/files.hpp"
-#include "nacelle/security/policy_includes.hpp"
+#include "security/files.hpp"
+#include "security/policy_includes.hpp"
 
 namespace nacelle::security {
 namespace {

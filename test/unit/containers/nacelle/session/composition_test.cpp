@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/composition.hpp"
+#include "session/composition.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "../control/temporary_folder.hpp"
-#include "nacelle/session/comeback.hpp"
+#include "session/comeback.hpp"
 
 namespace nacelle::session {
 namespace {
@@ -31,7 +31,7 @@ Composition robot() {
   launch::ComponentPlan& lidar = all.components[0].plan;
   lidar.namespace_ = "/front";
   lidar.parameters = {{.name = "rate", .value = 0.1}, {.name = "ids", .value = std::vector<std::int64_t>{1, -2}}};
-  lidar.on_fault = launch::OnFault{launch::FaultPolicy::Restart, 3, 250ms, {}};
+  lidar.on_fault = FaultHandling{FaultPolicy::Restart, 3, 250ms};
   lidar.after = {{"/base", launch::When::FirstMessage, "/odom", 5s, {}}};
   lidar.isolate = launch::Isolation::Process;
   all.components[1].actuator = true;

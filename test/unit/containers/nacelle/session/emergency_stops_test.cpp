@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/emergency_stops.hpp"
+#include "session/emergency_stops.hpp"
 
 #include <gtest/gtest.h>
 

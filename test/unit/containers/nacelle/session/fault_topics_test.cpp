@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/fault_topics.hpp"
+#include "session/fault_topics.hpp"
 
 #include <gtest/gtest.h>
 

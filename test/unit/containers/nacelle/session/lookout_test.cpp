@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/lookout.hpp"
+#include "session/lookout.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/restarts.hpp"
+#include "session/restarts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 constexpr MonotonicTime kStart{100s};
-const runtime::FaultHandling kTwice{runtime::FaultPolicy::Restart, 2, 500ms};
+const FaultHandling kTwice{FaultPolicy::Restart, 2, 500ms};
 
 TEST(Restarts, a_restart_is_due_after_the_pause_and_once) {
   Restarts restarts;
@@ -59,9 +59,9 @@ TEST(Restarts, a_second_fault_before_the_restart_changes_nothing) {
 }
 
 TEST(FaultHandling, what_moves_something_stops_the_robot_unless_told_otherwise) {
-  EXPECT_EQ(runtime::FaultHandling{}.policy_for(true), runtime::FaultPolicy::StopRobot);
-  EXPECT_EQ(runtime::FaultHandling{}.policy_for(false), runtime::FaultPolicy::Degrade);
-  EXPECT_EQ(kTwice.policy_for(true), runtime::FaultPolicy::Restart);
+  EXPECT_EQ(FaultHandling{}.policy_for(true), FaultPolicy::StopRobot);
+  EXPECT_EQ(FaultHandling{}.policy_for(false), FaultPolicy::Degrade);
+  EXPECT_EQ(kTwice.policy_for(true), FaultPolicy::Restart);
 }
 
 }  // namespace

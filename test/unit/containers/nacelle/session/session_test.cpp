@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/session.hpp"
+#include "session/session.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,18 +15,18 @@ namespace {
 /// Has no memory when it is asked for the first time, and ends the session when it is asked again.
 class Unlucky final : public ClockAlarm {
  public:
-  explicit Unlucky(process::StopSignal& stop) : stop_(stop) { event_.set(); }
+  explicit Unlucky(process::StopSignal& stop) : stop_(stop) { event_.ring(); }
   int descriptor() const override { return event_.descriptor(); }
   void take() override {
     if (++asked == 1) throw std::bad_alloc{};
-    event_.clear();
+    event_.silence();
     stop_.raise_by_request();
   }
   int asked = 0;
 
  private:
   process::StopSignal& stop_;
-  control::Event event_;
+  Bell event_;
 };
 
 TEST(Session, goes_on_when_a_step_of_its_loop_has_no_memory) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/session/supervision.hpp"
+#include "session/supervision.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 
-#include "nacelle/session/comeback.hpp"
+#include "session/comeback.hpp"
 #include "unit/containers/nacelle/scripted_robot.hpp"
 
 namespace nacelle::session {
@@ -17,8 +17,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 /// As a launch file has it: two restarts, half a second before each.
-launch::OnFault twice() { return {.policy = launch::FaultPolicy::Restart, .max_restarts = 2, .backoff = 500ms}; }
-launch::OnFault stops() { return {.policy = launch::FaultPolicy::StopRobot}; }
+FaultHandling twice() { return {.policy = FaultPolicy::Restart, .max_restarts = 2, .backoff = 500ms}; }
+FaultHandling stops() { return {.policy = FaultPolicy::StopRobot}; }
 
 class SupervisionTest : public ::testing::Test {
  protected:
@@ -182,11 +182,7 @@ TEST_F(SupervisionTest, reports_the_containers_own_fault_until_it_is_cleared) {
 }
 
 TEST_F(SupervisionTest, what_was_left_out_is_reported_until_it_is_loaded) {
-  launch::ComponentPlan plan;
-  plan.plugin = "nacelle::bench::Part";
-  plan.name = "lidar";
-  plan.namespace_ = "/";
-  left_out_.push_back({plan, false});
+  left_out_.push_back({lidar_.plan("lidar"), false});
   supervision_->publish();
   ASSERT_EQ(supervision_->report().left_out.size(), 1U);
   EXPECT_EQ(supervision_->report().left_out.front().node, "/lidar");
@@ -200,7 +196,7 @@ class ComebackTest : public SupervisionTest {
 };
 
 TEST_F(ComebackTest, holds_each_component_with_its_state_and_what_moves_something) {
-  robot_.start("lidar", lidar_, std::nullopt, launch::TargetState::Inactive);
+  robot_.start("lidar", lidar_, {}, launch::TargetState::Inactive);
   robot_.start("base", base_);
   robot_.emergency_stops_ = {"/emergency_stop"};
   const auto held = composition();
@@ -222,11 +218,7 @@ TEST_F(ComebackTest, what_waits_for_its_restart_comes_back_to_where_it_was) {
 }
 
 TEST_F(ComebackTest, what_was_left_out_stays_known_and_once) {
-  launch::ComponentPlan plan;
-  plan.plugin = "nacelle::bench::Part";
-  plan.name = "lidar";
-  plan.namespace_ = "/";
-  left_out_.push_back({plan, false});
+  left_out_.push_back({lidar_.plan("lidar"), false});
   EXPECT_EQ(composition().components.size(), 1U);
   robot_.start("lidar", lidar_);
   EXPECT_EQ(composition().components.size(), 1U);

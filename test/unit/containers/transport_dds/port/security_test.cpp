@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <regex>
 
-#include "nacelle/security/enclave.hpp"
-#include "nacelle/security/files.hpp"
-#include "nacelle/security/keystore.hpp"
-#include "nacelle/security/policy.hpp"
+#include "security/enclave.hpp"
+#include "security/files.hpp"
+#include "security/keystore.hpp"
+#include "security/policy.hpp"
 #include "support/dds.hpp"
 
 namespace nacelle::transport_dds {

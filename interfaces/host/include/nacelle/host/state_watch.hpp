@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/host/lifecycle_state.hpp"
 
 namespace nacelle {
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "nacelle/node/message.hpp"
+#include "nacelle/host/message.hpp"
 #include "nacelle/qos/announced.hpp"
 #include "nacelle/qos/qos.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/node/remap_notes.hpp"
+#include "nacelle/host/remap_notes.hpp"
 
 namespace nacelle {
 namespace {

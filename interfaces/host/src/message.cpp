@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "nacelle/node/message.hpp"
+#include "nacelle/host/message.hpp"
 
 #include <thread>
 #include <utility>

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/host/lifecycle_state.hpp"
 
 // The state machine of lifecycle nodes as lifecycle_msgs tells it, in rcl_lifecycle's order.
 // Source: rcl_lifecycle (jazzy), default_state_machine.c.

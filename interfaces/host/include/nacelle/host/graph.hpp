@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "nacelle/node/transport.hpp"
+#include "nacelle/host/transport.hpp"
 
 namespace nacelle {
 

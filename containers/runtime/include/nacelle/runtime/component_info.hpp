@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/time.hpp"
+#include "nacelle/node/lifecycle_node.hpp"
+#include "nacelle/policies/fault_handling.hpp"
+#include "nacelle/policies/thread_policy.hpp"
+
+namespace nacelle::runtime {
+
+/// A transform that a node broadcasts, or would while nobody else does.
+struct ClaimedFrame {
+  std::string node, parent, child;
+  FrameClaimKind kind = FrameClaimKind::Primary;
+  Place origin;       ///< What one changes if it should not: the parameter publish_tf.
+  bool owns = false;  ///< Of frames()'s answer only: of all that claim the child, this one broadcasts it.
+};
+
+/// What a component's constructor has said of it, beside its endpoints and transforms.
+struct Declarations {
+  struct Value {
+    std::string name;
+    ParameterValue value;
+    bool given = false;  ///< By the composition; else the default.
+  };
+  std::vector<Value> parameters;
+  std::vector<std::string> unknown_parameters;  ///< Given, and nobody's.
+  std::vector<FrameUse> frame_uses;
+  std::vector<DeviceUse> device_uses;
+  std::vector<std::string> services;  ///< Full names of those that it offers.
+  std::vector<bool> used_remaps;      ///< By the place in LoadRequest::remaps: the rule changed a name.
+  std::string package;                ///< That registers the class.
+};
+
+/// What is to be made of a plugin.
+struct LoadRequest {
+  std::string plugin;            ///< "nacelle::lidar::LidarComponent"
+  std::string name, name_space;  ///< Empty: the component's own name, "/".
+  std::map<std::string, ParameterValue> parameters;
+  std::vector<RemapRule> remaps;
+  std::vector<QosOverride> qos;
+  ThreadPolicy thread;
+  FaultHandling on_fault{};
+  /// Refused values are collected here, and the component is made with the defaults instead. Null: the first fails the load.
+  std::shared_ptr<ParameterFaults> faults{};
+};
+
+struct ComponentInfo {
+  std::uint64_t id = 0;  ///< Starts at 1, never reused.
+  std::string node;      ///< "/lidar"
+  std::string plugin, library;
+  StateId state = StateId::Unknown;  ///< Unknown for a plain Node.
+  bool managed = true;               ///< A LifecycleNode.
+  FaultReason fault;                 ///< Why it is faulted; empty code when it is not.
+  /// Of load()'s answer only: parameters that were given and that the component does not have.
+  std::vector<std::string> warnings{};
+  bool actuator = false;                           ///< It has registered a stop frame: it moves something.
+  std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
+  std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
+  std::vector<FaultReason>
+      open_faults{};  ///< What it mends itself; it stays in its state meanwhile, and `fault` is empty.
+};
+
+/// A component became faulted, or had an open fault.
+struct FaultEvent {
+  std::uint64_t number = 0;  ///< Of the container, from 1.
+  std::string node, code, text;
+  std::string callback;  ///< What it happened in: "subscription /scan", "transition on_configure", "thread lidar_rx".
+  WallTime when;
+  bool is_open_fault = false;        ///< LifecycleNode::open_fault(): the component stays as it is.
+  std::optional<Duration> lasted{};  ///< Of an open fault that is over.
+};
+
+/// A node entered a state; a transition makes two or three of these.
+struct StateChange {
+  std::string node;
+  StateId from = StateId::Unknown, to = StateId::Unknown;
+  WallTime when;
+};
+
+/// What became of a component that was taken out.
+struct UnloadOutcome {
+  bool image_closed = false;  ///< The library is out of the address space.
+  std::string held_by;        ///< Why not: "2 messages of /camera/image_raw", "another instance (3)".
+};
+
+/// "Image kept, held by X": the component is gone, or never came to be, and its library is still mapped.
+struct KeptImage {
+  std::string node;             ///< "/camera"; the plugin's name if its constructor has not got as far as a node.
+  std::string plugin, library;  ///< As in ComponentInfo.
+  std::string
+      held_by;  ///< "2 messages of /camera/image_raw", "its constructor, which has not returned", "the process (...)"
+};
+
+}  // namespace nacelle::runtime

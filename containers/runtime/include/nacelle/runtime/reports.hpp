@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "nacelle/base/time.hpp"
+
+namespace nacelle::runtime {
+
+// What a container says of its streams, callbacks and threads: figures, and pairs that do not match.
+
+/// How messages came from publish() to their callbacks; a latency means little without it. Two bits.
+enum class HandedOver : std::uint8_t { Never = 0, Inline = 1, AcrossThreads = 2, Both = 3 };
+/// "inline" (on one thread), "across threads", "both", or "" for never.
+[[nodiscard]] const char* words_of(HandedOver way);
+
+/// One stream of the report.
+struct StreamReport {
+  std::string name, type;
+  std::uint64_t published = 0, delivered = 0;
+  std::size_t writers = 0, readers = 0;
+  MonotonicTime first, last;  ///< First and last publish().
+  std::uint64_t overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0, would_block = 0, rehomed = 0;
+  std::uint64_t inactive_unpublished = 0;  ///< Messages that a not active writer dropped.
+  std::uint64_t pool_dry = 0;              ///< Messages that a writer dropped since its pool was dry.
+  std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools have made.
+  std::uint64_t copies = 0, bytes_copied = 0;
+  std::uint64_t deadline_missed = 0;                     ///< Periods in which a writer broke the deadline it offers.
+  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start ...
+  HandedOver handed_over = HandedOver::Never;            ///< ... this way.
+  /// Messages per second between the first and the last publish(); 0 for fewer than two.
+  [[nodiscard]] double hz() const;
+};
+
+/// One reader of a stream, with what waits for it.
+struct ReaderReport {
+  std::string topic, type, node;
+  bool other_process = false;  ///< A stand-in: it stands in a process of its own.
+  bool open = true;            ///< The lifecycle gate.
+  bool keeps_all = false;
+  std::size_t waiting = 0;  ///< Messages in its queue now ...
+  std::size_t depth = 0;    ///< ... and how many it takes at most.
+  std::uint64_t delivered = 0, overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0;
+  std::uint64_t deadline_missed = 0;  ///< Periods without a message, of the deadline that it asks for.
+  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
+};
+
+struct HistogramReport {
+  std::string node, name;
+  std::uint64_t count = 0;
+  Duration p50{}, p99{}, max{};
+};
+
+/// One callback of a component.
+struct CallbackReport {
+  std::string node;  ///< "/lidar"
+  std::string kind;  ///< "subscription", "timer", "service" or "client"
+  std::string name;  ///< The topic or service; a timer's period.
+  std::uint64_t count = 0;
+  std::uint64_t skipped = 0;                                ///< Ticks that did not run because an earlier one was late.
+  Duration duration_p50{}, duration_p99{}, duration_max{};  ///< Start to return.
+  Duration duration_total{};                                ///< Within 6.25 %.
+  /// Until the start: from publish(), from the moment at which the timer was due, from the arrival of the call.
+  Duration latency_p50{}, latency_p99{}, latency_max{};
+};
+
+/// One thread of an executor.
+struct ThreadReport {
+  std::string executor;        ///< "executor" is the shared one.
+  std::int32_t thread_id = 0;  ///< As in /proc/self/task.
+  const char* state = "";      ///< "serving", "late" (its callback overstays) or "spare"
+  Duration cpu{};              ///< Since it was started.
+};
+
+/// What a component costs. Reading a thread's CPU clock is a system call: about one callback in 128 is measured.
+struct LoadReport {
+  std::string node;
+  std::uint64_t callbacks = 0;  ///< That ran.
+  std::uint64_t samples = 0;    ///< Of them, measured.
+  Duration cpu{};               ///< Estimate: the mean of the samples times the callbacks.
+  std::string executor;         ///< That runs them; "executor" is the shared one.
+  bool own_threads = false;     ///< Nobody else's callbacks run there ...
+  Duration thread_cpu{};        ///< ... so this is what its threads have used, exactly; else zero.
+};
+
+/// A pair of endpoints on one topic that cannot talk, and what would mend it.
+struct ClashReport {
+  std::string topic, writer_node, reader_node, policy, offered, requested, change;
+  std::size_t other_writers = 0;  ///< Publishers of the topic that do serve this subscription.
+  [[nodiscard]] std::string text() const;
+};
+
+/// How a stream is wired now, and what that costs.
+struct WiringReport {
+  std::string topic;
+  std::vector<std::string> writer_nodes;
+  std::vector<std::string> owner_nodes;  ///< That take the message as their own (Loan, unique_ptr).
+  std::vector<std::string>
+      other_processes;       ///< Nodes of other processes that send it here or get it from here: a copy each.
+  std::uint64_t copies = 0;  ///< Per message, in publish() and on links: of the writer that makes most.
+  std::uint64_t late = 0;    ///< Messages so far that were older than asked for when a callback began.
+};
+
+}  // namespace nacelle::runtime

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "nacelle/base/time.hpp"
+
+namespace nacelle {
+
+/// What follows when a component is faulted.
+enum class FaultPolicy : std::uint8_t {
+  Degrade,  ///< It stays faulted, the others go on.
+  Restart,  ///< It is loaded anew and taken to where it was, after a pause, so many times; then it is left to degrade.
+  StopRobot,  ///< Every registered stop frame is written at once, then all components are deactivated.
+};
+/// "degrade", "restart", "stop_robot": as in launch files, messages and state files.
+[[nodiscard]] constexpr const char* to_text(FaultPolicy policy) {
+  switch (policy) {
+    case FaultPolicy::Degrade: return "degrade";
+    case FaultPolicy::Restart: return "restart";
+    case FaultPolicy::StopRobot: return "stop_robot";
+  }
+  return "?";
+}
+
+/// The policy of one component, with the bounds of its restarts.
+struct FaultHandling {
+  std::optional<FaultPolicy>
+      policy{};                    ///< None: StopRobot for a component that moves something, Degrade for the others.
+  std::uint32_t max_restarts = 3;  ///< In a row: one that was active for a minute begins anew.
+  Duration backoff = std::chrono::seconds{1};  ///< Before each restart.
+  [[nodiscard]] FaultPolicy policy_for(bool actuator) const {
+    return policy.value_or(actuator ? FaultPolicy::StopRobot : FaultPolicy::Degrade);
+  }
+  friend bool operator==(const FaultHandling&, const FaultHandling&) = default;
+};
+
+}  // namespace nacelle

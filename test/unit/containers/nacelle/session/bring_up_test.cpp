@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole lives of a robot whose components do what the test says: up, and down again.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "session/session.hpp"
+#include "unit/containers/nacelle/scripted_robot.hpp"
+
+namespace nacelle::session {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// Ends the session as soon as it runs: the main loop is the first to look at it.
+class EndWhenUp final : public ClockAlarm {
+ public:
+  explicit EndWhenUp(process::StopSignal& stop) : stop_(stop) { event_.ring(); }
+  int descriptor() const override { return event_.descriptor(); }
+  void take() override {
+    event_.silence();
+    was_up = true;
+    stop_.raise_by_request();
+  }
+  bool was_up = false;
+
+ private:
+  process::StopSignal& stop_;
+  Bell event_;
+};
+
+class BringUpTest : public ::testing::Test {
+ protected:
+  BringUpTest() {
+    EXPECT_NE(::mkdtemp(folder_.data()), nullptr);
+    EXPECT_EQ(::setenv("XDG_RUNTIME_DIR", folder_.c_str(), 1), 0);
+    plan_.container.name = "robot";
+    plan_.container.declared = true;
+    plan_.network.mode = launch::NetworkMode::Off;
+  }
+  ~BringUpTest() override { std::filesystem::remove_all(folder_); }
+
+  launch::ComponentPlan& add(const std::string& name, const test::ScriptedComponent& component) {
+    return plan_.components.emplace_back(component.plan(name));
+  }
+  /// Runs it until it is up, or has failed. Returns the exit code.
+  int run() {
+    SessionOptions options;
+    options.container_name = "robot";
+    options.clock_alarm = &alarm_;
+    options.places.component_folders = {NACELLE_TEST_PLUGINS};
+    options.transitions_file = folder_ + "/transitions";
+    testing::internal::CaptureStderr();
+    const int code = Session{plan_, std::move(options), clock_, stop_}.run();
+    said_ = testing::internal::GetCapturedStderr();
+    std::ifstream file(folder_ + "/transitions");
+    for (std::string line; std::getline(file, line);) steps_.push_back(line);
+    return code;
+  }
+
+  std::string folder_ = (std::filesystem::temp_directory_path() / "nacelle-bring-up-XXXXXX").string();
+  const SystemClock clock_;
+  process::StopSignal stop_;
+  EndWhenUp alarm_{stop_};
+  launch::Plan plan_;
+  test::ScriptedComponent lidar_, imu_;
+  std::string said_;
+  std::vector<std::string> steps_;
+};
+
+TEST_F(BringUpTest, goes_up_in_the_order_of_after_and_down_in_the_reverse) {
+  add("lidar", lidar_).after.push_back({.node = "/imu"});
+  add("imu", imu_);
+  EXPECT_EQ(run(), 0) << said_;
+  EXPECT_TRUE(alarm_.was_up);
+  EXPECT_THAT(said_, HasSubstr("2 components active in "));
+  std::erase_if(steps_, [](const std::string& step) { return step.find("activate") == std::string::npos; });
+  EXPECT_THAT(steps_, ElementsAre("activate /imu", "activate /lidar", "deactivate /lidar", "deactivate /imu"));
+}
+
+TEST_F(BringUpTest, a_component_that_fails_ends_it_and_what_was_up_goes_down) {
+  add("imu", imu_);
+  add("lidar", lidar_).after.push_back({.node = "/imu"});
+  lidar_.script = [](Transition to) { return to == Transition::Activate ? "no such device" : ""; };
+  EXPECT_EQ(run(), 1);
+  EXPECT_FALSE(alarm_.was_up);
+  EXPECT_THAT(said_, HasSubstr("component lidar (nacelle::bench::Part): "));
+  EXPECT_THAT(said_, HasSubstr("no such device"));
+  EXPECT_THAT(steps_, testing::Contains("deactivate /imu"));
+}
+
+TEST_F(BringUpTest, goes_on_without_a_component_that_is_not_required) {
+  add("imu", imu_);
+  add("lidar", lidar_).required = false;
+  lidar_.script = [](Transition to) { return to == Transition::Configure ? "no such device" : ""; };
+  EXPECT_EQ(run(), 0) << said_;
+  EXPECT_TRUE(alarm_.was_up);
+  EXPECT_THAT(said_, HasSubstr("left out, since it is not required: /lidar could not configure: no such device"));
+  EXPECT_THAT(said_, HasSubstr("1 component active in "));
+}
+
+TEST_F(BringUpTest, leaves_a_component_at_the_state_that_the_plan_gives) {
+  add("imu", imu_).target = launch::TargetState::Inactive;
+  add("lidar", lidar_).target = launch::TargetState::Unconfigured;
+  EXPECT_EQ(run(), 0) << said_;
+  EXPECT_THAT(steps_, ElementsAre("configure /imu", "cleanup /imu"));
+}
+
+TEST_F(BringUpTest, of_an_unsound_plan_begins_no_transition_and_says_all_that_is_wrong) {
+  add("imu", imu_);
+  add("lidar", lidar_).plugin = "nacelle::bench::Prt";
+  add("odom", lidar_).parameters.push_back({.name = "spede", .value = 0.3});
+  EXPECT_EQ(run(), 1);
+  EXPECT_THAT(said_, HasSubstr("nacelle::bench::Prt"));
+  EXPECT_THAT(said_, HasSubstr("'spede'"));
+  EXPECT_THAT(said_, HasSubstr("the plan is unsound: 2 errors"));
+  EXPECT_THAT(steps_, IsEmpty());
+}
+
+TEST_F(BringUpTest, a_signal_while_it_goes_up_undoes_it) {
+  add("imu", imu_);
+  add("lidar", lidar_).after.push_back({.node = "/imu"});
+  imu_.script = [this](Transition to) {
+    if (to == Transition::Activate) stop_.raise_by_request();
+    return "";
+  };
+  EXPECT_EQ(run(), 1);
+  EXPECT_FALSE(alarm_.was_up);
+  EXPECT_THAT(said_, HasSubstr("interrupted by a request; what had been started is undone"));
+  EXPECT_THAT(steps_, Not(testing::Contains("activate /lidar")));
+}
+
+TEST_F(BringUpTest, a_component_that_its_constructor_cannot_make_is_named_with_its_reason) {
+  add("lidar", lidar_);
+  lidar_.fails_to_load = true;
+  EXPECT_EQ(run(), 1);
+  EXPECT_THAT(said_, HasSubstr("its device is gone"));
+  EXPECT_THAT(steps_, IsEmpty());
+}
+
+TEST_F(BringUpTest, a_wait_that_goes_round_in_a_circle_is_refused_before_anything_starts) {
+  add("imu", imu_).after.push_back({.node = "/lidar"});
+  add("lidar", lidar_).after.push_back({.node = "/imu"});
+  EXPECT_EQ(run(), 1);
+  EXPECT_THAT(steps_, IsEmpty());
+}
+
+}  // namespace
+}  // namespace nacelle::session
