@@ -74,7 +74,7 @@ TEST(CheckPage, shows_a_constructor_that_says_everything) {
 
 TEST(ComingFromRclcppPage, shows_a_component_that_is_written_as_for_rclcpp) {
   test::RecordingContext context;
-  Wheels node{NodeOptions{context}};
+  Watcher node{NodeOptions{context}};
   node.trigger(Transition::Configure);
   node.trigger(Transition::Activate);
   std_srvs::srv::SetBool::Request request;
@@ -82,7 +82,7 @@ TEST(ComingFromRclcppPage, shows_a_component_that_is_written_as_for_rclcpp) {
   std_srvs::srv::SetBool::Response response;
   ASSERT_TRUE(context.call<std_srvs::srv::SetBool>("/enable", request, response));
   EXPECT_TRUE(response.success);
-  EXPECT_EQ(node.set_parameter({"radius", -1.0}).reason, "the radius must be above 0");
+  EXPECT_EQ(node.set_parameter({"range", -1.0}).reason, "range must be above 0");
   context.inject("/scan", sensor_msgs::msg::LaserScan{});
 }
 

@@ -86,7 +86,7 @@ class Check(RobotTest):
             "export: exports.launch.yaml:6: export: no node has a topic or service '/odm': nothing leaves by this line; did you mean '/odom'?",
             "export: exports.launch.yaml:8: export: no node has a topic or service '/later': nothing leaves by this line; "
             "fine if a component that is loaded later has it",
-            "export: exports.launch.yaml:10: nobody publishes a compressed form of '/camera/image_raw': nothing of it leaves; "
+            "export: exports.launch.yaml:10: no component publishes a compressed form of '/camera/image_raw': nothing of it leaves; "
             "add what publishes '/camera/image_raw/compressed', or leave compressed_only out",
         })  # fmt: skip
 
@@ -114,7 +114,7 @@ class Check(RobotTest):
             with self.subTest(condition=condition):
                 file = self.write("after.launch.yaml", text.replace("when: active", f"when: {condition}"))
                 findings = json.loads(self.check("--json", file, code=code).stdout)["findings"]
-                offered = [f for f in findings if "which nobody offers" in f["what"]]
+                offered = [f for f in findings if "which no component offers" in f["what"]]
                 self.assertEqual(len(offered), code, findings)
 
     def test_a_component_that_is_not_required_only_warns(self):
@@ -132,7 +132,7 @@ class Check(RobotTest):
         base = "{pkg: nacelle_diff_drive, plugin: 'nacelle::diff_drive::DiffDriveComponent', name: base, param: [{name: left_wheel_names, value: [a]}, {name: right_wheel_names, value: [b]}]}"
         head = "launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n"
         self.assertEqual(self.found(head + f"    - {ekf}\n"), [
-            ("warning", "stream", "/ekf reads '/odom' (nav_msgs/msg/Odometry), which nobody publishes", "fine if another container does, or if it is not needed")])  # fmt: skip
+            ("warning", "stream", "/ekf reads '/odom' (nav_msgs/msg/Odometry), which no component publishes", "fine if another container does, or if it is not needed")])  # fmt: skip
         self.assertEqual([f for f in self.found(head + f"    - {base}\n") if f[1] == "stream"], [], "commands come from people and programs")
 
     def test_a_topic_that_a_component_publishes_is_no_slip_for_one_that_it_reads(self):

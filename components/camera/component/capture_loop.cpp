@@ -6,21 +6,6 @@
 #include "camera/component/calibration.hpp"
 
 namespace nacelle::camera {
-namespace {
-
-void set_stamp(builtin_interfaces::msg::Time& stamp, WallTime time) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  // Floor, not truncation: nanosec counts forward from sec also before 1970.
-  std::int64_t seconds = time.nanoseconds() / kSecond, rest = time.nanoseconds() % kSecond;
-  if (rest < 0) {
-    rest += kSecond;
-    --seconds;
-  }
-  stamp.sec = static_cast<std::int32_t>(seconds);
-  stamp.nanosec = static_cast<std::uint32_t>(rest);
-}
-
-}  // namespace
 
 Result<void, Problem> CaptureLoop::open() {
   auto format = around_.port.open(settings_.wish);
@@ -110,8 +95,7 @@ void CaptureLoop::publish(const Frame& frame) {
     return;  // the image serves for the next frame
   }
   *info = info_;
-  set_stamp(info->header.stamp,
-            (settings_.use_capture_time ? frame.captured : frame.received) + settings_.stamp_offset);
+  info->header.stamp = (settings_.use_capture_time ? frame.captured : frame.received) + settings_.stamp_offset;
   image_->header.stamp = info->header.stamp;
   image_->header.frame_id.assign(settings_.frame_id);
   // camera_info first: whoever gets the image can have its lens already.

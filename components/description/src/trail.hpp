@@ -47,7 +47,7 @@ class Trail {
   [[nodiscard]] const std::string& file() const { return steps_.back().file; }
   [[nodiscard]] std::string place() const { return fmt::format("{}:{}", file(), line); }
 
-  /// Whoever must mend it has to know how it was reached.
+  /// The user needs to know how the place was reached.
   [[noreturn]] void fail(std::string what, std::string way_out = {}) const {
     for (const auto& step : reversed(steps_)) {
       if (!step.reason.empty()) (way_out.empty() ? what : way_out) += "\n  " + step.reason;

@@ -59,7 +59,7 @@ Hindrance hindrance_of(const DriveLoop::Look& look) {
   if (held(Hold::EmergencyStop))
     return {"the emergency stop is set; `nacelle estop release` releases it", DiagnosticStatus::ERROR};
   if (held(Hold::Unguarded))
-    return {"nobody is there who could set the emergency stop, or he hangs (emergency_stop_required)",
+    return {"the emergency stop has no publisher, or its publisher hangs (emergency_stop_required)",
             DiagnosticStatus::ERROR};
   if (look.state == CommandInput::State::Locked)
     return {"a lock blocks the input that would command it", DiagnosticStatus::WARN};
@@ -249,9 +249,7 @@ void DiffDriveComponent::tell_hindrance() {
   ticks_until_told_ = static_cast<int>(1s / kHindrancePeriod);
   auto message = diagnostics_->borrow();
   if (!message) return;
-  const std::int64_t ns = now().nanoseconds();
-  message->header.stamp.sec = static_cast<std::int32_t>(ns / 1'000'000'000);
-  message->header.stamp.nanosec = static_cast<std::uint32_t>(ns % 1'000'000'000);
+  message->header.stamp = now();
   message->status.resize(1);
   auto& status = message->status[0];
   status.level = now_is.level;

@@ -34,7 +34,7 @@ constexpr NumberRow kNumbers[] = {
     {"right_wheel_radius_multiplier", &DiffDriveOptions::right_wheel_radius_multiplier, 0.1, 10.0, "",
      "correction found by calibration"},
     {"cmd_vel_timeout", &DiffDriveOptions::cmd_vel_timeout_s, 0.0, 60.0, "s",
-     "age at which a command is given up; 0 never"},
+     "age after which a command is ignored; 0: never"},
     {"emergency_stop_timeout", &DiffDriveOptions::emergency_stop_timeout_s, 0.1, 60.0, "s",
      "with emergency_stop_required: how long who sets the emergency stop may show no life"},
     {"update_rate", &DiffDriveOptions::update_rate_hz, 1.0, 1000.0, "Hz", "control cycles per second"},
@@ -286,7 +286,7 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
     const std::string at = kTopics + name;
     node.declare_parameter(at + ".topic", std::string{}, described("a topic of commands, Twist or TwistStamped"));
     node.declare_parameter(at + ".timeout", InputOptions{}.timeout_s,
-                           described("s; age at which its command is given up; 0 never"));
+                           described("s; age after which its command is ignored; 0: never"));
     node.declare_parameter(at + ".priority", InputOptions{}.priority, described("0 to 255; the highest commands"));
   }
   for (const auto& name : names_below(node, kLocks)) {

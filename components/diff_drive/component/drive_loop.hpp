@@ -46,7 +46,7 @@ struct DriveFault {
 
 /// The control loop of the base: read feedback, take the newest command, limit it, write wheel rates; at a fixed rate.
 ///
-/// A command is followed as fast as the limits allow, a command of zero too. A stop (nobody commands any more, a hold) is no
+/// A command is followed as fast as the limits allow, a command of zero too. A stop (no more commands, a hold) is no
 /// command: the wheels are told zero in that cycle. An emergency stop does not even wait for the cycle, if the loop is
 /// interrupted for it.
 /// With Settings::waits_for_board a board that is lost (no line, no feedback, no byte taken) is sent zero and opened again without
@@ -126,7 +126,7 @@ class DriveLoop {
   [[nodiscard]] std::uint64_t stops_from_outside() const;
   [[nodiscard]] double elapsed_periods(MonotonicTime now);
   [[nodiscard]] Result<void, DriveFault> drive(const BodyTwist& twist);
-  /// The line is gone: a fault if nobody wants it back, else the beginning of the wait for it.
+  /// The line is lost: a fault if it is not to be reopened, else the start of the wait for it.
   [[nodiscard]] Result<void, DriveFault> lose_line(BaseFault why);
   /// Tries to open it again when it is time to.
   [[nodiscard]] Result<void, DriveFault> bring_line_back(MonotonicTime now);

@@ -5,14 +5,6 @@
 #include <utility>
 
 namespace nacelle::diff_drive {
-namespace {
-
-void set_stamp(builtin_interfaces::msg::Time& stamp, WallTime time) {
-  stamp.sec = static_cast<std::int32_t>(time.nanoseconds() / 1'000'000'000);
-  stamp.nanosec = static_cast<std::uint32_t>(time.nanoseconds() % 1'000'000'000);
-}
-
-}  // namespace
 
 DriveTopics::DriveTopics(Publishers publishers, Settings settings, const Clock& clock,
                          DurationHistogram& command_to_wheel)
@@ -33,7 +25,7 @@ void DriveTopics::on_wheel_state(const WheelState& state) {
 void DriveTopics::publish_joints(const WheelState& state) {
   auto message = publishers_.joint_states->borrow();
   if (!message) return;  // counted by the writer
-  set_stamp(message->header.stamp, wall_time_of(state.captured_at));
+  message->header.stamp = wall_time_of(state.captured_at);
   message->header.frame_id.clear();
   const std::size_t left = settings_.left_joints.size();
   const std::size_t all = left + settings_.right_joints.size();
@@ -56,7 +48,7 @@ void DriveTopics::publish_battery(const WheelState& state) {
   auto message = publishers_.battery->borrow();
   if (!message) return;
   constexpr float kUnmeasured = std::numeric_limits<float>::quiet_NaN();
-  set_stamp(message->header.stamp, wall_time_of(state.captured_at));
+  message->header.stamp = wall_time_of(state.captured_at);
   message->header.frame_id.clear();
   message->voltage = static_cast<float>(*state.voltage_v);
   message->temperature = kUnmeasured;
@@ -80,7 +72,7 @@ void DriveTopics::on_cycle(const BodyTwist& commanded, MonotonicTime now) {
   if (!publishers_.limited_velocity) return;
   auto message = publishers_.limited_velocity->borrow();
   if (!message) return;
-  set_stamp(message->header.stamp, wall_time_of(now));
+  message->header.stamp = wall_time_of(now);
   message->header.frame_id = "base_link";
   message->twist = {};
   message->twist.linear.x = commanded.linear_mps;

@@ -62,7 +62,7 @@ class WaveshareSerialPort final : public BasePort {
   void advance(const BaseFeedback& feedback, MonotonicTime captured_at);
 
   std::unique_ptr<io::ByteStream> line_;
-  Bell bell_;  // of rest_until(): a lost line wakes nobody
+  Bell bell_;  // of rest_until(): a lost line does not wake it
   const Clock& clock_;
   const Settings settings_;
   WaveshareCommandPrinter printer_;

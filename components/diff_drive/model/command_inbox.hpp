@@ -43,7 +43,7 @@ struct CommandInbox {
   std::deque<Lock> locks;
   HoldFlag emergency_stop;
   HoldFlag unguarded;
-  /// How often the base was stopped from outside of its component; null: nobody does that. Outlives the loop.
+  /// How often the base was stopped from outside of its component; null: never. Outlives the loop.
   const std::atomic<std::uint64_t>* stops_from_outside = nullptr;
 };
 

@@ -18,14 +18,14 @@ enum class RearmRule : std::uint8_t {
 enum class Hold : std::uint8_t {
   EmergencyStop = 1,  ///< Latched until it is released.
   LineLost = 2,       ///< The motor board cannot be told anything.
-  Unguarded = 4,      ///< Nobody who could set the emergency stop is there, and somebody has to be.
+  Unguarded = 4,      ///< The emergency stop has no publisher, and one is required.
   Stopped = 8,        ///< Stopped from outside (MotionStops), until the next activation.
 };
 
 /// Decides what the wheels should do now: which of several inputs commands them, and whether any may.
 ///
 /// An input is one topic. Of those whose newest command is not older than their timeout and that no lock blocks, the one of
-/// the highest priority commands; of equals the first. Nobody commands: the base stands still.
+/// the highest priority commands; of equals the first. Without commands the base stands still.
 ///
 /// A stop (activation, an input's timeout, a lock, a hold) disarms the inputs that it stops. A disarmed one commands nothing
 /// until it has been neutral: zero or silent for one timeout of its own (half a second where that is 0), refused commands
@@ -72,7 +72,7 @@ class CommandInput {
   /// Starts anew: what was received before `now` counts no more. Holds stay.
   void arm(MonotonicTime now);
   void hold(Hold why);
-  /// Nobody listened for a while that ends now: a stop. What was received before counts no more, and no input is known to be neutral.
+  /// Ends a time in which no command was read: a stop. Earlier commands are discarded, and no input is known to be neutral.
   void forget(MonotonicTime now);
   /// Ends a hold; the inputs stay disarmed.
   void release(Hold why, MonotonicTime now);

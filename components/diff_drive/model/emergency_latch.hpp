@@ -9,7 +9,7 @@ namespace nacelle::diff_drive {
 
 /// An emergency stop of several senders (a button, a person at a terminal, a safety program).
 ///
-/// Who sets it sets it, whenever it was said. A release counts if it was said after the last set, whoever set it: messages
+/// A set always takes effect, even if its stamp is older than the last release. A release counts if its stamp is newer than the last set: messages
 /// that a late joiner is told come sender by sender, and not in the order of time.
 class EmergencyLatch {
  public:

@@ -12,7 +12,7 @@ namespace nacelle::diff_drive {
 /// Hands the newest value from one thread to another; older ones are overwritten.
 ///
 /// Three places: the writer fills one, the reader looks at one, the third changes hands. Neither side ever waits or
-/// retries, so a control loop cannot be held up by whoever sends commands, nor see half a value.
+/// retries, so a sender of commands cannot delay the control loop, and the loop never sees half a value.
 /// Threads:   put() from one thread, take() from one thread. Allocates: nothing.
 template <typename T>
 class LatestValue {

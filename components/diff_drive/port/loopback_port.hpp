@@ -11,7 +11,7 @@ namespace nacelle::diff_drive {
 
 /// A base without hardware: its wheels turn exactly as commanded.
 ///
-/// States come at a fixed period of the given clock. `wait` ends a wait early in tests, where nobody sleeps: it is
+/// States come at a fixed period of the given clock. `wait` ends a wait early in tests, which do not sleep: it is
 /// called with the time until which the port would have slept, and moves the test's clock.
 class LoopbackPort final : public BasePort {
  public:

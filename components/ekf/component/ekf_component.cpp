@@ -203,7 +203,7 @@ void EkfComponent::tick() {
   if (!diagnostics_) return;
   auto message = diagnostics_->borrow();
   if (!message) return;
-  message->header.stamp = stamp_of(time);
+  message->header.stamp = time;
   message->header.frame_id.clear();
   write_diagnostics(inputs_, *filter_, get_name(), *message);
   diagnostics_->publish(std::move(message));
@@ -213,7 +213,7 @@ void EkfComponent::publish(const Filter::Output& output) {
   const StateVector& x = output.belief->mean;
   auto message = odometry_->borrow();
   if (message) {
-    message->header.stamp = stamp_of(output.stamp);
+    message->header.stamp = output.stamp;
     message->header.frame_id = options_->world_frame;
     message->child_frame_id = options_->base_link_frame_output;
     auto& pose = message->pose.pose;
@@ -249,7 +249,7 @@ void EkfComponent::publish_transform(const Filter::Output& output) {
   if (!message) return;
   message->transforms.resize(1);
   auto& transform = message->transforms[0];
-  transform.header.stamp = stamp_of(output.stamp + options_->transform_time_offset);
+  transform.header.stamp = output.stamp + options_->transform_time_offset;
   transform.header.frame_id = options_->tf_parent();
   transform.child_frame_id = options_->tf_child();
   transform.transform.translation.x = X.translation_m.x();
@@ -266,7 +266,7 @@ void EkfComponent::publish_acceleration(const Filter::Output& output) {
   const StateVector& x = output.belief->mean;
   auto message = acceleration_->borrow();
   if (!message) return;
-  message->header.stamp = stamp_of(output.stamp);
+  message->header.stamp = output.stamp;
   message->header.frame_id = options_->base_link_frame_output;
   auto& accel = message->accel.accel;
   accel.linear.x = x[kAx];

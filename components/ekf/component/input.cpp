@@ -47,16 +47,6 @@ Matrix6d lower_right(const Eigen::Matrix3d& covariance) {
 
 }  // namespace
 
-WallTime time_of(const builtin_interfaces::msg::Time& stamp) {
-  return WallTime{std::chrono::seconds{stamp.sec} + std::chrono::nanoseconds{stamp.nanosec}};
-}
-builtin_interfaces::msg::Time stamp_of(WallTime time) {
-  builtin_interfaces::msg::Time stamp;
-  stamp.sec = static_cast<std::int32_t>(time.nanoseconds() / 1'000'000'000);
-  stamp.nanosec = static_cast<std::uint32_t>(time.nanoseconds() % 1'000'000'000);
-  return stamp;
-}
-
 std::uint16_t Input::parts_of(const InputOptions& options) {
   std::uint16_t count = 0;
   for (const PartKind& kind : kinds_of(options.kind)) count += (options.config & kind.states) != 0 ? 1 : 0;

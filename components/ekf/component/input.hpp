@@ -16,9 +16,6 @@
 
 namespace nacelle::ekf {
 
-[[nodiscard]] WallTime time_of(const builtin_interfaces::msg::Time& stamp);
-[[nodiscard]] builtin_interfaces::msg::Time stamp_of(WallTime time);
-
 /// What inputs need to know of the rest: the filter they feed and the frames they are expressed in.
 struct InputContext {
   Filter* filter{};

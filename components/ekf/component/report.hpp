@@ -17,7 +17,7 @@ namespace nacelle::ekf {
 /// Threads: one. Allocates: only when there is something to say.
 class Watch {
  public:
-  /// `skews`: whose clocks differ, for complaints about stamps; null: nobody knows.
+  /// `skews`: whose clocks differ, for complaints about stamps; null: unknown.
   Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter,
         std::shared_ptr<const ClockSkews> skews = nullptr);
   /// Looks at what happened since the last look; call about once a second.

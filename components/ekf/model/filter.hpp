@@ -54,7 +54,7 @@ class Filter {
   /// zero: nothing does (simulated time), then only the rates tell a gap from a clock that was set.
   void step(WallTime now, MonotonicTime beat = {});
 
-  /// Steps begin again after a time without them, in which nobody knows how the robot moved.
+  /// Resumes steps after a gap in which the robot's motion is unknown.
   void resume() { beat_ = last_beat_ = {}; }
 
   /// A commanded velocity (vx vy vz vroll vpitch vyaw), for FilterOptions::control.

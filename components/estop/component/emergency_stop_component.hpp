@@ -22,7 +22,7 @@ namespace nacelle::estop {
 /// What is said goes to the latched topic `emergency_stop`, where also others may say it (`nacelle estop`, a remote node); the
 /// base obeys the topic. A pressed button sets it, and sets it again when anybody releases it; letting go releases nothing.
 /// A button that cannot be read, or is absent, counts as pressed and is an open fault (DEVICE_LOST) until it is back; letting the
-/// robot move again is for somebody who releases the stop. With device_lost: fault it is the fault GPIO_LOST.
+/// robot move again takes a release of the stop. With device_lost: fault it is the fault GPIO_LOST.
 /// While it is active, and its executor and its button's thread go on, it shows life (liveliness manual_by_topic, 0.5 s): a base
 /// with emergency_stop_required moves only then.
 /// Threads: the executor's; the button's thread has a publisher of its own.

@@ -8,7 +8,7 @@
 
 namespace nacelle::estop {
 
-/// Why a switch cannot be read any more. Whoever reads it then takes it as pressed.
+/// Why a switch cannot be read. Readers then treat it as pressed.
 enum class SwitchFault : std::uint8_t {
   Lost,  ///< The kernel refuses to read the line: the chip is gone.
 };

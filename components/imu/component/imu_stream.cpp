@@ -89,10 +89,8 @@ bool ImuStream::calibrate(const Sample& sample, Vector3& bias_rps) {
 void ImuStream::publish(const Sample& sample, const Vector3& bias_rps) {
   // Both clocks are read here, so that a step of the wall clock cannot come between measuring and stamping.
   const WallTime stamp = clock_.wall_now() - (clock_.now() - sample.captured);
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(stamp.since_origin);
   const auto set_header = [&](auto& header) {
-    header.stamp.sec = static_cast<std::int32_t>(seconds.count());
-    header.stamp.nanosec = static_cast<std::uint32_t>((stamp.since_origin - seconds).count());
+    header.stamp = stamp;
     header.frame_id = options_.frame_id;
   };
   const auto send = [&](Publisher<sensor_msgs::msg::Imu>& publisher, const std::optional<Orientation>& orientation) {

@@ -50,9 +50,7 @@ void ScanStream::publish(const Scan& scan) {
   const double increment_rad = 2.0 * std::numbers::pi / points;
   // Both clocks are read here, so that a step of the wall clock cannot come between measuring and stamping.
   const WallTime stamp = clock_.wall_now() - (clock_.now() - scan.first_beam);
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(stamp.since_origin);
-  message->header.stamp.sec = static_cast<std::int32_t>(seconds.count());
-  message->header.stamp.nanosec = static_cast<std::uint32_t>((stamp.since_origin - seconds).count());
+  message->header.stamp = stamp;
   message->header.frame_id = options_.frame_id;
   message->angle_min = 0.0F;
   message->angle_max = static_cast<float>(2.0 * std::numbers::pi - increment_rad);

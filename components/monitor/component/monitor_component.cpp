@@ -15,12 +15,6 @@ ParameterDescriptor bounded(std::string description, double from, double to) {
   return {std::move(description), "", true, false, std::nullopt, FloatingPointRange{from, to, 0}};
 }
 
-void set_stamp(builtin_interfaces::msg::Time& stamp, WallTime time) {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(time.since_origin);
-  stamp.sec = static_cast<std::int32_t>(seconds.count());
-  stamp.nanosec = static_cast<std::uint32_t>((time.since_origin - seconds).count());
-}
-
 void add(diagnostic_msgs::msg::DiagnosticStatus& status, const char* key, std::string value) {
   auto& entry = status.values.emplace_back();
   entry.key = key;
@@ -99,7 +93,7 @@ CallbackReturn MonitorComponent::on_activate(const State&) {
 void MonitorComponent::report() {
   auto message = diagnostics_->borrow();
   if (!message) return;
-  set_stamp(message->header.stamp, now());
+  message->header.stamp = now();
   message->header.frame_id.clear();
   message->status.clear();
   const MonotonicTime time = steady_clock().now();

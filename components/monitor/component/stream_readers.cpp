@@ -35,10 +35,6 @@
 namespace nacelle::monitor {
 namespace {
 
-WallTime time_of(const builtin_interfaces::msg::Time& stamp) {
-  return {std::chrono::seconds{stamp.sec} + Duration{stamp.nanosec}};
-}
-
 // A stamp of zero means that nobody set it.
 std::optional<Duration> age_by(const builtin_interfaces::msg::Time& stamp, WallTime now) {
   if (stamp.sec == 0 && stamp.nanosec == 0) return std::nullopt;

@@ -14,10 +14,6 @@
 namespace nacelle::odometry {
 namespace {
 
-WallTime time_of(const builtin_interfaces::msg::Time& stamp) {
-  return WallTime{std::chrono::seconds{stamp.sec} + std::chrono::nanoseconds{stamp.nanosec}};
-}
-
 void write_rotation(double yaw_rad, geometry_msgs::msg::Quaternion& out) {
   out.x = 0.0;
   out.y = 0.0;

@@ -91,7 +91,7 @@ void declare_odometry_parameters(Node& node, const OdometryOptions& d) {
   node.declare_parameter("twist_covariance_diagonal", listed(d.twist_covariance_diagonal),
                          say("x y z roll pitch yaw: the least variances; x and yaw grow with the speed."));
   node.declare_parameter("enable_odom_tf", d.enable_odom_tf,
-                         say("Broadcast odom -> base unless somebody else owns the frame."));
+                         say("Broadcast odom -> base unless another node owns the frame."));
   node.declare_parameter("velocity_rolling_window_size", d.velocity_rolling_window_size,
                          say("Steps that the published twist is the mean of. A mean lags by half its window."));
   node.declare_parameter("k_left", d.noise.k_left_m, say("Variance of the left distance per metre, m^2/m."));

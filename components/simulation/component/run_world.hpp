@@ -29,7 +29,7 @@ struct WorldOptions {
 struct WorldReport {
   struct Line {
     std::uint64_t sent_bytes{};     ///< Handed to the kernel.
-    std::uint64_t dropped_bytes{};  ///< Nobody read the line: it was full.
+    std::uint64_t dropped_bytes{};  ///< Because the line was full: its reader was too slow.
     std::uint64_t received_bytes{};
   };
   double seconds{};

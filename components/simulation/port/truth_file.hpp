@@ -20,7 +20,7 @@ struct Truth {
   std::uint64_t motion_commands{};        ///< Carried out by the motor board so far.
   std::int64_t last_motion_command_ns{};  ///< CLOCK_MONOTONIC when the last of them was read; 0 before the first.
   std::int64_t last_start_ns{};           ///< CLOCK_MONOTONIC when the board's aim last left zero; 0: never.
-  std::int64_t last_stop_ns{};            ///< The same for when it came back to zero, whoever brought it there.
+  std::int64_t last_stop_ns{};            ///< The same for when it came back to zero, by any cause.
   std::uint64_t starts{}, stops{};        ///< How often it did either.
   std::uint64_t watchdog_stops{};         ///< Stops by the board's own watchdog, of wheels that were to turn.
   std::uint64_t contacts{};               ///< Steps in which a wall held the robot.

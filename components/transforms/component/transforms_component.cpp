@@ -8,16 +8,6 @@ namespace {
 
 using geometry_msgs::msg::TransformStamped;
 
-WallTime time_of(const builtin_interfaces::msg::Time& stamp) {
-  return WallTime{std::chrono::seconds{stamp.sec} + std::chrono::nanoseconds{stamp.nanosec}};
-}
-builtin_interfaces::msg::Time stamp_of(WallTime time) {
-  builtin_interfaces::msg::Time stamp;
-  stamp.sec = static_cast<std::int32_t>(time.nanoseconds() / 1'000'000'000);
-  stamp.nanosec = static_cast<std::uint32_t>(time.nanoseconds() % 1'000'000'000);
-  return stamp;
-}
-
 void write(const RigidTransform& X, geometry_msgs::msg::Transform& out) {
   out.translation.x = X.translation_m.x();
   out.translation.y = X.translation_m.y();
@@ -117,7 +107,7 @@ void TransformsComponent::publish_fixed() {
   auto message = fixed_->borrow();
   if (!message) return;
   message->transforms.clear();
-  const auto stamp = stamp_of(now());
+  const builtin_interfaces::msg::Time stamp = now();
   const auto add = [&](const std::string& parent, const std::string& child, const RigidTransform& X_PC) {
     TransformStamped& transform = message->transforms.emplace_back();
     transform.header.stamp = stamp;

@@ -15,7 +15,7 @@
 namespace nacelle::transforms {
 
 /// The robot's frames: robot_description and /tf_static when it is activated, /tf as joint states come, and the container's
-/// one TransformBuffer, which it fills from /tf and /tf_static, whoever published them.
+/// one TransformBuffer, which it fills from all publishers of /tf and /tf_static.
 /// Threads: the component's executor. Allocates: nothing at the rate of joint_states and /tf.
 class TransformsComponent final : public LifecycleNode {
  public:

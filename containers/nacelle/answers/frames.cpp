@@ -85,15 +85,12 @@ LookupTransform::Response transform_of(const runtime::Container& container, cons
   }
   const auto found = buffer->lookup_latest(request.target, request.source);
   if (!found) return refusal(why_not(*buffer, found.error(), request.target, request.source));
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
-  const std::int64_t stamp_ns = found.value().stamp.nanoseconds();
   const auto& X_TS = found.value().X_TS;
   LookupTransform::Response response;
   response.success = true;
   auto& header = response.transform.header;
   header.frame_id = request.target;
-  header.stamp.sec = static_cast<std::int32_t>(stamp_ns / kSecond_ns);
-  header.stamp.nanosec = static_cast<std::uint32_t>(stamp_ns % kSecond_ns);
+  header.stamp = found.value().stamp;
   response.transform.child_frame_id = request.source;
   auto& translation = response.transform.transform.translation;
   auto& rotation = response.transform.transform.rotation;

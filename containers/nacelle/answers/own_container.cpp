@@ -58,7 +58,7 @@ Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const desk::TapW
   std::vector<runtime::StreamReport> streams;
   container.report_streams(streams);
   for (const auto& stream : streams) names.push_back(stream.name);
-  return err(Problem{"topic " + wish.topic, "nobody publishes or reads it", suggestion(wish.topic, names)});
+  return err(Problem{"topic " + wish.topic, "no node publishes it or subscribes to it", suggestion(wish.topic, names)});
 }
 
 }  // namespace nacelle::answers

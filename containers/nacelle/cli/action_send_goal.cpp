@@ -123,7 +123,7 @@ Result<json, int> Errand::read_goal() {
 
 void Errand::warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const {
   const std::vector<std::string> names = names_of(actions);
-  const Problem why{"action " + name_, is_known ? "its server is not active" : "nobody offers it yet",
+  const Problem why{"action " + name_, is_known ? "its server is not active" : "no server offers it yet",
                     is_known        ? "see " + wish_.whom.command("lifecycle nodes")
                     : names.empty() ? "no action is there; see " + wish_.whom.command("component list")
                                     : suggestion(name_, names)};

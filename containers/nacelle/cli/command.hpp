@@ -36,7 +36,7 @@ struct Option {
 
   /// "-t,--times", or "topic" for a positional word.
   std::string names, what;
-  /// Written before the command runs, and owned by whoever made the option; a function is called when a flag is given.
+  /// The target is written before the command runs; the option's creator owns it. A function is called when a flag is given.
   Target target;
   bool is_required = false, is_hidden = false, shows_default = false;
   /// What --help calls the value: SECONDS, FILE.

@@ -82,7 +82,7 @@ std::string words_of_rule(const json& rule) {
 void row(const char* key, const std::string& text) { print_text("%-11s %s\n", key, text.c_str()); }
 
 std::string words_of_security(const json& security) {
-  if (security.is_null()) return "none: nobody asks for it";
+  if (security.is_null()) return "none: not requested";
   const std::string keystore = security["keystore"].get<std::string>();
   const std::string text = security["enclave"].get<std::string>() + " of " +
                            (keystore.empty() ? "no keystore (ROS_SECURITY_KEYSTORE is not set)" : keystore) + ", " +
@@ -95,7 +95,7 @@ std::string words_of_security(const json& security) {
 void print_settings(const json& net) {
   const std::string because_of = net["because_of"].get<std::string>();
   row("mode",
-      net["mode"].get<std::string>() + " (" + (because_of.empty() ? "nobody asks for another" : because_of) + ")");
+      net["mode"].get<std::string>() + " (" + (because_of.empty() ? "the default" : because_of) + ")");
   if (net["mode"] == "off") return;
   row("discovery", net["discovery"].get<std::string>());
   row("domain", fmt::format("{}, UDP ports {} to {}", net["domain"].get<int>(), net["ports"]["first"].get<int>(),

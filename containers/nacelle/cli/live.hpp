@@ -30,7 +30,7 @@ class LiveText {
   void show(const std::string& text);
   /// A text that stays, below the last one.
   void add(const std::string& text);
-  /// False when somebody wants it to end, or nobody takes what is shown any more. `descriptor`: returns early when it is readable; -1: none.
+  /// Returns false when the user ends it or the output cannot be written. `descriptor`: returns early when it is readable; -1: none.
   [[nodiscard]] bool wait(Duration limit, int descriptor = -1);
   [[nodiscard]] bool is_to_end() const { return stop_.is_raised() || is_lost_ || has_typed_q_; }
 

@@ -7,7 +7,7 @@ namespace nacelle::cli {
 /// else is for programs goes by std::printf().
 [[gnu::format(printf, 1, 2)]] void print_text(const char* format, ...);
 
-/// Hands on what was printed to stdout. False when nobody takes it any more (the reader of the pipe has left, the disk is
+/// Flushes stdout. Returns false if the output cannot be written (the reader of the pipe has left, the disk is
 /// full): who prints again and again ends then. Threads: one.
 [[nodiscard]] bool flush_output();
 

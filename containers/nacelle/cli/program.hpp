@@ -44,7 +44,7 @@ int complain_of_usage(const Problem& problem);
 /// NACELLE_CONTAINER, else the only one.
 /// Errors: the exit code; what is wrong has been said on stderr.
 [[nodiscard]] Result<control::Client, int> connect(const Whom& whom);
-/// The same to a container, for commands that can ask nobody else.
+/// The same to a container, for commands that only a container can answer.
 [[nodiscard]] Result<control::Client, int> connect(const std::string& container_option);
 
 /// --container, and with it --json, as every command has them that asks a container.

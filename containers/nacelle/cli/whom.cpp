@@ -41,7 +41,7 @@ void Whom::add_options(Command& command) {
       .checked(wrong_domain);
   command
       .option("--network", remote_->network,
-              "local: this machine, where robots are that nobody exports (default: export)")
+              "local: this machine, for robots that are not exported (default: export)")
       .one_of({"local", "export"});
   command.option("--spin-time", remote_->spin_time_s, "how long to look for those on the network")
       .value("SECONDS")

@@ -33,7 +33,7 @@ class FastService {
   [[nodiscard]] virtual const char* publish(const Publication& publication) = 0;
   [[nodiscard]] virtual TransformAnswer lookup(NamePair target_and_source) = 0;
   virtual void append_stats(std::string& out) = 0;
-  /// Somebody wants the robot stopped in order. Returns at once.
+  /// Requests an orderly shutdown of the robot. Returns at once.
   virtual void request_shutdown() = 0;
   /// Returns whether a client on a reserved connection may write this topic.
   [[nodiscard]] virtual bool is_emergency_stop(NamePair topic_and_type) const = 0;
@@ -53,7 +53,7 @@ struct ServerLimits {
 };
 
 /// The control socket's own thread, "control": it accepts clients and answers what runs at a rate. Connections that begin with
-/// a JSON request are handed over to whoever polls handed_over_descriptor() (the main thread), which may take its time.
+/// a JSON request are handed over to the thread that polls handed_over_descriptor() (the main thread), which may take its time.
 ///
 /// Every client is untrusted: other users are refused, frames are bounded, a slow client is not read until it has taken its
 /// answers, and an invalid frame closes its connection. The number of connections is bounded. A few of them, and one

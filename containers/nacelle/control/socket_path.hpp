@@ -35,7 +35,7 @@ struct FoundContainer {
   std::string name, path;
   friend bool operator==(const FoundContainer&, const FoundContainer&) = default;
 };
-/// Every container that answers, by name. A socket that nobody listens on is left out (its container was killed).
+/// Every container that answers, by name. A socket without a listener is left out (its container was killed).
 /// A folder or socket that is not trusted (trust.hpp) is left out, too, and never connected to; `ignored` gets a Problem of
 /// each folder that holds such.
 [[nodiscard]] std::vector<FoundContainer> running_containers(const SocketPlaces& places,

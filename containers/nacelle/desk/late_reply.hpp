@@ -15,11 +15,11 @@ namespace nacelle::desk {
 /// The answer to a request that has to wait for a component: the main thread goes on with others meanwhile.
 /// Threads: the main thread's, but for the bell.
 struct LateReply {
-  /// Rung by whoever has the answer ready.
+  /// Rung when the answer is ready.
   std::shared_ptr<Bell> bell = std::make_shared<Bell>();
   /// Called once, when the bell has been rung. Owns what the answer comes from: with it goes the question.
   std::function<nlohmann::json()> finish;
-  MonotonicTime due;  ///< Nobody waits longer than this ...
+  MonotonicTime due;  ///< The caller waits no longer than this ...
   Problem too_late;   ///< ... and this is the answer then.
 };
 

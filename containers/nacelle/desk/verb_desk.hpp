@@ -33,7 +33,7 @@ class Respondent {
   [[nodiscard]] virtual const Clock& clock() const = 0;
   /// Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
   [[nodiscard]] virtual Answer answer(const std::string& verb, const nlohmann::json& request) = 0;
-  /// Errors: no such topic, a type that it has not, or that nobody here knows.
+  /// Errors: no such topic; not one of its types; an unknown type.
   [[nodiscard]] virtual Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) = 0;
   /// Why no message of a topic can come to those who listen to it.
   [[nodiscard]] virtual std::optional<Problem> problem_of(const std::string& /*topic*/) const { return std::nullopt; }
@@ -75,7 +75,7 @@ class VerbDesk {
   void end_hopeless_listening();
   /// Closes the newer half of the connections with this reason.
   void send_half_away(const char* why);
-  /// When serve() has something to do though nothing happens: somebody has waited long enough.
+  /// Returns when serve() must run although no descriptor is ready: the next time-out of a guest.
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
 
  private:
@@ -115,7 +115,7 @@ class VerbDesk {
   void stream(Guest& guest);
   void append_item(const Guest& guest, const Block& block);
 
-  const std::unique_ptr<Respondent> own_;  // null: somebody else's
+  const std::unique_ptr<Respondent> own_;  // null: owned elsewhere
   Respondent& respondent_;
   const DeskLimits limits_;
   std::vector<Guest> guests_;

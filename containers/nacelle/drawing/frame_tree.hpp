@@ -9,7 +9,7 @@ namespace nacelle::drawing {
 /// One edge of the tree of frames.
 struct FrameEdge {
   std::string child, parent;
-  std::string owner;  ///< The node that broadcasts it; empty: nobody has claimed it.
+  std::string owner;  ///< The node that broadcasts it; empty: unclaimed.
   bool is_static = false;
   double rate_hz = 0;
   double age_s = 0;  ///< Of its newest sample.

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "nacelle/base/files.hpp"
+#include "nacelle/base/xml.hpp"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX has it in no header
 
@@ -88,16 +89,8 @@ std::string dot_quoted(const std::string& text) {
 }
 
 std::string dot_label_text(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '&': out += "&amp;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += static_cast<unsigned char>(c) < ' ' ? '?' : c;
-    }
-  }
+  std::string out = xml_escaped(text);
+  for (char& c : out) c = static_cast<unsigned char>(c) < ' ' ? '?' : c;
   return out;
 }
 

@@ -21,9 +21,7 @@ Result<void, Problem> VelocitySender::send(double speed_mps, double yaw_rate_rps
   twist.angular.z = yaw_rate_rps;
   if (!stamped_) return client_->publish(handle_, msgs::to_cdr(twist));
   geometry_msgs::msg::TwistStamped message;
-  const std::int64_t ns = stamp.nanoseconds();
-  message.header.stamp.sec = static_cast<std::int32_t>(ns / 1'000'000'000);
-  message.header.stamp.nanosec = static_cast<std::uint32_t>(ns % 1'000'000'000);
+  message.header.stamp = stamp;
   message.header.frame_id = frame_;
   message.twist = twist;
   return client_->publish(handle_, msgs::to_cdr(message));

@@ -61,7 +61,7 @@ class Network {
   /// Endpoints of this side on the network, now.
   [[nodiscard]] std::uint64_t writer_count() const;
 
-  /// For the bring-up's last line; empty: nothing to say (built without, and nobody asked).
+  /// Returns the bring-up's last line; empty if the program was built without a network and none was requested.
   [[nodiscard]] std::string line() const;
   /// The settings (network_wish.hpp), `running`, `problem`, and what has crossed so far.
   [[nodiscard]] nlohmann::json state() const;
@@ -92,7 +92,7 @@ class Network {
   std::function<void(const Problem&)> told_;
   transport_dds::NetworkSettings settings_;
   std::optional<Problem> why_not_;  // it is not on the network, though it should be
-  bool is_asked_for_ = false;       // by somebody, not only by default
+  bool is_asked_for_ = false;       // explicitly, not only by default
   std::unique_ptr<LinkWatch> watch_;
   std::vector<NetworkLink> joined_with_;
   std::optional<MonotonicTime> due_;
@@ -100,7 +100,7 @@ class Network {
   std::unique_ptr<Joined> joined_;  // null: not on the network
 };
 
-/// Whether a robot with these settings can join, found by doing so for a moment: nothing is said, nobody is heard. With what it
+/// Tests whether a robot with these settings can join, by joining for a moment without sending or receiving. Returns what it
 /// would remark on. Errors: why its network would be off. Off, or built without: nothing is done.
 [[nodiscard]] Result<std::vector<Problem>, Problem> try_network(transport_dds::NetworkSettings settings);
 

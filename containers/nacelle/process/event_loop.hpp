@@ -44,7 +44,7 @@ class EventLoop {
   /// Tasks that are ready together are served in the order in which they were added.
   void add(Task task);
   /// Serves until end() is called. Returns what it was called with.
-  /// Errors: poll() fails on descriptors that no task can give up; a descriptor was closed by somebody else.
+  /// Errors: poll() fails on descriptors that no task can give up; a descriptor was closed by other code.
   [[nodiscard]] std::optional<Problem> run();
   /// Waits no longer than `limit` and serves once what is ready then.
   void turn(std::optional<Duration> limit);

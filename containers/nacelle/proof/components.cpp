@@ -133,7 +133,7 @@ void check_sections(Evidence& evidence) {
     // Files hold sections of nodes that run elsewhere; one that is nearly a node of this plan is a slip of the pen.
     const std::string near = nearest_name(section.pattern, nodes);
     evidence.find(Rule::UnusedSection,
-                  {section.where, "the parameters for '" + section.pattern + "' go to nobody: there is no such node",
+                  {section.where, "the parameters for '" + section.pattern + "' are not used: there is no such node",
                    near.empty() ? "leave them out, or give the node that name" : "did you mean '" + near + "'?"},
                   near.empty() ? Severity::Warning : Severity::Error);
   }

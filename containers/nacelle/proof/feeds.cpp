@@ -100,7 +100,7 @@ void check_subscriptions(Evidence& evidence) {
     const Severity severity = near.empty() || outside ? Severity::Warning : severity_of(*component->plan);
     evidence.find(Rule::NotPublished,
                   {place_of_name(*component->plan, reader.topic),
-                   reader.node + " reads '" + reader.topic + "' (" + reader.type + "), which nobody publishes",
+                   reader.node + " reads '" + reader.topic + "' (" + reader.type + "), which no component publishes",
                    !near.empty()    ? "did you mean '" + near + "'?"
                    : others.empty() ? "fine if another container does, or if it is not needed"
                                     : "of its type there is " + join(others, " and ")},
@@ -151,7 +151,7 @@ void check_clients(Evidence& evidence) {
     if (near.empty() && missing) continue;
     evidence.find(
         Rule::NotOffered,
-        {place, client.node + " calls the service '" + client.name + "' (" + client.type + "), which nobody offers",
+        {place, client.node + " calls the service '" + client.name + "' (" + client.type + "), which no component offers",
          !near.empty()    ? "did you mean '" + near + "'?"
          : others.empty() ? "fine if it can do without"
                           : "of its type there is " + join(others, " and ")},
@@ -182,7 +182,7 @@ void check_exports(Evidence& evidence) {
     const std::string near = is_raw ? std::string{} : slip_of(plan.topic, names);
     evidence.find(Rule::UnusedExport,
                   {plan.where,
-                   is_raw ? "nobody publishes a compressed form of '" + plan.topic + "': nothing of it leaves"
+                   is_raw ? "no component publishes a compressed form of '" + plan.topic + "': nothing of it leaves"
                           : "export: no node has a topic or service '" + plan.topic + "': nothing leaves by this line",
                    is_raw          ? "add what publishes '" + plan.topic + "/compressed', or leave compressed_only out"
                    : !near.empty() ? "did you mean '" + near + "'?"

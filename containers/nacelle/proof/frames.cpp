@@ -192,7 +192,7 @@ void check_frames(Evidence& evidence) {
       evidence.find(Rule::NoFrame,
                     {place_of_parameter(*component.plan, use.parameter),
                      component.plan->full_name() + ": parameter '" + use.parameter + "' names the frame '" + use.frame +
-                         "', which nobody broadcasts",
+                         "', which no component broadcasts",
                      suggestion(use.frame, {frames.begin(), frames.end()})},
                     described ? Severity::Error : Severity::Warning);
     }

@@ -98,14 +98,14 @@ class Order {
       case When::FirstMessage: {
         const std::string what = "a message on '" + name + "'";
         if (!name.empty() && publishers_.count(name) == 0)
-          return cannot(waiter, condition, what, "which nobody publishes", suggestion(name, topics_));
+          return cannot(waiter, condition, what, "which no component publishes", suggestion(name, topics_));
         static_cast<void>(take({&waiter, &condition, what, "publishes", publishers_[name]}));
         return;
       }
       case When::Service: {
         const std::string what = "the service '" + name + "'";
         if (!name.empty() && servers_.count(name) == 0)
-          return cannot(waiter, condition, what, "which nobody offers", suggestion(name, services_));
+          return cannot(waiter, condition, what, "which no component offers", suggestion(name, services_));
         static_cast<void>(take({&waiter, &condition, what, "offers", servers_[name]}));
         return;
       }
@@ -125,7 +125,7 @@ class Order {
     bool known = true;
     for (const auto& frame : ends) {
       if (holds(frames_, frame)) continue;
-      cannot(waiter, condition, what, "and nobody broadcasts the frame '" + frame + "'", suggestion(frame, frames_));
+      cannot(waiter, condition, what, "and no component broadcasts the frame '" + frame + "'", suggestion(frame, frames_));
       known = false;
     }
     if (!known) return;

@@ -27,7 +27,7 @@ struct LoadedComponent {
 /// every pair, remaps, frames, budgets, programs, conditions. The same for `nacelle check` and for a launch, before it activates.
 ///
 /// What concerns only a component with `required: false` is a warning: the launch goes on without it.
-/// Threads: any, while nobody loads.
+/// Threads: any, while no component is being loaded.
 [[nodiscard]] std::vector<Finding> prove(const launch::Plan& plan, const loading::ProgramPlaces& places,
                                          runtime::Container& container, const std::vector<LoadedComponent>& loaded);
 

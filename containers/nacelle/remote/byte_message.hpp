@@ -7,7 +7,7 @@
 
 namespace nacelle::remote {
 
-/// A message type that nobody here knows: its messages are the bytes that came, encapsulation and padding included.
+/// A message type without a definition here: its messages are the received bytes, with encapsulation and padding.
 ///
 /// It has no fields. Ownership: outlives everything that knows its type().
 class ByteMessageType {

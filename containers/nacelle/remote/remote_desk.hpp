@@ -15,9 +15,9 @@
 
 namespace nacelle::remote {
 
-/// The nodes of the network, asked as a container is: in this process, over sockets that nobody else sees.
+/// The nodes of the network, asked as a container is: in this process, over private sockets.
 ///
-/// A signal that nobody else has asked for ends the process as ever, but the network is left first, so that the others
+/// A signal without a handler ends the process as by default, but the network is left first, so that its peers
 /// do not have to wait for this node's lease.
 /// Threads: its own "remote"; all members from one thread.
 class RemoteDesk {

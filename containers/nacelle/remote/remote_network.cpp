@@ -158,7 +158,7 @@ Problem RemoteNetwork::why_not(const std::string& service, const msgs::ServiceTy
   if (found == all.end()) {
     std::vector<std::string> names;
     for (const auto& [name, types] : all) names.push_back(name);
-    return {what, "nobody offers it in " + where_,
+    return {what, "no server offers it in " + where_,
             names.empty() ? "no service at all was found there" : suggestion(service, names)};
   }
   if (!found->second.contains(type.name))

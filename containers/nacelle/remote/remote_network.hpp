@@ -51,7 +51,7 @@ class RemoteNetwork {
   /// "domain 5", for people.
   [[nodiscard]] const std::string& where() const { return where_; }
 
-  /// Whoever waits here returns at once when one of these is readable. To be set before the first wait.
+  /// Waits return at once when one of these is readable. Set it before the first wait.
   void interrupted_by(std::vector<int> descriptors) { interrupts_ = std::move(descriptors); }
   /// Readable when a problem has been found since the last wait() or drain().
   [[nodiscard]] int descriptor() const { return bell_.descriptor(); }
@@ -83,7 +83,7 @@ class RemoteNetwork {
 
   /// As runtime::Container::call_service(), for servers outside. Waits for the server at most for the time of discovery,
   /// and for one that was found a moment more.
-  /// Errors: nobody offers it, or not with that type, or with another middleware's protocol.
+  /// Errors: no server offers it, or not with that type, or with another middleware's protocol.
   [[nodiscard]] Result<std::unique_ptr<runtime::ServiceCall>, Problem> start_call(const std::string& service,
                                                                                   const msgs::ServiceType& type,
                                                                                   void* request,

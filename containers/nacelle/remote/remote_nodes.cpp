@@ -157,7 +157,7 @@ Result<std::unique_ptr<desk::TopicTap>, Problem> RemoteNodes::tap(const TapWish&
     std::vector<std::string> names;
     for (const auto& [name, types] : network_.look([](const auto& graph) { return graph.topics(); }))
       names.push_back(name);
-    return err(Problem{"topic " + wish.topic, "nobody publishes or reads it in " + network_.where(),
+    return err(Problem{"topic " + wish.topic, "no node publishes it or subscribes to it in " + network_.where(),
                        names.empty() ? "no topic at all was found there" : suggestion(wish.topic, names),
                        NameFault::Unknown, wish.topic});
   }

@@ -163,7 +163,7 @@ constexpr std::array kEkf{
     Key{"alpha", Doubted, "", "", kUnscented},
     Key{"kappa", Doubted, "", "", kUnscented},
     Key{"beta", Doubted, "", "", kUnscented},
-    Key{"base_footprint_frame", Dropped, "", "", "read by nobody any more"},
+    Key{"base_footprint_frame", Dropped, "", "", "no longer used"},
     Key{"tf_prefix"},
     Key{"disabled_at_startup"},
     Key{"odom#"},

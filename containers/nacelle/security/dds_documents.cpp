@@ -19,12 +19,6 @@ constexpr const char* kNamespace =
     "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" "
     "xsi:noNamespaceSchemaLocation=\"http://www.omg.org/spec/DDS-SECURITY/20170901/";
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-  return out;
-}
-
 /// The topics that a deed writes to, or reads from.
 Topics topics_of(const Permit& permit, bool writes) {
   const auto service = [&](Topics& into, const std::string& name, bool request) {
@@ -74,7 +68,7 @@ Topics topics_of(const Policy& policy, bool allowed, bool writes) {
 std::string section(const char* name, const Topics& topics) {
   if (topics.empty()) return {};
   std::string text = fmt::format("        <{}>\n          <topics>\n", name);
-  for (const auto& topic : topics) text += "            <topic>" + escaped(topic) + "</topic>\n";
+  for (const auto& topic : topics) text += "            <topic>" + xml_escaped(topic) + "</topic>\n";
   return text + fmt::format("          </topics>\n        </{}>\n", name);
 }
 
@@ -125,7 +119,7 @@ bool is_of_one_part(const std::string& subject) {
 std::string permissions_xml(const Policy& policy, const std::string& common_name, const Validity& validity,
                             int domain) {
   const Topics graph{"ros_discovery_info"};
-  const std::string name = escaped(common_name);
+  const std::string name = xml_escaped(common_name);
   return fmt::format(
              "<dds {}omg_shared_ca_permissions.xsd\">\n  <permissions>\n    <grant name=\"{}\">\n"
              "      <subject_name>CN={}</subject_name>\n      <validity>\n        <not_before>{}</not_before>\n"

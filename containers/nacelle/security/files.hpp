@@ -13,12 +13,12 @@ namespace nacelle::security {
 
 inline constexpr std::size_t kMostFileBytes = std::size_t{1} << 20U;
 
-/// Never waits for somebody who writes. Errors: also what is no regular file (a FIFO, a device), and one with more than
+/// Never waits for a writer. Errors: also what is no regular file (a FIFO, a device), and one with more than
 /// kMostFileBytes, of which no more is read.
 [[nodiscard]] Result<std::string, Problem> read_file(const std::filesystem::path& path);
 
 enum class Secrecy : std::uint8_t { Public, Private };
-/// Puts it there whole or not at all: whoever reads meanwhile sees the old file or the new one.
+/// Puts it there whole or not at all: a concurrent reader sees the old file or the new one.
 [[nodiscard]] Result<void, Problem> write_file(const std::filesystem::path& path, const std::string& text,
                                                Secrecy secrecy);
 /// A folder, with those above it. One that is there keeps its mode.

@@ -16,8 +16,7 @@ std::string ClockJumpReport::tell(Duration step, WallTime now) {
   const std::string text = fmt::format("the wall clock was set by {:+.3f} s", to_seconds(step));
   if (Block* const block = writer_->borrow(); block != nullptr) {
     auto& message = *static_cast<DiagnosticArray*>(block->message);
-    message.header.stamp.sec = static_cast<std::int32_t>(now.nanoseconds() / 1'000'000'000);
-    message.header.stamp.nanosec = static_cast<std::uint32_t>(now.nanoseconds() % 1'000'000'000);
+    message.header.stamp = now;
     message.header.frame_id.clear();
     message.status.resize(1);
     auto& status = message.status[0];

@@ -12,7 +12,7 @@
 
 namespace nacelle::session {
 
-/// Can be waited for until somebody may have set the wall clock. Threads: one.
+/// Becomes readable when the wall clock may have been set. Threads: one.
 class ClockAlarm {
  public:
   virtual ~ClockAlarm() = default;

@@ -18,7 +18,7 @@
 
 namespace nacelle::session {
 
-/// Which emergency stops are set, whoever set them: what a container that comes back after a crash has to say again.
+/// Tracks which emergency stops are set, by any publisher. A container that resumes after a crash publishes them again.
 ///
 /// A stop of a publisher that keeps no history (`ros2 topic pub` without more) is repeated latched, so that a base that is made or
 /// activated later obeys it; the release ends that. The repetition has the time of the stop itself: a release that was said after

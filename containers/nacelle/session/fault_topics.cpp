@@ -131,10 +131,7 @@ bool FaultTopics::publish_diagnostics(const std::vector<runtime::ComponentInfo>&
   if (block == nullptr) return !were_faulted_.empty();
   auto& message = *static_cast<DiagnosticArray*>(block->message);
   message = {};
-  const Duration now = container_.clock().wall_now().since_origin;
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
-  message.header.stamp.sec = static_cast<std::int32_t>(seconds.count());
-  message.header.stamp.nanosec = static_cast<std::uint32_t>((now - seconds).count());
+  message.header.stamp = container_.clock().wall_now();
   const auto history = container_.faults();
   for (const auto* const info : told) message.status.push_back(status_of(*info, history));
   for (const auto& component : absent) {

@@ -18,7 +18,7 @@ std::string first_message_missing(const runtime::Container& container, const std
     if (stream.published > 0) return {};
     has_writer = has_writer || stream.writers > 0;
   }
-  return has_writer ? "no message yet" : "nobody publishes " + topic;
+  return has_writer ? "no message yet" : "no publisher of " + topic;
 }
 
 std::string transform_missing(const runtime::Container& container, const std::string& target,
@@ -50,7 +50,7 @@ std::function<std::string()> missing_of(const launch::AfterCondition& condition,
     }
     case launch::When::Service:
       return [&container, service = condition.detail] {
-        return container.service_is_ready(service) ? std::string{} : "nobody offers it";
+        return container.service_is_ready(service) ? std::string{} : "no server offers it";
       };
   }
   return {};

@@ -14,7 +14,7 @@ namespace nacelle::session {
 
 /// Says what the condition lacks beside an active node, or nothing once it holds; an empty function for `active`.
 ///
-/// A first message counts from whoever published it: what is waited for is the stream. Keeps `container` by reference.
+/// A first message of any publisher counts: the condition is about the stream. Keeps `container` by reference.
 [[nodiscard]] std::function<std::string()> missing_of(const launch::AfterCondition& condition,
                                                       const runtime::Container& container);
 

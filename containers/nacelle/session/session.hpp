@@ -163,7 +163,7 @@ class Session final : public answers::Robot {
   bool on_terminal_;
   Bell fault_event_;
 
-  // Destroyed from below: the server first, so that nobody asks any more, the container before the programs it talks to.
+  // Destroyed from below: the server first, so that no request arrives; the container before the programs it talks to.
   std::vector<std::unique_ptr<process::ForeignProgram>> programs_;
   std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "nacelle/base/printable.hpp"
+#include "nacelle/msgs/utf16.hpp"
 
 namespace nacelle::text {
 namespace {
@@ -39,38 +40,6 @@ void append_float(std::string& out, double value, bool single) {
     }
     if (out.find_first_of(".e", begin) == std::string::npos) out += ".0";
   }
-}
-
-std::string utf8_of(const std::u16string& text) {
-  std::string out;
-  const auto add = [&out](std::uint32_t code) {
-    if (code < 0x80) {
-      out.push_back(static_cast<char>(code));
-    } else if (code < 0x800) {
-      out.push_back(static_cast<char>(0xC0 | code >> 6));
-      out.push_back(static_cast<char>(0x80 | (code & 0x3F)));
-    } else if (code < 0x10000) {
-      out.push_back(static_cast<char>(0xE0 | code >> 12));
-      out.push_back(static_cast<char>(0x80 | (code >> 6 & 0x3F)));
-      out.push_back(static_cast<char>(0x80 | (code & 0x3F)));
-    } else {
-      out.push_back(static_cast<char>(0xF0 | code >> 18));
-      out.push_back(static_cast<char>(0x80 | (code >> 12 & 0x3F)));
-      out.push_back(static_cast<char>(0x80 | (code >> 6 & 0x3F)));
-      out.push_back(static_cast<char>(0x80 | (code & 0x3F)));
-    }
-  };
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const std::uint32_t unit = text[i];
-    const bool high = unit >= 0xD800 && unit < 0xDC00, low = unit >= 0xDC00 && unit < 0xE000;
-    const bool paired = high && i + 1 < text.size() && text[i + 1] >= 0xDC00 && text[i + 1] < 0xE000;
-    if (paired) {
-      add(0x10000 + ((unit - 0xD800) << 10) + (static_cast<std::uint32_t>(text[++i]) - 0xDC00));
-    } else {
-      add(high || low ? 0xFFFD : unit);  // half of a pair is no character
-    }
-  }
-  return out;
 }
 
 bool needs_quotes(std::string_view text) {
@@ -130,7 +99,7 @@ void append_value(std::string& out, const Field& field, const void* at, const Ya
     case Kind::Float32: append_float(out, static_cast<double>(load<float>(at)), true); break;
     case Kind::Float64: append_float(out, load<double>(at), false); break;
     case Kind::String: append_text(out, *static_cast<const std::string*>(at), options); break;
-    case Kind::WString: append_text(out, utf8_of(*static_cast<const std::u16string*>(at)), options); break;
+    case Kind::WString: append_text(out, msgs::utf8_of(*static_cast<const std::u16string*>(at)), options); break;
     case Kind::Message: break;  // append_message()
   }
 }

@@ -47,7 +47,7 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
        },
        [this, &record](const std::string& code) { note_closed_fault(record, code); }});
   const std::lock_guard lock(mutex);
-  if (record.given_up) throw std::runtime_error("its load was given up");
+  if (record.given_up) throw std::runtime_error("its load has timed out");
   for (const auto& [id, other] : foreign) {
     if (other->info().node != name) continue;
     throw exceptions::InvalidNameError(

@@ -33,10 +33,7 @@ void ParameterEvents::on_change(const ParameterChange& change) noexcept {
   Block* const block = (*writer)->borrow();
   if (block == nullptr) return;
   auto& event = *static_cast<ParameterEvent*>(block->message);
-  const Duration now = clock_.wall_now().since_origin;
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
-  event.stamp.sec = static_cast<std::int32_t>(seconds.count());
-  event.stamp.nanosec = static_cast<std::uint32_t>((now - seconds).count());
+  event.stamp = clock_.wall_now();
   event.node = node_;
   fill(event.new_parameters, change.declared);
   fill(event.changed_parameters, change.set);

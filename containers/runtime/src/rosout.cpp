@@ -24,9 +24,7 @@ void publish(Writer& writer, const LogQueue::Line& line) {
   Block* const block = writer.borrow();
   if (block == nullptr) return;
   auto& log = *static_cast<Log*>(block->message);
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(line.when.since_origin);
-  log.stamp.sec = static_cast<std::int32_t>(seconds.count());
-  log.stamp.nanosec = static_cast<std::uint32_t>((line.when.since_origin - seconds).count());
+  log.stamp = line.when;
   log.level = static_cast<std::uint8_t>(line.level);
   log.name.assign(line.name);
   log.msg.assign(line.text);

@@ -8,23 +8,10 @@
 #include <string_view>
 
 #include "nacelle/base/expect.hpp"
+#include "nacelle/base/xml.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
-
-// Both were validated; in case a rule above grows, no value leaves its attribute.
-std::string escaped(std::string_view value) {
-  std::string out;
-  for (const char c : value) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
 
 bool is_address(std::string_view text) {
   return text.find(':') != std::string_view::npos || text.find_first_not_of("0123456789.") == std::string_view::npos;
@@ -34,7 +21,7 @@ std::string interfaces_of(const NetworkSettings& settings) {
   std::string all;
   // Said to do multicast, lo has no limit of ten processes.
   for (const auto& name : settings.interfaces) {
-    all += fmt::format(R"(<NetworkInterface {}="{}"{}/>)", is_address(name) ? "address" : "name", escaped(name),
+    all += fmt::format(R"(<NetworkInterface {}="{}"{}/>)", is_address(name) ? "address" : "name", xml_escaped(name),
                        name == "lo" ? R"( multicast="true")" : "");
   }
   return all.empty() ? all : "<Interfaces>" + all + "</Interfaces>";
@@ -66,7 +53,7 @@ std::string discovery_of(const NetworkSettings& settings) {
   // see us though we have not been told how they look.
   const bool asks_this_machine = settings.discovery == Reach::Unicast || settings.discovery == Reach::ThisMachine;
   std::string peers = asks_this_machine ? R"(<Peer address="localhost"/>)" : "";
-  for (const auto& peer : settings.peers) peers += fmt::format(R"(<Peer address="{}"/>)", escaped(peer));
+  for (const auto& peer : settings.peers) peers += fmt::format(R"(<Peer address="{}"/>)", xml_escaped(peer));
   if (!peers.empty()) discovery += "<Peers>" + peers + "</Peers>";
   return "<Discovery>" + discovery + "</Discovery>";
 }

@@ -85,4 +85,18 @@ Result<void, Problem> parse_xml(tinyxml2::XMLDocument& document, std::string_vie
   return err(std::move(problem));
 }
 
+std::string xml_escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += c;
+    }
+  }
+  return out;
+}
+
 }  // namespace nacelle

@@ -2,7 +2,7 @@
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
-#include "utf16.hpp"
+#include "nacelle/msgs/utf16.hpp"
 
 #include <nlohmann/json.hpp>
 

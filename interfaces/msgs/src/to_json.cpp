@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/msgs/json.hpp"
-#include "utf16.hpp"
+#include "nacelle/msgs/utf16.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -145,7 +145,7 @@ struct SharedRemap {
   Place where;
 };
 
-/// A section of a parameter file that gives its values to nobody.
+/// A section of a parameter file that matches no node.
 struct UnusedSection {
   std::string pattern;
   Place where;

@@ -36,7 +36,7 @@ enum class Liveliness : std::uint8_t {
 /// more of them than its depth says). Each case is counted.
 enum class PoolPolicy : std::uint8_t {
   Grow,  ///< Makes another one: nothing is lost, and memory grows with what the readers keep.
-  Drop,  ///< The next message is filled as ever and goes to nobody: memory is bounded, the reader that keeps too much misses it.
+  Drop,  ///< The next message is filled and then dropped: memory is bounded, and the reader that keeps too much misses it.
   Fail,  ///< The same, and the publisher's component becomes faulted: a design error that must not pass unseen.
 };
 

@@ -281,13 +281,13 @@ TEST_F(EkfNode, use_control_predicts_with_what_cmd_vel_commands) {
     EXPECT_EQ(announced[0].second, Announced::WithItsPublisher) << "the base may read another type there";
     ASSERT_TRUE(node.trigger(Transition::Activate).success);
     Odometry still;
-    still.header.stamp = stamp_of(context.clock().wall_now());
+    still.header.stamp = context.clock().wall_now();
     still.child_frame_id = "base_link";
     for (std::size_t i = 0; i < 6; ++i) still.twist.covariance[i * 7] = 1e-4;
     context.inject("/odom", still);
     for (int i = 0; i < 40; ++i) {
       geometry_msgs::msg::TwistStamped command;
-      command.header.stamp = stamp_of(context.clock().wall_now());
+      command.header.stamp = context.clock().wall_now();
       command.header.frame_id = i % 2 == 0 ? "base_link" : "";
       command.twist.linear.x = 0.5;
       if (stamped) {
@@ -408,7 +408,7 @@ TEST_F(EkfNode, the_same_inputs_give_the_same_outputs_bit_by_bit) {
     std::normal_distribution<double> normal;
     for (int i = 0; i < 200; ++i) {
       Odometry m;
-      m.header.stamp = stamp_of(context.clock().wall_now());
+      m.header.stamp = context.clock().wall_now();
       m.child_frame_id = "base_link";
       m.twist.twist.linear.x = normal(random);
       for (std::size_t k = 0; k < 6; ++k) m.twist.covariance[k * 7] = 1e-3;

@@ -35,7 +35,7 @@ class EkfNode : public ::testing::Test {
     ASSERT_TRUE(node_->trigger(Transition::Activate).success);
   }
   [[nodiscard]] builtin_interfaces::msg::Time stamp(Duration ago = 0ns) {
-    return stamp_of(context_.clock().wall_now() - ago);
+    return context_.clock().wall_now() - ago;
   }
   void send_odometry(double vx, double vyaw = 0.0, Duration ago = 0ns) {
     context_.inject("/odom", odometry(vx, vyaw, ago));

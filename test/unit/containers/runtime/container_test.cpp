@@ -17,6 +17,15 @@ namespace {
 
 using ::testing::HasSubstr;
 
+TEST_F(ContainerTest, loads_each_class_of_a_library_with_several) {
+  const ComponentInfo first = load("First"), second = load("Second");
+  EXPECT_EQ(first.node, "/first");
+  EXPECT_FALSE(first.managed);
+  EXPECT_EQ(second.node, "/second");
+  EXPECT_TRUE(second.managed);
+  EXPECT_EQ(first.library, second.library);
+}
+
 TEST_F(ContainerTest, loads_runs_and_unloads_a_component_and_its_image_is_gone) {
   std::optional<Ear> ticks(std::in_place, container, "/ticks", QoS(10));
   const auto talker = load("Talker");

@@ -100,5 +100,22 @@ TEST(DurationHistogram, takes_zero_and_the_longest_duration) {
   EXPECT_EQ(histogram.quantile(1.0), Duration::max());
 }
 
+struct Stamp {  // as builtin_interfaces/msg/Time
+  std::int32_t sec = 0;
+  std::uint32_t nanosec = 0;
+};
+
+TEST(WallTime, is_a_messages_stamp_and_back_also_before_1970) {
+  for (const Duration since : {Duration{0}, Duration{1'700'000'000'123'456'789}, Duration{-1}, Duration{-1'500'000'000}}) {
+    const WallTime time{since};
+    const Stamp stamp = time;
+    EXPECT_LT(stamp.nanosec, 1'000'000'000U);
+    EXPECT_EQ(time_of(stamp), time) << since.count();
+  }
+  const Stamp before = WallTime{Duration{-1}};
+  EXPECT_EQ(before.sec, -1);
+  EXPECT_EQ(before.nanosec, 999'999'999U);
+}
+
 }  // namespace
 }  // namespace nacelle

@@ -88,7 +88,7 @@ class TransformBuffer {
   /// Lives as long as the buffer.
   [[nodiscard]] std::string_view name(FrameId frame) const;
 
-  /// `writer`: MessageInfo's, for explain_by(); 0 if nobody else's clock can be meant.
+  /// `writer`: MessageInfo's, for explain_by(); 0 if the broadcaster is on this machine.
   [[nodiscard]] Result<void, InsertFault> insert(FrameId parent, FrameId child, WallTime stamp,
                                                  const RigidTransform& X_PC, Permanence permanence,
                                                  std::uint64_t writer = 0);

@@ -33,7 +33,7 @@ struct ManagedNode {
   std::string name;
   std::vector<Dependency> after;
   bool activate = true;  ///< False: it is only configured.
-  bool required = true;  ///< False: if it fails, the bring-up goes on without it, and nobody waits for it.
+  bool required = true;  ///< False: if it fails, the bring-up goes on without it, and no node waits for it.
 };
 
 /// The order of bring-up: dependencies first, else as listed. The same plan gives the same order, always.

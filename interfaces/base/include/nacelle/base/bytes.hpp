@@ -10,9 +10,9 @@
 
 namespace nacelle {
 
-/// Bytes that somebody else owns, for the length of a call.
+/// Borrowed bytes, valid for the length of a call.
 using ByteView = std::span<const std::uint8_t>;
-/// Writable bytes that somebody else owns, for the length of a call.
+/// Borrowed writable bytes, valid for the length of a call.
 using ByteSpan = std::span<std::uint8_t>;
 using Bytes = std::vector<std::uint8_t>;
 

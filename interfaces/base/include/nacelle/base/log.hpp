@@ -14,7 +14,7 @@ namespace nacelle {
 
 enum class LogLevel : unsigned char { Debug = 10, Info = 20, Warn = 30, Error = 40, Fatal = 50 };  // rcl_interfaces/Log
 
-/// Where a line is written in the source; rcl_interfaces/Log's words. The texts are literals of whoever writes.
+/// Where a line is written in the source; rcl_interfaces/Log's words. The texts are literals of the writer.
 struct LogPlace {
   const char *file = "", *function = "";
   unsigned line = 0;
@@ -32,7 +32,7 @@ struct PlacedFormat {
   LogPlace place;
 };
 
-/// Told of each line that is written. Threads: whoever writes, one line at a time, with a lock held: only note it and return;
+/// Called for each line that is written. Threads: the writer's, one line at a time, with a lock held: only record it and return;
 /// it must not write a line itself. The texts are as they were written, not escaped, and gone when it returns.
 class LogListener {
  public:

@@ -4,11 +4,22 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
+#include <type_traits>
 
 namespace nacelle {
 
 using Duration = std::chrono::nanoseconds;
 using namespace std::chrono_literals;  // durations are written 500ms throughout the tree
+
+/// A message's time, as builtin_interfaces/msg/Time: `sec` and `nanosec`.
+template <typename T>
+concept MessageTime = requires(T& time) {
+  time.sec;
+  time.nanosec;
+};
+
+struct MonotonicLine;
+struct WallLine;
 
 /// A point on one time line. Points of two time lines do not compare; the tag is the name of the line.
 template <typename TimeLine>
@@ -24,12 +35,27 @@ struct TimePoint {
     return *this;
   }
   [[nodiscard]] std::int64_t nanoseconds() const { return since_origin.count(); }
+  /// Converts a WallTime into a message's time: `message.header.stamp = node.now();`
+  template <MessageTime T>
+  requires std::is_same_v<TimeLine, WallLine>
+  operator T() const {  // NOLINT(google-explicit-constructor)
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(since_origin);
+    T time{};
+    time.sec = static_cast<decltype(time.sec)>(seconds.count());
+    time.nanosec = static_cast<decltype(time.nanosec)>((since_origin - seconds).count());
+    return time;
+  }
 };
 
 /// CLOCK_MONOTONIC: timers, watchdogs, ages, latencies. Never steps.
-using MonotonicTime = TimePoint<struct MonotonicLine>;
+using MonotonicTime = TimePoint<MonotonicLine>;
 /// Time since the Unix epoch: message stamps (ROS time). May step when NTP first answers.
-using WallTime = TimePoint<struct WallLine>;
+using WallTime = TimePoint<WallLine>;
+/// Returns the time of a message's stamp.
+template <MessageTime T>
+[[nodiscard]] constexpr WallTime time_of(const T& stamp) {
+  return {std::chrono::seconds{stamp.sec} + Duration{stamp.nanosec}};
+}
 
 [[nodiscard]] inline double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 [[nodiscard]] inline double to_milliseconds(Duration d) { return to_seconds(d) * 1e3; }

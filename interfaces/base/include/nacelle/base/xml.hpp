@@ -21,4 +21,7 @@ namespace nacelle {
 [[nodiscard]] Result<void, Problem> parse_xml(tinyxml2::XMLDocument& document, std::string_view text,
                                               const std::string& file);
 
+/// Returns the text as it stands between tags or in an attribute with double quotes.
+[[nodiscard]] std::string xml_escaped(std::string_view text);
+
 }  // namespace nacelle

@@ -85,8 +85,8 @@ struct ServerOptions {
   std::size_t max_goals = 64;
 };
 
-/// A goal was told something that its status does not allow: succeed() of one that has ended, canceled() of one that nobody
-/// cancels.
+/// A call that the goal's status does not allow: succeed() after its end, canceled() without a cancel request.
+/// Source: rclcpp_action, which throws here too.
 struct IllegalTransition : std::logic_error {
   using logic_error::logic_error;
 };

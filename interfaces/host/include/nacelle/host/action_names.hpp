@@ -23,7 +23,7 @@ inline constexpr std::string_view kStatus = "/_action/status";
   return name.find("/_action/") != std::string_view::npos;
 }
 
-/// The action that a topic shows: whoever publishes its feedback is a server, whoever reads it a client.
+/// Returns the action that a topic belongs to: a publisher of its feedback is a server, a subscriber a client.
 struct ActionName {
   std::string name;  ///< "/fibonacci"
   std::string type;  ///< "example_interfaces/action/Fibonacci"

@@ -17,7 +17,7 @@ enum class CallbackGroupType : std::uint8_t {
 /// Every node has one mutually exclusive group for the callbacks that name none. Callbacks of different groups, and of one
 /// reentrant group, overlap only where the executor has more than one thread (`thread: {mode: own, threads: N}` in the launch
 /// file); else a group changes nothing. Lifecycle transitions run alone: no callback of any group of the node beside them.
-/// Ownership: shared by whoever asked for it and the callbacks in it. Threads: any.
+/// Ownership: shared by the node's author and the callbacks in the group. Threads: any.
 class CallbackGroup {
  public:
   using SharedPtr = std::shared_ptr<CallbackGroup>;

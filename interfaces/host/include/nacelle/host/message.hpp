@@ -30,7 +30,7 @@ class BlockHome {
   virtual void reclaim(Block& block) noexcept = 0;
 };
 
-/// The envelope of one message: who shares it, where it lives, where it goes back to.
+/// The envelope of one message: reference count, storage, and the pool it returns to.
 ///
 /// Made and owned by the runtime; a component holds one only through a Loan or a shared_ptr. The message lies behind the
 /// envelope (pool) or elsewhere (adopted heap message).
@@ -56,7 +56,7 @@ void last_reference_dropped(Block& block) noexcept;
 
 inline void add_reference(Block& block) { block.references.fetch_add(1, std::memory_order_relaxed); }
 inline void drop_reference(Block& block) noexcept {
-  // A sole holder needs no locked instruction: nobody else can raise the count.
+  // A sole holder needs no locked instruction: no other thread can raise the count.
   if (block.references.load(std::memory_order_acquire) != 1) {
     if (block.references.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
     block.references.store(1, std::memory_order_relaxed);  // for its next use

@@ -71,8 +71,8 @@ class TimerHandle {
 class ServiceHandle {
  public:
   virtual ~ServiceHandle() = default;
-  /// Answers a call that its callback left open. Moves the fields out of `response`. Returns false if nobody waits for it any
-  /// more. Calls that are open when the handle goes are told that there will be no answer. Threads: any.
+  /// Answers a call that its callback left open. Moves the fields out of `response`. Returns false if the caller no longer
+  /// waits. When the handle is destroyed, callers of open calls are notified that no response will come. Threads: any.
   virtual bool send_response(std::int64_t call, void* response) = 0;
 };
 class ClientHandle {
@@ -98,7 +98,7 @@ class FrameClaim {
   virtual ~FrameClaim() = default;
   /// Threads: any; one relaxed load.
   [[nodiscard]] virtual bool is_owner() const = 0;
-  /// Who owns the frame instead; empty while we do.
+  /// Returns the node that owns the frame; empty if this claim does.
   [[nodiscard]] virtual std::string owner() const = 0;
   /// Gives the claim up (a parameter switched the broadcast off).
   virtual void withdraw() = 0;
@@ -139,7 +139,7 @@ class NodeHost {
   [[nodiscard]] virtual std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
                                                                 FrameClaimKind kind, const Place& origin) = 0;
 
-  /// One object per name and container, made by the first who asks. `make` must live in a library that is never unloaded.
+  /// Returns the container's object of that name; the first call creates it. `make` must live in a library that is never unloaded.
   [[nodiscard]] virtual std::shared_ptr<void> shared_object(const std::string& name,
                                                             std::shared_ptr<void> (*make)()) = 0;
 
@@ -162,7 +162,7 @@ class NodeHost {
   virtual void set_active(bool active) = 0;
 };
 
-/// Who a node is.
+/// The name and namespace of a node.
 struct NodeIdentity {
   std::string name;
   std::string name_space;  ///< "/" or "/robot1"

@@ -19,12 +19,12 @@ class AnswerTaker {
   virtual void push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) = 0;
 };
 
-/// Who waits for an answer. The pointer is null once nobody does any more.
+/// The caller that waits for a response. The pointer expires when it stops waiting.
 struct Asker {
   std::weak_ptr<Guarded<AnswerTaker*>> client;
   std::int64_t sequence = 0;
 
-  /// Returns false if nobody waits any more. Null: there will be no response.
+  /// Returns false if the caller no longer waits. A null response means that none will come.
   bool answer(std::unique_ptr<msgs::AnyMessage> response) const {
     const auto waits = client.lock();
     if (!waits) return false;
@@ -63,13 +63,13 @@ class ServiceListener {
 class RemoteServer {
  public:
   virtual ~RemoteServer() = default;
-  /// Its asker is told in the end, of a response or that there will be none. Returns false if too many wait to be sent: then
-  /// nothing is.
+  /// Takes a call. Its caller gets a response, or the notice that none will come. Returns false, and takes nothing, if too many
+  /// calls wait to be sent.
   [[nodiscard]] virtual bool take(Call call) noexcept = 0;
 };
 
-/// Who calls whom in this process, for links to others (docs/adr/0013). What a call within the process costs does not depend on
-/// who has joined. Threads: any.
+/// The service servers and clients of this process, for links to other processes (docs/adr/0013). Links do not change the cost of
+/// a call within the process. Threads: any.
 class ServiceGraph {
  public:
   virtual ~ServiceGraph() = default;
@@ -83,7 +83,7 @@ class ServiceGraph {
 
   enum class Sent : std::uint8_t {
     Yes,
-    Closed,  ///< Its node is not active: it answers nobody.
+    Closed,  ///< Its node is not active: no response will come.
     Gone,
   };
   /// Hands a call from outside to this server. Preconditions: the request is of its type.

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-// What every node of ROS 2 has beside its own: topics and services that tools expect, and that nobody wants to read in a list of a
-// robot's streams. Source: rclcpp (jazzy), parameter_service_names.hpp, node_type_descriptions.cpp; rcl_lifecycle, com_interface.c.
+// Topics and services that every ROS 2 node has because tools expect them. Lists of a robot's streams leave them
+// out. Source: rclcpp (jazzy), parameter_service_names.hpp, node_type_descriptions.cpp; rcl_lifecycle, com_interface.c.
 namespace nacelle {
 
 inline constexpr const char* kRosoutTopic = "/rosout";

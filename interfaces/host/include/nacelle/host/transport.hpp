@@ -25,10 +25,10 @@ enum class PublishResult : std::uint8_t {
   Published,   ///< Handed to every matched reader (perhaps none).
   Inactive,    ///< The lifecycle node is not active: dropped and counted.
   WouldBlock,  ///< A reliable KEEP_ALL reader is full: this reader did not get it, counted.
-  PoolDry,     ///< The readers kept all messages that QoS::when_dry() allows: this one went to nobody, counted.
+  PoolDry,     ///< The readers kept all messages that QoS::when_dry() allows: this one was dropped, counted.
 };
 
-/// Told that an endpoint's EndpointStatus has changed. Threads: any, with locks held: only note it and return.
+/// Called when an endpoint's EndpointStatus has changed. Threads: any, with locks held: only record it and return.
 class StatusListener {
  public:
   virtual ~StatusListener() = default;
@@ -50,8 +50,8 @@ struct EndpointSpec {
   /// The lifecycle gate. While it holds false, a writer's publish() drops and counts; a reader starts as the gate is when it is
   /// made and follows set_enabled() from then on. Null is open.
   const std::atomic<bool>* gate = nullptr;
-  StatusListener* status_listener = nullptr;  ///< Must outlive the endpoint. Null: nobody listens.
-  bool tells_lost = false;                    ///< Whether each lost message is told too, or only counted.
+  StatusListener* status_listener = nullptr;  ///< Must outlive the endpoint. Null: none.
+  bool tells_lost = false;                    ///< Whether the listener is called for each lost message.
   /// A writer with PoolPolicy::Fail ran dry: what a fault of its component says. Called on the publisher's thread.
   std::function<void(std::string code, std::string text)> on_fault;
   /// The link that made it as the stand-in for an endpoint of another process (graph.hpp); 0: an endpoint of this process.
@@ -66,8 +66,8 @@ struct EndpointSpec {
   bool reserves = true;
 };
 
-/// What has become of an endpoint's contract: DDS's communication statuses, as totals since it was made. Whoever wants the
-/// change since the last look keeps the last one.
+/// DDS's communication statuses of an endpoint, as totals since its creation. For the change since an earlier status,
+/// subtract that status.
 struct EndpointStatus {
   /// Periods that passed without a message. The first message starts the clock (as in DDS, where an instance begins with it);
   /// a closed lifecycle gate stops it. A reader counts over all its writers.
@@ -94,7 +94,7 @@ struct WriterCounters {
   std::uint64_t copies = 0;        ///< Messages copied in publish() for owners.
   std::uint64_t bytes_copied = 0;  ///< Encoded size of those copies.
   std::uint64_t pool_grown = 0;    ///< Envelopes made after the first ones: steady state adds none.
-  std::uint64_t pool_dry = 0;      ///< Messages that went to nobody since the pool was dry (PoolPolicy Drop and Fail).
+  std::uint64_t pool_dry = 0;      ///< Messages dropped because the pool was dry (PoolPolicy Drop and Fail).
 };
 
 struct ReaderCounters {
@@ -129,7 +129,7 @@ class Writer {
   [[nodiscard]] virtual std::uint64_t id() const = 0;
 };
 
-/// Told that a reader has something to take. Threads: called on the publisher's thread, one call at a time for each reader, and
+/// Called when a reader has a message to take. Threads: called on the publisher's thread, one call at a time for each reader, and
 /// not after the reader's destructor has returned; only note it and return. Whether it may call take() and has_waiting() of that
 /// reader is for the transport to say: the Broker allows it. Nothing else of the transport may be called from within.
 class ReadyListener {
@@ -152,9 +152,9 @@ class Reader {
   /// The lifecycle gate. Closing it drops (and counts) what waits; opening it brings what the reader has missed of a
   /// transient_local history.
   virtual void set_enabled(bool enabled) = 0;
-  /// Bookkeeping of whoever runs the callback: time since publish(), and moves to the heap for a plain unique_ptr.
+  /// Records the time since publish(). Called by the runner of the callback.
   virtual void note_latency(Duration latency) = 0;
-  /// What note_latency() was told; null where nobody keeps it. Threads: any.
+  /// Returns the recorded latencies, or null if the transport keeps none. Threads: any.
   [[nodiscard]] virtual const DurationHistogram* latency() const { return nullptr; }
   virtual void note_rehomed() = 0;
 };

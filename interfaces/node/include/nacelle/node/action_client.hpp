@@ -89,7 +89,7 @@ class ClientGoalHandle final {
 ///
 /// Callbacks run on the node's executor, in the client's callback group. Without a server that is active a goal counts as
 /// rejected at once: the callbacks run before the call returns. As in rclcpp, feedback that still waits for its turn when the
-/// result comes is dropped, and a handle that nobody holds gets no feedback.
+/// result arrives is dropped. A goal whose handle was released gets no feedback.
 /// Ownership: the component's. When it goes no callback runs any more; goals that it has sent go on.
 /// Threads: any.
 template <typename A>
@@ -202,7 +202,7 @@ Client<A>::Client(Node& node, const std::string& name, const CallbackGroup::Shar
 
 template <typename A>
 bool Client<A>::wait_for_action_server(Duration timeout) const {
-  // The graph tells nobody when a lifecycle gate opens, so it is looked at; rclcpp does too, ten times a second.
+  // The graph does not report when a lifecycle gate opens, so this polls, as rclcpp does ten times a second.
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (!action_server_is_ready()) {
     if (timeout >= Duration::zero() && std::chrono::steady_clock::now() >= deadline) return false;
@@ -241,8 +241,7 @@ std::shared_ptr<ClientGoalHandle<A>> Client<A>::take_answer(const GoalUUID& id,
                                                             const typename SendGoal::Response* answer,
                                                             const SendGoalOptions& options) {
   if (answer == nullptr || !answer->accepted) return nullptr;
-  const WallTime stamp{std::chrono::seconds{answer->stamp.sec} + std::chrono::nanoseconds{answer->stamp.nanosec}};
-  auto handle = std::make_shared<GoalHandle>(id, stamp, options.feedback_callback);
+  auto handle = std::make_shared<GoalHandle>(id, time_of(answer->stamp), options.feedback_callback);
   const std::lock_guard lock(mutex_);
   std::erase_if(goals_, [](const auto& entry) { return entry.second.expired(); });
   goals_.emplace(id, handle);
@@ -323,9 +322,7 @@ Future<std::shared_ptr<typename Client<A>::CancelResponse>> Client<A>::send_canc
   auto future = future_of(promise->get_future().share());
   typename CancelGoal::Request request{};
   request.goal_info.goal_id.uuid = id;
-  const auto whole = std::chrono::floor<std::chrono::seconds>(stamp.since_origin);
-  request.goal_info.stamp.sec = static_cast<std::int32_t>(whole.count());
-  request.goal_info.stamp.nanosec = static_cast<std::uint32_t>((stamp.since_origin - whole).count());
+  request.goal_info.stamp = stamp;
   const auto answered = [promise, on_answer = std::move(on_answer)](const CancelResponse* answer) {
     auto copy = answer != nullptr ? std::make_shared<CancelResponse>(*answer) : nullptr;
     promise->set_value(copy);

@@ -60,8 +60,8 @@ class ServerGoalHandle final {
 /// The three callbacks run on the node's executor, in the server's callback group. handle_accepted must not take long: it keeps
 /// the goal handle and leaves the work to a timer, or to a thread that the component joins.
 ///
-/// When the node is deactivated, faulted or unloaded, its goals are aborted and who waits for their results is told so. While it
-/// is not active no goal comes in. A client that goes away ends no goal.
+/// When the node is deactivated, faulted or unloaded, its goals are aborted, and clients that wait for results get that status.
+/// An inactive node accepts no goal. A client that disappears does not end its goals.
 /// Ownership: the component's, which it does not outlive.
 template <typename A>
 class Server final : private detail::GoalOutlets {
@@ -128,19 +128,6 @@ template <typename A>
                                      std::move(handle_accepted), options, group);
 }
 
-namespace detail {
-template <typename Stamp>
-WallTime wall_time_of(const Stamp& stamp) {
-  return WallTime{std::chrono::seconds{stamp.sec} + std::chrono::nanoseconds{stamp.nanosec}};
-}
-template <typename Stamp>
-void set_stamp(Stamp& stamp, WallTime time) {
-  const auto whole = std::chrono::floor<std::chrono::seconds>(time.since_origin);
-  stamp.sec = static_cast<std::int32_t>(whole.count());
-  stamp.nanosec = static_cast<std::uint32_t>((time.since_origin - whole).count());
-}
-}  // namespace detail
-
 template <typename A>
 Server<A>::Server(Node& node, const std::string& name, GoalCallback handle_goal, CancelCallback handle_cancel,
                   AcceptedCallback handle_accepted, const ServerOptions& options, const CallbackGroup::SharedPtr& group)
@@ -154,7 +141,7 @@ Server<A>::Server(Node& node, const std::string& name, GoalCallback handle_goal,
       feedback_(node.create_publisher<FeedbackMessage>(part_name(name_, kFeedback), QoS(10))),
       status_(node.create_publisher<StatusMessage>(part_name(name_, kStatus), QoS(1).transient_local())) {
   make_timer(options, group);
-  // What can be asked for comes last: whoever finds it finds all of it.
+  // Services come last: a client that discovers the server can use all of it.
   get_result_ = node.create_service<GetResult>(
       part_name(name_, kGetResult),
       [this](const RequestId& request, const typename GetResult::Request& asked) {
@@ -197,7 +184,7 @@ void Server<A>::take_goal(const RequestId& request, const typename SendGoal::Req
     accepted = static_cast<bool>(noted);
   }
   answer.accepted = accepted;
-  if (accepted) detail::set_stamp(answer.stamp, stamp);
+  if (accepted) answer.stamp = stamp;
   std::shared_ptr<GoalHandle> handle;
   if (accepted) {
     handle = std::make_shared<GoalHandle>(keeper_, id, std::move(goal));
@@ -212,7 +199,7 @@ void Server<A>::take_goal(const RequestId& request, const typename SendGoal::Req
 
 template <typename A>
 void Server<A>::take_cancel(const typename CancelGoal::Request& asked, typename CancelGoal::Response& answer) {
-  const auto choice = keeper_->choose(asked.goal_info.goal_id.uuid, detail::wall_time_of(asked.goal_info.stamp));
+  const auto choice = keeper_->choose(asked.goal_info.goal_id.uuid, time_of(asked.goal_info.stamp));
   answer = {};
   answer.return_code = static_cast<std::int8_t>(choice.code);
   for (const GoalUUID& id : choice.goals) {
@@ -220,7 +207,7 @@ void Server<A>::take_cancel(const typename CancelGoal::Request& asked, typename 
     if (!handle || handle_cancel_(handle) != CancelResponse::ACCEPT || !keeper_->cancel(id)) continue;
     auto& canceling = answer.goals_canceling.emplace_back();
     canceling.goal_id.uuid = id;
-    detail::set_stamp(canceling.stamp, keeper_->accepted_at(id));
+    canceling.stamp = keeper_->accepted_at(id);
   }
   if (!answer.goals_canceling.empty()) {
     keeper_->publish_status();
@@ -237,7 +224,7 @@ void Server<A>::publish_status(const std::vector<GoalTable::Goal>& goals) {
   for (std::size_t i = 0; i < goals.size(); ++i) {
     auto& row = message->status_list[i];
     row.goal_info.goal_id.uuid = goals[i].id;
-    detail::set_stamp(row.goal_info.stamp, goals[i].accepted_at);
+    row.goal_info.stamp = goals[i].accepted_at;
     row.status = static_cast<std::int8_t>(goals[i].status);
   }
   status_->publish(std::move(message));

@@ -3,13 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 
 #include "nacelle/node/lifecycle_node.hpp"
 
 namespace nacelle {
 
 /// Grows when Node, LifecycleNode, NodeHost, Block or this header change in a way that old plugins cannot take.
-inline constexpr std::uint32_t kComponentAbi = 4;
+inline constexpr std::uint32_t kComponentAbi = 5;
 
 /// One class that a plugin can make.
 struct ComponentClass {
@@ -30,12 +31,23 @@ inline constexpr const char* kComponentEntry = "nacelle_component_table";
 
 }  // namespace nacelle
 
-/// Makes a plugin of the component classes; once per library, at the end of a source file.
-#define NACELLE_REGISTER_COMPONENT(Class)                                                                        \
+// Applies NACELLE_COMPONENT_CLASS to up to 27 classes. Source: the recursion that __VA_OPT__ allows (C++20).
+#define NACELLE_PARENS ()
+#define NACELLE_EXPAND(...) NACELLE_EXPAND_9(NACELLE_EXPAND_9(NACELLE_EXPAND_9(__VA_ARGS__)))
+#define NACELLE_EXPAND_9(...) NACELLE_EXPAND_3(NACELLE_EXPAND_3(NACELLE_EXPAND_3(__VA_ARGS__)))
+#define NACELLE_EXPAND_3(...) NACELLE_EXPAND_1(NACELLE_EXPAND_1(NACELLE_EXPAND_1(__VA_ARGS__)))
+#define NACELLE_EXPAND_1(...) __VA_ARGS__
+#define NACELLE_EACH_CLASS(Class, ...) \
+  NACELLE_COMPONENT_CLASS(Class) __VA_OPT__(NACELLE_EACH_CLASS_AGAIN NACELLE_PARENS(__VA_ARGS__))
+#define NACELLE_EACH_CLASS_AGAIN() NACELLE_EACH_CLASS
+#define NACELLE_COMPONENT_CLASS(Class)                                                                   \
+  {#Class, [](const ::nacelle::NodeOptions& options) -> ::nacelle::Node* { return new Class(options); }, \
+   [](::nacelle::Node* node) { delete node; }},
+
+/// Makes a plugin of one or more component classes; once per library, at the end of a source file.
+#define NACELLE_REGISTER_COMPONENT(...)                                                                          \
   extern "C" __attribute__((visibility("default"))) const ::nacelle::ComponentTable* nacelle_component_table() { \
-    static constexpr ::nacelle::ComponentClass kClasses[] = {                                                    \
-        {#Class, [](const ::nacelle::NodeOptions& options) -> ::nacelle::Node* { return new Class(options); },   \
-         [](::nacelle::Node* node) { delete node; }}};                                                           \
-    static constexpr ::nacelle::ComponentTable kTable{::nacelle::kComponentAbi, 1, kClasses};                    \
+    static constexpr ::nacelle::ComponentClass kClasses[] = {NACELLE_EXPAND(NACELLE_EACH_CLASS(__VA_ARGS__))};   \
+    static constexpr ::nacelle::ComponentTable kTable{::nacelle::kComponentAbi, std::size(kClasses), kClasses};  \
     return &kTable;                                                                                              \
   }

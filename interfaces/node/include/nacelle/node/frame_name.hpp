@@ -11,8 +11,8 @@ namespace nacelle {
 /// A launch in a namespace with tf:=frames gives it to all its nodes.
 inline constexpr const char* kFramePrefixParameter = "frame_prefix";
 
-/// `frame` with the prefix, to which no slash is added. A name that begins with it, and an empty one, stay as they are; one
-/// that begins with '/' is of nobody's and loses the slash ("/map").
+/// Returns `frame` with the prefix; no slash is added. A name that begins with the prefix, and an empty one, stay as they are. A
+/// name that begins with '/' is global: it loses the slash and gets no prefix ("/map").
 [[nodiscard]] inline std::string with_frame_prefix(const std::string& prefix, const std::string& frame) {
   if (prefix.empty() || frame.starts_with(prefix)) return frame;
   if (frame.starts_with('/')) return frame.substr(1);

@@ -24,7 +24,7 @@ class GoalOutlets {
   virtual void watch_results(bool any) = 0;
 };
 
-/// The goals of an action server, their results and who waits for them: the part that does not depend on the action's type.
+/// Keeps the goals of an action server, their results and the clients that wait: the part that does not depend on the type.
 ///
 /// Ownership: shared by the server and its goal handles; handles that outlive the server find it closed. Threads: any.
 class GoalKeeper final : public GateListener {
@@ -36,7 +36,7 @@ class GoalKeeper final : public GateListener {
   [[nodiscard]] Result<void, Problem> accept(const GoalUUID& id, WallTime stamp, bool execute);
   void attach(const GoalUUID& id, const std::shared_ptr<void>& handle);
   void publish_status();
-  /// The handle given to attach(); null when nobody holds it any more.
+  /// Returns the handle given to attach(), or null if it was released.
   [[nodiscard]] std::shared_ptr<void> handle_of(const GoalUUID& id) const;
   [[nodiscard]] GoalTable::CancelChoice choose(const GoalUUID& id, WallTime stamp) const;
   [[nodiscard]] GoalStatus status_of(const GoalUUID& id) const;

@@ -20,13 +20,13 @@ class LifecycleNode : public Node {
 
   [[nodiscard]] State get_current_state() const { return State{state_.load(std::memory_order_acquire)}; }
 
-  /// The component cannot go on: error processing follows on its executor. Legal in every state, from any thread.
-  /// `code` is a short constant word (SERIAL_LOST), `text` tells a person what happened and what to do.
+  /// Reports that the component cannot continue. Error processing follows on its executor. Legal in every state, from any thread.
+  /// `code` is a short constant word (SERIAL_LOST); `text` tells the user what happened and what to do.
   void fault(std::string code, std::string text) { host().report_fault(std::move(code), std::move(text)); }
-  /// Something is wrong that the component mends itself (a cable that was pulled): it stays as it is, `on_fault` is not applied,
-  /// and faults and /diagnostics show it until close_fault() of the same code. Again with that code: another text. From any thread.
+  /// Opens a fault that the component will repair itself (a pulled cable). The state stays, `on_fault` is not applied, and
+  /// `nacelle faults` and /diagnostics show it until close_fault(). A second call with that code replaces the text. From any thread.
   void open_fault(std::string code, std::string text) { host().open_fault(std::move(code), std::move(text)); }
-  /// Does nothing for a code that is not open. From any thread.
+  /// Closes a fault. Ignores a code that is not open. From any thread.
   void close_fault(const std::string& code) { host().close_fault(code); }
 
   /// Called by the container on the component's executor, by tests directly. Exceptions of callbacks count as ERROR.

@@ -140,8 +140,8 @@ class Node {
     return made;
   }
 
-  /// Callbacks that are put into the group say with its type what may overlap; see CallbackGroup. Each create_ function above
-  /// takes one, and throws std::runtime_error for a group of another node.
+  /// Creates a group; its type says whether its callbacks may overlap (see CallbackGroup). The create_ functions above take one
+  /// and throw std::runtime_error for a group of another node.
   [[nodiscard]] CallbackGroup::SharedPtr create_callback_group(CallbackGroupType type) {
     return host_->create_callback_group(type);
   }
@@ -213,7 +213,7 @@ class Node {
   SetParametersResult set_parameters_atomically(const std::vector<Parameter>& parameters) {
     return parameters_.set_atomically(parameters);
   }
-  /// The callback is asked as long as the handle lives. The newest is asked first.
+  /// The callback is called as long as the handle lives. Callbacks run newest first.
   [[nodiscard]] OnSetParametersCallbackHandle::SharedPtr add_on_set_parameters_callback(
       OnSetParametersCallbackHandle::Callback callback) {
     return parameters_.add_on_set(std::move(callback));
@@ -224,25 +224,25 @@ class Node {
   [[nodiscard]] const ParameterStore& parameters() const { return parameters_; }
   [[nodiscard]] ParameterStore& parameters() { return parameters_; }
 
-  /// Says that this node broadcasts the transform parent -> child; `origin` names what one changes if it should not, e.g.
-  /// "parameter publish_tf".
+  /// Claims the transform parent -> child. `origin` names the setting that switches the broadcast off, e.g.
+  /// "parameter publish_tf"; conflicts are reported with it.
   std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child,
                                           FrameClaimKind kind = FrameClaimKind::Primary, const Place& origin = {}) {
     return host_->claim_frame(parent, child, kind, origin);
   }
 
   // For the constructor, so that a launch file can be checked without a robot (design D3):
-  /// Says that what this node publishes or computes is in `frame`, which `parameter` names: it has to be in the robot's tree.
+  /// Declares that this node's data is in `frame`, which `parameter` names. The check requires the frame in the robot's tree.
   void declare_frame_use(const std::string& frame, const std::string& parameter) {
     frame_uses_.push_back({frame, parameter});
   }
-  /// Says that this node opens `path`, which `parameter` names, for itself alone: no other component may open it.
+  /// Declares that this node opens `path`, which `parameter` names, exclusively. The check reports a second component that does.
   void declare_device_use(const std::string& path, const std::string& parameter) {
     device_uses_.push_back({path, parameter});
   }
-  /// Says what is wrong with the parameters beyond type and range; on_configure refuses it, a check of the launch file shows it.
+  /// Reports a configuration error beyond a parameter's type and range. `nacelle check` shows it; on_configure must refuse it.
   void declare_problem(const Problem& problem) const;
-  /// The same of what is worth a look and keeps nothing from working.
+  /// Reports a configuration warning. A warning does not stop the launch.
   void declare_warning(const Problem& problem) const;
   [[nodiscard]] const std::vector<FrameUse>& frame_uses() const { return frame_uses_; }
   [[nodiscard]] const std::vector<DeviceUse>& device_uses() const { return device_uses_; }
@@ -252,7 +252,7 @@ class Node {
   std::shared_ptr<T> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) {
     return std::static_pointer_cast<T>(host_->shared_object(name, make));
   }
-  /// For what has to end when the node is deactivated (action servers). The listener leaves before it goes.
+  /// Registers an object that must end its work before the gate closes (action servers). Remove it before it is destroyed.
   void add_gate_listener(GateListener& listener) { gate_listeners_.push_back(&listener); }
   void remove_gate_listener(GateListener& listener) { std::erase(gate_listeners_, &listener); }
 

@@ -195,8 +195,8 @@ class ParameterListener {
 /// Threads: one executor, but for for_each(); a component copies what its own threads need.
 class ParameterStore {
  public:
-  /// With `faults`, declare() notes a refused override there and goes on with the default, so that whoever checks a launch file
-  /// sees all that is wrong; without, it throws at the first.
+  /// If `faults` is set, declare() records a refused override there and uses the default, so that `nacelle check` reports every
+  /// mistake. Otherwise it throws at the first one.
   ParameterStore(std::string node, std::map<std::string, ParameterValue> overrides,
                  std::shared_ptr<ParameterFaults> faults = nullptr);
 
@@ -206,31 +206,31 @@ class ParameterStore {
   [[nodiscard]] const ParameterValue& get(const std::string& name) const;
   [[nodiscard]] const ParameterDescriptor& describe(const std::string& name) const;
   [[nodiscard]] ParameterType declared_type(const std::string& name) const;
-  /// Calls `what(name, value, type, descriptor)` for each, in the order of the names, while none changes. Threads: any; `what`
-  /// calls nothing of the store.
+  /// Calls `what(name, value, type, descriptor)` for each parameter in the order of their names, under the store's lock: `what`
+  /// must not call the store. Threads: any.
   template <typename F>
   void for_each(F&& what) const {
     const std::lock_guard lock(mutex_);
     for (const auto& [name, entry] : entries_) what(name, entry.value, entry.type, entry.descriptor);
   }
-  /// All or nothing; refusals come with the reason in rclcpp's words. As there, a value that is not set undeclares a parameter of
+  /// Sets all parameters or none. A refusal has rclcpp's reason. As in rclcpp, the value "not set" undeclares a parameter of
   /// dynamic type.
   SetParametersResult set_atomically(const std::vector<Parameter>& parameters);
   void undeclare(const std::string& name);
-  /// As rclcpp's: only what is there, may be changed and is of dynamic type. Errors: its named exceptions.
+  /// Undeclares a parameter of dynamic type that is not read-only. Errors: rclcpp's named exceptions.
   void undeclare_dynamic(const std::string& name);
   [[nodiscard]] std::vector<std::string> list() const;
-  /// Notes a fault that declare() cannot see. Without `faults` nobody asks.
+  /// Records a fault that declare() cannot detect. Does nothing without `faults`.
   void note_fault(ParameterFault fault) const {
     if (faults_) faults_->lock()->push_back(std::move(fault));
   }
   [[nodiscard]] OnSetParametersCallbackHandle::SharedPtr add_on_set(OnSetParametersCallbackHandle::Callback callback);
   void remove_on_set(const OnSetParametersCallbackHandle* handle);
-  /// From now on; null for nobody. Threads: any, while no callback of the component runs.
+  /// Replaces the listener; null removes it. Threads: any, while no callback of the component runs.
   void set_listener(std::shared_ptr<ParameterListener> listener) { listener_ = std::move(listener); }
 
   [[nodiscard]] const std::map<std::string, ParameterValue>& overrides() const { return overrides_; }
-  /// Overrides that nobody has declared: misspelt, most likely.
+  /// Returns overrides without a declared parameter: most likely misspelt names.
   [[nodiscard]] std::vector<std::string> unused_overrides() const;
 
  private:

@@ -90,7 +90,7 @@ class PublisherEvents final : public EndpointEvents {
   PublisherEvents(NodeHost& host, const CallbackGroup::SharedPtr& group, PublisherEventCallbacks callbacks)
       : EndpointEvents(host, group), callbacks_(std::move(callbacks)) {}
   ~PublisherEvents() override { end(); }
-  /// What happened while the writer was made is told now.
+  /// Reports events that occurred while the writer was created.
   void watch(const Writer& writer);
 
  private:

@@ -30,8 +30,8 @@ class Service {
   using SharedPtr = std::shared_ptr<Service>;
   virtual ~Service() = default;
   [[nodiscard]] const std::string& get_service_name() const { return name_; }
-  /// Answers a request whose callback took a RequestId in place of a response. Returns false if nobody waits for it (any more).
-  /// Requests that are not answered when the service goes are told that there will be no answer. Threads: any.
+  /// Answers a request whose callback took a RequestId in place of a response. Returns false if the caller no longer waits.
+  /// When the service is destroyed, callers of unanswered requests are notified that no response will come. Threads: any.
   bool send_response(const RequestId& request, typename S::Response response) {
     return handle_->send_response(request.sequence_number, &response);
   }
@@ -155,8 +155,8 @@ class Client {
   template <typename R>
   requires std::is_same_v<R, Request>
   [[nodiscard]] Future async_send_request(const std::shared_ptr<R>& request) { return async_send_request(*request); }
-  /// Waits until a server is there, at most so long. Returns whether one is. It keeps the thread: not for a callback of a component
-  /// whose executor also runs the server.
+  /// Blocks until a server is available or the timeout expires. Returns whether one is available. Do not call it in a callback if
+  /// the same executor runs the server.
   bool wait_for_service(Duration limit) const {
     const auto end = std::chrono::steady_clock::now() + limit;
     while (!service_is_ready()) {

@@ -86,12 +86,12 @@ inline constexpr Taking kTaking = std::is_same_v<Plain, Loan<T>> || std::is_same
 
 }  // namespace detail
 
-/// What a subscription can be told beside topic, QoS and callback; rclcpp's words.
+/// Options of a subscription, with rclcpp's names.
 struct SubscriptionOptions {
   CallbackGroup::SharedPtr callback_group;  ///< Null: the node's own.
   SubscriptionEventCallbacks event_callbacks;
-  CommandTimeout command_timeout{};  ///< Ours: said by whoever stops something when the messages stop.
-  /// Ours: for a second subscription that asks for less. Publishers that offer at least this are left to the first one.
+  CommandTimeout command_timeout{};  ///< Ours: of a reader that stops its hardware when commands stop.
+  /// Ours: for a second subscription with a weaker QoS. It ignores publishers that offer at least this QoS.
   std::optional<QoS> unless_offered{};
   Announced announced = Announced::Always;  ///< Ours: for a node that reads several types on one name.
 };

@@ -14,8 +14,8 @@ namespace nacelle {
 /// first time that comes, and after a jump back ticks a full period later (rcl's rules).
 ///
 /// A late tick is not made up for: the next one is due at the next multiple of the period. Silent while a lifecycle node is
-/// not active. The first tick comes a full period after the timer was made; where nobody can see that (in a constructor, behind
-/// a closed lifecycle gate) timers of up to a second join the common beat of their period, at most one more period later.
+/// not active. The first tick comes a full period after creation. If that is unobservable (in a constructor, behind
+/// a closed lifecycle gate), timers of up to one second join the common beat of their period, at most one period later.
 class Timer {
  public:
   using SharedPtr = std::shared_ptr<Timer>;

@@ -7,7 +7,7 @@
 
 namespace nacelle::msgs {
 
-/// Half a pair becomes U+FFFD.
+/// Returns the text as UTF-8. An unpaired surrogate becomes U+FFFD.
 [[nodiscard]] inline std::string utf8_of(std::u16string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -36,7 +36,7 @@ namespace nacelle::msgs {
   return out;
 }
 
-/// Precondition: valid UTF-8 (the JSON parser has checked it).
+/// Returns the text as UTF-16. Precondition: valid UTF-8 (the JSON parser has checked it).
 [[nodiscard]] inline std::u16string utf16_of(std::string_view text) {
   std::u16string out;
   for (std::size_t i = 0; i < text.size();) {
