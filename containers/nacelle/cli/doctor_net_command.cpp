@@ -94,8 +94,7 @@ std::string words_of_security(const json& security) {
 
 void print_settings(const json& net) {
   const std::string because_of = net["because_of"].get<std::string>();
-  row("mode",
-      net["mode"].get<std::string>() + " (" + (because_of.empty() ? "the default" : because_of) + ")");
+  row("mode", net["mode"].get<std::string>() + " (" + (because_of.empty() ? "the default" : because_of) + ")");
   if (net["mode"] == "off") return;
   row("discovery", net["discovery"].get<std::string>());
   row("domain", fmt::format("{}, UDP ports {} to {}", net["domain"].get<int>(), net["ports"]["first"].get<int>(),

@@ -40,8 +40,7 @@ void Whom::add_options(Command& command) {
       .value("N")
       .checked(wrong_domain);
   command
-      .option("--network", remote_->network,
-              "local: this machine, for robots that are not exported (default: export)")
+      .option("--network", remote_->network, "local: this machine, for robots that are not exported (default: export)")
       .one_of({"local", "export"});
   command.option("--spin-time", remote_->spin_time_s, "how long to look for those on the network")
       .value("SECONDS")

@@ -151,7 +151,8 @@ void check_clients(Evidence& evidence) {
     if (near.empty() && missing) continue;
     evidence.find(
         Rule::NotOffered,
-        {place, client.node + " calls the service '" + client.name + "' (" + client.type + "), which no component offers",
+        {place,
+         client.node + " calls the service '" + client.name + "' (" + client.type + "), which no component offers",
          !near.empty()    ? "did you mean '" + near + "'?"
          : others.empty() ? "fine if it can do without"
                           : "of its type there is " + join(others, " and ")},

@@ -125,7 +125,8 @@ class Order {
     bool known = true;
     for (const auto& frame : ends) {
       if (holds(frames_, frame)) continue;
-      cannot(waiter, condition, what, "and no component broadcasts the frame '" + frame + "'", suggestion(frame, frames_));
+      cannot(waiter, condition, what, "and no component broadcasts the frame '" + frame + "'",
+             suggestion(frame, frames_));
       known = false;
     }
     if (!known) return;

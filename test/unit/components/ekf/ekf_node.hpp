@@ -34,9 +34,7 @@ class EkfNode : public ::testing::Test {
     ASSERT_TRUE(configured.success) << configured.reason;
     ASSERT_TRUE(node_->trigger(Transition::Activate).success);
   }
-  [[nodiscard]] builtin_interfaces::msg::Time stamp(Duration ago = 0ns) {
-    return context_.clock().wall_now() - ago;
-  }
+  [[nodiscard]] builtin_interfaces::msg::Time stamp(Duration ago = 0ns) { return context_.clock().wall_now() - ago; }
   void send_odometry(double vx, double vyaw = 0.0, Duration ago = 0ns) {
     context_.inject("/odom", odometry(vx, vyaw, ago));
   }

@@ -106,7 +106,8 @@ struct Stamp {  // as builtin_interfaces/msg/Time
 };
 
 TEST(WallTime, is_a_messages_stamp_and_back_also_before_1970) {
-  for (const Duration since : {Duration{0}, Duration{1'700'000'000'123'456'789}, Duration{-1}, Duration{-1'500'000'000}}) {
+  for (const Duration since :
+       {Duration{0}, Duration{1'700'000'000'123'456'789}, Duration{-1}, Duration{-1'500'000'000}}) {
     const WallTime time{since};
     const Stamp stamp = time;
     EXPECT_LT(stamp.nanosec, 1'000'000'000U);
