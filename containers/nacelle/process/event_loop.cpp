@@ -49,6 +49,8 @@ void EventLoop::end_with_a_lost_descriptor() {
 void EventLoop::list(Entry& entry) {
   entry.first = waits_.size();
   entry.is_listed = !entry.task.watch || attempt(entry.task.name.c_str(), [&] { entry.task.watch(waits_); });
+  if (!entry.is_listed)
+    waits_.resize(entry.first);  // what it appended before it failed would wake the loop, and not be served
   entry.count = waits_.size() - entry.first;
   entry.due = entry.task.next_due ? entry.task.next_due() : std::nullopt;
 }
@@ -72,7 +74,8 @@ void EventLoop::wait(int limit_ms) {
     for (Entry& entry : entries_) {
       if (entry.task.shed) {
         attempt(entry.task.name.c_str(), entry.task.shed);
-        entry.is_listed = false;  // it is looked at in the next turn
+        entry.first = entry.count = 0;
+        entry.is_listed = false;  // its turn is the next one
       } else {
         list(entry);
       }

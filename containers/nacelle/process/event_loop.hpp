@@ -14,43 +14,43 @@
 
 namespace nacelle::process {
 
-/// What a loop waits for, and what it does then. A task that has neither `watch` nor `next_due` is never served.
+/// A unit of work of an EventLoop. A task without `watch` and `next_due` never runs.
 struct Task {
-  std::string name;  ///< What a failure of it is reported as.
-  /// Appends what is to be polled. If there is no memory for that, it throws and leaves the list as it was.
+  std::string name;  ///< Names the task when it fails.
+  /// Appends the descriptors to poll. If it throws, the task is skipped for one turn.
   std::function<void(std::vector<pollfd>&)> watch;
-  /// When it has something to do though nothing happens; empty, or nothing: never.
+  /// Returns when the task must run even if no descriptor is ready; nothing: never. May be empty.
   std::function<std::optional<MonotonicTime>()> next_due;
-  /// Called when a descriptor is ready, when it is due, and again if it threw. `waits`: what `watch` appended, after poll().
+  /// Runs when a descriptor is ready, when the task is due, and again after an exception. `waits`: what `watch` appended, after poll().
   std::function<void(std::span<const pollfd> waits)> serve;
-  /// Of a task whose descriptors belong to others: called when poll() refuses the whole list, to give some of them up. One of them that
-  /// is closed is the task's affair.
+  /// For a task with descriptors of clients: called when poll() rejects the list, to close some of them. Without it, a closed
+  /// descriptor of the task ends the loop.
   std::function<void()> shed;
 };
 
-/// A task that waits for one descriptor, which is the same as long as the loop lives.
+/// Returns a task that waits for one descriptor, which must not change while the loop exists.
 [[nodiscard]] Task on_readable(std::string name, int descriptor, std::function<void()> serve);
 
-/// What a thread waits for and does: each room adds its tasks, and none knows another one's descriptors.
+/// The event loop of a thread. Each room of the program adds its tasks and knows no descriptor of another room.
 ///
-/// A task that throws is reported and served again 100 ms later; the others and the loop go on.
-/// Threads: one. Allocates: nothing once each task has had its longest list.
+/// An exception of a task is reported, and the task runs again after 100 ms; the other tasks and the loop continue.
+/// Threads: one. Allocates: only when the list of descriptors grows.
 class EventLoop {
  public:
   explicit EventLoop(const Clock& clock) : clock_(clock) {}
   EventLoop(const EventLoop&) = delete;
   EventLoop& operator=(const EventLoop&) = delete;
 
-  /// Tasks that are ready together are served in the order in which they were added.
+  /// Tasks that are ready at the same time run in the order in which they were added.
   void add(Task task);
-  /// Serves until end() is called. Returns what it was called with.
-  /// Errors: poll() fails on descriptors that no task can give up; a descriptor was closed by other code.
+  /// Runs tasks until end() is called. Returns the argument of end().
+  /// Errors: poll() fails and no task can close descriptors; other code closed a descriptor.
   [[nodiscard]] std::optional<Problem> run();
-  /// Waits no longer than `limit` and serves once what is ready then.
+  /// Waits for at most `limit`, then runs every ready task once.
   void turn(std::optional<Duration> limit);
-  /// The loop ends after the task that is being served. For tasks.
+  /// Ends the loop after the current task. Called by tasks.
   void end(std::optional<Problem> why = std::nullopt);
-  /// A descriptor that a task needs was closed by other code, and its number may be another file's. For tasks.
+  /// Ends the loop because other code closed a descriptor of a task; its number may belong to another file now. Called by tasks.
   void end_with_a_lost_descriptor();
   [[nodiscard]] bool has_lost_a_descriptor() const { return has_lost_a_descriptor_; }
 
