@@ -64,13 +64,13 @@ void Session::add_upkeep(process::EventLoop& loop) {
 
 // What components and the control thread ring for: states, faults, descriptors. Each part is tried by itself.
 void Session::add_supervision(process::EventLoop& loop) {
-  const auto watch = [this](std::vector<pollfd>& waits) { waits.push_back({fault_event_.descriptor(), POLLIN, 0}); };
+  const auto watch = [this](std::vector<pollfd>& waits) { waits.push_back({fault_bell_.descriptor(), POLLIN, 0}); };
   loop.add({.name = "states",
             .watch = watch,
             .next_due = {},
             .serve =
                 [this](auto) {
-                  fault_event_.silence();
+                  fault_bell_.silence();
                   service_->set_nodes(container_->list());
                 },
             .shed = {}});

@@ -31,22 +31,17 @@ bool is_emergency_stop(std::string_view topic, std::string_view type) {
 }
 
 RobotService::RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
-                           void (*on_shutdown)(void*), void* context, int emergency_event)
+                           void (*on_shutdown)(void*), void* context, Bell& bell)
     : container_(container),
       types_(message_folders),
       on_shutdown_(on_shutdown),
       context_(context),
-      emergency_event_(emergency_event),
+      bell_(bell),
       main_thread_(::pthread_self()),
       buffer_name_(spatial::kTransformBufferName) {
   streams_.reserve(64);
   // An emergency stop must work when no library can be opened any more.
   static_cast<void>(types_.message(kEmergencyStopType));
-}
-
-void RobotService::wake() const {
-  const std::uint64_t one = 1;
-  static_cast<void>(!::write(emergency_event_, &one, sizeof one));
 }
 
 bool RobotService::is_emergency_stop(control::NamePair topic_and_type) const {
@@ -55,7 +50,7 @@ bool RobotService::is_emergency_stop(control::NamePair topic_and_type) const {
 
 void RobotService::descriptors_ran_out(bool ran_out) {
   has_no_descriptors_ = ran_out;
-  wake();
+  bell_.ring();
 }
 
 void RobotService::descriptor_was_lost() {
@@ -99,7 +94,7 @@ const char* RobotService::publish(const control::Publication& publication) {
   if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or any more)";
   if (const char* const why = desk::publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr)
     return why;
-  if (!open.latched_topic.empty()) wake();
+  if (!open.latched_topic.empty()) bell_.ring();
   return nullptr;
 }
 

@@ -13,6 +13,7 @@
 
 #include "answers/robot.hpp"
 #include "control/server.hpp"
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/host/transport.hpp"
 #include "nacelle/msgs/type_library.hpp"
@@ -37,10 +38,10 @@ inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmerg
 class RobotService final : public control::FastService {
  public:
   /// `on_shutdown` is called on the control thread when a client wants the end; it only notes it.
-  /// `emergency_event` is an eventfd that is set when a client publishes an emergency stop, and when descriptors run out or are
-  /// available again. It outlives this.
+  /// `bell` is rung when a client publishes an emergency stop, and when descriptors run out or are available again. It outlives
+  /// this.
   RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
-               void (*on_shutdown)(void*), void* context, int emergency_event);
+               void (*on_shutdown)(void*), void* context, Bell& bell);
 
   [[nodiscard]] Result<std::uint16_t, std::string> open_writer(control::NamePair topic_and_type) override;
   void close_writer(std::uint16_t handle) override;
@@ -54,7 +55,7 @@ class RobotService final : public control::FastService {
   void descriptors_ran_out(bool ran_out) override;
   void descriptor_was_lost() override;
 
-  /// Returns whether the control thread fails to open descriptors. A change sets the emergency event. Threads: any.
+  /// Returns whether the control thread fails to open descriptors. A change rings the bell. Threads: any.
   [[nodiscard]] bool has_no_descriptors() const { return has_no_descriptors_; }
   /// Returns whether a descriptor of the control thread was closed by other code. The main thread gets a SIGTERM then. Threads: any.
   [[nodiscard]] bool has_lost_a_descriptor() const { return has_lost_a_descriptor_; }
@@ -65,7 +66,6 @@ class RobotService final : public control::FastService {
   void set_nodes(const std::vector<runtime::ComponentInfo>& nodes);
 
  private:
-  void wake() const;
   struct OpenWriter {
     std::unique_ptr<Writer> writer;
     const msgs::MessageType* type = nullptr;
@@ -77,7 +77,7 @@ class RobotService final : public control::FastService {
   msgs::TypeLibrary types_;
   void (*on_shutdown_)(void*);
   void* context_;
-  int emergency_event_;
+  Bell& bell_;
   const pthread_t main_thread_;
   std::atomic<bool> has_no_descriptors_{false}, has_lost_a_descriptor_{false};
   std::atomic<Phase> phase_{Phase::Starting};

@@ -135,8 +135,8 @@ int Session::run_robot() {
     say("nacelle: " + joined.error().text());
     return 1;
   }
-  supervision_ = std::make_unique<Supervision>(SupervisedRun{
-      *this, clock_, fault_event_.descriptor(), [this](const std::string& line) { say(line); }, left_out_, *crashes_});
+  supervision_ = std::make_unique<Supervision>(
+      SupervisedRun{*this, clock_, fault_bell_, [this](const std::string& line) { say(line); }, left_out_, *crashes_});
   lookout_ = std::make_unique<Lookout>(
       stop_, [this] { return is_going_up_ ? Duration::zero() : kMainThreadLimit; },
       [this] {
@@ -146,8 +146,7 @@ int Session::run_robot() {
   for (const auto& node : held_actuators_) supervision_->note_actuator(node);
   service_ = std::make_unique<RobotService>(
       *container_, options_.places.message_folders,
-      [](void* stop) { static_cast<process::StopSignal*>(stop)->raise_by_request(); }, &stop_,
-      fault_event_.descriptor());
+      [](void* stop) { static_cast<process::StopSignal*>(stop)->raise_by_request(); }, &stop_, fault_bell_);
   emergency_stops_ = std::make_unique<EmergencyStops>(*container_);
   if (auto set = set_held_stops(); !set) {
     say("nacelle: " + set.error().text());

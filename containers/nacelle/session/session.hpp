@@ -161,7 +161,7 @@ class Session final : public answers::Robot {
   const Clock& clock_;
   process::StopSignal& stop_;
   bool on_terminal_;
-  Bell fault_event_;
+  Bell fault_bell_;
 
   // Destroyed from below: the server first, so that no request arrives; the container before the programs it talks to.
   std::vector<std::unique_ptr<process::ForeignProgram>> programs_;

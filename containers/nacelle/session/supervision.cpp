@@ -2,7 +2,6 @@
 #include "session/supervision.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 
@@ -15,13 +14,8 @@ namespace {
 using launch::TargetState;
 using runtime::message_of;
 
-// Who reads diagnostics takes a silent source for a dead one after a few seconds. Source: diagnostic_aggregator, 5 s.
+// diagnostic_aggregator reports a source as stale after 5 s without a message.
 constexpr Duration kDiagnosticsPeriod = 1s;
-
-void wake(int event) {
-  const std::uint64_t one = 1;
-  static_cast<void>(!::write(event, &one, sizeof one));
-}
 
 // Where a component stood, or was going, when something went wrong there.
 TargetState target_from(StateId from) {
@@ -49,13 +43,13 @@ runtime::ComponentInfo info_of_container(const runtime::Container& container, co
 Supervision::Supervision(SupervisedRun run) : run_(std::move(run)), topics_(container()) {
   container().on_fault([this](const runtime::ComponentInfo& info) {
     noted_.lock()->faults.push_back(info);
-    wake(run_.event);
+    run_.bell.ring();
   });
   container().on_state([this](const runtime::StateChange& change) {
     noted_.lock()->states.push_back(change);
-    wake(run_.event);
+    run_.bell.ring();
   });
-  container().on_change([this] { wake(run_.event); });
+  container().on_change([this] { run_.bell.ring(); });
 }
 
 Supervision::~Supervision() {
@@ -119,7 +113,7 @@ void Supervision::forget_old_crashes(const std::vector<runtime::ComponentInfo>& 
 void Supervision::work() {
   Noted noted = take_noted();
   publish(noted);
-  // Who stops the robot has the last word, also over a restart that another fault asks for.
+  // Faults that stop the robot come last, so that they override a restart that another fault asks for.
   std::stable_partition(noted.faults.begin(), noted.faults.end(),
                         [this](const auto& info) { return !stops_the_robot(info); });
   for (const auto& info : noted.faults) on_fault(info);

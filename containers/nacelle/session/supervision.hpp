@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "answers/robot.hpp"
+#include "nacelle/base/bell.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
@@ -24,7 +25,7 @@ namespace nacelle::session {
 struct SupervisedRun {
   answers::Robot& robot;
   const Clock& clock;
-  int event;  ///< An eventfd that wakes the main thread for work().
+  Bell& bell;  ///< Wakes the main thread for work().
   std::function<void(const std::string& line)> say;
   const std::vector<ComposedComponent>& left_out;  ///< Since they crashed again and again.
   EarlyCrashes& crashes;

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <array>
 #include <bit>
@@ -20,7 +18,7 @@
 
 namespace nacelle::test {
 
-/// A component that does what a test tells it to. It is loaded as every other, by its address.
+/// A component that follows the script of a test. The container loads it like any other; a parameter carries its address.
 class ScriptedComponent final : public bench::Recipe {
  public:
   /// An actuator has a stop frame, which goes to `stop_line`.
@@ -57,7 +55,7 @@ class ScriptedComponent final : public bench::Recipe {
   const int stop_line_;
 };
 
-/// A robot whose components are scripted and whose time is told; its container is the real one.
+/// A robot with scripted components, a manual clock and a real container.
 class ScriptedRobot final : public answers::Robot {
  public:
   ScriptedRobot() : container_(options(), clock_) { plan_.container.name = "robot"; }

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <unistd.h>
 
 #include "session/comeback.hpp"
 #include "unit/containers/nacelle/scripted_robot.hpp"
@@ -23,13 +24,12 @@ FaultHandling stops() { return {.policy = FaultPolicy::StopRobot}; }
 class SupervisionTest : public ::testing::Test {
  protected:
   SupervisionTest() {
-    supervision_ = std::make_unique<Supervision>(
-        SupervisedRun{robot_, robot_.clock_, event_, [this](const std::string& line) { said_.push_back(line); },
-                      left_out_, crashes_});
+    supervision_ = std::make_unique<Supervision>(SupervisedRun{
+        robot_, robot_.clock_, bell_, [this](const std::string& line) { said_.push_back(line); }, left_out_, crashes_});
   }
   ~SupervisionTest() override {
     supervision_.reset();
-    for (const int descriptor : {event_, line_[0], line_[1]}) ::close(descriptor);
+    for (const int descriptor : line_) ::close(descriptor);
   }
   /// Faults a component, and serves the supervision until it has dealt with that.
   void fault(const test::ScriptedComponent& component) {
@@ -40,11 +40,10 @@ class SupervisionTest : public ::testing::Test {
       supervision_->work();
     }
   }
-  void wait() const {
-    pollfd wait{event_, POLLIN, 0};
+  void wait() {
+    pollfd wait{bell_.descriptor(), POLLIN, 0};
     ASSERT_EQ(::poll(&wait, 1, 20'000), 1) << "only a broken container takes so long";
-    eventfd_t count = 0;
-    eventfd_read(event_, &count);
+    bell_.silence();
   }
   /// Tells time until a restart is due, and carries it out.
   void restart_is_due() {
@@ -59,7 +58,7 @@ class SupervisionTest : public ::testing::Test {
     return found == report.components.end() ? nacelle_interfaces::msg::FaultyComponent{} : *found;
   }
 
-  int event_ = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  Bell bell_;
   int line_[2] = {-1, -1};
   test::ScriptedComponent lidar_, imu_, base_{line_for_base()};
   test::ScriptedRobot robot_;
