@@ -16,6 +16,7 @@
 
 #include "nacelle/io/pty_pair.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "support/ear.hpp"
 
 namespace nacelle {
 namespace {
@@ -25,45 +26,6 @@ using std_msgs::msg::Bool;
 using std_msgs::msg::Float64;
 using std_msgs::msg::UInt64;
 using std_srvs::srv::Trigger;
-
-/// Waits for messages of a topic, by event.
-template <typename T>
-class Ear final : ReadyListener {
- public:
-  Ear(runtime::Container& container, const std::string& topic, const QoS& qos)
-      : reader_(container.transport().create_reader({topic, &T::message_type(), qos, "/ear"}, Taking::Share, this)) {}
-  ~Ear() override { reader_.reset(); }
-  /// Waits for a message, at most so long.
-  bool waits(Duration limit) {
-    std::unique_lock lock(mutex_);
-    return arrived_.wait_for(lock, limit, [&] { return count_ > 0; });
-  }
-  /// The next message; one with its defaults if none comes.
-  T next() {
-    std::unique_lock lock(mutex_);
-    if (!arrived_.wait_for(lock, 20s, [&] { return count_ > 0; })) {
-      ADD_FAILURE() << "silence";
-      return {};
-    }
-    --count_;
-    lock.unlock();
-    Block* const block = reader_->take();
-    T message = *static_cast<const T*>(block->message);
-    drop_reference(*block);
-    return message;
-  }
-
- private:
-  void on_ready() noexcept override {
-    const std::lock_guard lock(mutex_);
-    ++count_;
-    arrived_.notify_all();
-  }
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  int count_ = 0;
-  std::unique_ptr<Reader> reader_;
-};
 
 class ExamplePackages : public ::testing::Test {
  protected:
@@ -96,7 +58,7 @@ class ExamplePackages : public ::testing::Test {
 };
 
 TEST_F(ExamplePackages, talker_and_listener_talk) {
-  Ear<UInt64> heard{container_, "/heard", QoS(10)};
+  test::Ear<UInt64> heard{container_.transport(), "/heard", QoS(10)};
   start("Listener");
   start("Talker", {{"period", 0.01}});
   EXPECT_EQ(heard.next().data, 1U);
@@ -104,7 +66,7 @@ TEST_F(ExamplePackages, talker_and_listener_talk) {
 }
 
 TEST_F(ExamplePackages, mean_filter_publishes_the_mean_of_its_window_and_forgets_when_it_is_told_to) {
-  Ear<Float64> mean{container_, "/mean", QoS(10)};
+  test::Ear<Float64> mean{container_.transport(), "/mean", QoS(10)};
   start("MeanFilter", {{"window", std::int64_t{2}}});
   for (const auto& [value, expected] : {std::pair{1.0, 1.0}, {3.0, 2.0}, {5.0, 4.0}}) {
     say(value);
@@ -129,7 +91,7 @@ TEST_F(ExamplePackages, mean_filter_publishes_the_mean_of_its_window_and_forgets
 }
 
 TEST_F(ExamplePackages, blinker_changes_its_led_at_a_rate_that_may_be_set) {
-  Ear<Bool> led{container_, "/led", QoS(1000)};
+  test::Ear<Bool> led{container_.transport(), "/led", QoS(1000)};
   const auto id = start("Blinker", {{"rate", 10.0}});
   EXPECT_TRUE(led.next().data);
   EXPECT_FALSE(led.next().data);
@@ -142,7 +104,7 @@ TEST_F(ExamplePackages, range_driver_reads_a_line_and_outlives_its_cable) {
   ASSERT_TRUE(cable);
   const std::string path = ::testing::TempDir() + "range_driver_" + std::to_string(::getpid());
   ASSERT_TRUE(cable.value()->link_as(path));
-  Ear<Range> ranges{container_, "/range", QoS(5).best_effort()};
+  test::Ear<Range> ranges{container_.transport(), "/range", QoS(5).best_effort()};
   start("RangeDriver", {{"port_name", path}});
   ASSERT_NE(cable.value()->write_some(as_bytes("34\n12x4\n1234\n")), 0U);
   const Range range = ranges.next();

@@ -381,43 +381,26 @@ TEST_F(NodeServicesTest, a_transition_that_fails_leaves_its_reason_and_is_forgot
 
 // --- /parameter_events ----------------------------------------------------------------------------------------------------
 
-/// Waits for events, as text: "/base new rate; changed; deleted".
-class Events final : ReadyListener {
+/// Reads /parameter_events as text: "/base new rate:3 changed deleted".
+class Events {
  public:
-  explicit Events(Container& container)
-      : reader_(container.transport().create_reader(
-            {"/parameter_events", &ParameterEvent::message_type(), QoS(1000), "/watch"}, Taking::Share, this)) {}
-  ~Events() override { reader_.reset(); }
+  explicit Events(Container& container) : events_(container.transport(), "/parameter_events", QoS(1000)) {}
   std::string next() {
-    std::unique_lock lock(mutex_);
-    if (!arrived_.wait_for(lock, 20s, [&] { return count_ > 0; })) return "(silence)";
-    --count_;
-    lock.unlock();
-    Block* const block = reader_->take();
-    const auto& event = *static_cast<const ParameterEvent*>(block->message);
-    std::string told = event.node;
+    const ParameterEvent event = events_.next();
+    std::string text = event.node;
     const auto append = [&](const char* what, const auto& parameters) {
-      told += std::string{" "} + what;
-      for (const auto& one : parameters) told += " " + one.name + ":" + std::to_string(one.value.type);
+      text += std::string{" "} + what;
+      for (const auto& one : parameters) text += " " + one.name + ":" + std::to_string(one.value.type);
     };
     append("new", event.new_parameters);
     append("changed", event.changed_parameters);
     append("deleted", event.deleted_parameters);
     EXPECT_GT(event.stamp.sec, 0);
-    drop_reference(*block);
-    return told;
+    return text;
   }
 
  private:
-  void on_ready() noexcept override {
-    const std::lock_guard lock(mutex_);
-    ++count_;
-    arrived_.notify_all();
-  }
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  int count_ = 0;
-  std::unique_ptr<Reader> reader_;
+  test::Ear<ParameterEvent> events_;
 };
 
 TEST_F(NodeServicesTest, what_becomes_of_parameters_is_told_on_parameter_events) {

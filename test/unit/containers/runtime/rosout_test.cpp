@@ -23,46 +23,16 @@ using rcl_interfaces::msg::Log;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
-/// Reads /rosout, and waits for a line.
-class Lines final : ReadyListener {
+/// Reads /rosout.
+class Lines : public test::Ear<Log> {
  public:
-  explicit Lines(Transport& transport, const QoS& qos = RosoutQoS{})
-      : reader_(transport.create_reader({"/rosout", &Log::message_type(), qos, "/watch"}, Taking::Share, this)) {}
-  ~Lines() override { reader_.reset(); }
-  Log next() {
-    std::unique_lock lock(mutex_);
+  explicit Lines(Transport& transport, const QoS& qos = RosoutQoS{}) : Ear(transport, "/rosout", qos) {}
+  /// Returns the first line with this text.
+  Log with(const std::string& text) {
     Log log;
-    log.msg = "(silence)";
-    if (!arrived_.wait_for(lock, 20s, [&] { return count_ > 0; })) return log;
-    --count_;
-    lock.unlock();
-    Block* const block = reader_->take();
-    log = *static_cast<const Log*>(block->message);
-    writer_ = block->info.writer_id;
-    drop_reference(*block);
+    while (log.msg != text) log = next();
     return log;
   }
-  /// The first line with this text.
-  Log with(const std::string& text) {
-    for (;;) {
-      Log log = next();
-      if (log.msg == text || log.msg == "(silence)") return log;
-    }
-  }
-  /// That has published the last one.
-  [[nodiscard]] std::uint64_t writer() const { return writer_; }
-
- private:
-  void on_ready() noexcept override {
-    const std::lock_guard lock(mutex_);
-    ++count_;
-    arrived_.notify_all();
-  }
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  int count_ = 0;
-  std::uint64_t writer_ = 0;
-  std::unique_ptr<Reader> reader_;
 };
 
 struct RosoutTest : ContainerTest {
