@@ -16,31 +16,31 @@
 
 namespace nacelle::runtime {
 
-/// A transform that a node broadcasts, or would while nobody else does.
+/// A transform that a node broadcasts, or broadcasts only while no other node does (FrameClaimKind).
 struct ClaimedFrame {
   std::string node, parent, child;
   FrameClaimKind kind = FrameClaimKind::Primary;
-  Place origin;       ///< What one changes if it should not: the parameter publish_tf.
-  bool owns = false;  ///< Of frames()'s answer only: of all that claim the child, this one broadcasts it.
+  Place origin;       ///< What to change so that the node does not broadcast it: the parameter publish_tf.
+  bool owns = false;  ///< Set by frames() only: of all nodes that claim the child, this one broadcasts it.
 };
 
-/// What a component's constructor has said of it, beside its endpoints and transforms.
+/// What a component's constructor declared, without its endpoints and transforms.
 struct Declarations {
   struct Value {
     std::string name;
     ParameterValue value;
-    bool given = false;  ///< By the composition; else the default.
+    bool given = false;  ///< The composition set the value; else it is the default.
   };
   std::vector<Value> parameters;
-  std::vector<std::string> unknown_parameters;  ///< Given, and nobody's.
+  std::vector<std::string> unknown_parameters;  ///< Given, but not declared by the component.
   std::vector<FrameUse> frame_uses;
   std::vector<DeviceUse> device_uses;
-  std::vector<std::string> services;  ///< Full names of those that it offers.
-  std::vector<bool> used_remaps;      ///< By the place in LoadRequest::remaps: the rule changed a name.
-  std::string package;                ///< That registers the class.
+  std::vector<std::string> services;  ///< Full names of the services that it offers.
+  std::vector<bool> used_remaps;      ///< Indexed like LoadRequest::remaps: whether the rule changed a name.
+  std::string package;                ///< The package that registers the class.
 };
 
-/// What is to be made of a plugin.
+/// A component to create from a plugin.
 struct LoadRequest {
   std::string plugin;            ///< "nacelle::lidar::LidarComponent"
   std::string name, name_space;  ///< Empty: the component's own name, "/".

@@ -20,16 +20,16 @@
 
 namespace nacelle::runtime {
 
-/// What is offered in the name of each component's node, as rclcpp's nodes do (docs/node_interfaces.md).
+/// The standard topics and services that each component's node offers, as rclcpp's nodes do (docs/node_interfaces.md).
 enum class NodeInterfaces : std::uint8_t {
   None,
-  Topics,  ///< /rosout and /parameter_events: of a process whose services nobody else reaches.
-  All,     ///< The services of parameters, lifecycle and types too.
+  Topics,  ///< /rosout and /parameter_events: for a process whose services no other process can reach.
+  All,     ///< Also the services for parameters, lifecycle and types.
 };
 
 struct ContainerOptions {
   std::string name = "nacelle";
-  std::string name_space = "/";             ///< Of the container's own node.
+  std::string name_space = "/";             ///< The namespace of the container's own node.
   std::vector<std::string> component_path;  ///< Folders with plugin libraries and their index/.
   Duration handover_after = 20ms;           ///< A callback longer than this loses its executor to a spare thread.
   Duration hang_after = 1500ms;             ///< A callback longer than this faults its component.
@@ -42,8 +42,8 @@ class ForeignComponent;
 
 /// Loads components, runs them, takes them out again; one per process.
 ///
-/// Code of a component runs on its executor or on a thread of its own, never on the caller's and never under a lock: one that takes
-/// its time, or never returns, delays whoever called for it and nobody else.
+/// Code of a component runs on its executor or on a thread of its own, never on the caller's thread and never under a lock. If it is
+/// slow or never returns, it delays only the caller that waits for it.
 /// The node /<options.name> offers services of composition_interfaces and nacelle_interfaces below ~/_container to every component.
 /// Threads: everything from any thread. load(), unload() and trigger() wait for the component, at most for transition_timeout;
 ///          the others keep running meanwhile. From a callback that would wait for itself, unload() and trigger() say so instead.
@@ -58,18 +58,18 @@ class Container final {
   /// The full name of the container's own node.
   [[nodiscard]] std::string node() const;
   [[nodiscard]] const Clock& clock() const;
-  /// The in-process transport, for readers and writers that are not components (the control socket's).
+  /// Returns the in-process transport, for readers and writers that are not components (those of the control socket).
   [[nodiscard]] Transport& transport();
-  /// The same, for links to other processes.
+  /// Returns the graph of the same transport, for links to other processes.
   [[nodiscard]] Graph& graph();
   [[nodiscard]] ServiceGraph& service_graph();
 
   /// Errors: what is wrong with plugin, library or parameters; a name that is taken; a constructor that threw, or has not
   /// returned in time (then the image is kept, and what the constructor makes later is destroyed at once).
   [[nodiscard]] Result<ComponentInfo, Problem> load(const LoadRequest& request);
-  /// The instance ends at once, the image as soon as nobody holds it (UnloadOutcome, kept_images()).
+  /// Destroys the instance at once, and closes its library once nothing holds it (UnloadOutcome, kept_images()).
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);
-  /// Takes in a component of another process: listed, found, triggered and unloaded as the others. Errors: its name is taken.
+  /// Adds a component of another process, which is then listed, found, triggered and unloaded like the others. Errors: its name is taken.
   [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
   /// Lets `host` carry out what the services of the container's node are asked to load and unload, instead of load() and unload();
   /// null: these again. Waits for the call that is being answered, so the host must not hold it up any more. `host` outlives its use.
@@ -79,31 +79,31 @@ class Container final {
   [[nodiscard]] std::unique_ptr<ServiceHandle> offer_service(const std::string& name, const msgs::MessageType& request,
                                                              const msgs::MessageType& response,
                                                              ServiceCallback callback);
-  /// A component of another process has become faulted.
+  /// Reports that a component of another process has become faulted.
   void tell_fault(const ComponentInfo& info, const std::string& callback = {});
-  /// An open fault of a component of another process has begun, or is over (`lasted`).
+  /// Reports that an open fault of a component of another process has begun, or has ended (`lasted`).
   void tell_open_fault(const FaultEvent& event);
-  /// A component of another process has entered a state: told as those of this process are.
+  /// Reports that a component of another process has entered a state, as is done for those of this process.
   void tell_state(const StateChange& change);
-  /// The last faults of each node, in their order; those of components that are gone too.
+  /// Returns the last faults of each node in their order, also of components that were unloaded.
   [[nodiscard]] std::vector<FaultEvent> faults() const;
-  /// What a component was loaded with, its parameters as they were set since; nothing for one of another process.
+  /// Returns the request that loaded a component, with its parameters as they are now; nothing for a component of another process.
   [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
-  /// What components here have in common beside streams and services, and could not have with another process, in words.
+  /// Describes what components of this process share beside streams and services, and could not share with another process.
   [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;
-  /// Libraries that are still mapped for nobody's use. Closes those that have become free.
+  /// Returns the libraries that are mapped although no component uses them, after closing those that have become free.
   [[nodiscard]] std::vector<KeptImage> kept_images();
-  /// How many components were given up while their code had not returned. Their threads live on, with all that they use: a
-  /// process that ends beside them must not run its destructors at exit (_exit()).
+  /// Returns how many components were abandoned because their code did not return. Their threads live on, with everything that they
+  /// use, so the process must end with _exit(), without running destructors.
   [[nodiscard]] std::size_t abandoned() const;
-  /// By id ("3"), fully qualified name, or name without namespace if it is the only one.
+  /// Finds a component by id ("3"), fully qualified name, or name without namespace if only one has it.
   [[nodiscard]] Result<ComponentInfo, Problem> find(const std::string& name_or_id) const;
 
   [[nodiscard]] TransitionOutcome trigger(std::uint64_t id, Transition transition);
-  /// From now on instead of ContainerOptions::transition_timeout: a shutdown waits for nobody that long.
+  /// Replaces ContainerOptions::transition_timeout from now on. A shutdown sets a shorter one.
   void give_up_transitions_after(Duration limit);
-  /// Whether a node offers a service of that name, whatever its type, and can answer.
+  /// Returns whether a node offers a service of that name, of any type, and can answer.
   [[nodiscard]] bool service_is_ready(const std::string& name) const;
 
   /// Sends a request, whose fields are moved out, and tells `on_answer` when the call is not waiting any more: on a thread of the
@@ -111,38 +111,38 @@ class Container final {
   [[nodiscard]] Result<std::unique_ptr<ServiceCall>, Problem> call_service(const std::string& name,
                                                                            const msgs::ServiceType& type, void* request,
                                                                            std::function<void()> on_answer);
-  /// The services of this process: who offers and who calls them. Those of the container's own node too.
+  /// Returns the services of this process with their servers and clients, also those of the container's own node.
   [[nodiscard]] std::vector<ServiceReport> services() const;
-  /// The ends of streams that belong to nodes, by topic; those of tools are left out.
+  /// Returns the endpoints that belong to nodes, by topic, without those of tools.
   [[nodiscard]] std::vector<EndpointReport> endpoints() const;
 
-  /// Pairs that do not match, known since their second end was declared.
+  /// Returns the pairs with incompatible QoS. A pair is known once its second endpoint is declared.
   [[nodiscard]] std::vector<ClashReport> clashes() const;
-  /// Frames with two parents or two owners: both, and what makes each of them broadcast it.
+  /// Returns the frames with two parents or two owners: both of them, and what makes each broadcast the frame.
   [[nodiscard]] std::vector<Problem> frame_conflicts() const;
-  /// Every transform that somebody has claimed, in the order of the claims.
+  /// Returns every claimed transform, in the order of the claims.
   [[nodiscard]] std::vector<ClaimedFrame> frames() const;
-  /// How a topic is wired. `age` is what `late` counts from (within the histogram's 12.5 %).
+  /// Returns how a topic is wired. WiringReport::late counts messages older than `age` (within the histogram's 12.5 %).
   [[nodiscard]] WiringReport wiring(const std::string& topic, Duration age) const;
-  /// The topics that a node publishes.
+  /// Returns the topics that a node publishes.
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
-  /// Fills the vectors anew, keeping their memory: asking again allocates nothing while the graph stays as it is.
+  /// Replaces the contents of the vector and keeps its memory. A repeated call allocates nothing while the graph does not change.
   void report_streams(std::vector<StreamReport>& out) const;
   void report_readers(std::vector<ReaderReport>& out) const;
   void report_histograms(std::vector<HistogramReport>& out) const;
   void report_callbacks(std::vector<CallbackReport>& out) const;
   void report_threads(std::vector<ThreadReport>& out) const;
   void report_loads(std::vector<LoadReport>& out) const;
-  /// The type of a topic, or null. Type objects live in message libraries.
+  /// Returns the type of a topic, or null. Type objects live in message libraries.
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& topic) const;
-  /// The same object that nodes get from Node::shared_object(), or null if nobody has made it.
+  /// Returns the object that nodes get from Node::shared_object(), or null if no node has created it.
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name) const;
 
-  /// Counts one of MotionStops and writes every registered stop frame, without running component code: what heeds the count stands
-  /// still until it is activated anew. Those of other processes too. Threads: any, but not from a signal handler.
+  /// Increments MotionStops and writes every registered stop frame, without running component code, also in other processes. A node that
+  /// watches the count stands still until it is activated again. Threads: any, but not from a signal handler.
   void write_safe_stops() const;
-  /// What moves something hears no commands from now on, and its stop frame is written; those of other processes too. Waits for
-  /// nobody. Threads: any, but not from a signal handler.
+  /// Makes every component that moves something ignore commands from now on, and writes its stop frame, also in other processes. Does
+  /// not block. Threads: any, but not from a signal handler.
   void stop_what_moves() const;
 
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.

@@ -10,9 +10,9 @@
 
 namespace nacelle::runtime {
 
-// What a container says of its streams, callbacks and threads: figures, and pairs that do not match.
+// What a container reports about its streams, callbacks and threads: figures, and pairs that do not match.
 
-/// How messages came from publish() to their callbacks; a latency means little without it. Two bits.
+/// How messages got from publish() to their callbacks; a latency means little without it. Two bits.
 enum class HandedOver : std::uint8_t { Never = 0, Inline = 1, AcrossThreads = 2, Both = 3 };
 /// "inline" (on one thread), "across threads", "both", or "" for never.
 [[nodiscard]] const char* words_of(HandedOver way);
@@ -24,9 +24,9 @@ struct StreamReport {
   std::size_t writers = 0, readers = 0;
   MonotonicTime first, last;  ///< First and last publish().
   std::uint64_t overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0, would_block = 0, rehomed = 0;
-  std::uint64_t inactive_unpublished = 0;  ///< Messages that a not active writer dropped.
-  std::uint64_t pool_dry = 0;              ///< Messages that a writer dropped since its pool was dry.
-  std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools have made.
+  std::uint64_t inactive_unpublished = 0;  ///< Messages dropped because their writer was not active.
+  std::uint64_t pool_dry = 0;              ///< Messages dropped because their writer's pool was empty.
+  std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools allocated.
   std::uint64_t copies = 0, bytes_copied = 0;
   std::uint64_t deadline_missed = 0;                     ///< Periods in which a writer broke the deadline it offers.
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start ...
@@ -78,30 +78,30 @@ struct ThreadReport {
 /// What a component costs. Reading a thread's CPU clock is a system call: about one callback in 128 is measured.
 struct LoadReport {
   std::string node;
-  std::uint64_t callbacks = 0;  ///< That ran.
-  std::uint64_t samples = 0;    ///< Of them, measured.
+  std::uint64_t callbacks = 0;  ///< Callbacks that ran.
+  std::uint64_t samples = 0;    ///< How many of them were measured.
   Duration cpu{};               ///< Estimate: the mean of the samples times the callbacks.
-  std::string executor;         ///< That runs them; "executor" is the shared one.
-  bool own_threads = false;     ///< Nobody else's callbacks run there ...
-  Duration thread_cpu{};        ///< ... so this is what its threads have used, exactly; else zero.
+  std::string executor;         ///< The executor that runs them; "executor" is the shared one.
+  bool own_threads = false;     ///< The executor runs this component only ...
+  Duration thread_cpu{};        ///< ... and its threads have used exactly this; else zero.
 };
 
-/// A pair of endpoints on one topic that cannot talk, and what would mend it.
+/// A pair of endpoints on one topic with incompatible QoS, and the change that would make them compatible.
 struct ClashReport {
   std::string topic, writer_node, reader_node, policy, offered, requested, change;
-  std::size_t other_writers = 0;  ///< Publishers of the topic that do serve this subscription.
+  std::size_t other_writers = 0;  ///< Publishers of the topic that are compatible with this subscription.
   [[nodiscard]] std::string text() const;
 };
 
-/// How a stream is wired now, and what that costs.
+/// How a stream is wired now, and its cost.
 struct WiringReport {
   std::string topic;
   std::vector<std::string> writer_nodes;
-  std::vector<std::string> owner_nodes;  ///< That take the message as their own (Loan, unique_ptr).
+  std::vector<std::string> owner_nodes;  ///< Nodes that take ownership of the message (Loan, unique_ptr).
   std::vector<std::string>
       other_processes;       ///< Nodes of other processes that send it here or get it from here: a copy each.
   std::uint64_t copies = 0;  ///< Per message, in publish() and on links: of the writer that makes most.
-  std::uint64_t late = 0;    ///< Messages so far that were older than asked for when a callback began.
+  std::uint64_t late = 0;    ///< Messages so far that were older than the given age when their callback began.
 };
 
 }  // namespace nacelle::runtime
