@@ -52,7 +52,7 @@ class ExamplePackages : public ::testing::Test {
     mouth_->publish(*block);
   }
 
-  const SystemClock clock_;
+  SystemClock clock_;
   runtime::Container container_{options(), clock_};
   std::unique_ptr<Writer> mouth_;
 };

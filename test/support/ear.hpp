@@ -28,7 +28,7 @@ class Ear : ReadyListener {
   }
   /// Returns the next message. Throws std::runtime_error, which fails the test, if none comes within 20 s.
   T next() {
-    if (!waits(20s)) throw std::runtime_error("no message on " + topic_);
+    if (!waits(20s)) throw std::runtime_error{"no message on " + topic_};
     {
       const std::lock_guard lock(mutex_);
       --count_;

@@ -211,12 +211,18 @@ class EveryVendor : public PeerTest, public ::testing::WithParamInterface<Place>
 INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor, ::testing::ValuesIn(every_place()),
                          [](const auto& place) { return name_of(place.param); });
 
+// Cyclone counts as history what the first heartbeat of a writer covers and what has not come by then; a volatile reader does not get
+// it, nor ask for it. Fast DDS sends that heartbeat every 100 ms, so it may cover the first messages (seen once in CI: all three of three).
 TEST_P(EveryVendor, is_heard_when_it_publishes) {
-  const auto reader = make_reader(test::string_topic("chatter"));
-  const auto peer = start({"pub", "--topic", "rt/chatter", "--text", "grüße", "--count", "3"});
+  constexpr int kUntilAHeartbeat = 20, kThenEveryOne = 20;
+  const auto reader = make_reader(test::string_topic("chatter", QoS(KeepAll{})));
+  const auto peer = start({"pub", "--topic", "rt/chatter", "--text", "grüße", "--keep-all", "--count", "100000",
+                           "--every", "20"});
   let_go(*peer, *reader);
-  for (const char* text : {"grüße 0", "grüße 1", "grüße 2"}) EXPECT_EQ(next(*reader), text);
-  EXPECT_EQ(peer->line(), "wrote 3");
+  std::string heard;
+  for (int i = 0; i < kUntilAHeartbeat; ++i) ASSERT_THAT(heard = next(*reader), StartsWith("grüße "));
+  const int number = std::stoi(heard.substr(heard.find(' ')));
+  for (int i = 1; i <= kThenEveryOne; ++i) ASSERT_EQ(next(*reader), "grüße " + std::to_string(number + i));
   EXPECT_EQ(peer->end(), 0);
   EXPECT_TRUE(told.until([&] { return reader->matched_count() == 0; }));
 }
@@ -259,8 +265,7 @@ TEST_P(EveryVendor, gives_its_history_to_a_transient_local_reader) {
   EXPECT_EQ(next(*reader), "hello 2");
 }
 
-// Cyclone takes what a writer's first heartbeat covers for history, which a volatile reader has no claim to: a message that is
-// still coming in pieces then is lost, and acknowledged. Fast DDS sends that heartbeat beside its first message.
+// The first message may be lost as above, while it is still coming in pieces: Fast DDS sends its first heartbeat beside it.
 TEST_P(EveryVendor, sends_eight_megabytes) {
   const auto reader = make_reader(image_topic("image", QoS(5)));
   const auto peer = start({"pub", "--topic", "rt/image", "--type", "image", "--bytes", std::to_string(kLarge),
