@@ -135,20 +135,20 @@ HEADINGS = {
 
 INTRODUCTION = """# Every command
 
-One example of each, with what it printed in the folder of the sources, beside the simulated robot that
-`./dev nacelle launch launch/robot.launch.yaml` starts there. This page is written by `test/docs/cli_doc.py --write`; the tests run
-every line of it, from the first to the last. `nacelle` is `./dev nacelle`, or `build/bin/nacelle`. Words, options and output follow `ros2`'s.
+This page shows one example of each command with its output, run in the source folder beside the simulated robot of
+`./dev nacelle launch launch/robot.launch.yaml`. `test/docs/cli_doc.py --write` generates the page; the tests run every line of it
+in order. `nacelle` stands for `./dev nacelle`, or `build/bin/nacelle`. Commands, options and output follow `ros2`'s.
 
-Every command has `--help`, and for a wrong word it names the nearest right one. Those that ask a container have `--json` and
-`--container NAME`. With `--remote` commands ask over the network, as in `nacelle topic echo /scan --remote`: `topic`, `node`, `service`,
-`param`, `lifecycle`, `component` and `action` ask any ROS 2 node; `tf`, `streams`, `top`, `faults` and `estop release` need a Nacelle container
-there; `estop set` stops every base it finds ([network.md](network.md#asking-other-machines)).
+Every command has `--help`, and names the nearest valid word for a misspelt one. Commands that query a container have `--json` and
+`--container NAME`. With `--remote`, commands query the network, as in `nacelle topic echo /scan --remote`: `topic`, `node`, `service`,
+`param`, `lifecycle`, `component` and `action` query any ROS 2 node; `tf`, `streams`, `top`, `faults` and `estop release` need a Nacelle
+container there; `estop set` stops every base that it finds ([network.md](network.md#asking-other-machines)).
 
-The same is in the manual page (`man nacelle`, once installed). Completion of commands, options and names of the running robot:
-`source <(nacelle completion bash)`, also `zsh` and `fish`; an installation has it in place.
+The manual page has the same content (`man nacelle`, once installed). For completion of commands, options and names of the running robot,
+use `source <(nacelle completion bash)`, also `zsh` and `fish`; an installation sets it up.
 
-Exit codes: 0 done; 1 failed: what is named is not there, a file cannot be read, the robot refused; 2 wrong usage: a word, an option or
-a value that cannot be, which shows without asking anybody; 3 no container is running.
+Exit codes: 0 success; 1 failure: a name does not exist, a file cannot be read, or the robot refused; 2 wrong usage: an invalid word,
+option or value, detected without querying a container; 3 no container is running.
 """
 
 
