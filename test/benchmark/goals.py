@@ -179,7 +179,7 @@ def robot(programs, say):
 
 
 def robot_on_network(programs, say):
-    say("nine components with the services of ROS 2 nodes, on the network and nobody there: with, without, without, with, 10 s each")
+    say("nine components with the services of ROS 2 nodes, on the network without a peer: with, without, without, with, 10 s each")
     on, off = [], []
     for runs in (on, off, off, on):
         runs.append(run_graph(programs, graphs.plain_robot(), 10, "topology_on_network", network=int(runs is on)))
@@ -256,15 +256,15 @@ def shared_memory(programs, say):
 
 
 def wire(programs, say):
-    say("a stream of this process with the network beside it, nobody there listens")
+    say("a stream of this process with the network beside it, without a remote reader")
     for size, name in ((0, "44 B"), (900_000, "0.9 MB")):
         alone, beside = (programs.instructions("wire", few=20_000, many=220_000, mirror=mirror, bytes=size) for mirror in (0, 1))
-        yield row("M14", f"{name}, nobody on the network listens: instructions more", beside - alone, "Ir/message", at_most(5), f"alone {alone:.1f}")
+        yield row("M14", f"{name}, no remote reader: instructions more", beside - alone, "Ir/message", at_most(5), f"alone {alone:.1f}")
     calls = programs.syscalls("wire", few=100_000, many=1_100_000, mirror=1)
-    yield row("M14", "nobody listens: system calls", calls, "1/message", at_most(0.001))
+    yield row("M14", "no remote reader: system calls", calls, "1/message", at_most(0.001))
     run = programs.run("wire", mirror=1, messages=100_000)
-    yield row("M14", "nobody listens: mallocs", run["mallocs"] / run["delivered"], "1/message", at_most(0.001))
-    yield row("M14", "nobody listens: messages fetched or encoded", run["encoded"] + run["taps"], "", exactly(0))
+    yield row("M14", "no remote reader: mallocs", run["mallocs"] / run["delivered"], "1/message", at_most(0.001))
+    yield row("M14", "no remote reader: messages fetched or encoded", run["encoded"] + run["taps"], "", exactly(0))
     for size, name in ((44, "44 B"), (900_000, "0.9 MB")):
         say(f"{name} from one participant to another over lo, in turn with dds_write and dds_take of plain Cyclone")
         run = programs.run("crossing", bytes=size, blocks=40)
