@@ -11,8 +11,8 @@ int main(int argc, char** argv) {
   static_cast<void>(nacelle::runtime::guard_threads());
   Command root{"nacelle", "Nacelle: the whole robot in one process"};
   root.note(
-      "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 no container is running.\n"
-      "The tab key: source <(nacelle completion bash), also zsh and fish\n"
+      "Exit codes: 0 success, 1 failure, 2 wrong usage, 3 no container is running.\n"
+      "Completion: source <(nacelle completion bash), also zsh and fish\n"
       "First steps: nacelle drive          the simulated robot drives a square\n"
       "             nacelle drive --stay   it waits; in another terminal: nacelle topic list, nacelle teleop");
   add_launch_command(root);

@@ -185,19 +185,19 @@ class WithoutContainer(RobotTest):
         self.assertEqual(len(wrong.stderr.splitlines()), 1)
 
     def test_a_slip_of_the_fingers_is_named_with_what_was_meant(self):
-        for words, parts in ((["topci", "list"], ("nacelle: there is no command 'topci'", "did you mean `nacelle topic`")),
-                             (["topic", "lst"], ("nacelle: topic: there is no command 'lst'", "did you mean `nacelle topic list`")),
-                             (["echo", "/scan"], ("there is no command 'echo'", "`nacelle topic echo` or `nacelle tf echo`")),
-                             (["frobnicate"], ("there is no command 'frobnicate'", "see `nacelle --help`")),
-                             (["lifecycle", "frobnicate"], ("there is no command 'frobnicate'", "one of get, list, nodes, set")),
+        for words, parts in ((["topci", "list"], ("nacelle: unknown command 'topci'", "did you mean `nacelle topic`")),
+                             (["topic", "lst"], ("nacelle: topic: unknown command 'lst'", "did you mean `nacelle topic list`")),
+                             (["echo", "/scan"], ("unknown command 'echo'", "`nacelle topic echo` or `nacelle tf echo`")),
+                             (["frobnicate"], ("unknown command 'frobnicate'", "see `nacelle --help`")),
+                             (["lifecycle", "frobnicate"], ("unknown command 'frobnicate'", "one of get, list, nodes, set")),
                              ([], ("a command is missing", "see `nacelle --help`")), (["topic"], ("a command is missing", "one of list, info,")),
-                             (["topic", "echo", "/scan", "--onec"], ("nacelle: topic echo: there is no option '--onec'", "did you mean '--once'")),
-                             (["param", "get", "camera", "a", "b"], ("it takes no further word: 'b'", "see `nacelle param get --help`")),
+                             (["topic", "echo", "/scan", "--onec"], ("nacelle: topic echo: unknown option '--onec'", "did you mean '--once'")),
+                             (["param", "get", "camera", "a", "b"], ("unexpected argument 'b'", "see `nacelle param get --help`")),
                              (["topic", "info"], ("nacelle: topic info: topic is required", "see `nacelle topic info --help`")),
-                             (["lifecycle", "set", "camera", "actvate"], ("'actvate' cannot be", "did you mean 'activate'")),
-                             (["sim", "world", "--dri", "x"], ("sim world: there is no option '--dri'", "did you mean '--dir'")),
-                             (["--json", "topic", "list"], ("option --json: stands before the command",)),
-                             (["--container", "x", "topic", "list"], ("option --container: stands before the command",)),
+                             (["lifecycle", "set", "camera", "actvate"], ("invalid value 'actvate'", "did you mean 'activate'")),
+                             (["sim", "world", "--dri", "x"], ("sim world: unknown option '--dri'", "did you mean '--dir'")),
+                             (["--json", "topic", "list"], ("option --json: must follow the command",)),
+                             (["--container", "x", "topic", "list"], ("option --container: must follow the command",)),
                              (["topic", "hz", "sensor_msgs/msg/Imu"], ("is a type, and no topic",))):  # fmt: skip
             with self.subTest(words=words):
                 said = self.expect_exit(self.run_program(*words), 2).stderr
@@ -206,10 +206,10 @@ class WithoutContainer(RobotTest):
                     self.assertIn(part, said)
 
     def test_a_value_that_cannot_be_is_told_in_words_for_people(self):
-        for words, part in ((["topic", "pub", "/x", "std_msgs/msg/String", "-t", "-1"], "'-1' is no whole number, 0 or more"),
+        for words, part in ((["topic", "pub", "/x", "std_msgs/msg/String", "-t", "-1"], "'-1' is not a whole number of at least 0"),
                             (["topic", "pub", "/x", "std_msgs/msg/String", "--once", "-t", "4"], "excludes"),
-                            (["topic", "hz", "/scan", "-w", "1"], "'1' is no number from 2 to 100000"),
-                            (["top", "--interval", "soon"], "'soon' is no number from 0.1 to 3600"),
+                            (["topic", "hz", "/scan", "-w", "1"], "'1' is not a number from 2 to 100000"),
+                            (["top", "--interval", "soon"], "'soon' is not a number from 0.1 to 3600"),
                             (["param", "set", "camera", "x", "[1"], "this is not YAML: end of sequence flow not found (column 1)"),
                             (["param", "set", "camera", "x", "[1, a]"], "the list mixes int and string"),
                             (["component", "load", "a::B", "-p", "rate:='1"], "this is not YAML"),

@@ -196,7 +196,7 @@ class Robot(RemoteRobotTest):
         self.assertIn("the network is off", self.ask("node", "list", code=1, ROS_AUTOMATIC_DISCOVERY_RANGE="OFF").stderr)
         self.ask("node", "list", "--domain", "233", code=2)
         alone = self.run_program("node", "list", "--domain", "9")
-        self.assertEqual(self.expect_exit(alone, 2).stderr, "nacelle: --domain: means something with --remote only; give --remote too\n")
+        self.assertEqual(self.expect_exit(alone, 2).stderr, "nacelle: --domain: has an effect only with --remote; give --remote too\n")
 
     def test_ctrl_c_ends_it_and_leaves_the_network(self):
         reader = self.listen("topic", "echo", "/odom")

@@ -129,29 +129,29 @@ int find(const ActionWish& wish) {
 }  // namespace
 
 void add_action_commands(Command& root) {
-  Command& group = root.add("action", "goals that take their time: list them, send them, watch them");
+  Command& group = root.add("action", "list actions and their types, and send goals");
   auto wish = std::make_shared<ActionWish>();
   auto goal = std::make_shared<GoalWish>();
 
-  Command& list_command = group.add("list", "the actions");
+  Command& list_command = group.add("list", "list the actions");
   list_command.flag("-t,--show-types", wish->with_types, "the types too");
   list_command.flag("-c,--count-actions", wish->only_count, "only how many");
   add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
-  Command& info_command = group.add("info", "who offers an action and who calls it");
+  Command& info_command = group.add("info", "show the servers and clients of an action");
   info_command.option("action", wish->name, "e.g. /fibonacci").required().names_a(Names::Action);
   info_command.flag("-t,--show-types", wish->with_types, "the types too");
   info_command.flag("-c,--count", wish->only_count, "only how many");
   add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 
-  Command& type_command = group.add("type", "an action's type");
+  Command& type_command = group.add("type", "show the type of an action");
   type_command.option("action", wish->name, "e.g. /fibonacci").required().names_a(Names::Action);
   add_common_options(type_command, wish->whom, wish->as_json);
   type_command.runs([wish] { return show_type(*wish); });
 
-  Command& find_command = group.add("find", "the actions of a type");
+  Command& find_command = group.add("find", "list the actions of a type");
   find_command.option("type", wish->name, "e.g. example_interfaces/action/Fibonacci")
       .required()
       .names_a(Names::ActionType);
@@ -163,9 +163,9 @@ void add_action_commands(Command& root) {
   send.option("action", goal->action, "e.g. /fibonacci").required().names_a(Names::Action);
   send.option("type", goal->type, "e.g. example_interfaces/action/Fibonacci").required().names_a(Names::ActionType);
   send.option("goal", goal->goal, "YAML, e.g. \"{order: 5}\"; missing fields take their defaults");
-  send.flag("--stdin", goal->from_stdin, "the goal is read from standard input");
-  send.flag("-f,--feedback", goal->feedback, "show the feedback on the way");
-  send.option("--timeout", goal->timeout_s, "cancel the goal if it has not ended by then; 0: never")
+  send.flag("--stdin", goal->from_stdin, "read the goal from standard input");
+  send.flag("-f,--feedback", goal->feedback, "show feedback as it arrives");
+  send.option("--timeout", goal->timeout_s, "cancel the goal after this many seconds; 0: never")
       .value("SECONDS")
       .within(0, 86400);
   add_common_options(send, goal->whom, goal->as_json);

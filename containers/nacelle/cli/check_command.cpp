@@ -143,27 +143,26 @@ int explain_parameters(const CheckWish& wish) {
 
 void add_check_commands(Command& root) {
   const auto wish = std::make_shared<CheckWish>();
-  Command& check = root.add("check", "prove a launch file before anything moves");
+  Command& check = root.add("check", "check a launch file before anything moves");
   check.option("launch_file", wish->file, "a .launch.yaml or .launch.xml file").required().names_a(Names::File);
-  check.option("arguments", wish->arguments, "name:=value for its arguments");
+  check.option("arguments", wish->arguments, "name:=value for the file's arguments");
   check.flag("--json", wish->as_json, "print one JSON object: verdict, findings");
   check
       .option("--graph", wish->graph,
-              "draw the pipeline with each end's QoS, to FILE.svg, .pdf, .png (by Graphviz) or .dot")
+              "draw the pipeline with the QoS of each endpoint to FILE.svg, .pdf, .png (by Graphviz) or .dot")
       .names_a(Names::File);
   check.note(
-      "Makes every component, which declares what it needs and touches no hardware, and looks at types, quality of\n"
-      "service, parameters, frames, order, remaps, libraries, programs and budgets. `nacelle launch` does the same "
-      "first.\n"
-      "Exit codes: 0 sound (there may be warnings), 1 an error was found, 2 wrong usage.");
+      "Constructs every component, which touches no hardware, and checks types, quality of service, parameters,\n"
+      "frames, order, remaps, libraries, programs and budgets. `nacelle launch` runs the same checks first.\n"
+      "Exit codes: 0 no error (there may be warnings), 1 an error was found, 2 wrong usage.");
   check.runs([wish] { return check_launch_file(*wish); });
 
-  Command& params = root.add("params", "where the parameters of a launch file come from");
-  params.option("--explain", wish->node, "the node whose parameters are shown, each with its file and line").required();
+  Command& params = root.add("params", "show where the parameters of a launch file come from");
+  params.option("--explain", wish->node, "show the parameters of this node, each with its file and line").required();
   params.option("launch_file", wish->file, "a .launch.yaml or .launch.xml file").required().names_a(Names::File);
-  params.option("arguments", wish->arguments, "name:=value for its arguments");
+  params.option("arguments", wish->arguments, "name:=value for the file's arguments");
   params.flag("--json", wish->as_json, "print one JSON object: node, parameters");
-  params.note("Exit codes: 0 shown, 1 there is no such node or file, 2 wrong usage.");
+  params.note("Exit codes: 0 success, 1 no such node or file, 2 wrong usage.");
   params.runs([wish] { return explain_parameters(*wish); });
 }
 

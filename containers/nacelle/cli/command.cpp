@@ -55,15 +55,15 @@ std::string wrong_with(const Option& option, const std::string& text) {
     const auto read = std::from_chars(text.data(), end, value);
     const bool fits =
         read.ec == std::errc{} && read.ptr == end && value >= option.range->first && value <= option.range->second;
-    if (!fits) return "'" + text + "' is no number from " + words_of_range(option);
+    if (!fits) return "'" + text + "' is not a number from " + words_of_range(option);
   }
   if (takes_whole_number(option)) {
     std::uint64_t value = 0;
     const auto read = std::from_chars(text.data(), end, value);
-    if (read.ec != std::errc{} || read.ptr != end) return "'" + text + "' is no whole number, 0 or more";
+    if (read.ec != std::errc{} || read.ptr != end) return "'" + text + "' is not a whole number of at least 0";
   }
   if (!option.allowed.empty() && std::ranges::find(option.allowed, text) == option.allowed.end())
-    return "'" + text + "' cannot be; " + suggestion(text, option.allowed);
+    return "invalid value '" + text + "'; " + suggestion(text, option.allowed);
   return option.check ? option.check(text) : std::string{};
 }
 
@@ -174,8 +174,8 @@ std::vector<std::string> elsewhere(const Command& root, const std::string& word)
 
 int complain_of_command(const Command& root, const Way& way) {
   if (!way.early.empty()) {
-    return complain_of_usage({"option " + way.early, "stands before the command",
-                              "write it behind the whole command: " + root.name() + " topic list --json"});
+    return complain_of_usage({"option " + way.early, "must follow the command",
+                              "write it after the whole command: " + root.name() + " topic list --json"});
   }
   const std::vector<std::string> names = names_below(*way.command);
   const std::string help = "see `" + way.words + " --help`";
@@ -190,7 +190,7 @@ int complain_of_command(const Command& root, const Way& way) {
   } else {
     way_out = way.command == &root ? help : suggestion(way.lost, names);
   }
-  return complain_of_usage({where_of(way), "there is no command '" + way.lost + "'", way_out});
+  return complain_of_usage({where_of(way), "unknown command '" + way.lost + "'", way_out});
 }
 
 /// Words that no option or positional word of the command takes.
@@ -205,9 +205,9 @@ int complain_of_extras(const Way& way, const std::vector<std::string>& extras) {
     if (!word.starts_with("-")) continue;
     const std::string near = nearest_name(word.substr(0, word.find('=')), names);
     return complain_of_usage(
-        {where_of(way), "there is no option '" + word + "'", near.empty() ? help : "did you mean '" + near + "'?"});
+        {where_of(way), "unknown option '" + word + "'", near.empty() ? help : "did you mean '" + near + "'?"});
   }
-  return complain_of_usage({where_of(way), "it takes no further word: '" + join(extras, " ") + "'", help});
+  return complain_of_usage({where_of(way), "unexpected argument '" + join(extras, " ") + "'", help});
 }
 
 bool asks_for_json(const CLI::App& app) {

@@ -167,17 +167,18 @@ json tree_of(const Command& command) {
 
 void add_completion_command(Command& root) {
   auto wish = std::make_shared<CompletionWish>();
-  Command& completion = root.add("completion", "print the completion for a shell: source <(nacelle completion bash)");
+  Command& completion =
+      root.add("completion", "print the completion script of a shell: source <(nacelle completion bash)");
   completion.option("shell", wish->shell, "bash, zsh or fish").one_of({"bash", "zsh", "fish"});
-  completion.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
+  completion.option("-o,--output", wish->output, "write to this file instead of stdout").names_a(Names::File);
   completion.runs([wish] { return write(wish->output, completion_script(wish->shell)); });
 
   Command& asked = root.add("__complete", "what may follow these words").hidden();
   asked.option("words", wish->words, "behind --, the last one being written");
   asked.runs([wish, &root] { return complete(root, *wish); });
 
-  Command& manual = root.add("man-page", "print the manual page, in roff").hidden();
-  manual.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
+  Command& manual = root.add("man-page", "print the manual page in roff format").hidden();
+  manual.option("-o,--output", wish->output, "write to this file instead of stdout").names_a(Names::File);
   manual.runs([wish, &root] { return write(wish->output, man_page(root, NACELLE_VERSION)); });
 
   Command& tree = root.add("command-tree", "print the names of all commands, as JSON").hidden();

@@ -80,7 +80,7 @@ int unload(const ComponentWish& wish) {
       [](const json& reply) {
         print_text("Unloaded component %d ('%s')\n", reply["id"].get<int>(), text_of(reply, "node").c_str());
         if (!reply["image_closed"].get<bool>())
-          print_text("Its library stays until it is free: held by %s\n", text_of(reply, "held_by").c_str());
+          print_text("Its library stays loaded while it is in use by: %s\n", text_of(reply, "held_by").c_str());
       });
 }
 
@@ -113,37 +113,37 @@ void add_component_commands(Command& root) {
   auto wish = std::make_shared<ComponentWish>();
 
   Command& list_command =
-      group.add("list", "the loaded components: id, node and state; libraries that are kept, and by whom");
+      group.add("list", "list loaded components (id, node, state), and libraries that are still in use");
   add_common_options(list_command, wish->whom, wish->as_json);
   list_command.flag("-v,--verbose", wish->details, "the plugin too");
   list_command.runs([wish] { return list(*wish); });
 
-  Command& info_command = group.add("info", "where a component comes from, what it was given, how it runs");
+  Command& info_command = group.add("info", "show a component's plugin, parameters, state and callbacks");
   info_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
   add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return component_info(wish->whom, wish->name, wish->as_json); });
 
-  Command& types_command = group.add("types", "the plugins that are installed, by package; needs no container");
-  types_command.flag("--json", wish->as_json, "as JSON, with the libraries");
+  Command& types_command = group.add("types", "list the installed plugins by package; needs no container");
+  types_command.flag("--json", wish->as_json, "print JSON, with the libraries");
   types_command.runs([wish] { return types(*wish); });
 
   Command& load_command = group.add("load", "load a component of the launch file by name, or any plugin by class");
   load_command.option("component", wish->name, "NAME of the launch file, or pkg::Class")
       .required()
       .names_a(Names::Plugin);
-  load_command.option("-n,--name", wish->new_name, "the node's name (of a plugin)");
-  load_command.option("--namespace", wish->name_space, "the node's namespace (of a plugin)");
-  load_command.option("-p,--parameter", wish->parameters, "a parameter (of a plugin); once for each")
+  load_command.option("-n,--name", wish->new_name, "the node's name, for a plugin");
+  load_command.option("--namespace", wish->name_space, "the node's namespace, for a plugin");
+  load_command.option("-p,--parameter", wish->parameters, "a parameter of the plugin; may be repeated")
       .value("NAME:=VALUE")
       .checked(wrong_assignment);
-  load_command.option("-r,--remap", wish->remaps, "another name for a topic or service (of a plugin)")
+  load_command.option("-r,--remap", wish->remaps, "a remap of a topic or service of the plugin")
       .value("FROM:=TO")
       .checked(wrong_remap);
   load_command.option("--params-file", wish->params_file, "a ROS 2 parameter file").value("FILE").names_a(Names::File);
   add_common_options(load_command, wish->whom, wish->as_json);
   load_command.runs([wish] { return load(*wish); });
 
-  Command& unload_command = group.add("unload", "take a component out, its library too");
+  Command& unload_command = group.add("unload", "unload a component and its library");
   unload_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
   add_common_options(unload_command, wish->whom, wish->as_json);
   unload_command.runs([wish] { return unload(*wish); });

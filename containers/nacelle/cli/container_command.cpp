@@ -57,15 +57,18 @@ int run(const ContainerWish& wish) {
 
 void add_container_command(Command& root) {
   auto wish = std::make_shared<ContainerWish>();
-  Command& command = root.add("container", "an empty container, until Ctrl-C; `nacelle component load` fills it");
-  command.option("arguments", wish->arguments, "network:=off, local or export: who may see it");
+  Command& command =
+      root.add("container", "run an empty container until Ctrl-C; load components with `nacelle component load`");
+  command.option("arguments", wish->arguments, "network:=off, local or export: who can see the robot");
   command.option("--name", wish->name, "its name on the control socket").with_default().checked(wrong_container_name);
-  command.flag("--resume", wish->resume, "after a crash: the components, parameters and states that the last run had");
-  command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")
+  command.flag("--resume", wish->resume,
+               "after a crash, restore the components, parameters and states of the last run");
+  command
+      .option("--state", wish->state_file, "where to keep the state for --resume (default: beside the control socket)")
       .names_a(Names::File);
-  command.flag("-v,--verbose", wish->verbose, "a line for each step");
+  command.flag("-v,--verbose", wish->verbose, "print a line for each step");
   command.note(
-      "Ctrl-C ends it; what runs in the background (nacelle container &) ends with: kill %1, or kill PID.\n"
+      "Ctrl-C ends it. In the background (nacelle container &), use: kill %1, or kill PID.\n"
       "What survives a crash, and how: docs/supervision.md in the source tree.");
   command.runs([wish] { return run(*wish); });
 }

@@ -110,16 +110,15 @@ int examine(const DoctorWish& wish) {
 
 void add_doctor_command(Command& root) {
   auto wish = std::make_shared<DoctorWish>();
-  Command& command = root.add("doctor", "what is wrong with this machine and the robots on it, and the way out");
-  command.option("launch_file", wish->file, "look at the devices and rights that this launch file needs")
+  Command& command = root.add("doctor", "check this machine and the robots on it, and suggest fixes");
+  command.option("launch_file", wish->file, "also check the devices and permissions that this launch file needs")
       .names_a(Names::File);
-  command.option("arguments", wish->arguments, "name:=value for its arguments");
+  command.option("arguments", wish->arguments, "name:=value for the file's arguments");
   command.flag("--json", wish->as_json, "print one JSON object: wrong, findings");
   command.note(
-      "Looks at devices, network ports, clock, memory, kernel settings, power, real-time rights, versions, and at "
-      "what\n"
-      "running containers say. Changes nothing; needs no root, though root sees more of other users' programs.\n"
-      "Exit codes: 0 nothing is wrong (there may be advice), 1 something is, 2 wrong usage.");
+      "Checks devices, network ports, clock, memory, kernel settings, power, real-time rights, versions, and the\n"
+      "running containers. Changes nothing. Needs no root; as root it sees more of other users' programs.\n"
+      "Exit codes: 0 nothing is wrong (there may be advice), 1 something is wrong, 2 wrong usage.");
   command.runs([wish] { return examine(*wish); });
   add_doctor_net_command(command);
 }

@@ -222,16 +222,16 @@ int examine(const NetWish& wish) {
 
 void add_doctor_net_command(Command& doctor) {
   auto wish = std::make_shared<NetWish>();
-  Command& command = doctor.add("net", "who on the network would see a robot that is started here, and why");
-  command.option("launch_file", wish->file, "with what this launch file says of the network").names_a(Names::File);
-  command.option("arguments", wish->arguments, "name:=value for its arguments");
+  Command& command = doctor.add("net", "show who on the network could see a robot started here, and why");
+  command.option("launch_file", wish->file, "with the network settings of this launch file").names_a(Names::File);
+  command.option("arguments", wish->arguments, "name:=value for the file's arguments");
   command.flag("--json", wish->as_json, "print one JSON object");
   command.note(
-      "Mode and domain with what has set them, interfaces, peers, what is exported, what of ROS 2's variables is not\n"
-      "obeyed and why, other people who can log in here and are not kept out, and what the containers that run say of\n"
-      "themselves. See docs/network.md in the source tree.\n"
-      "The network is joined for a moment, without a word, to see whether it can be had.\n"
-      "Exit codes: 0 told, 1 launch file or environment cannot be obeyed or the network not be had, 2 wrong usage.");
+      "Shows mode and domain with their origin, interfaces, peers, exports, ROS 2's variables that are not obeyed and\n"
+      "why, other people who can log in here and reach the robot, and the settings of the running containers.\n"
+      "See docs/network.md in the source tree. Joins the network briefly, without announcing itself, as a test.\n"
+      "Exit codes: 0 success, 1 the launch file or environment is invalid or the network cannot be joined, 2 wrong "
+      "usage.");
   command.runs([wish] { return examine(*wish); });
 }
 

@@ -57,7 +57,7 @@ int run(DriveWish& wish) {
 
 void add_drive_command(Command& root) {
   auto wish = std::make_shared<DriveWish>();
-  Command& command = root.add("drive", "drive the simulated robot round a one-metre square and show the figures");
+  Command& command = root.add("drive", "drive the simulated robot round a one-metre square and print its figures");
   command.option("words", wish->words, "a launch file (default: the robot's), and name:=value for its arguments")
       .names_a(Names::File);
   command.flag("--stay", wish->settings.stay, "run without driving until Ctrl-C");
@@ -65,7 +65,7 @@ void add_drive_command(Command& root) {
       .value("SECONDS")
       .within(0, 1e6)
       .not_with("--stay");
-  command.option("--seed", wish->settings.seed, "the world's random numbers")
+  command.option("--seed", wish->settings.seed, "seed of the world's random numbers")
       .checked([](const std::string& text) {
         // CLI11's own check would print the largest double.
         return text.rfind('-', 0) == 0 ? "must be 0 or more, not " + text : std::string{};
@@ -74,10 +74,11 @@ void add_drive_command(Command& root) {
   command.option("--report", wish->settings.report_file, "write the figures to this JSON file").names_a(Names::File);
   command.option("--speed", wish->settings.course.speed_mps, "top speed in m/s").within(0.02, 0.3).with_default();
   command.flag("--twist", wish->twist, "send Twist instead of TwistStamped");
-  command.flag("-v,--verbose", wish->settings.verbose, "show the container's own lines");
+  command.flag("-v,--verbose", wish->settings.verbose, "show the container's log lines");
   command.note(
-      "The robot is off ROS 2's network, where it could drive others, unless network:=local or export is given.");
-  command.note("Ctrl-C ends it; what runs in the background (nacelle drive --stay &) ends with: kill %1, or kill PID.");
+      "The robot stays off ROS 2's network, where it could drive other robots, unless you give network:=local or "
+      "export.");
+  command.note("Ctrl-C ends it. In the background (nacelle drive --stay &), use: kill %1, or kill PID.");
   command.runs([wish] {
     if (wish->seconds >= 0) wish->settings.duration = from_seconds(wish->seconds);
     return run(*wish);

@@ -116,15 +116,16 @@ int run_estop(const EstopWish& wish, bool set) {
 }  // namespace
 
 void add_estop_command(Command& root) {
-  Command& group = root.add("estop", "set or release the emergency stop: while it is set, the wheels stay stopped");
+  Command& group = root.add("estop", "set or release the latched emergency stop");
   auto wish = std::make_shared<EstopWish>();
   for (const bool set : {true, false}) {
     Command& command = set ? group.add("set", "stop the wheels at once, until the stop is released")
-                           : group.add("release", "release it; nothing moves before a new command comes");
+                           : group.add("release", "release the stop; nothing moves before a new command arrives");
     command
-        .option("--topic", wish->topic,
-                "this emergency stop only: a topic whose last name is emergency_stop (default: each that a component "
-                "reads)")
+        .option(
+            "--topic", wish->topic,
+            "set only this emergency stop, a topic whose last name is emergency_stop (default: each that a component "
+            "reads)")
         .names_a(Names::Topic);
     add_common_options(command, wish->whom, wish->as_json);
     command.runs([wish, set] { return run_estop(*wish, set); });

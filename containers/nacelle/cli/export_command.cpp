@@ -24,12 +24,12 @@ void add_export_command(Command& root) {
   Command& group = root.add("export", "show a running robot to other machines, or keep it on this one");
   auto wish = std::make_shared<ExportWish>();
   for (const bool exported : {true, false}) {
-    Command& command = exported ? group.add("on", "other machines may see it, as far as the launch file's list goes")
-                                : group.add("off", "what the launch file says, but for this machine at most");
+    Command& command = exported ? group.add("on", "show the robot to other machines, limited by the launch file's list")
+                                : group.add("off", "return to the launch file's mode, but at most this machine");
     add_common_options(command, wish->whom.container, wish->as_json);
     command.note(
-        "ROS 2's tools meet all nodes anew; within the robot nothing changes. It holds until the container ends.\n"
-        "What may leave and who may see it: docs/network.md in the source tree.");
+        "ROS 2's tools discover all nodes again; within the robot nothing changes. Lasts until the container ends.\n"
+        "Details: docs/network.md in the source tree.");
     command.runs([wish, exported] {
       return ask_nodes(
           wish->whom, wish->as_json,

@@ -68,7 +68,7 @@ void print_faults(const json& reply) {
     }
     for (const auto& fault : open_faults) print_text("  open fault: %s", fault_text(fault).c_str());
     if (!faulted && !open_faults.empty()) {
-      std::printf("\n  it mends this itself; on_fault is not applied\n");
+      std::printf("\n  the component repairs this itself; on_fault is not applied\n");
       continue;
     }
     print_text("\n  on_fault: %s", row["policy"].get<std::string>().c_str());
@@ -98,7 +98,7 @@ int faults(const FaultsWish& wish) {
 
 void add_faults_command(Command& root) {
   auto wish = std::make_shared<FaultsWish>();
-  Command& command = root.add("faults", "the components that cannot go on, why, and what is done about it");
+  Command& command = root.add("faults", "show faulted components, the cause, and how the fault is handled");
   add_common_options(command, wish->whom, wish->as_json);
   command.runs([wish] { return faults(*wish); });
 }

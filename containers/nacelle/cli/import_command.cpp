@@ -65,7 +65,7 @@ int run(const ImportWish& wish) {
 
 void add_import_command(Command& root) {
   const auto wish = std::make_shared<ImportWish>();
-  Command& command = root.add("import", "make a parameter file of ones written for ROS 2 drivers");
+  Command& command = root.add("import", "convert parameter files of ROS 2 drivers");
   command
       .option("files", wish->files,
               "parameter files of diff_drive_controller and ros2_control, twist_mux,\n"
@@ -76,10 +76,9 @@ void add_import_command(Command& root) {
       .names_a(Names::File);
   command.flag("--json", wish->as_json, "print one JSON object: parameters, keys");
   command.note(
-      "What became of each key goes to stderr, a line each: kept, translated, dropped, doubted, or added (ROS's "
-      "default\n"
-      "where Nacelle's is another). A doubted one needs a person; where it is written at all, it may be as a comment.\n"
-      "Exit codes: 0 done, 1 a file is no parameter file or holds no known driver, 2 wrong usage.");
+      "Prints one line per key to stderr: kept, translated, dropped, doubted, or added (ROS's default where Nacelle's\n"
+      "differs). Check the doubted ones yourself; some are written only as comments.\n"
+      "Exit codes: 0 success, 1 a file is not a parameter file or has no known driver, 2 wrong usage.");
   command.runs([wish] { return run(*wish); });
 }
 

@@ -101,7 +101,7 @@ int decode(const InterfaceWish& wish) {
 void add_interface_command(Command& root) {
   auto wish = std::make_shared<InterfaceWish>();
   wish->directories = message_library_directories();
-  Command& command = root.add("interface", "message, service and action types, and their wire form");
+  Command& command = root.add("interface", "show and convert message, service and action types");
 
   Command& list_command = command.add("list", "print the names of the types");
   list_command.option("--package", wish->package, "only this package's");
@@ -115,10 +115,10 @@ void add_interface_command(Command& root) {
         .names_a(Names::Type);
     one.runs([wish, run] { return run(*wish); });
   };
-  add("show", "print the definition", &show);
-  add("hash", "print the RIHS01 hash", &hash);
-  add("encode", "read JSON, print CDR in hexadecimal", &encode);
-  add("decode", "read CDR in hexadecimal, print JSON", &decode);
+  add("show", "print the definition of a type", &show);
+  add("hash", "print the RIHS01 hash of a type", &hash);
+  add("encode", "read JSON and print CDR in hexadecimal", &encode);
+  add("decode", "read CDR in hexadecimal and print JSON", &decode);
 }
 
 }  // namespace nacelle::cli

@@ -53,9 +53,9 @@ void show_arguments(const launch::Plan& plan) {
     const char *name, *description, *without;
   };
   static constexpr ForEveryFile kArguments[] = {
-      {"namespace", "all nodes are put below it; every launch file has it", "what the launch file says"},
-      {"tf", "topics: /tf is moved there, too; frames: their names begin with it", "topics"},
-      {"network", "who may see it, one of off, local, export; every launch file has it",
+      {"namespace", "namespace of all nodes; every launch file has this argument", "what the launch file says"},
+      {"tf", "topics: /tf moves into the namespace; frames: frame names get it as a prefix", "topics"},
+      {"network", "who can see the robot: off, local or export; every launch file has this argument",
        "what the launch file and ROS 2's variables say"}};
   for (const auto& [name, description, without] : kArguments) {
     if (std::ranges::find(plan.arguments, name, &launch::ArgumentPlan::name) != plan.arguments.end()) continue;
@@ -119,31 +119,32 @@ int run(const LaunchWish& wish) {
 
 void add_launch_command(Command& root) {
   auto wish = std::make_shared<LaunchWish>();
-  Command& command = root.add("launch", "start the components of a launch file, and run them until Ctrl-C");
+  Command& command = root.add("launch", "start the components of a launch file and run them until Ctrl-C");
   command.option("file", wish->file, "a .launch.yaml, .launch.xml file").required().names_a(Names::File);
   command.option("arguments", wish->arguments, "name:=value for the file's arguments");
   command.option("--name", wish->name, "the container's name on its control socket (default: the file's)")
       .checked(wrong_container_name);
-  command.option("--report", wish->report_file, "write the run's figures to this JSON file").names_a(Names::File);
-  command.option("--carrier", wish->carrier, "what moves the streams of components with `isolate: process`: iceoryx")
+  command.option("--report", wish->report_file, "write figures of the run to this JSON file").names_a(Names::File);
+  command.option("--carrier", wish->carrier, "transport for the streams of components with `isolate: process`: iceoryx")
       .one_of({"iceoryx"});
   command
       .option("--transitions", wish->transitions_file,
-              "write each step of each component to this file, in the plan's order, and its times to FILE.times")
+              "write each component's steps to this file in the plan's order, and their times to FILE.times")
       .names_a(Names::File);
   command.flag("-s,--show-args", wish->show_arguments, "show the file's arguments and start nothing");
   command.flag("--resume", wish->resume,
-               "after a crash: the components, parameters and states that the last run had, not the file's");
-  command.option("--state", wish->state_file, "where the composition is kept (default: beside the control socket)")
+               "after a crash, restore the components, parameters and states of the last run instead of the file's");
+  command
+      .option("--state", wish->state_file, "where to keep the state for --resume (default: beside the control socket)")
       .names_a(Names::File);
-  command.flag("-v,--verbose", wish->verbose, "a line for each step");
-  command.option("--last-message", wish->last_messages, "put this topic's last message into the report").hidden();
-  command.option("--test-clock", wish->test_clock, "a fifo that sets the wall clock of this process, for tests")
+  command.flag("-v,--verbose", wish->verbose, "print a line for each step");
+  command.option("--last-message", wish->last_messages, "add the topic's last message to the report").hidden();
+  command.option("--test-clock", wish->test_clock, "a FIFO that sets the wall clock of this process, for tests")
       .hidden();
   command.option("--parent", wish->parent_pid, "end when this process ends").hidden();
   command.note(
-      "Ctrl-C ends it; what runs in the background (nacelle launch FILE &) ends with: kill %1, or kill PID.\n"
-      "How a launch file is written, key by key: docs/launch_files.md in the source tree.");
+      "Ctrl-C ends it. In the background (nacelle launch FILE &), use: kill %1, or kill PID.\n"
+      "All keys of a launch file: docs/launch_files.md in the source tree.");
   command.runs([wish] { return run(*wish); });
 }
 

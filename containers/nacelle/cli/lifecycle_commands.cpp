@@ -85,21 +85,21 @@ int set_state(const LifecycleWish& wish) {
 }  // namespace
 
 void add_lifecycle_commands(Command& root) {
-  Command& group = root.add("lifecycle", "see and change the state of a component");
+  Command& group = root.add("lifecycle", "show and change the state of a component");
   auto wish = std::make_shared<LifecycleWish>();
 
-  Command& get_command = group.add("get", "the state of a component");
+  Command& get_command = group.add("get", "show the state of a component");
   get_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
   add_common_options(get_command, wish->whom, wish->as_json);
   get_command.runs([wish] { return get_state(*wish); });
 
-  Command& list_command = group.add("list", "the transitions that a component can make now");
+  Command& list_command = group.add("list", "list the transitions that are available to a component");
   list_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
-  list_command.flag("-a,--all", wish->all, "every transition of the machine");
+  list_command.flag("-a,--all", wish->all, "list every transition of the state machine");
   add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list_transitions(*wish); });
 
-  Command& nodes_command = group.add("nodes", "the components that have a state");
+  Command& nodes_command = group.add("nodes", "list the lifecycle components");
   nodes_command.flag("-c,--count-nodes", wish->only_count, "only how many");
   add_common_options(nodes_command, wish->whom, wish->as_json);
   nodes_command.runs([wish] { return list_nodes(*wish); });

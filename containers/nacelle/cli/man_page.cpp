@@ -108,11 +108,12 @@ std::string man_page(const Command& root, const std::string& version) {
   for (const Command& command : root.subcommands()) append_command(out, name + " " + command.name(), command);
   out +=
       ".SH EXIT STATUS\n"
-      ".TP\n0\ndone\n.TP\n1\nfailed; stderr says what and how to mend it\n.TP\n2\nwrong usage\n.TP\n3\nno container is "
+      ".TP\n0\nsuccess\n.TP\n1\nfailure; stderr has the reason and the fix\n.TP\n2\nwrong usage\n.TP\n3\nno container "
+      "is "
       "running\n";
   out +=
       ".SH ENVIRONMENT\n"
-      ".TP\n.B NACELLE_CONTAINER\nThe container that is meant where \\fB\\-\\-container\\fR does not say it.\n"
+      ".TP\n.B NACELLE_CONTAINER\nThe container to ask, unless \\fB\\-\\-container\\fR names one.\n"
       ".TP\n.B NACELLE_COMPONENT_PATH\nFurther folders with components, separated by colons.\n"
       ".TP\n.B NACELLE_PREFIX_PATH\nFurther prefixes of installed packages, separated by colons.\n"
       ".TP\n.B NACELLE_INTERFACE_PATH\nFurther folders with libraries of message types, separated by colons.\n"

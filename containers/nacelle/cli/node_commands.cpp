@@ -50,19 +50,19 @@ int info(const NodeWish& wish) {
 }  // namespace
 
 void add_node_commands(Command& root) {
-  Command& group = root.add("node", "the nodes of a running container");
+  Command& group = root.add("node", "list the nodes and show their interfaces");
   auto wish = std::make_shared<NodeWish>();
 
-  Command& list_command = group.add("list", "the nodes");
-  list_command.flag("-a,--all", wish->all, "those of tools and of parts of the container too");
+  Command& list_command = group.add("list", "list the nodes");
+  list_command.flag("-a,--all", wish->all, "include nodes of tools and of the container itself");
   list_command.flag("-c,--count-nodes", wish->only_count, "only how many");
   add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
-  Command& info_command = group.add("info", "what a node publishes, reads, offers and calls, with the types");
+  Command& info_command = group.add("info", "show a node's topics, services and actions with their types");
   info_command.option("node", wish->node, "name or id").required().names_a(Names::Node);
   info_command.flag("-a,--all,--include-hidden", wish->all,
-                    "hidden topics and services, and those that every node has, too");
+                    "include hidden topics and services, and those that every node has");
   add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 }

@@ -135,16 +135,16 @@ int show_truth(const std::string& asked) {
 
 void add_teleop_command(Command& root) {
   auto wish = std::make_shared<TeleopWish>();
-  Command& command = root.add("teleop", "drive with the keys, as in teleop_twist_keyboard");
-  command.option("--topic", wish->topic, "where the commands go; a relative name is in the robot's namespace")
+  Command& command = root.add("teleop", "drive from the keyboard, like teleop_twist_keyboard");
+  command.option("--topic", wish->topic, "topic for the commands; a relative name is in the robot's namespace")
       .with_default()
       .names_a(Names::Topic);
   command.flag("--stamped", wish->stamped, "send TwistStamped (the default)");
   command.flag("--twist", wish->twist, "send Twist").not_with("--stamped");
-  command.option("--speed", wish->settings.keys.speed_mps, "forward speed in m/s at first")
+  command.option("--speed", wish->settings.keys.speed_mps, "initial forward speed in m/s")
       .within(0.01, 1.0)
       .with_default();
-  command.option("--turn", wish->settings.keys.yaw_rate_rps, "turning speed in rad/s at first")
+  command.option("--turn", wish->settings.keys.yaw_rate_rps, "initial turning speed in rad/s")
       .within(0.01, 3.0)
       .with_default();
   add_container_option(command, wish->container);
@@ -154,13 +154,14 @@ void add_teleop_command(Command& root) {
 void add_sim_commands(Command& root) {
   auto wish = std::make_shared<WorldWish>();
   Command& group = root.add("sim", "the simulated robot");
-  Command& world = group.add("world", "run the world: devices appear as lidar, imu and base in a folder, until Ctrl-C");
-  world.option("--dir", wish->options.directory, "the folder for the device links; made if missing")
+  Command& world =
+      group.add("world", "run the simulated world until Ctrl-C; its devices appear in a folder as lidar, imu and base");
+  world.option("--dir", wish->options.directory, "folder for the device links; created if missing")
       .required()
       .names_a(Names::File);
-  world.option("--seed", wish->options.settings.seed, "of the world's random numbers").with_default();
+  world.option("--seed", wish->options.settings.seed, "seed of the world's random numbers").with_default();
   world.option("--parent", wish->options.parent_pid, "end when this process ends").hidden();
-  world.flag("-v,--verbose", wish->verbose, "say at the end how it went");
+  world.flag("-v,--verbose", wish->verbose, "print a summary at the end");
   world.runs([wish] {
     wish->options.end_with_parent = wish->options.parent_pid != 0;
     return run_world_command(*wish);
@@ -170,17 +171,18 @@ void add_sim_commands(Command& root) {
   auto device = std::make_shared<std::string>();
   const auto with_folder = [&](const char* name, const char* what) -> Command& {
     Command& command = group.add(name, what);
-    command.option("--dir", *folder, "the world's folder, the launch file's sim_dir (default: of the world that runs)")
+    command
+        .option("--dir", *folder, "the world's folder, the launch file's sim_dir (default: that of the running world)")
         .names_a(Names::File);
     return command;
   };
   for (const bool in : {false, true}) {
-    Command& command = with_folder(in ? "plug" : "unplug",
-                                   in ? "put a device's cable back" : "pull a device's cable out of the running world");
+    Command& command =
+        with_folder(in ? "plug" : "unplug", in ? "reconnect a device" : "disconnect a device of the running world");
     command.option("device", *device, "lidar, imu or base").required().one_of({"lidar", "imu", "base"});
     command.runs([folder, device, in] { return plug(*folder, *device, in); });
   }
-  with_folder("truth", "where the simulated robot really is, and what its motor board was told, as JSON")
+  with_folder("truth", "print the simulated robot's true pose and its motor board's last command as JSON")
       .runs([folder] { return show_truth(*folder); });
 }
 

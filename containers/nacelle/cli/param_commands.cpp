@@ -272,12 +272,11 @@ int load(const ParamWish& wish) {
 }  // namespace
 
 void add_param_commands(Command& root) {
-  Command& group = root.add("param", "see and change the parameters of a node");
+  Command& group = root.add("param", "show and change the parameters of a node");
   auto wish = std::make_shared<ParamWish>();
   const auto add = [&](const char* name, const char* what, bool needs_node = true) -> Command& {
     Command& command = group.add(name, what);
-    Option& node =
-        command.option("node", wish->node, needs_node ? "name or id" : "name or id; without one, every node");
+    Option& node = command.option("node", wish->node, needs_node ? "name or id" : "name or id; default: every node");
     node.names_a(Names::Node);
     if (needs_node) node.required();
     return command;
@@ -287,29 +286,28 @@ void add_param_commands(Command& root) {
     command.runs([wish, what] { return what(*wish); });
   };
 
-  Command& list_command = add("list", "the parameters", false);
+  Command& list_command = add("list", "list the parameters", false);
   list_command.flag("--param-type", wish->with_types, "their types too");
   finish(list_command, list);
 
-  Command& get_command = add("get", "the value of a parameter");
+  Command& get_command = add("get", "show the value of a parameter");
   get_command.option("name", wish->name, "").required().names_a(Names::Parameter);
   get_command.flag("--hide-type", wish->hide_type, "the value alone");
   finish(get_command, get);
 
-  Command& set_command =
-      add("set", "set a parameter, as far as the node allows it; the value outlives a restart of the node");
+  Command& set_command = add("set", "set a parameter, if the node allows it; the value survives a restart of the node");
   set_command.option("name", wish->name, "").required().names_a(Names::Parameter);
   set_command.option("value", wish->value, "in YAML: 5, 0.5, true, text, [1, 2]").required();
   finish(set_command, set);
 
-  Command& dump_command = add("dump", "the parameters as a parameter file, which `param load` and launch files read");
+  Command& dump_command = add("dump", "print the parameters as a parameter file for `param load` and launch files");
   finish(dump_command, dump);
 
-  Command& load_command = add("load", "set what a parameter file has for a node");
+  Command& load_command = add("load", "set a node's parameters from a parameter file");
   load_command.option("file", wish->file, "a ROS 2 parameter file").required().names_a(Names::File);
   finish(load_command, load);
 
-  Command& describe_command = add("describe", "what parameters are for, and what they may be");
+  Command& describe_command = add("describe", "describe parameters: type, meaning and constraints");
   describe_command.option("names", wish->names, "").required().names_a(Names::Parameter);
   finish(describe_command, describe);
 

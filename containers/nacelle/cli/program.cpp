@@ -207,12 +207,12 @@ std::string wrong_container_name(const std::string& name) {
 }
 
 void add_container_option(Command& command, std::string& container) {
-  command.option("--container", container, "which container, if several run (or NACELLE_CONTAINER)");
+  command.option("--container", container, "which container, if several are running (or NACELLE_CONTAINER)");
 }
 
 void add_common_options(Command& command, std::string& container, bool& as_json) {
   add_container_option(command, container);
-  command.flag("--json", as_json, "the answer as JSON");
+  command.flag("--json", as_json, "print JSON");
 }
 
 void add_common_options(Command& command, Whom& whom, bool& as_json) {

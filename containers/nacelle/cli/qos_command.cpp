@@ -135,16 +135,17 @@ int check_launch_file(const QosWish& wish) {
 
 void add_qos_commands(Command& root) {
   const auto wish = std::make_shared<QosWish>();
-  Command& qos = root.add("qos", "what quality of service fits what");
+  Command& qos = root.add("qos", "check whether publishers and subscriptions are compatible");
 
   Command& check = qos.add("check", "check every pair of a launch file without starting anything");
   check.option("launch_file", wish->file, "a launch file").required().names_a(Names::File);
-  check.option("arguments", wish->arguments, "name:=value for its arguments");
+  check.option("arguments", wish->arguments, "name:=value for the file's arguments");
   check.flag("--json", wish->as_json, "print one JSON object");
   check.note("Exit codes: 0 all fit, 1 a pair clashes or a component cannot be made, 2 wrong usage.");
   check.runs([wish] { return check_launch_file(*wish); });
 
-  Command& explain_one = qos.add("explain", "whether a publisher's QoS serves a subscription's: ok, warning or error");
+  Command& explain_one =
+      qos.add("explain", "check whether a publisher's QoS satisfies a subscription's: ok, warning or error");
   explain_one.option("--offered", wish->offered, "the publisher's policies, k=v,k=v").required();
   explain_one.option("--requested", wish->requested, "the subscription's policies, k=v,k=v").required();
   explain_one.flag("--json", wish->as_json, "print one JSON object: verdict, reasons");

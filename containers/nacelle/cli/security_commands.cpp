@@ -139,7 +139,7 @@ void add_command(Command& group, const std::string& name, const std::string& wha
     Command& command = group.add(spelling, what);
     if (spelling != name) command.hidden();
     describe(command, *words);
-    command.flag("--json", words->as_json, "the answer as JSON");
+    command.flag("--json", words->as_json, "print JSON");
     command.runs([words, run] { return run(*words); });
   }
 }
@@ -153,42 +153,44 @@ void add_enclave(Command& command, SecurityWords& words) {
 }
 
 void add_domain(Command& command, SecurityWords& words) {
-  command.option("--domain", words.domain, "the domain it holds for (default: ROS_DOMAIN_ID, else 0)").value("ID");
+  command.option("--domain", words.domain, "the domain of the documents (default: ROS_DOMAIN_ID, else 0)").value("ID");
 }
 
 }  // namespace
 
 void add_security_commands(Command& root) {
-  Command& group = root.add("security", "keys and permissions for a network on which strangers see and say nothing");
-  add_command(group, "create-keystore", "make an authority, and what governs a domain", make_keystore,
-              [](Command& command, SecurityWords& words) {
-                add_keystore(command, words);
-                add_domain(command, words);
-                command.note("In SROS 2's layout. The folder private/ is the authority: keep it off the robots.");
-              });
-  add_command(group, "create-enclave", "make key, certificate and permissions for a participant", make_enclave,
+  Command& group = root.add("security", "create keys and permissions for DDS Security");
+  add_command(
+      group, "create-keystore", "create a certificate authority and the governance document of a domain", make_keystore,
+      [](Command& command, SecurityWords& words) {
+        add_keystore(command, words);
+        add_domain(command, words);
+        command.note(
+            "The layout is SROS 2's. The folder private/ is the certificate authority: keep it off the robots.");
+      });
+  add_command(group, "create-enclave", "create key, certificate and permissions of a participant", make_enclave,
               [](Command& command, SecurityWords& words) {
                 add_keystore(command, words);
                 add_enclave(command, words);
                 add_domain(command, words);
                 command.flag("--renew", words.renew,
                              "replace key and certificate; the permissions hold as long as they");
-                command.note("What is there is kept. A new enclave may use every topic, service and action.");
+                command.note("Existing files are kept. A new enclave may use every topic, service and action.");
               });
-  add_command(group, "create-permission", "replace an enclave's permissions by those of a policy file", make_permission,
-              [](Command& command, SecurityWords& words) {
+  add_command(group, "create-permission", "replace an enclave's permissions with those of a policy file",
+              make_permission, [](Command& command, SecurityWords& words) {
                 add_keystore(command, words);
                 add_enclave(command, words);
                 command.option("policy", words.policy, "SROS 2's policy file").required().names_a(Names::File);
                 add_domain(command, words);
               });
-  add_command(group, "list-enclaves", "the enclaves of a keystore", list_all, add_keystore);
+  add_command(group, "list-enclaves", "list the enclaves of a keystore", list_all, add_keystore);
   add_command(
       group, "generate-policy", "write a policy file that allows what a running robot does", write_policy,
       [](Command& command, SecurityWords& words) {
-        command.option("policy", words.policy, "the file; it must not be there yet").required().names_a(Names::File);
+        command.option("policy", words.policy, "the file; it must not exist yet").required().names_a(Names::File);
         words.enclave = "/";
-        command.option("--enclave", words.enclave, "whose policy it becomes").with_default();
+        command.option("--enclave", words.enclave, "the enclave of the policy").with_default();
         add_container_option(command, words.whom.container);
       });
 }

@@ -161,32 +161,33 @@ void add_service_commands(Command& root) {
   Command& group = root.add("service", "list and call the services of a running container");
   auto wish = std::make_shared<ServiceWish>();
 
-  Command& list_command = group.add("list", "the services");
+  Command& list_command = group.add("list", "list the services");
   list_command.flag("-t,--show-types", wish->with_types, "the types too");
   list_command.flag("-c,--count-services", wish->only_count, "only how many");
   list_command.flag("-a,--all,--include-hidden-services", wish->all,
-                    "those that every node has, and those whose name has a part that begins with '_', too");
+                    "include services that every node has, and those whose name has a part that begins with '_'");
   add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
-  Command& type_command = group.add("type", "the type of a service");
+  Command& type_command = group.add("type", "show the type of a service");
   type_command.option("service", wish->service, "").required().names_a(Names::Service);
   add_common_options(type_command, wish->whom, wish->as_json);
   type_command.runs([wish] { return show_type(*wish); });
 
-  Command& find_command = group.add("find", "the services of a type");
+  Command& find_command = group.add("find", "list the services of a type");
   find_command.option("type", wish->type, "e.g. std_srvs/srv/Empty").required().names_a(Names::ServiceType);
   find_command.flag("-c,--count-services", wish->only_count, "only how many");
-  find_command.flag("--include-hidden-services", wish->all, "those whose name has a part that begins with '_' too");
+  find_command.flag("--include-hidden-services", wish->all,
+                    "include services whose name has a part that begins with '_'");
   add_common_options(find_command, wish->whom, wish->as_json);
   find_command.runs([wish] { return find(*wish); });
 
-  Command& call_command = group.add("call", "call a service and show its answer");
+  Command& call_command = group.add("call", "call a service and show its response");
   call_command.option("service", wish->service, "").required().names_a(Names::Service);
   call_command.option("type", wish->type, "e.g. std_srvs/srv/SetBool").required().names_a(Names::ServiceType);
   call_command.option("values", wish->values, "the request in YAML: {data: true}; missing fields take their defaults");
-  call_command.option("-r,--rate", wish->rate_hz, "call again and again, so many times a second").within(0.001, 1000);
-  call_command.option("--timeout", wish->timeout_s, "how long to wait for the answer")
+  call_command.option("-r,--rate", wish->rate_hz, "repeat the call this many times a second").within(0.001, 1000);
+  call_command.option("--timeout", wish->timeout_s, "how long to wait for the response")
       .value("SECONDS")
       .within(0.001, 86400)
       .with_default();

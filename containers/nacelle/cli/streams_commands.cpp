@@ -55,11 +55,11 @@ int watch(const WatchWish& wish, const View& view) {
 void add_view(Command& root, const char* name, const char* what, const char* note, View view) {
   auto wish = std::make_shared<WatchWish>();
   Command& command = root.add(name, what);
-  command.option("--interval", wish->interval_s, "seconds that a table covers")
+  command.option("--interval", wish->interval_s, "seconds between two tables")
       .within(0.1, 3600.0)
       .with_default()
       .value("SECONDS");
-  command.flag("--once", wish->once, "one table, then end; so it does when stdout is no terminal");
+  command.flag("--once", wish->once, "print one table and exit; the default if stdout is not a terminal");
   add_common_options(command, wish->whom, wish->as_json);
   command.note(note);
   command.runs([wish, view] { return watch(*wish, view); });
@@ -69,19 +69,16 @@ void add_view(Command& root, const char* name, const char* what, const char* not
 
 void add_watch_commands(Command& root) {
   add_view(
-      root, "streams", "every stream: rate, age, what was dropped and why, and who is late",
-      "HZ is of the interval; the rest counts from the start. AGE: of the last message. P99: from publish() to the\n"
-      "callback. DROPPED by cause: overwritten (keep_last), full (keep_all), expired (lifespan), inactive "
-      "(lifecycle),\n"
-      "would_block, pool_dry (when_dry), discarded (with their reader).",
+      root, "streams", "show every stream: rate, age, drops by cause, late readers",
+      "HZ is measured over the interval; the other figures since the start. AGE: of the last message. P99: from\n"
+      "publish() to the callback. DROPPED by cause: overwritten (keep_last), full (keep_all), expired (lifespan),\n"
+      "inactive (lifecycle), would_block, pool_dry (when_dry), discarded (with their reader).",
       {report::streams_between, report::streams_text});
-  add_view(root, "top", "what each component costs: CPU, callbacks, queues",
-           "CPU is of one core, in the interval. BY: threads or process of its own are exact; callbacks of a component "
-           "that\n"
-           "shares a thread are sampled, about one in 128. MEAN is of the interval, MAX from the start. QUEUED: "
-           "messages that\n"
-           "wait, of as many as the queues take. MEMORY: only a process of its own has one; the others share the "
-           "container's.",
+  add_view(root, "top", "show the cost of each component: CPU, callbacks, queues",
+           "CPU: percent of one core, over the interval. BY: threads and processes of a component's own are measured\n"
+           "exactly; callbacks on a shared thread are sampled, about one in 128. MEAN: over the interval. MAX: since\n"
+           "the start. QUEUED: waiting messages and the capacity of the queues. MEMORY: of an isolated process; the\n"
+           "others share the container's.",
            {report::components_between, report::components_text});
 }
 

@@ -298,35 +298,34 @@ int monitor(const TfWish& wish) {
 
 void add_tf_commands(Command& root) {
   auto wish = std::make_shared<TfWish>();
-  Command& group =
-      root.add("tf", "the tree of frames of a running container: who broadcasts what, how often, how late");
+  Command& group = root.add("tf", "show the transform tree: owner, rate and delay of each frame");
 
-  Command& tree_command = group.add("tree", "every frame with the owner, rate and age of its transform");
+  Command& tree_command = group.add("tree", "print every frame with the owner, rate and age of its transform");
   tree_command.option("--svg", wish->svg, "draw it with Graphviz").value("FILE").names_a(Names::File);
   tree_command.option("--pdf", wish->pdf, "draw it with Graphviz").value("FILE").names_a(Names::File);
-  tree_command.option("--dot", wish->dot, "write it in Graphviz's language").value("FILE").names_a(Names::File);
+  tree_command.option("--dot", wish->dot, "write it in Graphviz's DOT language").value("FILE").names_a(Names::File);
   add_common_options(tree_command, wish->whom, wish->as_json);
-  tree_command.note("Red in a drawing: a transform that is older than a second.");
+  tree_command.note("In a drawing, transforms older than a second are red.");
   tree_command.runs([wish] { return tree(*wish); });
 
-  Command& echo_command = group.add("echo", "the transform between two frames again and again, as tf2_echo shows it");
-  echo_command.option("source", wish->source, "the frame to see it from").required().names_a(Names::Frame);
-  echo_command.option("target", wish->target, "the frame whose pose is shown").required().names_a(Names::Frame);
+  Command& echo_command = group.add("echo", "print the transform between two frames repeatedly, like tf2_echo");
+  echo_command.option("source", wish->source, "the reference frame").required().names_a(Names::Frame);
+  echo_command.option("target", wish->target, "the frame whose pose is printed").required().names_a(Names::Frame);
   echo_command.option("-r,--rate", wish->rate_hz, "times per second").within(0.001, 1000.0).with_default().value("HZ");
-  echo_command.option("-p,--precision", wish->precision, "digits behind the point").within(0, 15).with_default();
-  echo_command.flag("--matrix", wish->with_matrix, "the 4 x 4 matrix too");
-  echo_command.flag("--once", wish->once, "one transform, then end; 1 if there is none within a second");
+  echo_command.option("-p,--precision", wish->precision, "number of decimals").within(0, 15).with_default();
+  echo_command.flag("--matrix", wish->with_matrix, "also print the 4 x 4 matrix");
+  echo_command.flag("--once", wish->once, "print one transform and exit; exit code 1 if there is none within a second");
   add_common_options(echo_command, wish->whom, wish->as_json);
   echo_command.runs([wish] { return echo(*wish); });
 
-  Command& monitor_command = group.add("monitor", "rate, delay and owner of each transform, as tf2_monitor shows them");
-  monitor_command.option("frames", wish->frames, "two: the chain between them; others: these frames only")
+  Command& monitor_command = group.add("monitor", "print rate, delay and owner of each transform, like tf2_monitor");
+  monitor_command.option("frames", wish->frames, "two frames: the chain between them; otherwise only these frames")
       .names_a(Names::Frame);
   monitor_command.option("--interval", wish->interval_s, "seconds between two tables")
       .within(0.1, 3600.0)
       .with_default()
       .value("SECONDS");
-  monitor_command.flag("--once", wish->once, "one table, then end");
+  monitor_command.flag("--once", wish->once, "print one table and exit");
   add_common_options(monitor_command, wish->whom, wish->as_json);
   monitor_command.note("Delay: from a transform's stamp to its publication, over its last thousand messages.");
   monitor_command.runs([wish] { return monitor(*wish); });

@@ -180,29 +180,29 @@ int find(const Wish& wish) {
 using WishPointer = std::shared_ptr<Wish>;
 
 void add_lists(Command& group, const WishPointer& wish) {
-  Command& list_command = group.add("list", "the topics");
+  Command& list_command = group.add("list", "list the topics");
   list_command.flag("-t,--show-types", wish->with_types, "the types too");
   list_command.flag("-c,--count-topics", wish->only_count, "only how many");
-  list_command.flag("-v,--verbose", wish->verbose, "what is published and what is read, by how many");
-  list_command.flag("--include-hidden-topics", wish->all, "those whose name has a part that begins with '_' too");
+  list_command.flag("-v,--verbose", wish->verbose, "list topics with their numbers of publishers and subscriptions");
+  list_command.flag("--include-hidden-topics", wish->all, "include topics whose name has a part that begins with '_'");
   add_common_options(list_command, wish->whom, wish->as_json);
   list_command.runs([wish] { return list(*wish); });
 
-  Command& info_command = group.add("info", "the type of a topic, and how many publish and read it");
+  Command& info_command = group.add("info", "show the type of a topic and its numbers of publishers and subscriptions");
   info_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
-  info_command.flag("-v,--verbose", wish->verbose, "each end: its node, and its quality of service in force");
+  info_command.flag("-v,--verbose", wish->verbose, "show each endpoint with its node and effective QoS");
   add_common_options(info_command, wish->whom, wish->as_json);
   info_command.runs([wish] { return info(*wish); });
 
-  Command& type_command = group.add("type", "the type of a topic");
+  Command& type_command = group.add("type", "show the type of a topic");
   type_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
   add_common_options(type_command, wish->whom, wish->as_json);
   type_command.runs([wish] { return show_type(*wish); });
 
-  Command& find_command = group.add("find", "the topics of a type");
+  Command& find_command = group.add("find", "list the topics of a type");
   find_command.option("type", wish->type, "e.g. sensor_msgs/msg/LaserScan").required().names_a(Names::Type);
   find_command.flag("-c,--count-topics", wish->only_count, "only how many");
-  find_command.flag("--include-hidden-topics", wish->all, "those whose name has a part that begins with '_' too");
+  find_command.flag("--include-hidden-topics", wish->all, "include topics whose name has a part that begins with '_'");
   add_common_options(find_command, wish->whom, wish->as_json);
   find_command.runs([wish] { return find(*wish); });
 }
@@ -210,21 +210,23 @@ void add_lists(Command& group, const WishPointer& wish) {
 void add_listeners(Command& group, const WishPointer& wish) {
   Command& echo_command = group.add("echo", "show a topic's messages");
   echo_command.option("topic", wish->topic, "").required().names_a(Names::Topic);
-  echo_command.option("type", wish->type, "of a topic with several: the one to show").names_a(Names::Type);
-  echo_command.flag("--once", wish->once, "one message, then end");
+  echo_command.option("type", wish->type, "the type to show, if the topic has several").names_a(Names::Type);
+  echo_command.flag("--once", wish->once, "exit after one message");
   echo_command
-      .option("--field", wish->field, "one part of each message only: pose.pose.position; a text is shown as it is")
+      .option("--field", wish->field,
+              "only this field of each message, e.g. pose.pose.position; strings are printed verbatim")
       .value("FIELD");
-  echo_command.flag("-f,--full,--full-length", wish->full, "long sequences and texts whole");
-  echo_command.option("-l,--truncate-length", wish->longest, "how much of a sequence or a text is shown; 0: all of it")
+  echo_command.flag("-f,--full,--full-length", wish->full, "print long sequences and strings completely");
+  echo_command.option("-l,--truncate-length", wish->longest, "maximum length of sequences and strings; 0: no limit")
       .value("N")
       .with_default()
       .not_with("--full");
   echo_command
-      .flag("--raw", wish->is_raw, "the bytes of each message in hexadecimal; also of a type that is not installed")
+      .flag("--raw", wish->is_raw,
+            "print the bytes of each message in hexadecimal; works for types that are not installed")
       .not_with("--field");
   add_common_options(echo_command, wish->whom, wish->as_json);
-  echo_command.flag("--csv", wish->as_csv, "every value of a message on one line, with commas")
+  echo_command.flag("--csv", wish->as_csv, "print the values of each message on one line, separated by commas")
       .not_with("--json")
       .not_with("--raw");
   echo_command.runs([wish] { return echo_topic(*wish); });
@@ -235,21 +237,22 @@ void add_listeners(Command& group, const WishPointer& wish) {
     auto own = std::make_shared<Wish>();
     own->window = window;
     if (measure == measure_rate) {
-      command.option("topics", own->words, "one or more; behind one that has several types, the type to measure")
+      command
+          .option("topics", own->words, "one or more topics; after a topic that has several types, the type to measure")
           .required()
           .names_a(Names::Topic);
     } else {
       command.option("topic", own->topic, "").required().names_a(Names::Topic);
-      command.option("type", own->type, "of a topic with several: the one to measure").names_a(Names::Type);
+      command.option("type", own->type, "the type to measure, if the topic has several").names_a(Names::Type);
     }
-    command.option("-w,--window", own->window, "how many messages it is taken over").within(2, 100000).with_default();
-    command.flag("--once", own->once, "one figure, then end");
+    command.option("-w,--window", own->window, "number of messages to average over").within(2, 100000).with_default();
+    command.flag("--once", own->once, "print one figure and exit");
     add_common_options(command, own->whom, own->as_json);
     command.runs([own, measure] { return measure(*own); });
   };
   add("hz", "measure the rate of topics", 1000, measure_rate);
-  add("bw", "measure how many bytes a topic brings", 100, measure_bandwidth);
-  add("delay", "measure how old the stamps of a topic's headers are when it is published", 1000, measure_delay);
+  add("bw", "measure the bandwidth of a topic", 100, measure_bandwidth);
+  add("delay", "measure the age of header stamps at publication", 1000, measure_delay);
 }
 
 void add_publisher(Command& group, const WishPointer& wish) {
@@ -260,16 +263,17 @@ void add_publisher(Command& group, const WishPointer& wish) {
       "message", wish->message,
       "YAML or JSON: {linear: {x: 0.1}}; missing fields take their defaults; a header may be auto, a stamp now");
   command.option("-r,--rate", wish->rate_hz, "messages per second").within(0.001, 1000).with_default();
-  command.option("-t,--times", wish->times, "end after this many (0: until Ctrl-C)").value("N");
+  command.option("-t,--times", wish->times, "exit after this many messages (0: until Ctrl-C)").value("N");
   command
       .flag(
-          "-1,--once", [wish] { wish->times = 1; }, "one message, then end")
+          "-1,--once", [wish] { wish->times = 1; }, "exit after one message")
       .not_with("--times");
-  command.option("-w,--wait-matching-subscriptions", wish->readers, "first wait until so many read it").value("N");
-  command.option("--max-wait-time-secs", wish->longest_wait_s, "give that up after so long (0: never)")
+  command.option("-w,--wait-matching-subscriptions", wish->readers, "wait for this many subscriptions first")
+      .value("N");
+  command.option("--max-wait-time-secs", wish->longest_wait_s, "stop waiting after this many seconds (0: never)")
       .value("SECONDS")
       .within(0, 86400);
-  command.option("-p,--print", wish->print_every, "show every N-th message only; 0: none").value("N").with_default();
+  command.option("-p,--print", wish->print_every, "print only every N-th message; 0: none").value("N").with_default();
   add_common_options(command, wish->whom, wish->as_json);
   command.runs([wish] { return publish_topic(*wish); });
 }
@@ -277,7 +281,7 @@ void add_publisher(Command& group, const WishPointer& wish) {
 }  // namespace
 
 void add_topic_commands(Command& root) {
-  Command& group = root.add("topic", "list, watch, measure and write topics of a running container");
+  Command& group = root.add("topic", "list, show, measure and publish topics");
   auto wish = std::make_shared<Wish>();
   add_lists(group, wish);
   add_listeners(group, wish);

@@ -34,15 +34,15 @@ struct Whom::Remote {
 Whom::Whom() : remote_(std::make_shared<Remote>()) {}
 
 void Whom::add_options(Command& command) {
-  command.flag("--remote", remote_->is_wanted,
-               "ask the nodes of ROS 2's network, whether a container runs here or not");
-  command.option("--domain", remote_->domain, "of the network (default: ROS_DOMAIN_ID)")
+  command.flag("--remote", remote_->is_wanted, "query the nodes of ROS 2's network; needs no local container");
+  command.option("--domain", remote_->domain, "domain of the network (default: ROS_DOMAIN_ID)")
       .value("N")
       .checked(wrong_domain);
   command
-      .option("--network", remote_->network, "local: this machine, for robots that are not exported (default: export)")
+      .option("--network", remote_->network,
+              "local: only this machine, for robots that are not exported (default: export)")
       .one_of({"local", "export"});
-  command.option("--spin-time", remote_->spin_time_s, "how long to look for those on the network")
+  command.option("--spin-time", remote_->spin_time_s, "how long to wait for discovery")
       .value("SECONDS")
       .within(0.0, 60.0)
       .with_default();
@@ -56,7 +56,7 @@ std::string Whom::command(const std::string& words) const {
 
 std::optional<Problem> Whom::misuse() const {
   if (remote_->is_wanted || (remote_->domain.empty() && remote_->network.empty())) return std::nullopt;
-  return Problem{remote_->domain.empty() ? "--network" : "--domain", "means something with --remote only",
+  return Problem{remote_->domain.empty() ? "--network" : "--domain", "has an effect only with --remote",
                  "give --remote too"};
 }
 

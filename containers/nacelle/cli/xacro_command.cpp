@@ -48,7 +48,7 @@ void add_xacro_command(Command& root) {
   Command& command = root.add("xacro", "print the URDF that a xacro file describes");
   command.option("file", wish->file, "a .xacro file").required().names_a(Names::File);
   command.option("arguments", wish->arguments, "name:=value for the file's arguments");
-  command.option("-o,--output", wish->output, "write to this file instead").names_a(Names::File);
+  command.option("-o,--output", wish->output, "write to this file instead of stdout").names_a(Names::File);
   command.runs([wish] { return run(*wish); });
 }
 
