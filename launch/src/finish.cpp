@@ -65,7 +65,7 @@ void Builder::resolve_after() {
           if (other.name == condition.node) elsewhere.push_back("'" + other_full + "'");
         }
         report(condition.where, LaunchFault::UnknownName,
-               "'after' names the node '" + condition.node.substr(0, 80) + "', which is no component of this launch",
+               "'after' names the node '" + condition.node.substr(0, 80) + "', which is not a component of this launch",
                elsewhere.empty() ? suggestion(condition.node.substr(0, 80), others)
                                  : "did you mean " + join(elsewhere, " or ") + "?");
       } else if (full == component.full_name()) {
@@ -130,7 +130,7 @@ void Builder::find_cycles() {
       if (closed) {
         std::string text;
         for (auto step = seen; step != path.end(); ++step) text += (*step)->name + " waits for ";
-        report(next->where, LaunchFault::Circle, "'after' goes round in a circle: " + text + waited_for->name,
+        report(next->where, LaunchFault::Circle, "'after' forms a cycle: " + text + waited_for->name,
                "take one of the conditions out");
       }
       path.push_back(waited_for);

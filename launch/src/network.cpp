@@ -22,7 +22,7 @@ Result<NetworkMode, Problem> parse_network_argument(const std::string& value) {
   const auto found = std::find(kModes.begin(), kModes.end(), value);
   if (found != kModes.end()) return static_cast<NetworkMode>(found - kModes.begin());
   const std::string shown = value.substr(0, 80);
-  return err(Problem{"network:=" + shown, "'" + shown + "' is no mode of the network", suggestion(shown, kModes),
+  return err(Problem{"network:=" + shown, "'" + shown + "' is not a mode of the network", suggestion(shown, kModes),
                      LaunchFault::WrongValue});
 }
 

@@ -85,7 +85,7 @@ class Reader {
       return read_section(above, node);
     }
     if (!above.empty() && !nearest_name(node.key, {std::string(kMarker)}).empty())
-      return report(node.key_line, LaunchFault::WrongValue, "'" + node.key + "' is no part of a node's name",
+      return report(node.key_line, LaunchFault::WrongValue, "'" + node.key + "' is not part of a node's name",
                     "did you mean 'ros__parameters'?");
     std::string pattern = above;
     for (const auto part : parts_of(node.key)) {

@@ -64,7 +64,7 @@ class Actions(RobotTest):
         self.assertIn("Fibonacci", self.action("find", "example_interfaces/action/Fibonaci", code=1).stderr)
         self.assertIn("order", self.send("{ordr: 5}", code=2).stderr)
         self.assertIn(f"has the type {TYPE}, not nav2_msgs/action/Spin", self.action("send_goal", NAME, "nav2_msgs/action/Spin", code=1).stderr)
-        self.assertIn("is no action", self.action("send_goal", NAME, "std_msgs/msg/String", code=1).stderr)
+        self.assertIn("is not an action", self.action("send_goal", NAME, "std_msgs/msg/String", code=1).stderr)
         self.action("send_goal", NAME, code=2)
         self.action("list", "--container", "nobody", code=3)
 

@@ -83,10 +83,10 @@ class Check(RobotTest):
         self.assertEqual(answer["verdict"], "warning")
         found = {f"{f['about']}: {f['where'].rpartition('/')[2]}: {f['what']}; {f['way_out']}" for f in answer["findings"]}
         self.assertEqual(found, {
-            "export: exports.launch.yaml:6: export: no node has a topic or service '/odm': nothing leaves by this line; did you mean '/odom'?",
-            "export: exports.launch.yaml:8: export: no node has a topic or service '/later': nothing leaves by this line; "
+            "export: exports.launch.yaml:6: export: no node has a topic or service '/odm': this entry exports nothing; did you mean '/odom'?",
+            "export: exports.launch.yaml:8: export: no node has a topic or service '/later': this entry exports nothing; "
             "fine if a component that is loaded later has it",
-            "export: exports.launch.yaml:10: no component publishes a compressed form of '/camera/image_raw': nothing of it leaves; "
+            "export: exports.launch.yaml:10: no component publishes a compressed form of '/camera/image_raw': it is not exported; "
             "add what publishes '/camera/image_raw/compressed', or leave compressed_only out",
         })  # fmt: skip
 
@@ -98,7 +98,7 @@ class Check(RobotTest):
         outcome = self.check(LAUNCH_FILE, f"description:={robot}", "--json")
         findings = json.loads(outcome.stdout)["findings"]
         self.assertEqual([(f["severity"], f["where"]) for f in findings], [("warning", f"{robot}:{line}")])
-        self.assertIn("<controler> is no tag of ros2_control inside <ros2_control>, and is ignored", findings[0]["what"])
+        self.assertIn("<controler> is not a tag of ros2_control inside <ros2_control>, and is ignored", findings[0]["what"])
 
     def test_finds_all_that_is_wrong_and_not_the_first_only(self):
         more = ", {name: scan_points, value: 0}, {name: range_max, value: far}, {name: nosuch, value: 1}, {name: product_name, value: X}"

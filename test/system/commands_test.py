@@ -130,7 +130,7 @@ class Commands(RunningRobotTest):
         refused = self.run_program("component", "load", "nacelle::lidar::LidarComponent", "--name", "second", "-p", "port_nme:=/dev/null",
                                    "-p", "required_device:=true")  # fmt: skip
         self.expect_exit(refused, 1)
-        self.assertIn("was taken out again", refused.stderr)
+        self.assertIn("was unloaded again", refused.stderr)
         self.assertRegex(refused.stderr, r"'port_nme'.*did you mean 'port_name'")
 
     def test_what_a_plugin_cannot_use_is_told_to_whoever_loads_it(self):

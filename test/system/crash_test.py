@@ -169,7 +169,7 @@ launch:
             self.start("container", "--name", "box", "--resume")
         self.assertIn("left out: /chaos: 2 crashes within 30 s", self.said())
         self.assertEqual(self.states(), {"/crane": "inactive"})
-        wait_for("it is said why", lambda: "/crane moves something, so it comes back inactive on purpose" in self.said())
+        wait_for("it is said why", lambda: "/crane moves something, so it was restored as inactive on purpose" in self.said())
         self.assertIn("`nacelle lifecycle set /crane activate` activates it", self.said())
         self.ask("lifecycle", "set", "/crane", "activate")
         self.assertEqual(self.states(), {"/crane": "active"})

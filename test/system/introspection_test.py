@@ -200,7 +200,7 @@ class Graph(OnRobot):
     def test_a_wrong_name_is_1_with_the_nearest(self):
         for words, hint in ((["node", "info", "lidr"], "'/lidar'"), (["topic", "info", "/scam"], "'/scan'"), (["topic", "type", "/scam"], "'/scan'"),
                             (["topic", "find", "sensor_msgs/msg/LaserScam"], "LaserScan"), (["service", "type", "/rest"], "'/reset'"),
-                            (["service", "find", "std_srvs/srv/Emty"], "Empty"), (["service", "find", "std_msgs/msg/Bool"], "is no service"),
+                            (["service", "find", "std_srvs/srv/Emty"], "Empty"), (["service", "find", "std_msgs/msg/Bool"], "is not a service"),
                             (["component", "info", "camra"], "'/camera'"), (["lifecycle", "list", "camra"], "'/camera'"),
                             (["param", "list", "camra"], "'/camera'"), (["param", "get", "diff_drive", "wheel_radus"], "'wheel_radius'"),
                             (["param", "describe", "diff_drive", "wheel_radus"], "'wheel_radius'"),

@@ -208,7 +208,7 @@ class Absent(RobotTest):
         with open(log, "w") as stream:
             robot = self.start_program("launch", file, stdout=stream)
         self.addCleanup(interrupt, robot)
-        wait_for("the last line of the launch", lambda: "not there yet" in log.read_text())
+        wait_for("the last line of the launch", lambda: "absent devices" in log.read_text())
         last = log.read_text().splitlines()[-1]
         self.assertIn(f"/lidar (DEVICE_LOST: {self.folder}/no-such-line: ", last)
         row = json.loads(self.expect_exit(self.run_program("faults", "--json"), 0).stdout)["components"][0]

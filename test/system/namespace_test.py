@@ -96,7 +96,7 @@ class NamespaceTest(RunningRobotTest):
                                streams=["/x/robot_description std_msgs/msg/String"])  # fmt: skip
         self.assertFalse(clash["success"])
         self.assertIn("durability", clash["error_message"])
-        self.assertIn("it was taken out again", clash["error_message"])
+        self.assertIn("it was unloaded again", clash["error_message"])
         self.assertNotIn("/robot1/late", self.names())
 
         state = self.folder / "nacelle/robot.composition"

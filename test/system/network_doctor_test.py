@@ -89,7 +89,7 @@ class Tried(NetworkTest):
         self.assertEqual([line for line in packets.frames() if line.startswith("udp ")], [])
 
     def test_a_peer_without_an_address_is_told(self):
-        words = "peer nosuch.invalid: this name has no address: it is not asked"
+        words = "peer nosuch.invalid: this name has no address: it is not used as a peer"
         net = self.doctor(ROS_STATIC_PEERS="nosuch.invalid;10.77.0.2")
         self.assertIsNone(net["problem"])
         self.assertEqual([f"{one['where']}: {one['what']}" for one in net["remarks"]], [words])

@@ -164,7 +164,7 @@ class Orders(RemoteRobotTest):
         self.assertRegex(self.ask("estop", "set").stdout, r"^/emergency_stop set, heard by \d readers?\n$")
         wait_for("it is set", lambda: stops(self.local) == ["/emergency_stop"])
         self.assertEqual(stops(self.rows), ["/emergency_stop"])
-        self.assertIn("is no emergency stop", self.ask("estop", "set", "--topic", "/odom", code=2).stderr)
+        self.assertIn("is not an emergency stop", self.ask("estop", "set", "--topic", "/odom", code=2).stderr)
         self.assertIn("set `network: {remote_control: true}` in its launch file", self.ask("estop", "release", code=1).stderr)
         self.expect_exit(self.run_program("estop", "release"), 0)
         wait_for("it is released", lambda: stops(self.rows) == [])

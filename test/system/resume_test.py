@@ -147,7 +147,7 @@ class WholeRobot(Resume):
         print(f"{max(2, KILLS // 2)} kills, back within {longest:.2f} s")
         self.assertLess(longest, self.longest_s)
         self.assertEqual([(n, p, "inactive" if n == "/diff_drive" else s) for n, p, s in before[0]], first[0])
-        said = ("nacelle: /diff_drive moves something, so it comes back inactive on purpose; "
+        said = ("nacelle: /diff_drive moves something, so it was restored as inactive on purpose; "
                 "`nacelle lifecycle set /diff_drive activate` activates it")
         self.assertIn(said, self.said().splitlines())
         self.ask(*said.split("`")[1].split()[1:])

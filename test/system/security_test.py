@@ -87,7 +87,7 @@ class Keystores(RobotTest):
         self.assertEqual(json.loads(self.security("list-enclaves", self.keys, "--json").stdout), ["/arm/left", "/robot"])
         self.assertIn("did you mean '/robot'?", self.security("create-enclave", self.keys, "robot", code=1).stderr)
         self.assertIn("create-keystore", self.security("create-enclave", self.folder / "none", "/robot", code=1).stderr)
-        self.assertIn("'300' is no domain; give a number from 0 to 232", self.security("create-enclave", self.keys, "/a", "--domain", 300, code=2).stderr)
+        self.assertIn("'300' is not a domain; give a number from 0 to 232", self.security("create-enclave", self.keys, "/a", "--domain", 300, code=2).stderr)
 
     def test_a_domain_is_that_of_the_environment_or_of_the_option(self):
         environment = {**self.environment, "ROS_DOMAIN_ID": "5"}
@@ -307,7 +307,7 @@ class Refused(NetworkTest):
     def test_enforced_it_keeps_the_robot_off_the_network_and_running(self):
         robot = self.start_robot("network:=export", ROS_SECURITY_ENABLE="true", ROS_SECURITY_STRATEGY="Enforce",
                                  ROS_SECURITY_KEYSTORE="/no/such")  # fmt: skip
-        self.assertEqual(robot.line, "network: off, since /no/such: this is no keystore: it has no folder enclaves; make one: "
+        self.assertEqual(robot.line, "network: off, since /no/such: this is not a keystore: it has no folder enclaves; make one: "
                                      "`nacelle security create-keystore /no/such`; the robot runs without it")  # fmt: skip
         self.assertEqual(self.robot_machine.udp_sockets(), [])
         self.assertEqual(self.robot_machine.sent("lan0"), 0)
@@ -315,7 +315,7 @@ class Refused(NetworkTest):
 
     def test_permissive_it_goes_on_in_the_clear_and_says_so(self):
         robot = self.start_robot("network:=export", ROS_SECURITY_ENABLE="true", ROS_SECURITY_KEYSTORE="/no/such")
-        self.assertEqual(robot.line, "network: shown to the LAN, without the security that was asked for; to keep it on this "
+        self.assertEqual(robot.line, "network: shown to the LAN, without the security that was requested; to keep it on this "
                                      "machine: network:=local")  # fmt: skip
         self.reads_odometry("cyclone", self.laptop).wait_for("odometry", is_odometry)
 

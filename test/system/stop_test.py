@@ -402,7 +402,7 @@ class Absent(RobotTest):
             robot = self.start_program("launch", source, "sim:=false", f"camera_device:={sim}/camera", *ports, "--name", "robot", stdout=log)
         self.addCleanup(interrupt, robot)
         said = lambda: (self.folder / "log").read_text()
-        wait_for("the last line of the launch", lambda: "not there yet" in said(), 60)
+        wait_for("the last line of the launch", lambda: "absent devices" in said(), 60)
         last = said().splitlines()[-1]
         for node in ("/lidar", "/imu", "/diff_drive", "/camera"):
             self.assertIn(f"{node} (DEVICE_LOST: ", last)

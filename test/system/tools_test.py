@@ -145,7 +145,7 @@ class Tools(RunningRobotTest):
         sender = Sender(self.folder / "nacelle" / "robot.sock", "/chaos/do", STRING,
                         lambda: string(orders.pop() if orders else "nothing"), rate_hz=200)  # fmt: skip
         try:
-            busy = re.compile(r"\d+ lost.*: (its thread 'executor' is busy|a callback on its thread overstays|its callback )")
+            busy = re.compile(r"\d+ lost.*: (its thread 'executor' is busy|a callback on its thread runs too long|its callback )")
             # A slow machine may look after the spinning is over: then the cause is another one, and the chaos spins once more.
             late = wait_for("/chaos is late since it spins", lambda: orders.append("spin") or next(
                 (late for row in self.json_of("streams")["streams"] if row["name"] == "/chaos/do" for late in row["late"] if busy.match(late["why"])), None))  # fmt: skip

@@ -83,14 +83,14 @@ Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::
   }
   const auto side_ok = [](std::int64_t side) { return side >= 16 && side <= 16384; };
   if (options.image_size.size() != 2 || !side_ok(options.image_size[0]) || !side_ok(options.image_size[1])) {
-    return err(wrong(node, "image_size", fmt::format("{} is no size", listed(options.image_size)),
+    return err(wrong(node, "image_size", fmt::format("{} is not a size", listed(options.image_size)),
                      "give width and height, 16 to 16384 each, as in [640, 480]"));
   }
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
   const auto part_ok = [](std::int64_t part) { return part > 0 && part <= kMost; };
   if (options.time_per_frame.size() != 2 || !part_ok(options.time_per_frame[0]) ||
       !part_ok(options.time_per_frame[1])) {
-    return err(wrong(node, "time_per_frame", fmt::format("{} is no time", listed(options.time_per_frame)),
+    return err(wrong(node, "time_per_frame", fmt::format("{} is not a time", listed(options.time_per_frame)),
                      "give numerator and denominator in seconds, as in [1, 30]"));
   }
   if (options.camera_frame_id.empty())

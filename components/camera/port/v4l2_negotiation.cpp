@@ -134,10 +134,10 @@ Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const Capture
   const std::uint32_t can =
       (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability.device_caps : capability.capabilities;
   if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0 || (can & V4L2_CAP_STREAMING) == 0) {
-    return err(
-        Problem{wish.device,
-                fmt::format("is no camera that streams ('{}', capabilities {:#010x})", text_of(capability.card), can),
-                "a camera has several nodes; the one with index0 in /dev/v4l/by-id captures"});
+    return err(Problem{
+        wish.device,
+        fmt::format("is not a camera that streams ('{}', capabilities {:#010x})", text_of(capability.card), can),
+        "a camera has several nodes; the one with index0 in /dev/v4l/by-id captures"});
   }
   CaptureFormat agreed;
   agreed.camera_name = parameter_name(text_of(capability.card));

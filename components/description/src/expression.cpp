@@ -66,7 +66,7 @@ Answer pick(const std::vector<Value>& values, const std::vector<double>& numbers
 }
 
 Answer whole(const char* name, double value) {
-  if (!(std::abs(value) < 9.2e18)) return err(fmt::format("{}({}) is no whole number", name, value));
+  if (!(std::abs(value) < 9.2e18)) return err(fmt::format("{}({}) is not a whole number", name, value));
   return Value{static_cast<std::int64_t>(value)};
 }
 

@@ -132,7 +132,7 @@ class Reader {
                                       : suggestion(tag, known);
       result_.warnings.push_back(
           {place(*child),
-           fmt::format("<{}> is no tag of ros2_control inside <{}>, and is ignored", tag, element.Name()), way_out});
+           fmt::format("<{}> is not a tag of ros2_control inside <{}>, and is ignored", tag, element.Name()), way_out});
     }
   }
 
@@ -152,7 +152,7 @@ class Reader {
                        .params = {},
                        .joints = {}};
     if (std::ranges::find(kTypes, block.type) == kTypes.end())
-      error(block.where, fmt::format("'{}' is no type of hardware", block.type), suggestion(block.type, kTypes));
+      error(block.where, fmt::format("'{}' is not a type of hardware", block.type), suggestion(block.type, kTypes));
     if (const auto* hardware = element.FirstChildElement("hardware")) read_hardware(*hardware, block);
     if (block.plugin.empty())
       error(block.where, fmt::format("<ros2_control name=\"{}\"> names no hardware plugin", block.name),
@@ -194,7 +194,7 @@ class Reader {
   void check_name(const ControlInterface& interface) {
     if (interface.name.empty() || std::ranges::find(kInterfaces, interface.name) != kInterfaces.end()) return;
     if (const auto near = nearest_name(interface.name, kInterfaces); !near.empty())
-      error(interface.where, fmt::format("'{}' is no interface", interface.name), "did you mean '" + near + "'?");
+      error(interface.where, fmt::format("'{}' is not an interface", interface.name), "did you mean '" + near + "'?");
   }
 
   void check(const ControlBlock& block) {

@@ -187,7 +187,7 @@ class Expander {
     if (name == "insert_block") return insert_block(element, into, scope);
     if (name == "element") {
       const std::string made_name = required(element, "xacro:name", scope);
-      if (!is_element_name(made_name)) trail_.fail("'" + made_name.substr(0, 60) + "' is no name of an element");
+      if (!is_element_name(made_name)) trail_.fail("'" + made_name.substr(0, 60) + "' is not a name of an element");
       XMLElement* const made = into.GetDocument()->NewElement(made_name.c_str());
       into.InsertEndChild(made);
       places_.remember(*made, trail_);
@@ -200,7 +200,7 @@ class Expander {
       XMLElement* const parent = into.ToElement();
       const std::string made_name = required(element, "name", scope);
       if (parent == nullptr || !is_element_name(made_name))
-        trail_.fail("'" + made_name.substr(0, 60) + "' is no name of an attribute");
+        trail_.fail("'" + made_name.substr(0, 60) + "' is not a name of an attribute");
       parent->SetAttribute(made_name.c_str(), required(element, "value", scope).c_str());
       return;
     }
@@ -219,7 +219,7 @@ class Expander {
   void property(const XMLElement& element, Scope& scope) {
     allow_only(element, {"name", "value", "default", "scope", "remove"});
     const std::string name = required(element, "name", scope);
-    if (name.empty() || name.starts_with("__")) trail_.fail("'" + name + "' is no name of a property");
+    if (name.empty() || name.starts_with("__")) trail_.fail("'" + name + "' is not a name of a property");
     Scope* target = &scope;
     bool is_local = true;
     if (const char* where = element.Attribute("scope")) {

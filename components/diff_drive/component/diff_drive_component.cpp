@@ -53,7 +53,7 @@ Hindrance hindrance_of(const DriveLoop::Look& look) {
   using diagnostic_msgs::msg::DiagnosticStatus;
   const auto held = [&](Hold why) { return (look.holds & static_cast<std::uint8_t>(why)) != 0; };
   if (held(Hold::LineLost))
-    return {"the motor board is gone or silent; it is tried again until it is back", DiagnosticStatus::ERROR};
+    return {"the motor board is disconnected or silent; reconnecting until it is back", DiagnosticStatus::ERROR};
   if (held(Hold::Stopped))
     return {"it was stopped from outside; deactivate it and activate it again", DiagnosticStatus::ERROR};
   if (held(Hold::EmergencyStop))
@@ -357,7 +357,7 @@ void DiffDriveComponent::run_loop() noexcept {
     fault("LOOP_THREW", e.what());
   } catch (...) {
     static_cast<void>(base_->stop());
-    fault("LOOP_THREW", "an exception that is no std::exception");
+    fault("LOOP_THREW", "an exception other than a std::exception");
   }
 }
 

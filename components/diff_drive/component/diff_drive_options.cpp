@@ -36,7 +36,7 @@ constexpr NumberRow kNumbers[] = {
     {"cmd_vel_timeout", &DiffDriveOptions::cmd_vel_timeout_s, 0.0, 60.0, "s",
      "age after which a command is ignored; 0: never"},
     {"emergency_stop_timeout", &DiffDriveOptions::emergency_stop_timeout_s, 0.1, 60.0, "s",
-     "with emergency_stop_required: how long who sets the emergency stop may show no life"},
+     "with emergency_stop_required: the longest lease of the emergency stop's publisher"},
     {"update_rate", &DiffDriveOptions::update_rate_hz, 1.0, 1000.0, "Hz", "control cycles per second"},
     {"publish_rate", &DiffDriveOptions::publish_rate_hz, 0.0, 1000.0, "Hz",
      "joint states per second at most; 0 all of the board's"},
@@ -186,7 +186,7 @@ std::optional<Problem> problem_of_wheels(const DiffDriveOptions& options, const 
 
 std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, const std::string& node) {
   if (std::find(kHardware.begin(), kHardware.end(), options.hardware) == kHardware.end()) {
-    return Problem{Place::of_parameter("hardware", node), fmt::format("'{}' is no kind of base", options.hardware),
+    return Problem{Place::of_parameter("hardware", node), fmt::format("'{}' is not a kind of base", options.hardware),
                    suggestion(options.hardware, kHardware)};
   }
   if (options.hardware != "waveshare") return std::nullopt;
@@ -227,7 +227,7 @@ std::optional<Problem> problem_of_input(const DiffDriveOptions& options, const s
       return problem;
   }
   if (std::find(kRearm.begin(), kRearm.end(), options.rearm) == kRearm.end()) {
-    return Problem{Place::of_parameter("rearm", node), fmt::format("'{}' is no rule", options.rearm),
+    return Problem{Place::of_parameter("rearm", node), fmt::format("'{}' is not a rule", options.rearm),
                    suggestion(options.rearm, kRearm)};
   }
   return std::nullopt;

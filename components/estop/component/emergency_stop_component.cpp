@@ -104,11 +104,11 @@ Result<GpioSettings, Problem> EmergencyStopComponent::gpio_settings() const {
   settings.line = static_cast<unsigned>(line);
   const auto level = get<std::string>("gpio_stop_level");
   if (std::ranges::find(kLevels, level) == kLevels.end())
-    return problem_of("gpio_stop_level", "'" + level + "' is no level", suggestion(level, kLevels));
+    return problem_of("gpio_stop_level", "'" + level + "' is not a level", suggestion(level, kLevels));
   settings.stops_when_high = level == "high";
   const auto bias = get<std::string>("gpio_bias");
   const auto found = std::ranges::find(kBiases, bias);
-  if (found == kBiases.end()) return problem_of("gpio_bias", "'" + bias + "' is no bias", suggestion(bias, kBiases));
+  if (found == kBiases.end()) return problem_of("gpio_bias", "'" + bias + "' is not a bias", suggestion(bias, kBiases));
   settings.bias = static_cast<Bias>(found - kBiases.begin());
   return settings;
 }

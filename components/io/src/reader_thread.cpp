@@ -71,7 +71,7 @@ void ReaderThread::run() {
   try {
     read();
   } catch (const std::exception& e) { options_.on_exception(e.what()); } catch (...) {
-    options_.on_exception("an exception that is no std::exception");
+    options_.on_exception("an exception other than a std::exception");
   }
 }
 

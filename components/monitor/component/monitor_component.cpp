@@ -52,8 +52,8 @@ void MonitorComponent::declare_streams() {
     throw exceptions::InvalidParameterValueException(problem.text());
   };
   if (share != "reference" && share != "pointer") {
-    refuse_value(
-        {Place::of_parameter("share_as"), "'" + share + "' is no form", suggestion(share, {"reference", "pointer"})});
+    refuse_value({Place::of_parameter("share_as"), "'" + share + "' is not a form",
+                  suggestion(share, {"reference", "pointer"})});
   }
   if (!rates.empty() && rates.size() != entries.size()) {
     refuse_value({Place::of_parameter("expected_rates"),
@@ -63,8 +63,8 @@ void MonitorComponent::declare_streams() {
   const auto bad_rate =
       std::find_if(rates.begin(), rates.end(), [](double rate) { return !(rate >= 0 && rate <= 1e6); });
   if (bad_rate != rates.end())
-    refuse_value(
-        {Place::of_parameter("expected_rates"), fmt::format("{} is no rate", *bad_rate), "give Hz from 0 to 1000000"});
+    refuse_value({Place::of_parameter("expected_rates"), fmt::format("{} is not a rate", *bad_rate),
+                  "give Hz from 0 to 1000000"});
 
   const ShareAs share_as = share == "pointer" ? ShareAs::Pointer : ShareAs::Reference;
   for (std::size_t i = 0; i < entries.size(); ++i) {

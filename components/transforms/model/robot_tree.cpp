@@ -67,7 +67,7 @@ std::optional<std::string> mimic_trouble(const RobotTree& tree) {
     for (std::size_t hops = 0; at->mimic; ++hops) {
       const auto next = by_name.find(at->mimic->joint);
       if (next == by_name.end())
-        return fmt::format("joint '{}' mimics '{}', which is no movable joint", at->name, at->mimic->joint);
+        return fmt::format("joint '{}' mimics '{}', which is not a movable joint", at->name, at->mimic->joint);
       if (hops > tree.joints.size()) return fmt::format("joint '{}' mimics itself in the end", joint.name);
       at = next->second;
     }

@@ -27,7 +27,7 @@ Result<StaticTransform, std::string> read_static_transform(const std::string& te
     const char* const begin = words[i].data() + (words[i].starts_with('+') ? 1 : 0);
     const auto read = std::from_chars(begin, end, numbers[i]);
     if (read.ec != std::errc{} || read.ptr != end || !std::isfinite(numbers[i])) {
-      return err(fmt::format("'{}': '{}' (word {}) is no finite number", text, words[i], i + 1));
+      return err(fmt::format("'{}': '{}' (word {}) is not a finite number", text, words[i], i + 1));
     }
   }
   StaticTransform made{words[count], words[count + 1], {}};

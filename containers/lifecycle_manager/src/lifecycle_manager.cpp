@@ -189,11 +189,11 @@ void LifecycleManager::run_phase(Transition transition, Crew& crew, Outcome& res
     if (entry.outcome.success || entry.left_out) continue;
     result.problem = {Place::of_node(entry.node.name),
                       std::string("could not ") + to_text(transition) + ": " + entry.outcome.reason,
-                      "nothing was left running: what had been started is undone"};
+                      "nothing was left running: everything started so far was rolled back"};
     return;
   }
   if (!interrupted.empty())
-    result.problem = {"bring-up", interrupted, "nothing was left running: what had been started is undone"};
+    result.problem = {"bring-up", interrupted, "nothing was left running: everything started so far was rolled back"};
 }
 
 TransitionOutcome LifecycleManager::step_down(Entry& entry, Transition transition, const std::string& why) {

@@ -102,7 +102,7 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::Target
   robot_.composition_changed();
   if (!done) {
     Problem problem = done.error();
-    problem.way_out += problem.way_out.empty() ? "it was taken out again" : "; it was taken out again";
+    problem.way_out += problem.way_out.empty() ? "it was unloaded again" : "; it was unloaded again";
     // A misspelt parameter may be why: with the default of the right one the component looked for another device.
     std::ranges::copy(component.warnings, std::back_inserter(loaded.warnings));
     for (const auto& warning : loaded.warnings) problem.way_out += "; " + warning;

@@ -233,7 +233,7 @@ Result<Parameter, Problem> parameter_of_assignment(const std::string& assignment
   auto parameter = launch::parse_parameter_assignment(assignment);
   if (!parameter) return err(Problem{assignment, parameter.error().what, parameter.error().way_out});
   if (type_of(parameter.value().second) == ParameterType::NotSet)
-    return err(Problem{assignment, "gives no value", "give one; [] has no type to be told by"});
+    return err(Problem{assignment, "gives no value", "give at least one value; the type of [] is unknown"});
   return Parameter{parameter.value().first, parameter.value().second};
 }
 

@@ -108,7 +108,7 @@ Result<json, int> Errand::read_goal() {
   if (!found) return err(complain(found.error()));
   type_ = found.value().action;
   if (type_ == nullptr) {
-    return err(complain({found.value().name(), "is no action", "see " + wish_.whom.command("action list -t")}));
+    return err(complain({found.value().name(), "is not an action", "see " + wish_.whom.command("action list -t")}));
   }
   const std::string values =
       wish_.from_stdin ? std::string{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()}

@@ -63,7 +63,7 @@ void ask_containers(Findings& findings) {
                           "robot",
                           row["fault"]["code"],
                           {found.name + " " + row["node"].get<std::string>(), row["fault"]["text"],
-                           "`nacelle faults` tells when, and what is done about it"}});
+                           "see `nacelle faults` for the time and the handling"}});
     }
   }
 }

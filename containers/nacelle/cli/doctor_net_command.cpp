@@ -130,8 +130,8 @@ std::vector<std::string> words_of_namesakes(const json& others) {
       const auto text = other[key].get<std::string>();
       return text.empty() ? std::string(otherwise) : text;
     };
-    nodes_of[fmt::format("{} (process {} on {})", said("process", "a program that does not say its name"),
-                         said("pid", "?"), said("host", "a host that does not say its name"))]
+    nodes_of[fmt::format("{} (process {} on {})", said("process", "an unnamed program"), said("pid", "?"),
+                         said("host", "an unnamed host"))]
         .push_back(other["node"].get<std::string>());
   }
   std::vector<std::string> lines;

@@ -45,7 +45,7 @@ int run(DriveWish& wish) {
   }
   if (wish.settings.launch_file.empty()) wish.settings.launch_file = default_launch_file();
   if (wish.settings.launch_file.empty())
-    return complain({"drive", "the default launch file is not there", "name one: nacelle drive FILE"});
+    return complain({"drive", "the default launch file does not exist", "name one: nacelle drive FILE"});
   wish.settings.program = program_places().program;
   wish.settings.stamped = !wish.twist;
   take_names(wish.settings);

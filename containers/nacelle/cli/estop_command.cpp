@@ -106,7 +106,7 @@ int run_estop(const EstopWish& wish, bool set) {
   const std::string topic = wish.topic.empty() || wish.topic.front() == '/' ? wish.topic : "/" + wish.topic;
   if (!topic.empty() && !session::is_emergency_stop(topic, session::kEmergencyStopType)) {
     return complain_of_usage({"topic " + topic,
-                              "is no emergency stop: those end in " + std::string{session::kEmergencyStopTopic} +
+                              "is not an emergency stop: those end in " + std::string{session::kEmergencyStopTopic} +
                                   ", as /emergency_stop and /arm/emergency_stop do",
                               "without --topic every one that a component reads is meant"});
   }

@@ -75,7 +75,7 @@ Result<const msgs::ServiceType*, Problem> service_type(msgs::TypeLibrary& librar
   auto found = library.find(full_type_name(wish.type, "srv"));
   if (!found) return err(found.error());
   if (found.value().service == nullptr)
-    return err(Problem{found.value().name(), "is no service", "see " + wish.whom.command("service list -t")});
+    return err(Problem{found.value().name(), "is not a service", "see " + wish.whom.command("service list -t")});
   return found.value().service;
 }
 

@@ -19,7 +19,7 @@ std::optional<int> domain_of(const std::string& text) {
 
 std::string wrong_domain(const std::string& text) {
   if (domain_of(text)) return {};
-  return "'" + text + "' is no domain: give a number from 0 to " + std::to_string(kMostDomain);
+  return "'" + text + "' is not a domain: give a number from 0 to " + std::to_string(kMostDomain);
 }
 
 }  // namespace

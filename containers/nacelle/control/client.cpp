@@ -135,7 +135,7 @@ Result<void, Problem> Client::send(FrameKind kind, std::string_view payload) {
     const ssize_t sent = ::send(fd_, rest.data(), rest.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) continue;
     if (sent < 0 && errno == EAGAIN) return err(is_stopped().value_or(gone("sending the request timed out")));
-    if (sent <= 0) return err(farewell("it ended while it was asked"));
+    if (sent <= 0) return err(farewell("it ended during the request"));
     rest.remove_prefix(static_cast<std::size_t>(sent));
   }
   return {};

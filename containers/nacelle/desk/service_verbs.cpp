@@ -23,7 +23,7 @@ Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrar
   auto found = types.find(request.value("type", ""));
   if (!found) return reply_of(found.error());
   const msgs::ServiceType* const type = found.value().service;
-  if (type == nullptr) return reply_of({std::string{found.value().name()}, "is no service", ""});
+  if (type == nullptr) return reply_of({std::string{found.value().name()}, "is not a service", ""});
   msgs::AnyMessage message{type->request()};
   const std::string values =
       request.value("request", json::object()).dump(-1, ' ', false, json::error_handler_t::replace);
@@ -42,7 +42,7 @@ Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrar
   if (!call) return reply_of(call.error());
   late->finish = [call = std::shared_ptr<runtime::ServiceCall>(std::move(call).value()), type, name, see]() -> json {
     if (call->response() == nullptr)
-      return reply_of({"service " + name, "its node went away, or failed, before it answered", see,
+      return reply_of({"service " + name, "its node was unloaded, or failed, before it answered", see,
                        runtime::ServiceFault::ServerGone, name});
     return {{"ok", true},
             {"type", type->name},

@@ -37,13 +37,13 @@ void check_clock(const Machine& machine, const Wanted&, Findings& findings) {
         {Severity::Wrong,
          kClock,
          date_of(facts.now),
-         {"wall clock", "stands before the program was installed (" + date_of(facts.built) + ")",
+         {"wall clock", "is earlier than the program's installation (" + date_of(facts.built) + ")",
           "it will jump when it is set: wait for the network's time (`timedatectl`), or set it (`sudo date -s`)"}});
   }
   const std::string by = keeper(machine);
   if (!facts.clock_is_synchronised) {
     findings.push_back(
-        {Severity::Fine, kClock, "the kernel does not tell whether it is synchronised", {"wall clock", "", ""}});
+        {Severity::Fine, kClock, "the kernel does not report whether it is synchronised", {"wall clock", "", ""}});
   } else if (*facts.clock_is_synchronised) {
     findings.push_back(
         {Severity::Fine, kClock, "synchronised" + (by.empty() ? "" : " by " + by), {"wall clock", "", ""}});
@@ -53,7 +53,7 @@ void check_clock(const Machine& machine, const Wanted&, Findings& findings) {
                         "not synchronised",
                         {"wall clock", "stamps do not compare with other machines', and may jump when it is set",
                          by.empty() ? "sudo apt install systemd-timesyncd (or chrony), then `timedatectl set-ntp true`"
-                                    : by + " runs, and has not got an answer: is there a network?"}});
+                                    : by + " runs, but has had no answer: is there a network?"}});
   }
   if (has_rtc) {
     findings.push_back({Severity::Fine, kClock, "is there", {"battery clock (RTC)", "", ""}});

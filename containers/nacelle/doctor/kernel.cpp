@@ -44,7 +44,7 @@ void check_settings(const Machine& machine, Findings& findings) {
     if (*runtime == -1 || *runtime == 0) {
       finding.severity = Severity::Advice;
       finding.problem.what = *runtime == 0 ? "threads with a real-time priority never run"
-                                           : "a thread with a real-time priority that spins takes the core for ever";
+                                           : "a spinning thread with real-time priority blocks its core forever";
       finding.problem.way_out = "sudo sysctl -w kernel.sched_rt_runtime_us=950000";
     }
     findings.push_back(std::move(finding));

@@ -39,7 +39,7 @@ void check_cgroup(const Machine& machine, Findings& findings) {
                     {"limit of the control group", "", ""}};
     if (most_mb - used_mb < 64) {
       finding.severity = Severity::Wrong;
-      finding.problem.what = "the kernel will end the robot when it is used up";
+      finding.problem.what = "the kernel kills the robot when the limit is reached";
       finding.problem.way_out = "raise it: MemoryMax= of the service, --memory of the container (" + folder + ")";
     }
     findings.push_back(std::move(finding));
@@ -67,7 +67,7 @@ void check_memory(const Machine& machine, const Wanted&, Findings& findings) {
     if (*available < 100) {
       finding.severity = Severity::Wrong;
       finding.problem.what = "the kernel is about to end programs";
-      finding.problem.way_out = "end what is not needed: ps -eo rss,pid,comm --sort=-rss | head";
+      finding.problem.way_out = "end programs that are not needed: ps -eo rss,pid,comm --sort=-rss | head";
     }
     findings.push_back(std::move(finding));
   }

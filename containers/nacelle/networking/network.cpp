@@ -281,7 +281,7 @@ void Network::serve(bool told) {
     say_("nacelle: " + network_off_line(joined.error()));
   } else {
     settings_.because_of = because_of;
-    say_("nacelle: network: this machine's addresses have changed: joined anew");
+    say_("nacelle: network: this machine's addresses have changed: rejoined");
   }
 }
 

@@ -21,9 +21,9 @@ struct Words {
   const char *what, *way_out;
 };
 constexpr Words kNoLoad{
-    "this container loads and unloads nothing for callers on the network",
+    "this container refuses to load and unload for callers on the network",
     "set `network: {allow_load: true}` in its launch file, or use `nacelle component` on its machine"};
-constexpr Words kNoControl{"this container does not do this for callers on the network",
+constexpr Words kNoControl{"this container refuses this for callers on the network",
                            "set `network: {remote_control: true}` in its launch file, or ask on its machine"};
 
 template <typename S>

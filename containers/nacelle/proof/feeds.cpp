@@ -183,8 +183,8 @@ void check_exports(Evidence& evidence) {
     const std::string near = is_raw ? std::string{} : slip_of(plan.topic, names);
     evidence.find(Rule::UnusedExport,
                   {plan.where,
-                   is_raw ? "no component publishes a compressed form of '" + plan.topic + "': nothing of it leaves"
-                          : "export: no node has a topic or service '" + plan.topic + "': nothing leaves by this line",
+                   is_raw ? "no component publishes a compressed form of '" + plan.topic + "': it is not exported"
+                          : "export: no node has a topic or service '" + plan.topic + "': this entry exports nothing",
                    is_raw          ? "add what publishes '" + plan.topic + "/compressed', or leave compressed_only out"
                    : !near.empty() ? "did you mean '" + near + "'?"
                                    : "fine if a component that is loaded later has it"},

@@ -93,7 +93,7 @@ void check_tree(const std::vector<ClaimedFrame>& claims, Evidence& evidence) {
     std::ranges::set_intersection(trees[0].namespaces, trees[i].namespaces, std::back_inserter(shared));
     if (shared.empty()) continue;
     evidence.find(Rule::FrameTrees, {place_of_claim(evidence.plan, *trees[i].claims.front()),
-                                     "the frames are no one tree: " + first_of(trees[i]) +
+                                     "the frames are not one tree: " + first_of(trees[i]) +
                                          " does not meet the tree of " + first_of(trees[0]),
                                      likely_slip(trees[i], trees[0])});
   }
@@ -117,7 +117,7 @@ void check_circles(const std::vector<ClaimedFrame>& claims, Evidence& evidence) 
       for (auto step = begin; step != path.end(); ++step) text += " is below '" + above.at(*step)->parent + "'";
       const ClaimedFrame& last = *above.at(at);
       evidence.find(Rule::FrameCircle,
-                    {place_of_claim(evidence.plan, last), "frames go round in a circle: " + text,
+                    {place_of_claim(evidence.plan, last), "frames form a cycle: " + text,
                      "change " + (last.origin.empty() ? last.node : last.origin.text() + " of " + last.node)});
     }
     done.insert(path.begin(), path.end());

@@ -227,9 +227,10 @@ class Order {
       free_.insert(wait.waiter->full_name());
     }
     if (text.empty()) return static_cast<void>(free_.insert(from.waiter->full_name()));
-    evidence_.find(Rule::OrderCircle,
-                   {(*begin)->condition->where, text + ": none of this can ever be", "take one of the conditions out"},
-                   optional ? Severity::Warning : Severity::Error);
+    evidence_.find(
+        Rule::OrderCircle,
+        {(*begin)->condition->where, text + ": these conditions can never be met", "take one of the conditions out"},
+        optional ? Severity::Warning : Severity::Error);
   }
 
   Evidence& evidence_;

@@ -54,7 +54,7 @@ void check_shared_remaps(Evidence& evidence) {
              ? "the set_remap of '" + from + "' is for a node '" + shared.rule.node + "', which is not there"
              : "no node has a topic or service '" + from + "': remapping it to '" + shared.rule.to + "' has no effect",
          of_nobody      ? suggestion(shared.rule.node, nodes)
-         : near.empty() ? "it stands above the nodes that it means, in their group or file"
+         : near.empty() ? "put it before the nodes that it applies to, in their group or file"
                         : "did you mean '" + near + "'?"});
   }
 }

@@ -216,7 +216,7 @@ Result<json, Problem> RemoteNetwork::call(const std::string& service, const char
                        runtime::ServiceFault::NoAnswer, service});
   const void* const response = call.value()->response();
   if (response == nullptr)
-    return err(Problem{"service " + service, "its node went away before it answered", "",
+    return err(Problem{"service " + service, "its node disappeared before it answered", "",
                        runtime::ServiceFault::ServerGone, service});
   return parse_json_or_discard(msgs::to_json(of.response(), response));
 }

@@ -121,7 +121,7 @@ desk::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
     return json{{"ok", true}, {"node", container.value()}, {"is_nacelle", offers(network_, service)}};
   }
   return reply_of(
-      {"request '" + verb + "'", "cannot be asked of nodes outside", "ask the container itself, without --remote"});
+      {"request '" + verb + "'", "cannot be asked of remote nodes", "ask the container itself, without --remote"});
 }
 
 // --- what comes ------------------------------------------------------------------------------------------------------
@@ -189,14 +189,14 @@ void RemoteNodes::take_frame(control::Connection& from, const control::Frame& fr
     }
     case FrameKind::Publish: {
       const auto publication = control::read_publication(frame.payload);
-      const auto why = publication ? publish(*publication) : std::optional<std::string>{"it is no message"};
+      const auto why = publication ? publish(*publication) : std::optional<std::string>{"it is not a message"};
       return why ? refuse(*why) : void();
     }
     case FrameKind::Stats: {
       network_.find_all();
       return control::append_frame(from.out, FrameKind::Stats, json{{"streams", network_.look(topic_rows)}}.dump());
     }
-    default: return refuse("nodes outside cannot be asked that");
+    default: return refuse("remote nodes cannot be asked that");
   }
 }
 

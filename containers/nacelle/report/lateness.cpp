@@ -51,7 +51,7 @@ std::string why_it_waits(const Interval& interval, const json& component, const 
   double threads = 0, cpu_us = 0;
   for (const auto& thread : interval.after["threads"]) {
     if (thread["executor"] != component["executor"]) continue;
-    if (thread.value("state", "") == "late") return "a callback on its thread overstays";
+    if (thread.value("state", "") == "late") return "a callback on its thread runs too long";
     threads += thread.value("state", "") == "serving" ? 1 : 0;
     cpu_us += interval.growth(thread, interval.earlier("threads", thread, {"id", "executor"}), "cpu_us");
   }
@@ -83,7 +83,7 @@ std::string cause_of(const Interval& interval, const json& reader, double hz, bo
                        time_text(1e6 / hz));
   }
   if (std::string why = why_it_waits(interval, *component, reader); !why.empty()) return why;
-  if (!falls_behind) return fmt::format("messages came too seldom ({:.1f} per second)", hz);
+  if (!falls_behind) return fmt::format("too few messages arrived ({:.1f} per second)", hz);
   if (work.count == 0) return "its callback has not run";
   const double bridged_us = hz > 0 ? reader["depth"].get<double>() * 1e6 / hz : 0;
   if ((*callback)["max_us"].get<double>() > bridged_us && bridged_us > 0) {

@@ -56,7 +56,7 @@ std::string summary_of(const ordered_json& report) {
     const auto millimetres = [](const ordered_json& metres) {
       return metres.is_number() ? fmt::format("{:.1f} mm", metres.get<double>() * 1e3) : "unknown";
     };
-    line(fmt::format("drive      {:.2f} m; off at the end: odometry {}, EKF {}", drive["distance_m"].get<double>(),
+    line(fmt::format("drive      {:.2f} m; error at the end: odometry {}, EKF {}", drive["distance_m"].get<double>(),
                      millimetres(drive["odometry_error_m"]), millimetres(drive["ekf_error_m"])));
   }
   if (const auto& command = report["command_to_wheel_ms"]; command["p99"].is_number()) {

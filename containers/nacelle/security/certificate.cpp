@@ -97,7 +97,7 @@ Bio bio_of(const std::string& text) { return Bio{BIO_new_mem_buf(text.data(), st
 Result<Certificate, Problem> parse_certificate(const std::string& text) {
   ERR_clear_error();
   Certificate found{PEM_read_bio_X509(bio_of(text).get(), nullptr, nullptr, nullptr)};
-  if (!found) return err(openssl_problem("this is no certificate"));
+  if (!found) return err(openssl_problem("this is not a certificate"));
   return found;
 }
 
@@ -106,7 +106,7 @@ Result<Key, Problem> parse_key(const std::string& text) {
   // Without a person at a terminal nobody could type a pass phrase.
   const auto no_phrase = [](char*, int, int, void*) { return 0; };
   Key found{PEM_read_bio_PrivateKey(bio_of(text).get(), nullptr, no_phrase, nullptr)};
-  if (!found) return err(openssl_problem("this is no private key that can be read without a pass phrase"));
+  if (!found) return err(openssl_problem("this is not a private key that can be read without a pass phrase"));
   return found;
 }
 
@@ -191,7 +191,8 @@ std::string utc_text(WallTime time) {
 Result<WallTime, Problem> read_utc(const std::string& text) {
   std::tm parts{};
   const char* rest = ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S", &parts);
-  if (rest == nullptr) return err(Problem{"", "'" + text.substr(0, 60) + "' is no date", "write 2026-11-22T14:40:00"});
+  if (rest == nullptr)
+    return err(Problem{"", "'" + text.substr(0, 60) + "' is not a date", "write 2026-11-22T14:40:00"});
   std::time_t seconds = ::timegm(&parts);
   if (*rest == '+' || *rest == '-') {
     int hours = 0, minutes = 0;

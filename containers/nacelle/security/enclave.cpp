@@ -53,7 +53,7 @@ class Examination {
                          "set ROS_SECURITY_KEYSTORE, or network: {security: {keystore: FOLDER}} in the launch file"});
     }
     if (!fs::is_directory(keystore_ / "enclaves", unreadable)) {
-      return err(Problem{keystore_.string(), "this is no keystore: it has no folder enclaves",
+      return err(Problem{keystore_.string(), "this is not a keystore: it has no folder enclaves",
                          "make one: `nacelle security create-keystore " + keystore_.string() + "`"});
     }
     if (auto valid = validate_namespace(name_); !valid)

@@ -97,8 +97,8 @@ Done make_new_authority(Maker& maker, const fs::path& keystore, WallTime now) {
   if (is_there(certificate) != is_there(key)) {
     return err(Problem{(is_there(key) ? certificate : key).string(),
                        "it is missing, and the authority's other half is there",
-                       "bring it back, or make a keystore in another folder: who has certificates of this authority "
-                       "would not be known any more"});
+                       "restore it, or make a keystore in another folder: with a new authority, existing certificates "
+                       "would no longer be accepted"});
   }
   if (maker.keep(certificate)) {
     maker.keep(key);
@@ -128,7 +128,7 @@ Done examine(const EnclaveWish& wish) {
   if (auto valid = validate_namespace(wish.enclave); !valid)
     return err(Problem{"enclave", valid.error().what, way_to_name(wish.enclave)});
   if (is_complete(wish.keystore)) return {};
-  return err(Problem{wish.keystore.string(), "this is no complete keystore",
+  return err(Problem{wish.keystore.string(), "this is not a complete keystore",
                      "make one: `nacelle security create-keystore " + wish.keystore.string() + "`"});
 }
 
@@ -181,9 +181,8 @@ fs::path folder_of(const fs::path& keystore, const std::string& enclave) {
 Result<Changes, Problem> create_keystore(const fs::path& keystore, int domain, WallTime now) {
   if (auto valid = is_named(keystore); !valid) return err(valid.error());
   if (is_complete(keystore)) {
-    return err(
-        Problem{keystore.string(), "there is a keystore already",
-                "give robots their place in it: `nacelle security create-enclave " + keystore.string() + " /robot`"});
+    return err(Problem{keystore.string(), "there is a keystore already",
+                       "add enclaves to it: `nacelle security create-enclave " + keystore.string() + " /robot`"});
   }
   Maker maker;
   maker.folder(keystore / "public");
@@ -272,7 +271,7 @@ Result<Changes, Problem> create_permission(const EnclaveWish& wish, const fs::pa
 Result<std::vector<std::string>, Problem> list_enclaves(const fs::path& keystore) {
   if (auto valid = is_named(keystore); !valid) return err(valid.error());
   if (!is_there(keystore / "enclaves")) {
-    return err(Problem{keystore.string(), "this is no keystore: it has no folder enclaves",
+    return err(Problem{keystore.string(), "this is not a keystore: it has no folder enclaves",
                        "make one: `nacelle security create-keystore " + keystore.string() + "`"});
   }
   std::vector<std::string> found;

@@ -58,7 +58,7 @@ class PolicyReader {
     const XMLElement* const policy = document.RootElement();
     const XMLElement* const enclaves = policy == nullptr ? nullptr : policy->FirstChildElement("enclaves");
     if (enclaves == nullptr || policy->Name() != std::string_view("policy"))
-      return err(Problem{file_, "this is no policy file: it has no <policy><enclaves>", "see docs/security.md"});
+      return err(Problem{file_, "this is not a policy file: it has no <policy><enclaves>", "see docs/security.md"});
     const XMLElement* const found = find(*enclaves, enclave);
     if (found == nullptr)
       return err(Problem{file_, "it has no enclave with the path " + shown(enclave), suggestion(enclave, paths_)});
@@ -108,8 +108,8 @@ class PolicyReader {
       if (auto fits = expect(*item, {singular}); !fits) return fits;
       const std::string name = item->GetText() == nullptr ? "" : item->GetText();
       if (!is_expression(name))
-        return err(
-            Problem{at(item->GetLineNum()), shown(name) + " is no name of a " + singular, "/scan, scan, ~/scan or /*"});
+        return err(Problem{at(item->GetLineNum()), shown(name) + " is not a name of a " + singular,
+                           "/scan, scan, ~/scan or /*"});
       names.push_back(full_name(name, node_namespace, node));
     }
     for (auto* word = list.FirstAttribute(); word != nullptr; word = word->Next()) {

@@ -40,7 +40,7 @@ Result<std::string, Problem> read_signed_document(const std::string& document, c
   BIO* content = nullptr;
   const Signature found{SMIME_read_PKCS7(in.get(), &content)};
   const Bio owned{content};
-  if (!found || !owned) return err(openssl_problem("this is no signed document"));
+  if (!found || !owned) return err(openssl_problem("this is not a signed document"));
   if (PKCS7_verify(found.get(), nullptr, store.value().get(), owned.get(), out.get(), PKCS7_TEXT) != 1)
     return err(openssl_problem("the authority did not sign it as it is"));
   std::string text = text_in(*out);

@@ -17,7 +17,7 @@ namespace {
 constexpr Duration kProgramReadyLimit = 15s;
 
 Problem interrupted(const process::StopSignal& stop) {
-  return {"bring-up", fmt::format("interrupted by {}", stop.name()), "what had been started is undone"};
+  return {"bring-up", fmt::format("interrupted by {}", stop.name()), "everything started so far was rolled back"};
 }
 
 /// "/lidar (DEVICE_LOST: ...), /imu (...)"
@@ -185,7 +185,8 @@ Result<void, Problem> Session::activate() {
     if (const std::string network = network_->line(); !network.empty()) say(network);
     say_what_rests();
     if (const std::string open = open_faults_of(container_->list()); !open.empty())
-      say("nacelle: not there yet: " + open + "; each comes in by itself, `nacelle faults` shows them");
+      say("nacelle: absent devices: " + open +
+          "; each component connects by itself when its device appears, see `nacelle faults`");
     return {};
   }
   if (stop_.is_raised()) return err(interrupted(stop_));

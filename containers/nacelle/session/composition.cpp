@@ -126,11 +126,11 @@ std::string to_text(const Composition& composition) {
 Result<Composition, Problem> parse_composition(std::string_view text, const std::string& where) {
   const auto refuse = [&](std::string what) { return err(Problem{where, std::move(what), kWayOut}); };
   if (auto bounded = check_json_nesting(text); !bounded)
-    return refuse("is no state file of a container: " + bounded.error().text());
+    return refuse("is not a state file of a container: " + bounded.error().text());
   const json all = parse_json_or_discard(text);
-  if (all.is_discarded()) return refuse("is no state file of a container: not JSON, or cut off");
+  if (all.is_discarded()) return refuse("is not a state file of a container: not JSON, or cut off");
   if (!all.is_object() || !all.contains(kFormat) || !all.at(kFormat).is_number_integer())
-    return refuse("is no state file of a container: it has no " + std::string{kFormat});
+    return refuse("is not a state file of a container: it has no " + std::string{kFormat});
   if (const auto version = all.at(kFormat).get<std::int64_t>(); version != kVersion)
     return refuse(fmt::format("has the version {}, and this program reads {}", version, kVersion));
   Composition composition;
@@ -149,7 +149,7 @@ Result<Composition, Problem> parse_composition(std::string_view text, const std:
     for (const json& row : all.value("emergency_stops", json::array())) {
       const auto& topic = row.get_ref<const std::string&>();
       if (auto valid = validate_full_topic_name(topic); !valid || composition.emergency_stops.size() >= kMostComponents)
-        return refuse("holds an emergency stop that is no topic: '" + topic.substr(0, 80) + "'");
+        return refuse("holds an emergency stop that is not a topic: '" + topic.substr(0, 80) + "'");
       composition.emergency_stops.push_back(topic);
     }
   } catch (const std::exception& e) { return refuse(fmt::format("is damaged: {}", e.what())); }

@@ -122,7 +122,7 @@ Result<std::vector<answers::ReleasedStop>, Problem> EmergencyStops::release(cons
     std::vector<answers::ReleasedStop> wanted;
     for (const auto& topic : topics) {
       if (!is_emergency_stop(topic, kEmergencyStopType) || !validate_full_topic_name(topic))
-        return err(Problem{"topic " + topic, "is no emergency stop", "give one whose last name is emergency_stop"});
+        return err(Problem{"topic " + topic, "is not an emergency stop", "give one whose last name is emergency_stop"});
       const auto found = std::ranges::find(released, topic, &answers::ReleasedStop::topic);
       // Without a reader, too: one that joins later hears of it.
       wanted.push_back(found == released.end() ? answers::ReleasedStop{topic, 0} : *found);

@@ -91,7 +91,7 @@ const char* RobotService::publish(const control::Publication& publication) {
   const OpenWriter& open = writers_[publication.handle];
   // Between two stops nothing is sent: what came too late must not move a robot that is being put to rest.
   // An emergency stop may be set, and released, at any time.
-  if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or any more)";
+  if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or no longer)";
   if (const char* const why = desk::publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr)
     return why;
   if (!open.latched_topic.empty()) bell_.ring();

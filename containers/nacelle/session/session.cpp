@@ -206,7 +206,7 @@ Result<void, Problem> Session::look_at_state_file() {
   auto held = read_composition(state_->path());
   if (!held) return err(held.error());
   if (!held.value()) {
-    say(fmt::format("nacelle: nothing to resume: there is no {}; starting anew", state_->path()));
+    say(fmt::format("nacelle: nothing to resume: there is no {}; starting from the launch file", state_->path()));
     leave_out_what_crashes();
     return {};
   }
@@ -252,7 +252,7 @@ void Session::leave_out_what_crashes() {
 void Session::say_what_rests() const {
   for (const auto& node : resting_) {
     say(
-        fmt::format("nacelle: {} moves something, so it comes back inactive on purpose; "
+        fmt::format("nacelle: {} moves something, so it was restored as inactive on purpose; "
                     "`nacelle lifecycle set {} activate` activates it",
                     node, node));
   }

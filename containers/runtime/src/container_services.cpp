@@ -48,7 +48,7 @@ class Plain final : public CompositionHost {
       if (outcome.success) continue;
       static_cast<void>(container_.unload(loaded.value().id));
       return err(Problem{loaded.value().node, std::string{"could not "} + to_text(step) + ": " + outcome.reason,
-                         "it was taken out again"});
+                         "it was unloaded again"});
     }
     return Loaded{std::move(loaded).value(), {}};
   }

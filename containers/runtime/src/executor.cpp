@@ -296,7 +296,7 @@ bool Executor::prepare_special(Worker& self) {
       executable.execute(now);
     }
   } catch (const std::exception& e) { note_exception(self, e.what()); } catch (...) {
-    note_exception(self, "a callback threw something that is no std::exception");
+    note_exception(self, "a callback threw something other than a std::exception");
   }
   if (sampled) [[unlikely]]
     self.cpu_used = cpu_time_of(self.cpu_clock) - self.cpu_before;

@@ -246,7 +246,7 @@ Duration Executor::supervise(const Limits& limits) {
   if (hung == nullptr) return next;
   hung->on_fault_(
       "HUNG",
-      fmt::format("a callback of {} has been running for {:.1f} s; its thread is abandoned, the others go on",
+      fmt::format("a callback of {} has been running for {:.1f} s; its thread is abandoned, the others continue",
                   hung->name(), to_seconds(hung_for)),
       std::move(hung_in));
   const std::lock_guard lock(mutex_);

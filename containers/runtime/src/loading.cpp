@@ -295,7 +295,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     impl_->abandon(record);
     return err(Problem{where,
                        fmt::format("not loaded: {} within {:g} s", busy_with, to_seconds(impl_->transition_limit())),
-                       "the others go on; its library stays until it returns"});
+                       "the others continue; its library stays until it returns"});
   }
   record->errand.reset();
   if (record->failure) {

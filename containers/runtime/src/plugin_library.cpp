@@ -133,7 +133,7 @@ Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::s
   using Entry = const ComponentTable* (*)();
   const auto entry = reinterpret_cast<Entry>(dlsym(handle, kComponentEntry));
   if (entry == nullptr) {
-    return fail(handle, std::string("is no component library: it has no symbol ") + kComponentEntry,
+    return fail(handle, std::string("is not a component library: it has no symbol ") + kComponentEntry,
                 "end one source file with NACELLE_REGISTER_COMPONENT(Class)");
   }
   const ComponentTable* const table = entry();

@@ -77,7 +77,7 @@ void Rosout::execute(MonotonicTime) {
   publish_all(*writers_.lock());
   const std::uint64_t lost = dropped_.load(std::memory_order_relaxed) - before;
   if (lost == 0) return;
-  Logger{own_name_}.warn("{} lines of the log are not on {}: they came faster than it could be published", lost,
+  Logger{own_name_}.warn("{} log lines were not published on {}: they came faster than they could be published", lost,
                          kRosoutTopic);
 }
 

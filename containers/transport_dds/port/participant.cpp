@@ -92,7 +92,8 @@ Result<Entity, Problem> make_domain(const ParticipantOptions& options, const std
     if (home.value() == Home::Alone) return domain;
   }
   return err(Problem{"DDS domain " + std::to_string(options.domain_id),
-                     "others are heard before it can be kept to this machine", "take another domain"});
+                     "it could receive messages of other machines before it is restricted to this one",
+                     "take another domain"});
 }
 
 /// Peers that Cyclone cannot ask, of what it said when the domain was made: "add_peer_addresses: laptop: unknown address".
@@ -108,7 +109,7 @@ std::vector<Problem> peers_not_asked(std::string_view said) {
     if (!line.starts_with(kBegin) || why < kBegin.size()) continue;
     const std::string peer{line.substr(kBegin.size(), why - kBegin.size())}, what{line.substr(why + 2)};
     found.push_back({"peer " + peer,
-                     (what == "unknown address" ? "this name has no address" : what) + ": it is not asked",
+                     (what == "unknown address" ? "this name has no address" : what) + ": it is not used as a peer",
                      "correct it, or give an address; names are looked up when the network is joined"});
   }
   return found;

@@ -206,7 +206,7 @@ void DdsMirror::Impl::tell_once(const std::string& key, const Problem& problem) 
   if (told.size() > kMostTold || !told.insert(key).second) return;
   if (told.size() <= kMostTold) return tell(problem);
   tell({"network", fmt::format("{} problems with other participants were reported; new ones are not", kMostTold),
-        "mend those, and restart the container to see what is left"});
+        "fix those, and restart the container to see further ones"});
 }
 
 // --- the face --------------------------------------------------------------------------------------------------------

@@ -77,7 +77,7 @@ void DdsMirror::Impl::Services::Questions::open(const dds::Gid& peer) {
   if (const auto opened = services_.open(*question); !opened) {
     // Most likely the permissions of the own enclave, which do not change.
     is_forbidden_ = true;
-    services_.mirror.log.info("the clocks of others are not asked for: {}", opened.error().text());
+    services_.mirror.log.info("the clocks of other machines are not queried: {}", opened.error().text());
     return of_peer->end_asking(at);
   }
   Question& added = *open_ones_.emplace(info.id, std::move(question)).first->second;

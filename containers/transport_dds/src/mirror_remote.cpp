@@ -38,7 +38,7 @@ std::string this_program() {
 std::string program_of(const Namesake& other) {
   std::string text = other.pid.empty() ? "participant " + other.participant : "process " + other.pid;
   if (!other.process.empty()) text += " (" + other.process + ")";
-  return text + " on " + (other.host.empty() ? "a host that does not say its name" : other.host);
+  return text + " on " + (other.host.empty() ? "an unnamed host" : other.host);
 }
 
 /// What a stand-in's queue would take is nobody's business but its depth is shown.
@@ -125,7 +125,7 @@ void DdsMirror::Impl::look_for_namesakes() {
               {join(names),
                (names.size() == 1 ? "two nodes of this name are on the network: one here, "
                                   : "two nodes of each of these names are on the network: one here, ") +
-                   this_program() + ", and one in " + program_of(one) + ": tools take one for the other",
+                   this_program() + ", and one in " + program_of(one) + ": tools confuse them",
                "put one program into a namespace (namespace:=NAME), or into another ROS_DOMAIN_ID; `nacelle doctor "
                "net` lists them"});
     names.clear();

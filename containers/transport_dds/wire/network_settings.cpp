@@ -95,10 +95,10 @@ void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& env
   if (!settings.cyclonedds_uri.empty()) {
     settings.remarks.push_back({"CYCLONEDDS_URI",
                                 settings.mode == NetworkMode::Local
-                                    ? "Cyclone reads it after our settings: which programs of this machine can see the "
-                                      "robot is what it says"
-                                    : "Cyclone reads it after our settings: who can see the robot is what it says",
-                                "unset it to have the network as said here"});
+                                    ? "Cyclone reads it after Nacelle's settings: it decides which programs of this "
+                                      "machine can see the robot"
+                                    : "Cyclone reads it after Nacelle's settings: it decides who can see the robot",
+                                "unset it to use the network as shown here"});
   }
 }
 
@@ -154,7 +154,7 @@ Result<NetworkMode, Problem> parse_network_mode(std::string_view text) {
   const auto found = std::find(kModes.begin(), kModes.end(), text);
   if (found != kModes.end()) return static_cast<NetworkMode>(found - kModes.begin());
   return err(
-      Problem{"", "'" + std::string(text.substr(0, 80)) + "' is no mode of the network", suggestion(text, kModes)});
+      Problem{"", "'" + std::string(text.substr(0, 80)) + "' is not a mode of the network", suggestion(text, kModes)});
 }
 
 Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch, const Environment& environment) {
@@ -193,7 +193,7 @@ std::string network_line(const NetworkSettings& settings) {
   if (settings.secured) {
     line += ", secured as " + settings.secured->enclave;
   } else if (settings.security.enabled) {
-    line += ", without the security that was asked for";
+    line += ", without the security that was requested";
   }
   if (!settings.cyclonedds_uri.empty()) line += ", as CYCLONEDDS_URI allows";
   return line + (settings.mode == NetworkMode::Local ? "; to show it to the LAN: network:=export"

@@ -81,7 +81,7 @@ struct RemoteEndpoint {
 /// Threads: one at a time. Source: graph_cache.cpp of rmw_dds_common, rmw_node.cpp of rmw_cyclonedds_cpp (jazzy).
 class RemoteGraph {
  public:
-  /// What `own` announces is not remote, and is passed over.
+  /// What `own` announces is not remote, and is ignored.
   explicit RemoteGraph(const Gid& own, const RemoteGraphLimits& limits = {});
 
   void participant_is_there(const DiscoveredParticipant& told);

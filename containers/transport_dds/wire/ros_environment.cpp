@@ -86,7 +86,7 @@ Result<std::optional<int>, Problem> read_domain(const std::string& text, std::ve
     return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is not a number",
                        "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere"});
   if (*number > kMostDomain) {
-    return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is no domain",
+    return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is not a domain",
                        "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere"});
   }
   if (text != std::to_string(*number)) {
@@ -107,7 +107,7 @@ std::optional<DiscoveryRange> read_range(const std::string& text, std::vector<Pr
   words.reserve(kRanges.size());
   for (const auto& one : kRanges) words.emplace_back(one.word);
   remarks.push_back(
-      {"ROS_AUTOMATIC_DISCOVERY_RANGE", shown(text) + " is no range, LOCALHOST is taken", suggestion(upper, words)});
+      {"ROS_AUTOMATIC_DISCOVERY_RANGE", shown(text) + " is not a range, LOCALHOST is taken", suggestion(upper, words)});
   return DiscoveryRange::Localhost;
 }
 
@@ -119,7 +119,7 @@ std::vector<std::string> read_peers(std::string_view text, std::vector<Problem>&
     text.remove_prefix(std::min(end + 1, text.size()));
     if (peer.empty()) continue;
     if (auto valid = validate_peer(peer); !valid) {
-      remarks.push_back({"ROS_STATIC_PEERS", valid.error().what + ", and is passed over", valid.error().way_out});
+      remarks.push_back({"ROS_STATIC_PEERS", valid.error().what + ", and is ignored", valid.error().way_out});
     } else {
       peers.emplace_back(peer);
     }

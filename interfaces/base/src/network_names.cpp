@@ -31,18 +31,18 @@ Result<void, Problem> validate_peer(std::string_view peer) {
                 "a host name or an address"});
   }
   if (is_made_of(peer, ".-_:[]%")) return {};
-  return err(Problem{"", "the peer " + shown_in_quotes(peer) + " is no address", "a host name or an address"});
+  return err(Problem{"", "the peer " + shown_in_quotes(peer) + " is not an address", "a host name or an address"});
 }
 
 Result<void, Problem> validate_interface(std::string_view name) {
   if (!name.empty() && name.size() <= kMostInterfaceBytes && is_made_of(name, ".-_:%@")) return {};
-  return err(Problem{"", shown_in_quotes(name.substr(0, kMostInterfaceBytes)) + " is no interface",
+  return err(Problem{"", shown_in_quotes(name.substr(0, kMostInterfaceBytes)) + " is not an interface",
                      "a name from `ip link`, or an address"});
 }
 
 Result<void, Problem> validate_domain(long long domain) {
   if (domain >= 0 && domain <= kMostDomain) return {};
-  return err(Problem{"", std::to_string(domain) + " is no domain", "0 to 101 work everywhere"});
+  return err(Problem{"", std::to_string(domain) + " is not a domain", "0 to 101 work everywhere"});
 }
 
 }  // namespace nacelle

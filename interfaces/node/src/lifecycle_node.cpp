@@ -48,7 +48,7 @@ CallbackReturn LifecycleNode::guarded(CallbackReturn (LifecycleNode::*callback)(
   try {
     return (this->*callback)(State{from});
   } catch (const std::exception& e) { reason_ = e.what(); } catch (...) {
-    reason_ = "an exception that is no std::exception";
+    reason_ = "an exception other than a std::exception";
   }
   return CallbackReturn::ERROR;
 }

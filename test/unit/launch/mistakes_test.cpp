@@ -97,7 +97,7 @@ TEST(Mistakes, of_a_component_are_told_with_their_line) {
   const Mistake cases[]{
       {"plugn: x", "a.launch.yaml:8: unknown key 'plugn' in 'composable_node'; did you mean 'plugin'?\n"},
       {"after: [tow]",
-       "a.launch.yaml:8: 'after' names the node 'tow', which is no component of this launch; did you mean 'two'?\n"},
+       "a.launch.yaml:8: 'after' names the node 'tow', which is not a component of this launch; did you mean 'two'?\n"},
       {"after: [one]", "a.launch.yaml:8: the node 'one' cannot wait for itself\n"},
       {"after: [{node: two, when: activ}]", "a.launch.yaml:8: 'when' cannot be 'activ'; did you mean 'active'?\n"},
       {"after: [{node: two, timeout: soon}]",
@@ -280,7 +280,7 @@ TEST(Mistakes, of_a_whole_plan_are_told) {
   EXPECT_EQ(
       told(with_components("    - {pkg: p, plugin: a::A, name: one, after: [three]}\n    - {pkg: p, plugin: a::A, "
                            "name: two, after: [one]}\n    - {pkg: p, plugin: a::A, name: three, after: [two]}\n")),
-      "a.launch.yaml:6: 'after' goes round in a circle: one waits for three waits for two waits for one; take one of "
+      "a.launch.yaml:6: 'after' forms a cycle: one waits for three waits for two waits for one; take one of "
       "the conditions out\n");
 }
 
@@ -290,8 +290,8 @@ TEST(Mistakes, every_circle_is_told_once) {
                                  "    - {pkg: p, plugin: a::A, name: c, after: [d, a]}\n"
                                  "    - {pkg: p, plugin: a::A, name: d, after: [c]}\n"
                                  "    - {pkg: p, plugin: a::A, name: e, after: [d]}\n")),
-            "a.launch.yaml:6: 'after' goes round in a circle: a waits for b waits for a; take one of the conditions "
-            "out\na.launch.yaml:8: 'after' goes round in a circle: c waits for d waits for c; take one of the "
+            "a.launch.yaml:6: 'after' forms a cycle: a waits for b waits for a; take one of the conditions "
+            "out\na.launch.yaml:8: 'after' forms a cycle: c waits for d waits for c; take one of the "
             "conditions out\n");
 }
 
@@ -303,9 +303,10 @@ TEST(Mistakes, in_after_are_told_with_the_name_that_works_there) {
         std::string(wanted) + "]}\n");
   };
   const std::string told_before = "a.launch.yaml:7: 'after' names the node '";
-  EXPECT_EQ(told(file("m2")), told_before + "m2', which is no component of this launch; did you mean '/g/m2'?\n");
-  EXPECT_EQ(told(file("bsae")), told_before + "bsae', which is no component of this launch; did you mean 'base'?\n");
-  EXPECT_EQ(told(file("/g/m3")), told_before + "/g/m3', which is no component of this launch; did you mean '/g/m2'?\n");
+  EXPECT_EQ(told(file("m2")), told_before + "m2', which is not a component of this launch; did you mean '/g/m2'?\n");
+  EXPECT_EQ(told(file("bsae")), told_before + "bsae', which is not a component of this launch; did you mean 'base'?\n");
+  EXPECT_EQ(told(file("/g/m3")),
+            told_before + "/g/m3', which is not a component of this launch; did you mean '/g/m2'?\n");
 }
 
 TEST(Mistakes, of_one_file_are_all_told) {

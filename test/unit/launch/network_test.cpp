@@ -132,9 +132,9 @@ TEST(Network, tells_each_mistake_with_its_line) {
       {"- network: {mode: expert}", "a.launch.yaml:2: 'mode' cannot be 'expert'; did you mean 'export'?\n"},
       {"- network: {domain_id: 233}", "a.launch.yaml:2: 'domain_id' must be a whole number from 0 to 232, not '233'\n"},
       {"- network: {domain: 3}", "a.launch.yaml:2: unknown key 'domain' in 'network'; did you mean 'domain_id'?\n"},
-      {"- network: {peers: ['a b']}", "a.launch.yaml:2: the peer 'a b' is no address; a host name or an address\n"},
+      {"- network: {peers: ['a b']}", "a.launch.yaml:2: the peer 'a b' is not an address; a host name or an address\n"},
       {"- network:\n    interfaces:\n    - 'eth0\"'",
-       "a.launch.yaml:3: 'eth0\"' is no interface; a name from `ip link`, or an address\n"},
+       "a.launch.yaml:3: 'eth0\"' is not an interface; a name from `ip link`, or an address\n"},
       {"- network: {allow_load: perhaps}", "a.launch.yaml:2: 'allow_load' must be true or false, not 'perhaps'\n"},
       {"- network: {export: [{topic: /a-b}]}",
        "a.launch.yaml:2: the topic or service name '/a-b' may hold only letters, digits, '_' and '/'\n"},
@@ -161,7 +161,7 @@ TEST(Network, tells_each_mistake_with_its_line) {
   };
   for (const auto& [text, expected] : cases) EXPECT_EQ(mistakes_of(text), expected) << text;
   EXPECT_EQ(mistakes_of("- log: {message: a}", {{"network", "lokal"}}),
-            "network:=lokal: 'lokal' is no mode of the network; did you mean 'local'?\n");
+            "network:=lokal: 'lokal' is not a mode of the network; did you mean 'local'?\n");
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST(ParameterFile, tells_file_and_line_of_every_mistake) {
       {"n:\n  x: 5\n/**: {ros__parameters: {y: 1}}",
        "p.yaml:2: 'x' is a node or namespace and needs a map, not text; parameters stand below 'ros__parameters'"},
       {"n:\n  ros_parameters: {x: 1}",
-       "p.yaml:2: 'ros_parameters' is no part of a node's name; did you mean 'ros__parameters'?"},
+       "p.yaml:2: 'ros_parameters' is not part of a node's name; did you mean 'ros__parameters'?"},
       {"n:\n  ros__parameters:\n    x: 1\n    x: 2",
        "p.yaml:4: the key 'x' stands here a second time; the first is at line 3; leave one of them out"},
       {"n:\n  ros__parameters: {x: 1}\nn:\n  ros__parameters: {x: 2}",

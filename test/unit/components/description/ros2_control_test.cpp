@@ -78,7 +78,7 @@ TEST(Ros2Control, each_mistake_is_told_with_its_line_and_a_way_out) {
                   "type, or take its command interfaces out"});
   EXPECT_EQ(errors(block(joint("mast_joint", "<state_interface name=\"position\"/>"))), Texts{});
   EXPECT_EQ(errors(block(joint("near", "<command_interface name=\"velosity\"/>"))),
-            Texts{"robot.urdf:11: 'velosity' is no interface; did you mean 'velocity'?"});
+            Texts{"robot.urdf:11: 'velosity' is not an interface; did you mean 'velocity'?"});
   EXPECT_EQ(errors(block(joint("near", "<command_interface name=\"lamp\"/>"))), Texts{}) << "a name of one's own";
   EXPECT_EQ(errors(block(joint("near", "<state_interface/>"))),
             Texts{"robot.urdf:11: <state_interface> has no name; add name=\"...\""});
@@ -88,7 +88,7 @@ TEST(Ros2Control, each_mistake_is_told_with_its_line_and_a_way_out) {
       errors(block(joint("near", "<command_interface name=\"velocity\"/><command_interface name=\"velocity\"/>"))),
       Texts{"robot.urdf:11: joint 'near' has the command_interface 'velocity' twice; take one of them out"});
   EXPECT_EQ(errors(block("", "sistem")),
-            Texts{"robot.urdf:9: 'sistem' is no type of hardware; did you mean 'system'?"});
+            Texts{"robot.urdf:9: 'sistem' is not a type of hardware; did you mean 'system'?"});
   EXPECT_EQ(errors("<ros2_control name=\"w\" type=\"system\"/>"),
             Texts{"robot.urdf:9: <ros2_control name=\"w\"> names no hardware plugin; add "
                   "<hardware><plugin>nacelle/waveshare</plugin></hardware>"});
@@ -114,11 +114,12 @@ TEST(Ros2Control, unknown_tags_are_a_warning) {
                               "<controller name=\"c\"/>\n<sensor name=\"imu\">"
                               "<what_a_sensor_has/></sensor>\n"));
   EXPECT_EQ(texts(all.errors), Texts{});
-  EXPECT_EQ(texts(all.warnings),
-            (Texts{"robot.urdf:12: <controller> is no tag of ros2_control inside <ros2_control>, and is ignored; a "
-                   "controller's parameters belong into the parameter file: `nacelle import`",
-                   "robot.urdf:11: <command_interfaces> is no tag of ros2_control inside <joint>, and is ignored; did "
-                   "you mean 'command_interface'?"}));
+  EXPECT_EQ(
+      texts(all.warnings),
+      (Texts{"robot.urdf:12: <controller> is not a tag of ros2_control inside <ros2_control>, and is ignored; a "
+             "controller's parameters belong into the parameter file: `nacelle import`",
+             "robot.urdf:11: <command_interfaces> is not a tag of ros2_control inside <joint>, and is ignored; did "
+             "you mean 'command_interface'?"}));
 }
 
 TEST(Ros2Control, a_robot_without_a_block_and_a_text_that_is_no_xml_have_none) {
@@ -198,7 +199,7 @@ TEST(Ros2Control, places_are_the_lines_of_the_xacro_files_also_through_macros_an
   auto expanded = expand_xacro("/r/robot.xacro", {}, environment);
   ASSERT_TRUE(expanded) << expanded.error().text();
   const auto all = read_ros2_control({expanded->urdf, "/r/robot.xacro", expanded->places});
-  EXPECT_EQ(texts(all.errors), (Texts{"/r/robot.xacro:6: 'velosity' is no interface; did you mean 'velocity'?",
+  EXPECT_EQ(texts(all.errors), (Texts{"/r/robot.xacro:6: 'velosity' is not an interface; did you mean 'velocity'?",
                                       "/r/wheel.xacro:3: the robot has no joint 'nowhere'"}));
 }
 

@@ -239,7 +239,7 @@ TEST_P(MonitorComponentTest, refuses_parameters_that_make_no_sense) {
   EXPECT_THAT(refusal(options({"/scan"}).append_parameter_override("expected_rates", std::vector<double>{1, 2})),
               HasSubstr("has 2 values for 1 streams"));
   EXPECT_THAT(refusal(options({"/scan"}).append_parameter_override("expected_rates", std::vector<double>{-1})),
-              HasSubstr("-1 is no rate"));
+              HasSubstr("-1 is not a rate"));
 }
 
 TEST_P(MonitorComponentTest, allocates_nothing_per_message) {

@@ -159,7 +159,7 @@ TEST_F(StandingRosout, lines_that_find_no_room_are_dropped_counted_and_said) {
   EXPECT_EQ(last.name, "test");
   EXPECT_EQ(last.level, Log::WARN);
   EXPECT_EQ(last.msg, std::to_string(kLines - came) +
-                          " lines of the log are not on /rosout: they came faster than it could be published");
+                          " log lines were not published on /rosout: they came faster than they could be published");
   log.info("again");
   EXPECT_EQ(lines.next().msg, "again");
 }

@@ -180,7 +180,7 @@ TEST(NetworkSettings, take_security_from_the_environment_or_the_launch_file) {
 
 TEST(NetworkSettings, say_whether_they_are_secured) {
   NetworkSettings settings = settings_of({}, {{"ROS_SECURITY_ENABLE", "true"}});
-  EXPECT_THAT(network_line(settings), HasSubstr("local only, without the security that was asked for;"));
+  EXPECT_THAT(network_line(settings), HasSubstr("local only, without the security that was requested;"));
   settings.secured = SecuredBy{"/robot", {}, "CN=/robot", "2036-11-19"};
   EXPECT_EQ(network_line(settings), "network: local only, secured as /robot; to show it to the LAN: network:=export");
 }

@@ -54,7 +54,7 @@ TEST(RosEnvironment, tells_a_number_that_is_no_domain_from_what_is_no_number) {
     const auto wish = read_environment({{"ROS_DOMAIN_ID", wrong}});
     ASSERT_FALSE(wish) << wrong;
     EXPECT_EQ(wish.error().text(), "ROS_DOMAIN_ID: '" + std::string(wrong) +
-                                       "' is no domain; give a number from 0 to 232; 0 to 101 work everywhere");
+                                       "' is not a domain; give a number from 0 to 232; 0 to 101 work everywhere");
   }
   for (const char* wrong : {"forty", "--1", "-", "0x", "1e3"})
     EXPECT_EQ(read_environment({{"ROS_DOMAIN_ID", wrong}}).error().what,
@@ -75,7 +75,7 @@ TEST(RosEnvironment, names_a_range) {
   EXPECT_EQ(wish_of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "subnet"}}).range, DiscoveryRange::Localhost)
       << "as rcl takes it";
   EXPECT_EQ(remark_on("ROS_AUTOMATIC_DISCOVERY_RANGE", "subnet"),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE: 'subnet' is no range, LOCALHOST is taken; did you mean 'SUBNET'?");
+            "ROS_AUTOMATIC_DISCOVERY_RANGE: 'subnet' is not a range, LOCALHOST is taken; did you mean 'SUBNET'?");
   EXPECT_STREQ(to_text(DiscoveryRange::SystemDefault), "SYSTEM_DEFAULT");
 }
 

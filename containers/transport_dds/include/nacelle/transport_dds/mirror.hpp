@@ -44,7 +44,7 @@ struct MirrorOptions {
   std::shared_ptr<ClockSkews> clock_skews;
 };
 
-/// A node of another participant with the full name of one of this side: ROS 2's tools take one for the other.
+/// A node of another participant with the full name of one of this side: ROS 2's tools confuse them.
 struct Namesake {
   std::string node;                ///< "/arm/driver"
   std::string host, process, pid;  ///< As the other side says; empty: it does not (Fast DDS).

@@ -86,7 +86,7 @@ TEST(DescribedBase, tells_what_nobody_uses_as_a_warning) {
 
 TEST(DescribedBase, tells_what_does_not_fit) {
   EXPECT_EQ(texts(Robot{.params = "<param name=\"baud_rate\">fast</param>"}.read().problems),
-            Texts{"robot.urdf:7: 'fast' is no whole number for the parameter 'baud_rate'"});
+            Texts{"robot.urdf:7: 'fast' is not a whole number for the parameter 'baud_rate'"});
   EXPECT_EQ(
       texts(Robot{.params = "<param name=\"left_wheel_name\">drivewhl_left</param>"}.read().problems),
       Texts{"robot.urdf:7: left_wheel_name names 'drivewhl_left', which no <joint> with a velocity command is; did "
@@ -132,7 +132,7 @@ TEST(DescribedBase, a_base_that_does_not_fit_its_description_is_not_configured) 
   DiffDriveComponent drive{options};
   const auto outcome = drive.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
-  EXPECT_EQ(outcome.reason, "robot_description:7: 'x' is no whole number for the parameter 'baud_rate'");
+  EXPECT_EQ(outcome.reason, "robot_description:7: 'x' is not a whole number for the parameter 'baud_rate'");
 }
 
 TEST(DescribedBase, without_a_description_the_base_has_its_own_defaults) {

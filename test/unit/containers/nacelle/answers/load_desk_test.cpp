@@ -64,7 +64,7 @@ TEST_F(LoadDeskTest, takes_out_again_what_does_not_become_active) {
   lidar_.script = [](Transition to) { return to == Transition::Activate ? "no such device" : ""; };
   const auto loaded = load(lidar_, "lidar");
   ASSERT_FALSE(loaded);
-  EXPECT_THAT(loaded.error().text(), HasSubstr("could not activate: no such device; it was taken out again"));
+  EXPECT_THAT(loaded.error().text(), HasSubstr("could not activate: no such device; it was unloaded again"));
   EXPECT_EQ(robot_.find("/lidar").node, "");
 }
 

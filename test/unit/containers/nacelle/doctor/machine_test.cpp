@@ -53,7 +53,7 @@ TEST_F(AMachine, has_the_domain_that_a_robot_reads) {
   const Finding found = find(check_ports, "ROS_DOMAIN_ID");
   EXPECT_EQ(found.severity, Severity::Wrong);
   EXPECT_EQ(found.text(),
-            "ROS_DOMAIN_ID: '99999999999' is no domain; give a number from 0 to 232; 0 to 101 work everywhere");
+            "ROS_DOMAIN_ID: '99999999999' is not a domain; give a number from 0 to 232; 0 to 101 work everywhere");
 }
 
 TEST_F(AMachine, with_a_clock_that_nobody_keeps_is_advised) {

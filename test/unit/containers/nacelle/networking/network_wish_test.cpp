@@ -59,7 +59,7 @@ TEST(NetworkInForce, is_none_where_security_is_enforced_and_cannot_be_had) {
   ASSERT_FALSE(refused);
 #ifdef NACELLE_HAS_SECURITY
   EXPECT_EQ(refused.error().text(),
-            "/no/such: this is no keystore: it has no folder enclaves; make one: `nacelle security create-keystore "
+            "/no/such: this is not a keystore: it has no folder enclaves; make one: `nacelle security create-keystore "
             "/no/such`");
 #endif
   EXPECT_EQ(in_force(asking_for(launch::NetworkMode::Off), enforced).mode, NetworkMode::Off) << "nobody asks for files";
@@ -74,7 +74,7 @@ TEST(NetworkInForce, goes_on_in_the_clear_and_says_so_where_security_is_permissi
   ASSERT_EQ(settings.remarks.size(), 1U);
   EXPECT_THAT(settings.remarks[0].text(), ::testing::HasSubstr("everything goes in the clear"));
   EXPECT_EQ(transport_dds::network_line(settings),
-            "network: shown to the LAN, without the security that was asked for; to keep it on this machine: "
+            "network: shown to the LAN, without the security that was requested; to keep it on this machine: "
             "network:=local");
   const auto words = json_of(settings);
   EXPECT_EQ(words["security"]["in_force"], false);

@@ -170,7 +170,7 @@ TEST_F(Figures, a_thread_of_ones_own_is_not_held_by_others) {
 TEST_F(Figures, a_callback_that_overstays_now_is_told) {
   reader_of("/log")["waiting"] = 6;
   after["threads"][0]["state"] = "late";
-  EXPECT_THAT(late()[0]["why"], HasSubstr("a callback on its thread overstays"));
+  EXPECT_THAT(late()[0]["why"], HasSubstr("a callback on its thread runs too long"));
 }
 
 TEST_F(Figures, a_callback_that_does_not_run_is_told) {
@@ -192,7 +192,7 @@ TEST_F(Figures, bursts_are_told_where_nothing_else_explains_it) {
 
 TEST_F(Figures, a_missed_deadline_is_the_publishers) {
   reader_of("/log")["deadline_missed"] = 2;
-  EXPECT_EQ(late()[0]["why"], "deadline missed 2 times: messages came too seldom (30.0 per second)");
+  EXPECT_EQ(late()[0]["why"], "deadline missed 2 times: too few messages arrived (30.0 per second)");
 }
 
 TEST_F(Figures, a_reader_of_another_process_is_told_so) {

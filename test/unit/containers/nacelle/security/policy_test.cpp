@@ -103,7 +103,7 @@ TEST(Policy, tells_mistakes_with_their_line) {
   EXPECT_EQ(with("<profile ns=\"/\" node=\"n\"><topics reply=\"ALLOW\"/></profile>"),
             "p.xml:2: 'topics' has no 'reply'; one of publish, subscribe");
   EXPECT_THAT(with("<profile ns=\"/\" node=\"n\"><topics publish=\"ALLOW\"><topic>/a b</topic></topics></profile>"),
-              HasSubstr("p.xml:2: '/a b' is no name of a topic"));
+              HasSubstr("p.xml:2: '/a b' is not a name of a topic"));
 }
 
 class Includes : public ::testing::Test {

@@ -132,7 +132,7 @@ TEST_F(BringUpTest, a_signal_while_it_goes_up_undoes_it) {
   };
   EXPECT_EQ(run(), 1);
   EXPECT_FALSE(alarm_.was_up);
-  EXPECT_THAT(said_, HasSubstr("interrupted by a request; what had been started is undone"));
+  EXPECT_THAT(said_, HasSubstr("interrupted by a request; everything started so far was rolled back"));
   EXPECT_THAT(steps_, Not(testing::Contains("activate /lidar")));
 }
 

@@ -54,7 +54,7 @@ TEST(Composition, every_prefix_of_a_file_is_refused_or_the_whole) {
   for (std::size_t length = 0; length + 2 < whole.size(); ++length) {
     const auto parsed = parse_composition(std::string_view{whole}.substr(0, length), "state");
     ASSERT_FALSE(parsed) << "the first " << length << " bytes are taken";
-    EXPECT_THAT(parsed.error().text(), HasSubstr("state: is no state file of a container: not JSON, or cut off"));
+    EXPECT_THAT(parsed.error().text(), HasSubstr("state: is not a state file of a container: not JSON, or cut off"));
   }
 }
 
@@ -68,7 +68,7 @@ TEST(Composition, what_does_not_fit_is_named) {
       {"\"namespace\": \"/\"", "\"namespace\": \"x\"", "the namespace 'x' is not absolute"},
       {"\"threads\": 1", "\"threads\": 0", "out of range"},
       {"\"backoff_ns\": 250000000", "\"backoff_ns\": -1", "'backoff_ns' is negative"},
-      {"\"/arm/emergency_stop\"", "\"no topic\"", "holds an emergency stop that is no topic: 'no topic'"},
+      {"\"/arm/emergency_stop\"", "\"no topic\"", "holds an emergency stop that is not a topic: 'no topic'"},
       {"\"/arm/emergency_stop\"", "7", "is damaged"},
       {"\"plugin\": \"pkg::base\"", "\"plugin\": \"\"", "a component has no plugin"},
   };
