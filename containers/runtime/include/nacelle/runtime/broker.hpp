@@ -24,17 +24,17 @@ class ReaderQueue;
 class Topic;
 class Watchdog;
 
-/// Who looks at deadlines and leases when they are due: a thread of the broker (made when there is one to look at), or the
+/// What checks deadlines and leases when they are due: a thread of the broker (made for the first of them), or the
 /// caller by watch().
 enum class Watching : std::uint8_t { ByCaller, ByThread };
 
-/// The in-process transport: hands envelopes from a writer to the queues of its readers. Nothing is encoded or copied, but for
-/// owners that share a message (design D4).
+/// The in-process transport: passes envelopes from a writer to the queues of its readers. Nothing is encoded, and a
+/// message is copied only if several readers want to own it (design D4).
 ///
-/// A writer keeps its own list of matched readers and looks for a newer one by comparing a version, so publish() takes one short
-/// lock per executor whose readers it serves, and none of the broker's.
-/// A ReadyListener may take() from within on_ready(): no lock of the queue is held then. It must not publish to that topic, nor
-/// make or end an endpoint: a writer with a history calls it under its topic's lock.
+/// A writer keeps its own list of matched readers and compares a version to detect a newer one, so publish() takes one
+/// short lock per executor whose readers it serves, and no lock of the broker. A ReadyListener may take() from within
+/// on_ready(): no lock of the queue is held then. It must not publish to that topic, nor make or destroy an endpoint: a
+/// writer with a history calls it under its topic's lock.
 /// Threads: as Transport.
 class Broker final : public Graph {
  public:
@@ -44,7 +44,7 @@ class Broker final : public Graph {
   [[nodiscard]] std::unique_ptr<Writer> create_writer(const EndpointSpec& spec) override;
   [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking,
                                                       ReadyListener* listener) override;
-  /// A reader whose messages come to the executable with its turn to run (Executable::execute_with). Never null.
+  /// Creates a reader that passes its messages to the executable when that runs (Executable::execute_with). Never null.
   [[nodiscard]] std::unique_ptr<Reader> create_reader(const EndpointSpec& spec, Taking taking, Executable& executable);
   MonotonicTime watch(MonotonicTime now) override;
 
@@ -60,17 +60,17 @@ class Broker final : public Graph {
   void note_other_type(const EndpointInfo& ours, const std::string& node, const std::string& type) override;
 
   [[nodiscard]] std::vector<ClashReport> clashes() const;
-  /// Topics in use, and those that lost their last endpoint: the newest 256 of these, with their totals.
+  /// Returns the topics in use, and the newest 256 of those without endpoints, with their totals.
   void report(std::vector<StreamReport>& out) const;
   void report(std::vector<ReaderReport>& out) const;
   [[nodiscard]] WiringReport wiring(const std::string& name, Duration age) const;
   [[nodiscard]] std::vector<EndpointReport> endpoints() const;
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
-  /// The types of the streams that a node sends or reads.
+  /// Returns the types of the streams that a node publishes or reads.
   [[nodiscard]] std::vector<const msgs::MessageType*> types_of(const std::string& node) const;
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& name) const;
 
-  /// Pools whose writer is gone wait here for their last messages; sweep() frees those that are complete.
+  /// Pools whose writer was destroyed wait here for their last messages; sweep() frees those that are complete.
   /// Returns what a node's messages are still held by: "2 messages of /scan", or nothing.
   [[nodiscard]] std::string sweep(const std::string& node);
 
@@ -95,13 +95,13 @@ class Broker final : public Graph {
   const Clock& clock_;
   mutable std::mutex mutex_;
   std::map<std::pair<std::string, const msgs::MessageType*>, std::shared_ptr<Topic>> topics_;
-  std::list<Topic*> unused_;  // those without an endpoint, which are kept for their totals; the oldest first
+  std::list<Topic*> unused_;  // topics without an endpoint, kept for their totals; the oldest first
   std::vector<Retired> retired_;
-  std::uint64_t next_id_;  // of endpoints: no other process of the host, and no other broker of this one, has the same
+  std::uint64_t next_id_;  // of endpoints: unique among all brokers of the host
   std::uint32_t next_link_ = 1;
   GraphWatch links_;
-  bool types_to_compare_ = false;                                 // an endpoint came to a name with several types
-  std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_;  // writer, reader: each pair is told once
+  bool types_to_compare_ = false;                                 // an endpoint joined a name with several types
+  std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_;  // writer, reader: each pair is reported once
   std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread ends before what it looks at
 };
 

@@ -14,38 +14,40 @@ namespace nacelle::runtime {
 
 class Container;
 
-/// Limits of a stream, as a launch file gives them.
+/// Limits of a stream, from the launch file.
 struct StreamBudget {
-  Place where;                              ///< In the launch file.
-  std::string topic;                        ///< Fully qualified.
-  std::optional<std::uint64_t> max_copies;  ///< Per message, that publish() may make for readers who want to own it.
-  std::optional<Duration> max_age;          ///< From publish() to the start of a callback.
+  Place where;        ///< In the launch file.
+  std::string topic;  ///< Fully qualified.
+  std::optional<std::uint64_t>
+      max_copies;                   ///< Copies per message that publish() may make for readers that want to own it.
+  std::optional<Duration> max_age;  ///< From publish() to the start of a callback.
   std::optional<double> min_hz;
 };
 
-/// A limit that was broken, or is kept again.
+/// A breach of a limit, or its end.
 struct BudgetEvent {
   std::string topic;
   std::string limit;   ///< "min_hz 25"
-  bool broken = true;  ///< False: it is kept again.
-  std::string cause;   ///< What was measured, and why as far as that is known.
+  bool broken = true;  ///< False: the limit is met again.
+  std::string cause;   ///< The measured value, and the cause if it is known.
   Place where;
   [[nodiscard]] std::string text() const;
 };
 
-/// Holds streams against their budgets: the wiring before anything runs, rate and age while it runs.
+/// Compares streams with their budgets: the wiring before anything runs, rate and age while it runs.
 ///
-/// Threads: one; it only reads the container's counters, so it costs the streams nothing.
+/// Threads: one. It only reads the container's counters, so it costs the streams nothing.
 class BudgetWatch {
  public:
   explicit BudgetWatch(std::vector<StreamBudget> budgets) : entries_(budgets.begin(), budgets.end()) {}
   [[nodiscard]] bool empty() const { return entries_.empty(); }
 
-  /// max_copies, by what publishers and subscriptions have declared: an impossible budget fails the bring-up.
+  /// Checks max_copies against the declarations of publishers and subscriptions: an impossible budget fails the
+  /// bring-up.
   [[nodiscard]] std::vector<Problem> check_wiring(const Container& container) const;
 
-  /// Rate and age since the last look; returns what has changed between kept and broken. The first look only takes the figures.
-  /// Called about once a second; a rate below 2 Hz is judged over two of its periods.
+  /// Checks rate and age since the last call, and returns the limits whose state has changed. The first call only
+  /// records the counters. Called about once a second; a rate below 2 Hz is judged over two of its periods.
   [[nodiscard]] std::vector<BudgetEvent> look(const Container& container, MonotonicTime now);
 
  private:

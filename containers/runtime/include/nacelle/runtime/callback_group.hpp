@@ -18,13 +18,13 @@ class Executor;
 class CallbackGroup;
 class ReaderQueue;
 
-/// What one callback has cost so far. Threads: written by its executor only, read from any thread.
+/// The cost of one callback so far. Threads: written by its executor only, read from any thread.
 struct CallbackStats {
   DurationHistogram duration;  ///< Start to return.
   DurationHistogram latency;   ///< Ready (a timer due, a call arrived) to start.
 };
 
-/// Executables in the order in which they wait, linked through themselves. Threads: under the executor's lock.
+/// An intrusive list of executables in the order in which they wait. Threads: under the executor's lock.
 class ReadyList {
  public:
   ReadyList() = default;
@@ -33,7 +33,7 @@ class ReadyList {
   [[nodiscard]] bool empty() const { return first_ == nullptr; }
   void push_back(Executable& executable);
   [[nodiscard]] Executable* pop_front();  // null when empty
-  /// Puts the whole of another list, which is empty afterwards, before this one.
+  /// Moves all of another list to the front of this one.
   void prepend(ReadyList& other);
   void remove(const Executable& executable);
   [[nodiscard]] Executable* first() const { return first_; }
@@ -43,13 +43,13 @@ class ReadyList {
   Executable** end_ = &first_;  // where the next one is linked
 };
 
-/// All callback groups of one node: what a transition waits for, and what unloading closes.
+/// All callback groups of one node. A transition waits for them, and unloading closes them.
 ///
-/// Holds everything back until Executor::open(), so that nothing of a node runs while its constructor does.
-/// Ownership: the node's; it outlives its groups and their executables.
+/// Holds all callbacks back until Executor::open(), so that no callback of a node runs during its constructor.
+/// Ownership: the node. Outlives its groups and their executables.
 class NodeGroups {
  public:
-  /// `callback`: what it happened in, for people ("subscription /scan", "timer 10 ms").
+  /// `callback`: where it happened, for display ("subscription /scan", "timer 10 ms").
   using OnFault = std::function<void(std::string code, std::string text, std::string callback)>;
   NodeGroups(Executor& executor, std::string name, OnFault on_fault);
   ~NodeGroups();
@@ -65,15 +65,15 @@ class NodeGroups {
   Executor& executor_;
   const std::string name_;
   const OnFault on_fault_;
-  const bool one_at_a_time_;  // the executor has one thread: a spare that takes a late one's place runs the other nodes
+  const bool one_at_a_time_;  // the executor has one thread: a spare that replaces a late thread runs the other nodes
   // All under the executor's lock.
   bool barred_ = true;  // callbacks may not start: not opened yet, or a transition runs or waits
   bool opened_ = false;
   bool closed_ = false;
   bool alone_ = false;                           // a transition runs
   std::uint32_t running_ = 0;                    // callbacks, of all groups together
-  std::uint32_t pins_ = 0;                       // whoever reports a fault of ours at this moment
-  const Executable* next_transition_ = nullptr;  // waits for the callbacks that run; no other starts before it
+  std::uint32_t pins_ = 0;                       // threads that are reporting a fault of this node
+  const Executable* next_transition_ = nullptr;  // waits for running callbacks; no other callback starts before it
   ReadyList backlog_;  // ready, but not admitted; all of it was ready before anything in the executor's queue
   std::uint32_t until_sample_ = 1;
   std::uint32_t random_ = 2463534242;
@@ -81,7 +81,7 @@ class NodeGroups {
   Duration sampled_cpu_{};
 };
 
-/// One group of a node; the type says what may overlap.
+/// One callback group of a node; the type says which callbacks may run in parallel.
 class CallbackGroup final : public nacelle::CallbackGroup {
  public:
   explicit CallbackGroup(NodeGroups& node, CallbackGroupType type = CallbackGroupType::MutuallyExclusive)
@@ -97,47 +97,50 @@ class CallbackGroup final : public nacelle::CallbackGroup {
   std::uint32_t running_ = 0;  // under the executor's lock
 };
 
-/// Something that can be ready to run: a subscription with messages, a due timer, a call, a task. Belongs to one group.
+/// A unit that the executor can run: a subscription with messages, a due timer, a call, a task. Belongs to one group.
 ///
-/// Ownership: whoever made it; it must be detached from its executor (Executor::forget) before it is destroyed.
+/// Ownership: its creator, which must detach it from its executor (Executor::forget) before destroying it.
 class Executable : public ReadyListener {
  public:
   enum class Kind : std::uint8_t {
-    Callback,    ///< Of a component; expected to return soon.
-    Timer,       ///< The same, of a TimerBase.
+    Callback,    ///< A component's callback; expected to return soon.
+    Timer,       ///< The callback of a TimerBase.
     Transition,  ///< Runs while no callback of its node does, and may take seconds: late is not hung.
   };
   explicit Executable(CallbackGroup& group, Kind kind = Kind::Callback)
       : group_(group), home_(group.node()), kind_(kind), busy_(what_bars(group)) {}
   ~Executable() override = default;
 
-  /// Runs once. `now` is the time of the start. Exceptions become a fault of the component.
+  /// Runs the callback once. `now` is the time of the start. Exceptions become a fault of the component.
   virtual void execute(MonotonicTime now) = 0;
-  /// The same with the message that came with the turn; takes over its reference. Only for what takes from a queue; one without
-  /// messages, or whose next one needs a closer look, is asked to execute() and takes by itself.
+  /// Runs the callback with the message that the executor took for it; takes over its reference. Only for executables
+  /// with a queue. If the queue is empty, or its next message needs further checks, the executor calls execute()
+  /// instead, which takes from the queue itself.
   virtual void execute_with(Block& message, MonotonicTime now);
-  /// True if there is more to do at once. Not asked of what takes from a queue.
+  /// Returns true if there is more to do at once. Not called for executables with a queue.
   [[nodiscard]] virtual bool wants_again() const { return false; }
-  /// Of a transition: longer than this is hung, and told. Asked for under the executor's lock.
+  /// Returns the time after which a transition counts as hung and is reported. Called under the executor's lock.
   [[nodiscard]] virtual Duration time_limit() const noexcept { return Duration::max(); }
-  /// It will not run: its node's groups were closed while it waited. Called under the executor's lock.
+  /// Called if it will not run because its node's groups were closed while it waited. Under the executor's lock.
   virtual void discard() noexcept {}
-  /// Whoever calls this holds the lock that guards what has become ready, or held it after that (docs/wake_up.md, rule 2).
+  /// The caller holds the lock that guards the data that became ready, or held it after they became ready
+  /// (docs/wake_up.md, rule 2).
   void on_ready() noexcept final;
   [[nodiscard]] CallbackGroup& group() const { return group_; }
-  /// For people, and for a crash record: a signal handler reads both, so they are plain text that lives as long as this does.
+  /// Names for display and for a crash record. A signal handler reads them, so they are plain text that lives as long
+  /// as this object.
   void describe_as(const char* what, const char* name) {
     label_ = what;
     label_name_ = name;
   }
-  /// "subscription /scan"; empty for one that nobody has described.
+  /// Returns "subscription /scan"; empty if describe() was not called.
   [[nodiscard]] std::string description() const;
-  /// From now on its messages are there. To be called before the first of them comes.
+  /// Sets the queue from which it takes its messages. Call before the first message arrives.
   void take_from(ReaderQueue& queue) { inbox_ = &queue; }
 
  protected:
   [[nodiscard]] ReaderQueue& inbox() const { return *inbox_; }
-  /// Where the executor notes each run; null: nowhere. To be set before the first run.
+  /// Sets where the executor records each run; null: nowhere. Set before the first run.
   void keep_stats_in(CallbackStats& stats) { stats_ = &stats; }
 
  private:
@@ -151,7 +154,7 @@ class Executable : public ReadyListener {
   CallbackGroup& group_;
   NodeGroups& home_;
   const Kind kind_;
-  const std::uint32_t* const busy_;  // while this is not zero it may not start; under the executor's lock
+  const std::uint32_t* const busy_;  // while not zero, it may not start; under the executor's lock
   Executable* next_ = nullptr;       // in the ready queue or a backlog; under the executor's lock
   std::atomic<bool> queued_{false};
   CallbackStats* stats_ = nullptr;
@@ -189,11 +192,11 @@ class TimerBase : public Executable {
   const Duration period_;
   MonotonicTime due_;
   MonotonicTime was_due_;            // the tick that is in the ready queue
-  std::uint64_t order_ = 0;          // of timers that are due at one moment, the one that was added first comes first
+  std::uint64_t order_ = 0;          // of timers that are due at the same time, the one added first runs first
   std::size_t place_ = kNotWaiting;  // in the TimerQueue
-  bool started_ = false;             // was added once: from then on it is a reset()
-  bool armed_ = false;               // what cancel() and reset() say
-  bool open_ = true;                 // what the lifecycle gate says; the timer waits when both hold
+  bool started_ = false;             // was added before: adding it again is a reset()
+  bool armed_ = false;               // set by cancel() and reset()
+  bool open_ = true;                 // set by the lifecycle gate; the timer runs if both are true
   std::uint64_t skipped_ = 0;
 };
 

@@ -62,18 +62,18 @@ struct ComponentInfo {
   FaultReason fault;                 ///< Why it is faulted; empty code when it is not.
   /// Of load()'s answer only: parameters that were given and that the component does not have.
   std::vector<std::string> warnings{};
-  bool actuator = false;                           ///< It has registered a stop frame: it moves something.
+  bool actuator = false;                           ///< True if it has registered a stop frame, so it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
   std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
   std::vector<FaultReason>
-      open_faults{};  ///< What it mends itself; it stays in its state meanwhile, and `fault` is empty.
+      open_faults{};  ///< Faults that it repairs itself; its state does not change, and `fault` is empty.
 };
 
 /// A component became faulted, or had an open fault.
 struct FaultEvent {
   std::uint64_t number = 0;  ///< Of the container, from 1.
   std::string node, code, text;
-  std::string callback;  ///< What it happened in: "subscription /scan", "transition on_configure", "thread lidar_rx".
+  std::string callback;  ///< Where it happened: "subscription /scan", "transition on_configure", "thread lidar_rx".
   WallTime when;
   bool is_open_fault = false;        ///< LifecycleNode::open_fault(): the component stays as it is.
   std::optional<Duration> lasted{};  ///< Of an open fault that is over.
@@ -86,15 +86,15 @@ struct StateChange {
   WallTime when;
 };
 
-/// What became of a component that was taken out.
+/// The result of unloading a component.
 struct UnloadOutcome {
-  bool image_closed = false;  ///< The library is out of the address space.
-  std::string held_by;        ///< Why not: "2 messages of /camera/image_raw", "another instance (3)".
+  bool image_closed = false;  ///< True if the library is unmapped.
+  std::string held_by;        ///< Otherwise the reason: "2 messages of /camera/image_raw", "another instance (3)".
 };
 
-/// "Image kept, held by X": the component is gone, or never came to be, and its library is still mapped.
+/// A library that is still mapped although its component is gone, or was never made ("image kept, held by X").
 struct KeptImage {
-  std::string node;             ///< "/camera"; the plugin's name if its constructor has not got as far as a node.
+  std::string node;             ///< "/camera"; the plugin's name if the constructor has not made a node yet.
   std::string plugin, library;  ///< As in ComponentInfo.
   std::string
       held_by;  ///< "2 messages of /camera/image_raw", "its constructor, which has not returned", "the process (...)"

@@ -11,9 +11,9 @@
 
 namespace nacelle::runtime {
 
-/// Carries out what a container's services are asked to load and unload (Container::compose_through()).
+/// Executes the load and unload requests of a container's services (Container::compose_through()).
 ///
-/// Threads: one call at a time, on the thread of the container's services; no component waits for it.
+/// Threads: one call at a time, on the thread of the container's services. No component waits for it.
 class CompositionHost {
  public:
   struct Loaded {
@@ -22,9 +22,9 @@ class CompositionHost {
   };
 
   virtual ~CompositionHost() = default;
-  /// Where nodes go whose namespace is relative or empty.
+  /// Returns the namespace for nodes whose own namespace is relative or empty.
   [[nodiscard]] virtual std::string name_space() const = 0;
-  /// Loads a component that the launch file names. Errors: as load(); there is no such name.
+  /// Loads a component of the launch file by name. Errors: as load(); an unknown name.
   [[nodiscard]] virtual Result<Loaded, Problem> load_planned(const std::string& name) = 0;
   /// Loads a plugin; a lifecycle component is left unconfigured, or activated. Errors: as Container::load(); it does not become active.
   [[nodiscard]] virtual Result<Loaded, Problem> load(const LoadRequest& request, bool activate) = 0;

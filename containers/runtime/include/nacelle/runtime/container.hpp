@@ -33,20 +33,21 @@ struct ContainerOptions {
   std::vector<std::string> component_path;  ///< Folders with plugin libraries and their index/.
   Duration handover_after = 20ms;           ///< A callback longer than this loses its executor to a spare thread.
   Duration hang_after = 1500ms;             ///< A callback longer than this faults its component.
-  Duration transition_timeout = 30s;  ///< A lifecycle callback, constructor or destructor longer than this is given up.
+  Duration transition_timeout =
+      30s;  ///< A lifecycle callback, constructor or destructor that takes longer is abandoned.
   NodeInterfaces node_interfaces = NodeInterfaces::None;
 };
 
 class CompositionHost;
 class ForeignComponent;
 
-/// Loads components, runs them, takes them out again; one per process.
+/// Loads, runs and unloads components; one per process.
 ///
-/// Code of a component runs on its executor or on a thread of its own, never on the caller's thread and never under a lock. If it is
-/// slow or never returns, it delays only the caller that waits for it.
-/// The node /<options.name> offers services of composition_interfaces and nacelle_interfaces below ~/_container to every component.
+/// Component code runs on its executor or on the component's own thread, never on the caller's thread and never under a
+/// lock. If it is slow or never returns, it delays only the caller that waits for it. The node /<options.name> offers
+/// services of composition_interfaces and nacelle_interfaces below ~/_container to every component.
 /// Threads: everything from any thread. load(), unload() and trigger() wait for the component, at most for transition_timeout;
-///          the others keep running meanwhile. From a callback that would wait for itself, unload() and trigger() say so instead.
+///          the others keep running meanwhile. From a callback that would wait for itself, unload() and trigger() return an error instead.
 class Container final {
  public:
   Container(ContainerOptions options, const Clock& clock);
@@ -64,15 +65,15 @@ class Container final {
   [[nodiscard]] Graph& graph();
   [[nodiscard]] ServiceGraph& service_graph();
 
-  /// Errors: what is wrong with plugin, library or parameters; a name that is taken; a constructor that threw, or has not
-  /// returned in time (then the image is kept, and what the constructor makes later is destroyed at once).
+  /// Errors: an invalid plugin, library or parameter; a name that is taken; a constructor that threw, or did not return
+  /// in time (then the image is kept, and the component is destroyed as soon as the constructor returns).
   [[nodiscard]] Result<ComponentInfo, Problem> load(const LoadRequest& request);
   /// Destroys the instance at once, and closes its library once nothing holds it (UnloadOutcome, kept_images()).
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);
   /// Adds a component of another process, which is then listed, found, triggered and unloaded like the others. Errors: its name is taken.
   [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
-  /// Lets `host` carry out what the services of the container's node are asked to load and unload, instead of load() and unload();
-  /// null: these again. Waits for the call that is being answered, so the host must not hold it up any more. `host` outlives its use.
+  /// Makes the services of the container's node load and unload through `host` instead of load() and unload(); null:
+  /// through these again. Waits for the running call, so the host must not block it. `host` must outlive its use.
   void compose_through(CompositionHost* host);
   /// Offers a service below ~/_container of the container's own node until the handle ends. Its callbacks run one at a time on the thread
   /// of the nodes' standard services (docs/node_interfaces.md): they must return soon and wait for no component.
@@ -89,13 +90,14 @@ class Container final {
   [[nodiscard]] std::vector<FaultEvent> faults() const;
   /// Returns the request that loaded a component, with its parameters as they are now; nothing for a component of another process.
   [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
-  /// Describes what components of this process share beside streams and services, and could not share with another process.
+  /// Describes what components of this process share other than streams and services, and could not share with another
+  /// process.
   [[nodiscard]] std::vector<std::string> ties() const;
   [[nodiscard]] std::vector<ComponentInfo> list() const;
   /// Returns the libraries that are mapped although no component uses them, after closing those that have become free.
   [[nodiscard]] std::vector<KeptImage> kept_images();
-  /// Returns how many components were abandoned because their code did not return. Their threads live on, with everything that they
-  /// use, so the process must end with _exit(), without running destructors.
+  /// Returns how many components were abandoned because their code did not return. Their threads keep running, so the
+  /// process must end with _exit(), without running destructors.
   [[nodiscard]] std::size_t abandoned() const;
   /// Finds a component by id ("3"), fully qualified name, or name without namespace if only one has it.
   [[nodiscard]] Result<ComponentInfo, Problem> find(const std::string& name_or_id) const;
@@ -106,8 +108,9 @@ class Container final {
   /// Returns whether a node offers a service of that name, of any type, and can answer.
   [[nodiscard]] bool service_is_ready(const std::string& name) const;
 
-  /// Sends a request, whose fields are moved out, and tells `on_answer` when the call is not waiting any more: on a thread of the
-  /// server with locks held, so only note it. Errors: no node here offers the service, or not with that type, or it is not active.
+  /// Sends a request, whose fields are moved out. Calls `on_answer` when the call no longer waits, on a thread of the
+  /// server with locks held, so it may only set a flag. Errors: no node here offers the service, or not with that type,
+  /// or it is not active.
   [[nodiscard]] Result<std::unique_ptr<ServiceCall>, Problem> call_service(const std::string& name,
                                                                            const msgs::ServiceType& type, void* request,
                                                                            std::function<void()> on_answer);
@@ -138,8 +141,9 @@ class Container final {
   /// Returns the object that nodes get from Node::shared_object(), or null if no node has created it.
   [[nodiscard]] std::shared_ptr<void> shared_object(const std::string& name) const;
 
-  /// Increments MotionStops and writes every registered stop frame, without running component code, also in other processes. A node that
-  /// watches the count stands still until it is activated again. Threads: any, but not from a signal handler.
+  /// Increments MotionStops and writes every registered stop frame, without running component code, also in other
+  /// processes. A node that watches the count keeps its actuators stopped until it is activated again. Threads: any,
+  /// but not from a signal handler.
   void write_safe_stops() const;
   /// Makes every component that moves something ignore commands from now on, and writes its stop frame, also in other processes. Does
   /// not block. Threads: any, but not from a signal handler.
@@ -148,15 +152,16 @@ class Container final {
   /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
   /// As with those below, one call at a time, and none after it was replaced.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
-  /// Called when an open fault begins and when it is over (`lasted`), on the thread that said so; keep it short.
+  /// Called when an open fault begins and when it is over (`lasted`), on the reporting thread; keep it short.
   void on_open_fault(std::function<void(const FaultEvent&)> callback);
-  /// Called with each state that a node enters, on the thread of its transition; keep it short, and call nothing here.
+  /// Called with each state that a node enters, on the thread of its transition; keep it short, and call nothing of the
+  /// container.
   void on_state(std::function<void(const StateChange&)> callback);
-  /// Called after a load, an unload, a transition or a set parameter of whoever; keep it short, and call nothing here.
+  /// Called after any load, unload, transition or parameter change; keep it short, and call nothing of the container.
   void on_change(std::function<void()> callback);
 
  private:
-  friend class NodeServices;  // asks what no other asks
+  friend class NodeServices;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

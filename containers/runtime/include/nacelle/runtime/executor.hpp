@@ -17,14 +17,13 @@
 
 namespace nacelle::runtime {
 
-/// Runs ready callbacks in the order in which they became ready, on one thread (or a few, if its policy says so) that sleeps
-/// when there is nothing to do. Ready events, not wait-sets. Why no wake-up is lost: docs/wake_up.md.
+/// Runs ready callbacks in the order in which they became ready, on one thread (or several, by its policy) that sleeps
+/// when there is nothing to do. It is driven by events, without wait sets. Why no wake-up is lost: docs/wake_up.md.
 ///
-/// Fair: whoever has more to do queues up again behind the others, so between two runs of one callback each other one that is
-/// ready has run once.
-/// A callback that overstays on the shared executor loses its place: the queue goes to a spare thread, and the late thread
-/// becomes the spare when it returns. A lifecycle transition leaves its place before it starts. The spare runs the other
-/// nodes: with one thread, two callbacks of one node never overlap, whatever their groups.
+/// Fair: an executable with more to do queues again behind the others, so between two runs of one callback every other
+/// ready callback runs once. If a callback on the shared executor runs too long, a spare thread takes over the queue,
+/// and the late thread becomes a spare when it returns. A lifecycle transition hands the queue over before it starts.
+/// The spare runs only other nodes: with one thread, two callbacks of one node never overlap, whatever their groups.
 /// Threads: all public members from any thread.
 class Executor {
  public:
@@ -36,7 +35,8 @@ class Executor {
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
-  /// Puts a ready thing at the end of the queue, once. False if its node's groups are closed: it will not run.
+  /// Puts a ready executable at the end of the queue, once. Returns false if its node's groups are closed: it will not
+  /// run.
   bool post(Executable& executable) noexcept;
   /// The same under mutex(). Returns the word of a thread that must be woken when it is released, or null.
   [[nodiscard]] const std::atomic<std::uint32_t>* post_locked(Executable& executable) noexcept {
@@ -44,54 +44,58 @@ class Executor {
     enqueue(executable);
     return sleeping_ == 0 || called_ != 0 ? nullptr : call_sleeper();
   }
-  /// What guards everything here, and the queues of the executables' messages; it may outlive the executor.
+  /// Returns the mutex that guards the executor and the message queues of its executables; it may outlive the executor.
   [[nodiscard]] const std::shared_ptr<FutexMutex>& mutex() const { return shared_mutex_; }
-  /// Starts a timer, or starts it anew (Timer::reset): then, and for a timer that can run at once, the first tick is a full
-  /// period away. Other timers of up to a second join the beat of their period: their first tick is one to two periods away.
+  /// Starts a timer, or restarts it (Timer::reset). After a restart, and for a timer that can run at once, the first
+  /// tick is a full period away. Other timers with a period of up to a second tick at common multiples of the period:
+  /// their first tick is one to two periods away.
   void add_timer(TimerBase& timer);
   void cancel_timer(TimerBase& timer);
-  /// The lifecycle gate: a timer behind a closed one does not even wake the thread. It keeps its rhythm.
+  /// The lifecycle gate: a timer behind a closed gate does not wake the thread. It keeps its phase.
   void set_timer_open(TimerBase& timer, bool open);
   [[nodiscard]] bool is_armed(const TimerBase& timer) const;
-  /// Ticks that did not run because an earlier one was late.
+  /// Returns the number of ticks that were skipped because an earlier one was late.
   [[nodiscard]] std::uint64_t skipped(const TimerBase& timer) const;
-  /// After this the thing does not run any more; waits for a run that is going on, unless called from within it.
+  /// Removes an executable, which does not run any more afterwards. Waits for a running call, unless called from within
+  /// it.
   void forget(Executable& executable);
 
-  /// The node is made: what has become ready meanwhile may run.
+  /// Opens a node that is constructed: executables that have become ready meanwhile may run.
   void open(NodeGroups& node);
-  /// Nothing of the node starts any more, and what waits is discarded; waits until what runs has returned, at most until the
-  /// deadline. Returns false when it still runs.
+  /// Closes a node: none of its callbacks starts any more, and waiting ones are discarded. Waits until running ones
+  /// have returned, at most until the deadline. Returns false if one still runs.
   [[nodiscard]] bool close(NodeGroups& node, MonotonicTime deadline);
 
-  /// Why the callback that calls this must not wait for something to run in that group: it would wait for itself. Empty if it
-  /// may, and for every thread that is not the executor's.
+  /// Returns why the calling callback must not wait for a callback of that group (it would wait for itself). Empty if
+  /// it may, and on threads of other executors.
   [[nodiscard]] std::string why_not_wait_for(const CallbackGroup& group) const;
   /// The same for a transition of that node.
   [[nodiscard]] std::string why_not_wait_for(const NodeGroups& node) const;
 
-  /// What the supervisor asks: takes the queue from a callback that overstays, and makes one that hangs a fault, once.
-  /// Returns after how long it must ask again: when the next callback would overstay, or Duration::max() if none runs.
+  /// Called by the supervisor. Takes the queue from a callback that runs too long, and reports one that hangs as a
+  /// fault, once. Returns the time until the next call: when the next callback would be late, or Duration::max() if
+  /// none runs.
   Duration supervise(const Limits& limits);
   /// True if nothing runs and nothing waits.
   [[nodiscard]] bool is_idle() const;
-  /// How often a callback that overstayed lost the queue.
+  /// Returns how often a late callback lost the queue.
   [[nodiscard]] std::uint64_t handovers() const { return handovers_.load(std::memory_order_relaxed); }
-  /// Threads ever started: as many as serve, and as many spares as there were late callbacks at the same time.
+  /// Returns the number of threads ever started: the serving ones, plus as many spares as callbacks were late at the
+  /// same time.
   [[nodiscard]] std::size_t thread_count() const;
   /// Threads that run callbacks when none is late.
   [[nodiscard]] std::uint32_t serving() const { return policy_.own && policy_.threads > 1 ? policy_.threads : 1; }
   [[nodiscard]] const std::string& name() const { return name_; }
-  /// Writes its threads into `out` from place `used` on, and moves `used`.
+  /// Writes its threads into `out` from index `used` on, and advances `used`.
   void report_threads(std::vector<ThreadReport>& out, std::size_t& used) const;
   void report_load(const NodeGroups& node, LoadReport& out) const;
-  /// What the calling thread runs at this moment, as text that stays while it does; empty on a thread that is no executor's.
-  /// Async-signal-safe.
+  /// Returns what the calling thread runs, as text that stays valid meanwhile; empty on a thread that belongs to no
+  /// executor. Async-signal-safe.
   struct RunsHere {
     const char *node = "", *what = "", *name = "";
   };
   [[nodiscard]] static RunsHere runs_here() noexcept;
-  /// Called by a thread that has slept and has something to run; wakes the supervisor. To be set before the first post.
+  /// Called by a thread that has slept and has something to run; wakes the supervisor. Set before the first post.
   void set_activity_hook(std::function<void()> hook) { activity_hook_ = std::move(hook); }
 
  private:
@@ -100,7 +104,7 @@ class Executor {
   void work(Worker& self);
   void rest(Worker& self);
   void start_worker();
-  /// Gives its place to another thread, if there is one to be had.
+  /// Hands the queue to another thread, if one is available.
   void hand_over(Worker& late);
   void start();
   void stop();
@@ -132,11 +136,12 @@ class Executor {
   const std::string name_;
   const Clock& clock_;
   const ThreadPolicy policy_;
-  const MonotonicTime epoch_ = clock_.now();  // of the beats that timers share
+  const MonotonicTime epoch_ = clock_.now();  // origin of the ticks that timers share
   std::function<void()> activity_hook_;
 
   const std::shared_ptr<FutexMutex> shared_mutex_ = std::make_shared<FutexMutex>();
-  // Guards everything below, what NodeGroups, CallbackGroup, Executable and TimerBase keep for us, and the queues of messages.
+  // Guards everything below, the executor's data in NodeGroups, CallbackGroup, Executable and TimerBase, and the
+  // message queues.
   FutexMutex& mutex_ = *shared_mutex_;
   ReadyList ready_;
   TimerQueue timers_;
@@ -147,7 +152,7 @@ class Executor {
   Worker* keeper_ = nullptr;    // the sleeper that wakes for timers, and when
   MonotonicTime kept_until_ = kNever;
   std::uint32_t waiting_for_return_ = 0;
-  std::atomic<std::uint32_t> return_word_{0};  // moves when a callback returns while somebody waits for that
+  std::atomic<std::uint32_t> return_word_{0};  // changes when a callback returns while a thread waits for that
   std::atomic<std::uint64_t> handovers_{0};
 };
 

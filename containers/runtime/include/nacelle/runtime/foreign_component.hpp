@@ -10,14 +10,14 @@ namespace nacelle::runtime {
 class ForeignComponent {
  public:
   virtual ~ForeignComponent() = default;
-  /// As it is now; the id is the container's to set. Must not wait.
+  /// Returns its present state; the container sets the id. Must not wait.
   [[nodiscard]] virtual ComponentInfo info() const = 0;
   [[nodiscard]] virtual TransitionOutcome trigger(Transition transition) = 0;
-  /// What moves something there hears no commands from now on, and its stop frame is written. Must not wait.
+  /// Makes a component that moves something ignore commands from now on, and writes its stop frame. Must not wait.
   virtual void stop_what_moves() = 0;
-  /// From now on instead of the limit that its process has had. Must not wait.
+  /// Replaces the time limit of its process. Must not wait.
   virtual void give_up_transitions_after(Duration limit) = 0;
-  /// Ends it and its process. It is destroyed afterwards.
+  /// Ends the component and its process. This object is destroyed afterwards.
   virtual UnloadOutcome unload() = 0;
 };
 

@@ -8,17 +8,18 @@
 
 namespace nacelle::runtime {
 
-/// Sleeps while `word` holds `expected`, until woken or the deadline. Spurious returns happen: check again.
+/// Sleeps while `word` holds `expected`, until woken or the deadline. May return spuriously: check again.
 void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected);
 void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expected, MonotonicTime deadline);
-/// The same by a clock that may be a test's, which the kernel does not know: looks at it again every 20 ms. For rare waits.
+/// The same with a clock that may be a test's and unknown to the kernel: it is read every 20 ms. For rare waits.
 void futex_wait_until(const Clock& clock, const std::atomic<std::uint32_t>& word, std::uint32_t expected,
                       MonotonicTime deadline);
 void futex_wake(const std::atomic<std::uint32_t>& word, int count);
 
 /// A mutex of four bytes whose uncontended pair costs two atomic instructions.
 ///
-/// For the short sections of the message path; a plain spin lock would deadlock two priorities on one CPU, this one sleeps.
+/// For the short sections of the message path. A plain spin lock would deadlock two priorities on one CPU; this one
+/// sleeps.
 /// Source: U. Drepper, "Futexes are tricky", mutex 2. Threads: any.
 class FutexMutex {
  public:

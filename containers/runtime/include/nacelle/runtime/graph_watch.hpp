@@ -10,7 +10,7 @@
 
 namespace nacelle::runtime {
 
-/// The links of a broker. Its lock is the last of all but a listener's own.
+/// The links of a broker. Its lock comes last in the lock order, except for a listener's own.
 /// Threads: any.
 class GraphWatch final {
  public:
@@ -18,7 +18,7 @@ class GraphWatch final {
   /// After its return the listener is not called any more.
   void remove(std::uint32_t link);
   void made(const EndpointInfo& endpoint) const;
-  /// Tells one link only.
+  /// Notifies one link only.
   void made(const EndpointInfo& endpoint, std::uint32_t link) const;
   void gone(std::uint64_t id) const;
   void gate(std::uint64_t reader, bool open) const;

@@ -10,7 +10,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/runtime/component_info.hpp"
 
-// What a container tells, as messages of nacelle_interfaces. Pure.
+// Reports of a container as messages of nacelle_interfaces. Pure.
 namespace nacelle::runtime {
 
 [[nodiscard]] nacelle_interfaces::msg::Problem message_of(const Problem& problem);

@@ -12,7 +12,8 @@
 #include "nacelle/host/transport.hpp"
 #include "nacelle/node/parameter.hpp"
 
-// What tools are told of a container's nodes, streams, services and parameters (Container::endpoints() and its neighbours).
+// Information for tools about a container's nodes, streams, services and parameters (Container::endpoints() and
+// similar).
 namespace nacelle::runtime {
 
 /// One end of a stream.
@@ -31,7 +32,7 @@ struct ServiceReport {
   std::string name, type;  ///< "/ekf/reset", "std_srvs/srv/Empty"
   std::string node;
   bool is_server = true;
-  bool open = true;  ///< A server's lifecycle gate: it answers.
+  bool open = true;  ///< True while a server's lifecycle gate is open, so it answers.
   bool is_standard =
       false;  ///< The container offers it for the node, as for every one (ContainerOptions::node_interfaces).
 };
@@ -44,13 +45,14 @@ struct ParameterReport {
   ParameterDescriptor descriptor;
 };
 
-/// A call of a service by a tool. Threads: one, the owner's; the end of the object ends the call (its answer goes nowhere then).
+/// A call of a service by a tool. Threads: the owner's only. Destroying the object ends the call and discards its
+/// answer.
 class ServiceCall {
  public:
   enum class State : std::uint8_t {
     Waiting,
     Answered,
-    Refused,  ///< There will be no answer: the server went away, or its callback failed.
+    Refused,  ///< There will be no answer: the server was destroyed, or its callback failed.
   };
   virtual ~ServiceCall() = default;
   [[nodiscard]] virtual State state() const = 0;

@@ -10,11 +10,11 @@
 // Parameters as rcl_interfaces' messages. Pure.
 namespace nacelle::runtime {
 
-/// Errors: std::invalid_argument, with the parameter's name, for a type that there is not.
+/// Errors: std::invalid_argument, with the parameter's name, for an unknown type.
 [[nodiscard]] ParameterValue value_of(const std::string& name, const rcl_interfaces::msg::ParameterValue& message);
 [[nodiscard]] rcl_interfaces::msg::ParameterValue message_of(const ParameterValue& value);
 [[nodiscard]] rcl_interfaces::msg::Parameter message_of(const Parameter& parameter);
-/// With the type as declared; of a parameter of dynamic type, as it is now.
+/// Uses the declared type, or the present type of a parameter with dynamic typing.
 [[nodiscard]] rcl_interfaces::msg::ParameterDescriptor descriptor_of(const ParameterReport& parameter);
 
 }  // namespace nacelle::runtime

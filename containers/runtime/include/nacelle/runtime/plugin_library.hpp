@@ -15,8 +15,8 @@ namespace nacelle::runtime {
 
 /// A plugin library in the address space. Ownership: one reference to the image; destroying it gives the reference back.
 ///
-/// A file that was replaced on disk (by rename, as installers and linkers do) is opened as a new image, also while the old one
-/// is still mapped: the two live beside each other until the old one's last component and message are gone.
+/// A file that was replaced on disk (by rename, as installers and linkers do) is opened as a new image, even while the
+/// old one is still mapped. Both exist until the old one's last component and message are gone.
 /// Threads: any; no lock is held while code of the library runs.
 class PluginLibrary {
  public:
@@ -30,9 +30,10 @@ class PluginLibrary {
   [[nodiscard]] const ComponentClass* find(const std::string& class_name) const;
   [[nodiscard]] std::vector<std::string> class_names() const;
   [[nodiscard]] const std::string& file() const { return file_; }
-  /// The image's name in the process, in /proc/self/maps the same file: differs from file() for the later of two generations.
+  /// Returns the image's name in the process, which is the same file in /proc/self/maps. Differs from file() for the
+  /// later of two generations.
   [[nodiscard]] const std::string& image() const { return image_; }
-  /// True if the image is mapped into the process, by whomever.
+  /// Returns true if the image is mapped into the process, by this object or another.
   [[nodiscard]] static bool is_mapped(const std::string& image);
 
  private:
@@ -49,16 +50,16 @@ struct PluginEntry {
   std::string package{};  ///< The index file's name.
 };
 
-/// The plugins that folders offer, the first folder winning: <folder>/index/* has lines of "class;library".
+/// The plugins of a list of folders; earlier folders take precedence. <folder>/index/* has lines of "class;library".
 ///
-/// Not every index file is read each time: only when a folder's index has changed, or when the file that named the class before
-/// names it no more. Threads: any.
+/// Index files are read again only if a folder's index has changed, or if the file that listed the class before no
+/// longer does. Threads: any.
 class PluginIndex {
  public:
   explicit PluginIndex(std::vector<std::string> folders) : folders_(std::move(folders)) {}
   [[nodiscard]] std::optional<PluginEntry> find(const std::string& class_name);
   [[nodiscard]] std::vector<std::string> class_names();
-  /// All that is installed, in the order of folders, index files and lines.
+  /// Returns all installed plugins, in the order of folders, index files and lines.
   [[nodiscard]] std::vector<PluginEntry> entries();
   [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
 

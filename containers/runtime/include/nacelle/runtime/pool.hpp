@@ -11,12 +11,12 @@ namespace nacelle::runtime {
 
 /// The envelopes and messages of one writer.
 ///
-/// borrow() gives back what was recycled: messages keep their values and capacity, foreign Buffers go home at the last release.
-/// reserve() makes what the stream's queues can hold; beyond that, messages are made on demand and counted, or, with a limit,
-/// one spare message is lent that is not to be published.
+/// borrow() returns recycled messages, which keep their values and capacity; foreign Buffers are returned at the last
+/// release. reserve() allocates what the stream's queues can hold. Beyond that, messages are allocated on demand and
+/// counted, or, with a limit, one spare message is lent that must not be published.
 ///
-/// Threads:   borrow() and adopt() from the writer's thread; reclaim() from any. A reclaimer's push is its last access, so the
-///            owner may delete the pool as soon as it has got every envelope back (all_home()).
+/// Threads:   borrow() and adopt() from the writer's thread; reclaim() from any. A reclaimer's push is its last access,
+/// so the owner may delete the pool as soon as every envelope is back (all_home()).
 /// Allocates: in borrow() and adopt() when nothing is free.
 class MessagePool final : public BlockHome {
  public:
@@ -25,29 +25,30 @@ class MessagePool final : public BlockHome {
   MessagePool(const MessagePool&) = delete;
   MessagePool& operator=(const MessagePool&) = delete;
 
-  /// One reference, the caller's. Beyond the limit it is the spare one, and null if that is out too.
+  /// Returns a block with one reference, the caller's. Beyond the limit it returns the spare block, or null if that is
+  /// in use too.
   [[nodiscard]] Block* borrow();
-  /// The same; null beyond the limit.
+  /// The same, but null beyond the limit.
   [[nodiscard]] Block* borrow_regular();
-  /// Whether the block is what borrow() lent since nothing else was left.
+  /// Returns whether the block is the spare that borrow() lends beyond the limit.
   [[nodiscard]] bool is_spare(const Block& block) const { return &block == spare_; }
-  /// From now on no more than that many messages; makes the spare one. Threads: the writer's.
+  /// Limits the number of messages from now on, and allocates the spare. Threads: the writer's.
   void set_limit(std::size_t messages);
-  /// Envelope around a message made with `new`; takes it over.
+  /// Returns an envelope around a message made with `new`; takes ownership of it.
   [[nodiscard]] Block* adopt(void* message);
   void reclaim(Block& block) noexcept override;
-  /// Makes envelopes until there are that many, each with a copy of `like`, so that strings and sequences have their capacity:
-  /// what the queues can hold at once costs no allocation later. Threads: the writer's.
+  /// Allocates envelopes up to that number, each with a copy of `like`, so that strings and sequences have their
+  /// capacity and filling the queues allocates nothing later. Threads: the writer's.
   void reserve(std::size_t envelopes, const void* like);
 
-  /// Gives the free messages the values, and so the capacity, of `like`: the first published message tells what the rest need.
-  /// Keeps at most `most` of them.
+  /// Gives the free messages the values, and so the capacity, of `like`: the first published message shows what the
+  /// others need. Keeps at most `most` of them.
   void warm(const void* like, std::size_t most);
 
   [[nodiscard]] std::size_t limit() const { return limit_; }
-  /// Envelopes that somebody still holds. Threads: the owner's only.
+  /// Returns the number of envelopes in use. Threads: the owner's only.
   [[nodiscard]] std::size_t outstanding();
-  /// Envelopes ever made. Threads: any.
+  /// Returns the number of envelopes ever made. Threads: any.
   [[nodiscard]] std::uint64_t made() const { return made_.load(std::memory_order_relaxed); }
   [[nodiscard]] const msgs::MessageType& type() const { return type_; }
 
@@ -60,7 +61,7 @@ class MessagePool final : public BlockHome {
   void collect();
 
   const msgs::MessageType& type_;
-  std::atomic<Envelope*> returned_{nullptr};  // pushed by anybody, taken whole by the owner: no ABA
+  std::atomic<Envelope*> returned_{nullptr};  // pushed by any thread, taken as a whole by the owner: no ABA
   Envelope* free_pooled_ = nullptr;
   Envelope* free_bare_ = nullptr;
   std::size_t free_count_ = 0;

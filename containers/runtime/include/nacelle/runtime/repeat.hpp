@@ -6,8 +6,8 @@
 
 namespace nacelle::runtime {
 
-/// Publishes a message that repeats what another writer published at `source_time`: readers see that time. The rest is as with
-/// Writer::publish(). `writer`: one that Container::transport() has made. Threads: the writer's.
+/// Publishes a message that repeats one of another writer from `source_time`: readers see that time. Otherwise like
+/// Writer::publish(). `writer` must be made by Container::transport(). Threads: the writer's.
 PublishResult repeat(Writer& writer, Block& block, MonotonicTime source_time);
 
 }  // namespace nacelle::runtime
