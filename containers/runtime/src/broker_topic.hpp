@@ -39,20 +39,20 @@ class Topic {
   mutable std::mutex mutex_;
   std::vector<BrokerWriter*> writers_;
   std::vector<std::shared_ptr<ReaderQueue>> readers_;
-  Totals gone_;  // of endpoints that were taken out
+  Totals gone_;  // of endpoints that were removed
   // Under the broker's lock: its place among the topics without an endpoint.
   std::optional<std::list<Topic*>::iterator> place_unused_;
 };
 
-/// A look from outside the robot (topic echo): it must not change what the report says of the robot's own streams.
+/// True for a reader of a tool (topic echo): it must not change the figures of the robot's own streams.
 inline bool is_tool(const EndpointSpec& spec) { return spec.node.empty(); }
 
-/// Both stand for endpoints of the same other process: they meet there.
+/// True if both are proxies for endpoints of the same other process, which connects them itself.
 inline bool same_link(const EndpointSpec& writer, const EndpointSpec& reader) {
   return writer.via != 0 && writer.via == reader.via;
 }
 
-/// Another reader of its node hears this writer.
+/// True if another reader of its node reads this writer.
 inline bool leaves_to_another(const EndpointSpec& reader, const EndpointSpec& writer) {
   return reader.unless_offered &&
          verdict_of(writer.qos.resolved(), reader.unless_offered->resolved()) != Verdict::Error;
@@ -64,7 +64,7 @@ inline bool matches(const EndpointSpec& writer, const EndpointSpec& reader) {
 }
 
 void add(ReaderCounters& to, const ReaderCounters& more);
-/// From which threads to which the messages of the endpoints that are there have gone. Under the topic's lock.
+/// Returns between which threads the messages of the present endpoints passed. Under the topic's lock.
 [[nodiscard]] HandedOver handed_over(const Topic& topic);
 [[nodiscard]] EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer, bool open);
 

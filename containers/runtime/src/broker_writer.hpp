@@ -22,7 +22,8 @@ class Tally {
   std::atomic<std::uint64_t> value_{0};
 };
 
-/// The sending end of a topic in process. Threads: as Writer; watch(), replay(), fold_into() and note_*() from any.
+/// The publishing endpoint of a topic within the process. Threads: as Writer; watch(), replay(), fold_into() and
+/// note_*() from any.
 class BrokerWriter final : public ProxyWriter {
  public:
   BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, EndpointSpec spec, std::uint64_t id);
@@ -35,7 +36,7 @@ class BrokerWriter final : public ProxyWriter {
   }
   Block* adopt(void* message) override { return pool_->adopt(message); }
   PublishResult publish(Block& block) override;
-  /// As publish(), with the time of the message that it repeats.
+  /// Like publish(), with the time of the message that it repeats.
   PublishResult repeat(Block& block, MonotonicTime source_time);
   void relay(Block& block, const MessageInfo& info, MonotonicTime expires, std::span<const std::uint64_t> readers,
              std::uint64_t bytes_copied) override;
@@ -45,37 +46,38 @@ class BrokerWriter final : public ProxyWriter {
   EndpointStatus status() const override;
   std::uint64_t id() const override { return id_; }
 
-  /// From now on its end takes the broker's lock.
+  /// From now on its destruction takes the broker's lock.
   void be_whole() { is_whole_ = true; }
-  /// Gives a reader what it has not seen of the history. Under the topic's lock.
+  /// Gives a reader the part of the history that it has not seen. Under the topic's lock.
   void replay(ReaderQueue& reader);
-  /// Counts missed deadlines, notices a lease that ran out, drops expired history; returns when to look again.
-  /// Under the topic's lock.
+  /// Counts missed deadlines, detects an expired lease, drops expired history; returns when to check again. Under the
+  /// topic's lock.
   MonotonicTime watch(MonotonicTime now);
   void fold_into(Topic::Totals& totals) const;
   [[nodiscard]] std::uint64_t deadline_missed() const;
   void note_matched();
   void note_clash(const std::string& policy, std::string text);
-  /// Something that is computed when asked for (matched) has changed.
+  /// Called when a status that is computed on demand (matched) has changed.
   void tell() const;
   [[nodiscard]] bool is_alive() const;
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
-  /// Whether its messages are for this reader.
+  /// Returns whether its messages are for this reader.
   [[nodiscard]] bool serves(const ReaderQueue& reader) const {
     return reader.is_tap() ? reader.taps(id_) : matches(spec_, reader.spec());
   }
-  /// Whether the reader is one of its subscriptions.
+  /// Returns whether the reader is one of its subscriptions.
   [[nodiscard]] bool is_read_by(const ReaderQueue& reader) const {
     return !reader.is_tap() && matches(spec_, reader.spec()) && (!reader.is_witness() || reader.is_counted_by(id_));
   }
-  /// The last one that published; 0: none yet.
+  /// The thread that published last; 0: none yet.
   [[nodiscard]] std::uintptr_t thread() const { return thread_.get(); }
 
  private:
   /// Writes sender, sequence number and times into the message, and counts it.
   void address(Block& block, MonotonicTime source_time, MonotonicTime now);
   void note_message(MonotonicTime now);
-  /// Returns true if the lease has run out since it was last looked at, and counts that. Precondition: contract_mutex_ is held.
+  /// Returns true if the lease has expired since the last check, and counts that. Precondition: contract_mutex_ is
+  /// held.
   [[nodiscard]] bool note_lost_lease(MonotonicTime now);
   void tell_readers() const;
   [[nodiscard]] bool is_open() const { return spec_.gate == nullptr || spec_.gate->load(std::memory_order_acquire); }
@@ -109,14 +111,14 @@ class BrokerWriter final : public ProxyWriter {
   const std::size_t history_limit_;
   const Duration lifespan_;
   const Duration longest_wait_;  // for room in KEEP_ALL readers; zero: never
-  const bool bounded_;           // the pool's limit holds: QoS::when_dry()
+  const bool bounded_;           // the pool has a limit: QoS::when_dry()
   bool was_dry_ = false;
   std::shared_ptr<BufferLender> lender_;  // the only reader's
   std::unique_ptr<MessagePool> pool_;
   std::vector<std::shared_ptr<ReaderQueue>> routes_;
-  ReaderQueue* sole_ = nullptr;  // the only route, if nothing but handing over is to be done; not for the first message
-  std::vector<Route> originals_;      // of the routes, those that get the message itself
-  std::vector<ReaderQueue*> copied_;  // and those that get a copy
+  ReaderQueue* sole_ = nullptr;  // the only route, if the message only needs to be passed on; not for the first message
+  std::vector<Route> originals_;      // routes that get the message itself
+  std::vector<ReaderQueue*> copied_;  // routes that get a copy
   std::size_t owners_ = 0;
   std::size_t deepest_ = 0;
   std::uint64_t routes_version_ = 0;
@@ -128,10 +130,10 @@ class BrokerWriter final : public ProxyWriter {
   DeadlineWatch deadline_;
   LeaseWatch lease_;
   EndpointStatus totals_;
-  std::vector<ReaderQueue*> chosen_;  // of relay(), to keep the memory
+  std::vector<ReaderQueue*> chosen_;  // of relay(), kept to reuse the memory
   std::uint64_t last_relayed_ = 0;
   const bool has_contract_;  // a deadline or a lease: without one publish() does not take the lock
-  const bool is_plain_;      // nothing at all but readers
+  const bool is_plain_;      // no contract, history, lifespan or the like: only readers
   bool is_whole_ = false;
 };
 

@@ -12,10 +12,10 @@
 #include "nacelle/runtime/composition_host.hpp"
 
 // The answers of the services of a container's node (container_services.hpp).
-// Errors: none is thrown but std::exception, whose text is the answer.
+// Errors: throws only std::exception, whose text is the answer.
 namespace nacelle::runtime {
 
-/// What is composed, and by whom.
+/// The container, and the host that loads and unloads for it.
 struct Composed {
   Container& container;
   CompositionHost& host;

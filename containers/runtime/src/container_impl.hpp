@@ -25,7 +25,8 @@
 
 namespace nacelle::runtime {
 
-/// One component from the begin of its load to the close of its image. The node goes first, the image last.
+/// One component from the start of its load until its image is closed. The node is destroyed first, the image is closed
+/// last.
 struct Record {
   std::uint64_t id = 0;
   std::string plugin, file, package;
@@ -43,26 +44,27 @@ struct Record {
     MonotonicTime since;
   };
   Guarded<std::vector<OpenFault>> open_faults;
-  Guarded<LoadRequest> request;  // as it was loaded; its parameters follow what is set
+  Guarded<LoadRequest> request;  // as it was loaded, with its present parameters
   std::atomic<bool> hung{false};
   std::shared_ptr<ParameterEvents> events;  // the node's standard topic ...
-  std::shared_ptr<NodeFace> face;           // ... and services; null: it has none
+  std::shared_ptr<NodeFace> face;           // ... and services; null if it has none
 
   // Of loading and unloading. The container's lock covers given_up, and runtime while it comes and goes.
   std::unique_ptr<Errand> errand;
   std::optional<Problem> failure;
   bool given_up = false;
-  std::atomic<const char*> busy_with{""};  // what has not returned, for people
+  std::atomic<const char*> busy_with{""};  // the call that has not returned, for display
 };
 
-/// A node's parameters as they are now, also while one of its callbacks runs. Threads: any.
+/// Returns a node's present parameters, also while one of its callbacks runs. Threads: any.
 [[nodiscard]] std::vector<ParameterReport> report_of(const ParameterStore& store);
-/// Sets them with rclcpp's words, one result each or, `atomically`, one for all; calls `on_set` with those that are set.
+/// Sets parameters, with rclcpp's texts, one result each or, `atomically`, one for all; calls `on_set` with those that
+/// were set.
 [[nodiscard]] std::vector<SetParametersResult> set_in(ParameterStore& store, const std::vector<Parameter>& parameters,
                                                       bool atomically,
                                                       const std::function<void(const std::vector<Parameter>&)>& on_set);
 
-/// What a container keeps of its components. Threads: any.
+/// The container's data about its components. Threads: any.
 struct Container::Impl final : Context {
   Impl(Container& self, ContainerOptions o, const Clock& clock)
       : options(std::move(o)),
@@ -91,7 +93,7 @@ struct Container::Impl final : Context {
   std::vector<std::shared_ptr<Record>> abandoned;  // their code has not returned
   struct HeldImage {
     KeptImage about;
-    std::unique_ptr<PluginLibrary> library;  // held by messages; null: it is closed, and the process holds the image
+    std::unique_ptr<PluginLibrary> library;  // held by messages; null if it is closed, and the process holds the image
     std::string image;
   };
   std::vector<HeldImage> held_images;
@@ -101,7 +103,7 @@ struct Container::Impl final : Context {
   Guarded<std::function<void(const FaultEvent&)>> open_fault_listener;
   Guarded<std::function<void()>> change_listener;
   Guarded<FaultHistory> history;
-  std::unique_ptr<NodeServices> node_services;  // null: none are wanted
+  std::unique_ptr<NodeServices> node_services;  // null if they are disabled
   std::unique_ptr<ContainerServices> services;
 
   Patience patience{options.transition_timeout, commons.clock};
@@ -112,28 +114,28 @@ struct Container::Impl final : Context {
   [[nodiscard]] static ComponentInfo info_of(const Record& record);
   [[nodiscard]] std::shared_ptr<Record> record(std::uint64_t id) const;
   [[nodiscard]] std::shared_ptr<ForeignComponent> foreign_component(std::uint64_t id) const;
-  /// Why this thread must not wait for the component: it would wait for itself. Empty if it may.
+  /// Returns why this thread must not wait for the component (it would wait for itself). Empty if it may.
   [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
   [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what);
-  /// As they are now, also while a callback runs. Errors: it is not loaded, or in another process.
+  /// Returns its present parameters, also while a callback runs. Errors: it is not loaded, or runs in another process.
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;
   /// NodeServices::set_parameters().
   void change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
                          std::weak_ptr<void> asker, const NodeServices::Then& then);
   void note_open_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
   void note_closed_fault(Record& record, const std::string& code);
-  /// Notes it in history and log, and calls the listener.
+  /// Records it in history and log, and calls the listener.
   void tell_open_fault(FaultEvent event);
   void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
-  /// The first reason since it was well is the cause; false for a later one.
+  /// Records the cause of a fault: the first reason since it was last healthy. Returns false for a later reason.
   bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);
-  /// Its code cannot be run any more; what can be done from outside is done.
+  /// Handles a component whose code can no longer run: does what is possible from outside.
   void give_up_on(Record& record);
   void note_failed_transition(Record& record, Transition transition, const TransitionOutcome& outcome);
   [[nodiscard]] StateWatch watch_states(const Record& record);
   void note_change() const;
   void write_safe_stops() const;
-  /// What moves something hears no commands any more, and its stop frame is written.
+  /// Makes a component that moves something ignore commands, and writes its stop frame.
   void stop_what_moves() const;
   void tell_listener(Record& record);
 
@@ -143,7 +145,7 @@ struct Container::Impl final : Context {
   void make(Record& record, const LoadRequest& request);
   [[nodiscard]] static std::shared_ptr<const Declarations> declarations_of(const Record& record);
   void abandon(const std::shared_ptr<Record>& record);
-  /// False: no thread can be started for it.
+  /// Returns false if no thread can be started for it.
   [[nodiscard]] bool start_destroying(const std::shared_ptr<Record>& record);
   [[nodiscard]] UnloadOutcome finish(Record& record);
   void sweep();

@@ -15,23 +15,23 @@ namespace nacelle::runtime {
 class CompositionHost;
 class Container;
 
-/// The container's own node, with services below <node>/_container: rclcpp's component_container's (load_node, unload_node and
-/// list_nodes of composition_interfaces), and those of nacelle_interfaces. Every component reaches them with a Client; a transport may
-/// carry them outside.
+/// The container's own node, with services below <node>/_container: rclcpp's component_container's (load_node,
+/// unload_node and list_nodes of composition_interfaces), and those of nacelle_interfaces. Every component can call
+/// them with a Client; a transport may offer them on the network.
 ///
-/// They answer on a thread of their own, one call after the other: a component that takes its time to load keeps that thread waiting and
-/// no other. So a component that waits for an answer of these services while it is loaded waits for itself, until it is given up.
-/// Transitions have threads of their own. Services of offer() answer on the executor `quick`.
-/// Where rclcpp's meaning and ours differ: package_name and log_level are not looked at (class names are unique, and there is one
-/// log level), and of extra_arguments only the types of rclcpp's own two are checked: all components are in one process anyway.
+/// They answer on their own thread, one call after the other: a component that loads slowly delays only that thread. A
+/// component that waits for an answer of these services during its own load would wait for itself, until the load times
+/// out. Transitions have their own threads. Services of offer() answer on the executor `quick`. Differences from
+/// rclcpp: package_name and log_level are ignored (class names are unique, and there is one log level), and of
+/// extra_arguments only the types of rclcpp's own two are checked, because all components are in one process anyway.
 class ContainerServices {
  public:
-  /// The full name of the node; characters of `name` that it cannot have become '_'.
+  /// Returns the full name of the node; invalid characters of `name` become '_'.
   [[nodiscard]] static std::string node_of(const std::string& name, const std::string& name_space);
-  /// `name` is the node's. `quick` outlives this; null: the thread of the other services takes its place.
+  /// `name` is the node's. `quick` must outlive this; null: the thread of the other services is used instead.
   ContainerServices(Container& container, Commons& commons, const std::string& name, const std::string& name_space,
                     Executor* quick);
-  /// Waits for the call that is being answered.
+  /// Waits for the running call.
   ~ContainerServices();
   ContainerServices(const ContainerServices&) = delete;
   ContainerServices& operator=(const ContainerServices&) = delete;
@@ -55,7 +55,7 @@ class ContainerServices {
   Container& container_;
   Guarded<CompositionHost*> host_{std::in_place, nullptr};  // locked while it carries out a call
   Executor executor_;
-  NodeRuntime node_, quick_node_;  // one node; the second has what others offer
+  NodeRuntime node_, quick_node_;  // one node; the second has the services of offer()
   std::vector<std::unique_ptr<ServiceHandle>> services_;
   std::unique_ptr<ServiceHandle> change_state_;
   TransitionLanes lanes_;  // its jobs use what is above

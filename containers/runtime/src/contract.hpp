@@ -9,15 +9,15 @@
 
 namespace nacelle::runtime {
 
-/// Counts the periods that passed without a message. Exactly one period between two messages is kept, not missed.
-/// Starts with the first message. Threads: the owner's lock.
+/// Counts the periods that passed without a message. Exactly one period between two messages is not a miss. Starts with
+/// the first message. Threads: the owner's lock.
 class DeadlineWatch {
  public:
-  /// Zero: no deadline.
+  /// Zero means no deadline.
   explicit DeadlineWatch(Duration period) : period_(period) {}
   [[nodiscard]] bool is_set() const { return period_ > Duration::zero(); }
   [[nodiscard]] bool is_running() const { return running_; }
-  /// Periods newly missed up to this message.
+  /// Returns the number of periods newly missed up to this message.
   std::uint64_t message(MonotonicTime now) {
     const std::uint64_t missed = look(now);
     last_ = now;
@@ -25,7 +25,7 @@ class DeadlineWatch {
     running_ = true;
     return missed;
   }
-  /// Periods newly missed.
+  /// Returns the number of periods newly missed.
   std::uint64_t look(MonotonicTime now) {
     if (!running_ || now <= last_) return 0;
     const auto all = static_cast<std::uint64_t>((now - last_ - Duration{1}) / period_);
@@ -35,7 +35,7 @@ class DeadlineWatch {
     return missed;
   }
   void stop() { running_ = false; }
-  /// When the next look finds something.
+  /// Returns when the next check can find a miss.
   [[nodiscard]] MonotonicTime due() const {
     return running_ ? last_ + period_ * static_cast<Duration::rep>(counted_ + 1) + Duration{1} : kNeverExpires;
   }
@@ -47,19 +47,19 @@ class DeadlineWatch {
   bool running_ = false;
 };
 
-/// Whether a writer with liveliness manual_by_topic shows life. Alive from the start. Threads: the owner's lock.
+/// Tracks whether a writer with liveliness manual_by_topic is alive. Alive from the start. Threads: the owner's lock.
 class LeaseWatch {
  public:
-  /// Zero: a lease that never ends.
+  /// Zero means that the lease never expires.
   LeaseWatch(Duration lease, MonotonicTime now) : lease_(lease), last_(now) {}
   [[nodiscard]] bool is_set() const { return lease_ > Duration::zero(); }
   [[nodiscard]] bool is_alive() const { return alive_; }
-  /// True if it was taken for dead.
+  /// Returns true if it was considered dead.
   bool show_life(MonotonicTime now) {
     last_ = now;
     return !std::exchange(alive_, true);
   }
-  /// True if the lease has just run out.
+  /// Returns true if the lease has just expired.
   bool look(MonotonicTime now) { return is_set() && alive_ && now - last_ > lease_ && std::exchange(alive_, false); }
   [[nodiscard]] MonotonicTime due() const { return is_set() && alive_ ? last_ + lease_ + Duration{1} : kNeverExpires; }
 

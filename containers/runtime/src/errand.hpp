@@ -10,22 +10,23 @@
 
 namespace nacelle::runtime {
 
-/// Code of a component that no executor runs (a library's own start-up, a constructor, a destructor), on a thread of its own, so
-/// that only whoever asked for it waits, and not longer than it wants to.
+/// Runs component code that belongs to no executor (a library's start-up code, a constructor, a destructor) on its own
+/// thread, so that only the requester waits, and with a time limit.
 ///
-/// The thread ends with it: what a component keeps in thread-locals would pin its image for as long as the thread lives.
+/// The thread ends afterwards: a component's thread-locals would otherwise pin its image for as long as the thread
+/// exists.
 /// Threads: one owner; has_ended() from any.
 class Errand {
  public:
-  /// `name` is the thread's. `what` may run longer than its owner waits, so it owns what it uses; it is destroyed before the
-  /// errand counts as ended, so the last owner of an errand must not be in it.
+  /// `name` is the thread's. `what` may run longer than its owner waits, so it must own everything that it uses. It is
+  /// destroyed before the errand counts as ended, so it must not hold the last reference to an errand.
   Errand(const char* name, std::function<void()> what);
   /// Waits for the end.
   ~Errand();
   Errand(const Errand&) = delete;
   Errand& operator=(const Errand&) = delete;
 
-  /// Returns false if it has not ended by the deadline; it goes on.
+  /// Returns false if it has not ended by the deadline; it keeps running.
   [[nodiscard]] bool wait(const Clock& clock, const Deadline& deadline);
   [[nodiscard]] bool has_ended() const { return ended_.load(std::memory_order_acquire) != 0; }
 

@@ -9,8 +9,9 @@
 
 namespace nacelle::runtime {
 
-/// A second stack for the thread that makes this: one that has overflown its own can still leave a record.
-/// Executors' threads have one; a component's own threads leave no record of an overflow.
+/// A second stack for the constructing thread, so that a thread whose own stack overflowed can still write a crash
+/// record. For threads of executors and the thread of the CrashHandler; other threads get theirs from the thread guard
+/// (thread_guard.hpp).
 class SignalStack final {
  public:
   SignalStack();
@@ -22,10 +23,10 @@ class SignalStack final {
   void* memory_ = nullptr;
 };
 
-/// Names this thread and gives it priority and CPUs; says what is refused if `complain`, and goes on without.
+/// Sets the name, priority and CPUs of this thread. What is refused is logged if `complain`, and left as it was.
 void prepare_this_thread(const std::string& name, const ThreadPolicy& policy, bool complain);
 [[nodiscard]] std::int32_t this_thread_id();
-/// Can be read from every thread while this one lives.
+/// Can be read from every thread while this one exists.
 [[nodiscard]] clockid_t cpu_clock_of_this_thread();
 /// A system call.
 [[nodiscard]] Duration cpu_time_of(clockid_t clock);

@@ -11,13 +11,13 @@
 
 namespace nacelle::runtime {
 
-/// The last faults of each node, kept after the component was mended or has gone. Threads: one at a time.
+/// The last faults of each node, kept after the component has recovered or was unloaded. Threads: one at a time.
 class FaultHistory {
  public:
   static constexpr std::size_t kPerNode = 16, kNodes = 256;
 
   void add(FaultEvent event);
-  /// The newest open fault of that node and code is over.
+  /// Records the end of the newest open fault of that node and code.
   void end(const std::string& node, const std::string& code, Duration lasted);
   /// In the order in which they happened.
   [[nodiscard]] std::vector<FaultEvent> all() const;

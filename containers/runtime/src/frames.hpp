@@ -14,17 +14,18 @@
 
 namespace nacelle::runtime {
 
-/// Who broadcasts which transform: every child frame has one owner. Threads: any.
+/// The claims of nodes to broadcast transforms: every child frame has one owner. Threads: any.
 class FrameRegistry {
  public:
   FrameRegistry() : claims_(std::make_shared<Claims>()) {}
   [[nodiscard]] std::unique_ptr<FrameClaim> claim(ClaimedFrame frame);
   /// Ends all claims of a node whose own code cannot do it.
   void withdraw(const std::string& node);
-  /// Frames with two owners or two parents. A fallback beside an owner with the same parent is none, unless that is fixed.
+  /// Returns the frames with two owners or two parents. A fallback beside an owner with the same parent does not count,
+  /// unless that owner is fixed.
   [[nodiscard]] std::vector<Problem> conflicts() const;
   [[nodiscard]] std::vector<ClaimedFrame> list() const;
-  /// "claims the frame odom -> base_link", each.
+  /// Returns "claims the frame odom -> base_link" for each.
   [[nodiscard]] std::vector<std::string> claims() const;
 
  private:

@@ -9,7 +9,7 @@
 
 namespace nacelle::runtime {
 
-/// What a Node sees of its container; the runtime half outlives it by as long as the container needs.
+/// The interface of a container to one Node. The runtime half may outlive the node, as long as the container needs it.
 class Host final : public NodeHost {
  public:
   /// `sim_clock`: of a node with use_sim_time; else null.

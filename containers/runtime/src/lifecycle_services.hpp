@@ -18,12 +18,12 @@ namespace nacelle::runtime {
 
 class NodeServices;
 
-/// rclcpp_lifecycle's five services of a managed node. change_state is answered when the transition is over; the others at once,
-/// also while one is under way.
+/// rclcpp_lifecycle's five services of a managed node. change_state answers when the transition is over; the others
+/// answer at once, also during a transition.
 class LifecycleServices {
  public:
   LifecycleServices(NodeServices& desk, std::uint64_t id) : desk_(desk), id_(id) {}
-  /// `self` keeps all of it alive while an answer is on its way.
+  /// `self` keeps everything alive while an answer is pending.
   void start(NodeRuntime& node, const std::shared_ptr<LifecycleServices>& self);
 
  private:
@@ -40,8 +40,8 @@ class LifecycleServices {
   Service<GetTransitions>::SharedPtr transitions_, graph_;
 };
 
-/// The transition that a request means in a state: by its label if it has one, else by its id. Nothing: none that can be asked for
-/// there. Pure.
+/// Returns the transition that a request means in a state: by its label if it has one, else by its id. Returns nothing
+/// if no such transition can be requested there. Pure.
 [[nodiscard]] std::optional<Transition> meant_transition(const lifecycle_msgs::msg::Transition& asked, StateId from);
 
 }  // namespace nacelle::runtime

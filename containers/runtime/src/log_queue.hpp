@@ -12,17 +12,17 @@
 
 namespace nacelle::runtime {
 
-/// Lines of the log on their way to somebody who has time for them. What finds no room is dropped and counted.
+/// A queue of log lines for a thread that publishes them. Lines that find no room are dropped and counted.
 ///
-/// Two buffers that change places: writing is a copy of the text, under a lock that is never held for longer than that.
+/// It has two buffers that are swapped. Writing copies the text, under a lock that is never held for longer than that.
 /// Threads: push() any; take() one.
 /// Allocates: in the constructor only.
 class LogQueue {
  public:
   static constexpr std::size_t kBytes = std::size_t{32} * 1024;  ///< Of each buffer.
-  static constexpr std::size_t kLongestText = 4096;              ///< What is longer is cut.
+  static constexpr std::size_t kLongestText = 4096;              ///< Longer texts are cut.
 
-  /// Valid while it is shown.
+  /// Valid during the call that shows it.
   struct Line {
     LogLevel level = LogLevel::Info;
     WallTime when;
@@ -31,10 +31,10 @@ class LogQueue {
   };
 
   LogQueue();
-  /// False: no room.
+  /// Returns false if there is no room.
   bool push(LogLevel level, WallTime when, std::string_view name, std::string_view text,
             const LogPlace& place) noexcept;
-  /// Shows all that has come, in its order. Returns how many lines were dropped since the last time.
+  /// Shows all queued lines in order. Returns how many lines were dropped since the last call.
   std::uint64_t take(const std::function<void(const Line&)>& show);
 
  private:

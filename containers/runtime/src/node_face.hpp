@@ -20,8 +20,8 @@ class NodeFace {
  public:
   [[nodiscard]] static std::shared_ptr<NodeFace> make(NodeServices& desk, Commons& commons, Executor& executor,
                                                       std::uint64_t id, const std::string& node, bool managed);
-  /// Nobody reaches the services any more, and whoever waits is told. None of them runs any more when it returns (they return soon),
-  /// and answers that are still under way go nowhere.
+  /// Withdraws the services, and tells waiting callers that there will be no answer. When this returns, none of them
+  /// runs any more (they return soon), and pending answers are discarded.
   void withdraw();
   void report_services(std::vector<ServiceReport>& out) const;
 

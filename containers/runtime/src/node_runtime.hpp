@@ -22,7 +22,7 @@
 
 namespace nacelle::runtime {
 
-/// What all nodes of a container share.
+/// The data that all nodes of a container share.
 struct Commons {
   explicit Commons(const Clock& c)
       : clock(c), broker(c, Watching::ByThread), motion_stops(std::make_shared<MotionStops>()) {
@@ -45,12 +45,13 @@ struct Commons {
   const std::shared_ptr<void> clock_skews = make_clock_skews();
 };
 
-/// A node's host in the container. Ownership: the node's; what it lent to the container is withdrawn in the destructor.
+/// A node's host in the container. Ownership: the node. The destructor withdraws everything that the node registered
+/// with the container.
 class NodeRuntime {
  public:
   using OnFault = NodeGroups::OnFault;
   using GroupPointer = std::shared_ptr<nacelle::CallbackGroup>;
-  /// `measured`: how long its services take is kept, for report_callbacks().
+  /// `measured`: record the durations of its services for report_callbacks().
   NodeRuntime(Commons& commons, NodeIdentity identity, Executor& executor, OnFault on_fault, bool measured = true);
   ~NodeRuntime();
 
@@ -73,7 +74,7 @@ class NodeRuntime {
   void register_safe_stop(int descriptor, ByteView frame) { safe_stop_.set(descriptor, frame); }
   void clear_safe_stop() { safe_stop_.clear(); }
   void report_fault(std::string code, std::string text);
-  /// Where open faults go; set before the node is made.
+  /// Sets the receiver of open faults; call before the node is made.
   struct OpenFaults {
     std::function<void(const std::string& code, const std::string& text, const std::string& callback)> open;
     std::function<void(const std::string& code)> close;
@@ -83,27 +84,27 @@ class NodeRuntime {
   void close_fault(const std::string& code);
   void set_active(bool active);
 
-  /// The node is made: its callbacks may run from now on.
+  /// Call once the node is constructed: its callbacks may run from now on.
   void open() { executor().open(groups_); }
-  /// No callback of any of its groups starts any more; false if one still runs at the deadline.
+  /// Prevents further callbacks of all its groups. Returns false if one still runs at the deadline.
   [[nodiscard]] bool close(MonotonicTime deadline) { return executor().close(groups_, deadline); }
 
-  /// Runs something on the component's executor while no callback of the node runs, and waits for it. Returns false if it has
-  /// not ended by the deadline, or cannot run any more; it may still run then, so `what` must not refer to the caller's frame.
-  /// From a callback that would wait for itself it waits in vain: see Executor::why_not_wait_for().
-  /// `name` is a literal, shown where the run is named: "on_configure".
+  /// Runs something on the component's executor while no callback of the node runs, and waits for it. Returns false if
+  /// it has not ended by the deadline, or cannot run any more; it may still run then, so `what` must not refer to the
+  /// caller's stack frame. A callback that would wait for itself only times out: see Executor::why_not_wait_for().
+  /// `name` is a literal that identifies the run in reports: "on_configure".
   [[nodiscard]] bool run_and_wait(const char* name, std::function<void()> what, const Deadline& deadline);
   /// The same without waiting; a run that takes longer is a fault (HUNG). `patience` outlives the node.
   void post(const char* name, const Patience& patience, std::function<void()> what);
-  /// For a component whose code does not return: it takes and sends nothing any more, its frames are free for others, and who
-  /// waits for an answer of its services is told that there will be none.
+  /// Abandons a component whose code does not return: it receives and sends nothing any more, its frames are free for
+  /// others, and callers that wait for its services get no answer and are notified of that.
   void withdraw();
-  /// Only the services; for a node that is none but offers some.
+  /// Withdraws only the services; for a host without a Node that offers some.
   void withdraw_services();
   void write_safe_stop() const noexcept { safe_stop_.write(); }
-  /// It has registered a stop frame at least once: it moves something.
+  /// Returns whether it has ever registered a stop frame, so it moves something.
   [[nodiscard]] bool is_actuator() const { return safe_stop_.was_ever_set(); }
-  /// The library that it comes from, for a crash record.
+  /// Sets the library that it comes from, for a crash record.
   void set_image(const std::string& image) { safe_stop_.set_image(image); }
   [[nodiscard]] Executor& executor() { return groups_.executor(); }
   [[nodiscard]] const NodeGroups& groups() const { return groups_; }
@@ -116,21 +117,21 @@ class NodeRuntime {
   void report_load(LoadReport& out) const { groups_.executor().report_load(groups_, out); }
   [[nodiscard]] Commons& commons() { return commons_; }
 
-  /// A callback that is there to be reported, and to be told of the lifecycle gate.
+  /// A callback that is reported, and notified of the lifecycle gate.
   class Port {
    public:
     virtual ~Port() = default;
     virtual void set_active(bool active) = 0;
     virtual void report(CallbackReport& row) const = 0;
-    /// Returns false for a port that is no end of a service.
+    /// Returns false for a port that does not belong to a service.
     [[nodiscard]] virtual bool describe(ServiceReport&) const { return false; }
   };
-  // Ports enter and leave by themselves.
+  // Ports register and unregister themselves.
   void enroll(Port& port);
   void leave(Port& port);
   void enroll(const std::string& name, ServerPort& server);
   void leave(ServerPort& server);
-  /// The group that was asked for, or the node's own. Errors: std::runtime_error for another node's.
+  /// Returns the requested group, or the node's default group. Errors: std::runtime_error for another node's.
   [[nodiscard]] std::shared_ptr<CallbackGroup> group_of(const GroupPointer& wanted, const char* what) const;
 
  private:
@@ -139,7 +140,7 @@ class NodeRuntime {
     DurationHistogram histogram;
   };
 
-  /// What runs on this thread, for people.
+  /// Returns what runs on this thread, for display.
   [[nodiscard]] std::string who_runs_here() const;
 
   Commons& commons_;

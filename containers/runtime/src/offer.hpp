@@ -10,7 +10,8 @@
 
 namespace nacelle::runtime {
 
-/// A service of the container in a node's name: Node::create_service() for a node that is none. `name` comes behind the node's.
+/// Offers a service of the container on behalf of a node, like Node::create_service() without a Node. `name` is
+/// appended to the node's name.
 template <typename S, typename F>
 [[nodiscard]] std::shared_ptr<Service<S>> offer(NodeRuntime& node, const std::string& name, F callback) {
   using Made = detail::CallbackService<S, F>;

@@ -12,13 +12,13 @@
 
 namespace nacelle::runtime {
 
-/// Tells /parameter_events what becomes of a node's parameters. While nobody reads it costs a look at their number.
-/// Threads: any; the store may keep it for longer than the node's topic is there.
+/// Publishes changes of a node's parameters on /parameter_events. Without readers it costs one check of their number.
+/// Threads: any. The store may keep this object longer than the node's topic exists.
 class ParameterEvents final : public ParameterListener {
  public:
   ParameterEvents(Transport& transport, const Clock& clock, std::string node);
   void on_change(const ParameterChange& change) noexcept override;
-  /// The topic's end goes; nothing is told any more.
+  /// Destroys the publisher; nothing is published any more.
   void end() { writer_.lock()->reset(); }
 
  private:

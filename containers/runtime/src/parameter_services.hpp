@@ -20,12 +20,12 @@ namespace nacelle::runtime {
 
 class NodeServices;
 
-/// rclcpp's six services of a node's parameters. As there, an unknown name leaves an answer without values, and only what is set is
-/// refused with a reason. An integer for a double is taken, as in a launch file; rclcpp refuses it.
+/// rclcpp's six services of a node's parameters. As in rclcpp, an unknown name leaves an answer without values, and
+/// only setting is refused with a reason. An integer for a double is converted, as in a launch file; rclcpp refuses it.
 class ParameterServices {
  public:
   ParameterServices(NodeServices& desk, std::uint64_t id) : desk_(desk), id_(id) {}
-  /// `self` keeps all of it alive while an answer is on its way.
+  /// `self` keeps everything alive while an answer is pending.
   void start(NodeRuntime& node, const std::shared_ptr<ParameterServices>& self);
 
  private:
@@ -44,7 +44,7 @@ class ParameterServices {
   Service<rcl_interfaces::srv::SetParametersAtomically>::SharedPtr set_atomically_;
 };
 
-/// What list_parameters answers. Pure.
+/// Returns the answer of list_parameters. Pure.
 [[nodiscard]] rcl_interfaces::msg::ListParametersResult listed(
     const std::vector<std::string>& names, const rcl_interfaces::srv::ListParameters::Request& wish);
 

@@ -8,13 +8,13 @@
 
 namespace nacelle::runtime {
 
-/// How long one waits for code of components; it may be shortened while somebody waits. Threads: any.
+/// The time limit for component code; it may be shortened while a thread waits. Threads: any.
 class Patience {
  public:
   Patience(Duration limit, const Clock& clock) : clock_(clock), limit_ns_(limit.count()) {}
   [[nodiscard]] Duration limit() const { return Duration{limit_ns_.load(std::memory_order_acquire)}; }
   [[nodiscard]] const Clock& clock() const { return clock_; }
-  /// Returns false if it is so already.
+  /// Returns false if it has this value already.
   bool set(Duration limit) {
     changed_at_ns_.store(clock_.now().nanoseconds(), std::memory_order_release);
     return limit_ns_.exchange(limit.count(), std::memory_order_acq_rel) != limit.count();
@@ -29,8 +29,8 @@ class Patience {
   std::atomic<std::int64_t> changed_at_ns_{INT64_MIN};
 };
 
-/// The end of one wait: from its beginning, or from when the patience got shorter. futex_wait_until() with a clock looks again often
-/// enough to see that.
+/// The deadline of one wait, counted from its start, or from when the limit was shortened. futex_wait_until() with a
+/// clock checks again often enough to notice that.
 class Deadline {
  public:
   explicit Deadline(MonotonicTime fixed) : fixed_(fixed) {}

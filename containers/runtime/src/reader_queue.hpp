@@ -19,32 +19,34 @@
 
 namespace nacelle::runtime {
 
-/// What a clash of types calls its policy.
+/// The policy name in the report of a type clash.
 inline constexpr const char* kTypePolicy = "type";
 
-/// One reader's queue. Shared by the handle that the node owns and the writers that still list it.
+/// One reader's queue. Shared by the node's handle and the writers that still list it.
 ///
-/// The queue of an executable is guarded by its executor's lock: what is pushed is queued with it, and what is taken is taken
-/// with the turn to run, under one lock for all. The queue of any other listener has a lock of its own.
-/// Threads: any; the ring is reached under its lock.
+/// The queue of an executable is guarded by its executor's lock: a message is pushed and its executable queued, or a
+/// message is taken and its executable started, under one hold of the lock. The queue of any other listener has its own
+/// lock.
+/// Threads: any. The ring is accessed under its lock.
 class ReaderQueue {
  public:
   ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener, const Clock& clock, Watchdog* watchdog,
               std::uint64_t id);
-  /// The executable's messages; it takes from here from now on.
+  /// Makes the executable take its messages from this queue.
   ReaderQueue(EndpointSpec spec, Taking taking, Executable& executable, const Clock& clock, Watchdog* watchdog,
               std::uint64_t id);
   ~ReaderQueue();
 
   enum class Push : std::uint8_t { Queued, Full, Inactive };
   [[nodiscard]] FutexMutex& mutex() const { return *mutex_; }
-  /// Takes over one reference. Under the lock. `called`: a thread to wake when it is released; left alone if there is none.
-  /// False if there is more to it than that: nothing has been done then, and push() must be called without the lock.
+  /// Takes over one reference. Under the lock. `called`: receives a thread to wake when the lock is released; unchanged
+  /// if there is none. Returns false, without effect, if the message needs more work: then call push() without the
+  /// lock.
   [[nodiscard]] bool push_quickly(Block& block, const std::atomic<std::uint32_t>*& called);
   /// Takes over one reference.
   Push push(Block& block);
   [[nodiscard]] Block* take();
-  /// Under the lock: the oldest message if nothing else is to be done with it; null says ask take().
+  /// Returns the oldest message if it needs no further work, under the lock; null: call take().
   [[nodiscard]] Block* take_quickly();
   /// Waits until a full KEEP_ALL queue has room, at most until the deadline. Threads: none that runs callbacks.
   void wait_for_room(MonotonicTime deadline);
@@ -52,13 +54,13 @@ class ReaderQueue {
   MonotonicTime watch(MonotonicTime now);
   [[nodiscard]] bool has_waiting() const { return waiting_.load(std::memory_order_acquire) != 0; }
   void set_enabled(bool enabled);
-  /// No message and no listener any more; what waits is dropped and counted.
+  /// Closes the queue: no message and no listener call any more. Waiting messages are dropped and counted.
   void close();
   void note_latency(Duration latency) {
     latency_.record(latency);
     thread_.store(this_thread_mark(), std::memory_order_relaxed);
   }
-  /// The last one on which a callback got a message; 0: none yet.
+  /// Returns the last thread on which a callback got a message; 0: none yet.
   [[nodiscard]] std::uintptr_t thread() const { return thread_.load(std::memory_order_relaxed); }
   void note_rehomed();
   /// Before the queue is shared.
@@ -70,8 +72,8 @@ class ReaderQueue {
   [[nodiscard]] bool is_tap() const { return tapped_ != 0; }
   [[nodiscard]] bool is_witness() const { return witness_; }
   [[nodiscard]] bool taps(std::uint64_t writer) const { return tapped_ == writer; }
-  // Of a witness, under the topic's lock.
-  /// False: it was so already.
+  // For a witness, under the topic's lock.
+  /// Returns false if it was so already.
   bool count_for(std::uint64_t writer, bool counts) {
     if (counts == is_counted_by(writer)) return false;
     return counts ? (counted_by_.push_back(writer), true) : std::erase(counted_by_, writer) != 0;
@@ -80,7 +82,7 @@ class ReaderQueue {
     return std::ranges::find(counted_by_, writer) != counted_by_.end();
   }
 
-  // Of a stand-in for a reader of another process; see ProxyReader (reader_proxy.cpp).
+  // For the proxy of a reader in another process; see ProxyReader (reader_proxy.cpp).
   [[nodiscard]] Block* look();
   void release(std::uint64_t messages);
   void forget_seen();
@@ -89,13 +91,13 @@ class ReaderQueue {
   [[nodiscard]] const std::shared_ptr<BufferLender>& lender() const { return lender_; }
   void note_lost(const ReaderCounters& losses);
 
-  /// A writer that matched, or one that cannot: changes the totals and tells the listener.
+  /// Records a writer that matched, or that is incompatible: changes the totals and notifies the listener.
   void note_matched();
   void note_clash(const std::string& policy, std::string text);
-  /// Something that is computed when asked for (liveliness, matched) has changed.
+  /// Called when a status that is computed on demand (liveliness, matched) has changed.
   void tell() const;
 
-  /// The totals; what depends on the writers of the moment is left at zero.
+  /// Returns the totals; figures that depend on the present writers are zero.
   [[nodiscard]] EndpointStatus status() const;
   [[nodiscard]] ReaderCounters counters() const;
   /// Writes every field.
@@ -107,16 +109,16 @@ class ReaderQueue {
   [[nodiscard]] bool keeps_all() const { return keep_all_; }
   [[nodiscard]] bool wants_history() const { return wants_history_; }
   [[nodiscard]] bool is_enabled() const;
-  /// The last sequence that this reader got from a writer, if it asks for history; else 0.
+  /// Returns the last sequence number that this reader got from a writer, if it requests history; else 0.
   [[nodiscard]] std::uint64_t seen(std::uint64_t writer) const;
-  /// The writer is gone for good; what is remembered of it would add up over reloads.
+  /// Forgets a writer that is destroyed; its data would otherwise accumulate over reloads.
   void forget_writer(std::uint64_t writer);
 
  private:
   void note_seen(const MessageInfo& info);
   ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* listener, Executable* executable, const Clock& clock,
               Watchdog* watchdog, std::uint64_t id);
-  // What must be done when the lock is released again.
+  // Work to do after the lock is released.
   struct Loose {
     Block* evicted = nullptr;
     bool tell = false, poke = false;
@@ -135,43 +137,43 @@ class ReaderQueue {
   const Taking taking_;
   const bool keep_all_;
   const bool wants_history_;
-  // Shared: a writer that has not noticed yet that we are closed may come when our executor is gone.
+  // Shared: a writer that has not noticed yet that this queue is closed may use it after the executor is gone.
   const std::shared_ptr<FutexMutex> mutex_;
-  Executor* const executor_;  // null, as the next, for every listener but an executable
+  Executor* const executor_;  // null, like the next member, for every listener that is not an executable
   Executable* executable_;
-  std::size_t mask_;  // the ring's size, a power of two, less one
+  std::size_t mask_;  // the ring's size, a power of two, minus one
   std::unique_ptr<Block*[]> ring_;
   const std::size_t limit_;
-  std::size_t room_ = 0;  // up to where push_quickly() may go; none if more is to be done than to fill the ring
-  std::size_t head_ = 0;  // all that were ever taken out; the place of the oldest is what is left of it in the ring
+  std::size_t room_ = 0;  // limit for push_quickly(); 0 if a push needs more than filling the ring
+  std::size_t head_ = 0;  // number of messages ever taken; masked, the index of the oldest
   std::atomic<std::size_t> waiting_{0};
   bool enabled_;
   bool closed_ = false;
-  // Each is called under a lock of its own, so that close() can promise the end of that. Two, since a take() from within
-  // on_ready() may find that a message has expired, and tell.
+  // Each listener is called under its own lock, so that close() can guarantee that the calls have ended. There are two
+  // locks because a take() from within on_ready() may find an expired message and notify the other listener.
   FutexMutex listener_mutex_;
   ReadyListener* listener_;
   mutable FutexMutex status_mutex_;
   StatusListener* status_listener_;
   const Clock& clock_;
-  Watchdog* const watchdog_;  // null: somebody else calls watch() in time
+  Watchdog* const watchdog_;  // null: another thread calls watch() in time
   const std::uint64_t id_;
   DeadlineWatch deadline_;
   EndpointStatus totals_;
-  std::atomic<std::uint32_t> room_word_{0};  // moves when a message leaves while somebody waits for room
+  std::atomic<std::uint32_t> room_word_{0};  // changes when a message leaves while a thread waits for room
   std::uint32_t room_waiters_ = 0;
-  ReaderCounters counters_;   // but for what follows from head_ and waiting_
-  std::uint64_t unread_ = 0;  // of those taken out, those that went to nobody
+  ReaderCounters counters_;   // except the figures that follow from head_ and waiting_
+  std::uint64_t unread_ = 0;  // taken, but not delivered
   DurationHistogram latency_;
   std::atomic<std::uintptr_t> thread_{0};
   std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
-  const GraphWatch* links_ = nullptr;  // told when a message that a link brought leaves a KEEP_ALL queue
+  const GraphWatch* links_ = nullptr;  // notified when a message from a link leaves a KEEP_ALL queue
   std::shared_ptr<BufferLender> lender_;
-  std::uint64_t tapped_ = 0;  // the only writer that it hears; 0: it is no tap
+  std::uint64_t tapped_ = 0;  // the only writer that it reads; 0: it is not a tap
   bool witness_ = false;
   std::vector<std::uint64_t> counted_by_;  // as a witness
-  std::size_t looked_at_ = 0;              // of those that wait, the oldest
-  std::uint64_t released_early_ = 0;       // looked at, and gone before release()
+  std::size_t looked_at_ = 0;              // the oldest of the waiting messages
+  std::uint64_t released_early_ = 0;       // peeked at, and gone before release()
 };
 
 inline void ReaderQueue::append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) {
@@ -194,7 +196,7 @@ inline Block* ReaderQueue::take_quickly() {
   const std::size_t waiting = waiting_.load(std::memory_order_relaxed);
   if (waiting == 0) return nullptr;
   Block* const block = ring_[head_ & mask_];
-  // Only a message with a lifespan costs a look at the clock.
+  // Only a message with a lifespan costs a clock read.
   if (block->expires != kNeverExpires || room_waiters_ != 0 || links_ != nullptr) [[unlikely]]
     return nullptr;
   ++head_;

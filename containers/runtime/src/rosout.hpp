@@ -14,13 +14,14 @@
 
 namespace nacelle::runtime {
 
-/// Publishes the log on /rosout (rcl_interfaces/msg/Log), each line by the writer of the node whose logger has written it; lines of
-/// no node here are the container's own. Whoever logs only leaves a copy of the line, and the group's executor does the rest.
+/// Publishes the log on /rosout (rcl_interfaces/msg/Log), each line by the writer of the node whose logger has written
+/// it; other lines are published by the container's node. The logging thread only leaves a copy of the line; the
+/// group's executor publishes it.
 ///
 /// Threads: any.
 class Rosout final : LogListener, Executable {
  public:
-  /// `own_node` publishes what is nobody else's.
+  /// `own_node` publishes the lines that belong to no other node.
   Rosout(CallbackGroup& group, Transport& transport, const Clock& clock, const std::string& own_node);
   ~Rosout() override;
   Rosout(const Rosout&) = delete;
@@ -28,9 +29,9 @@ class Rosout final : LogListener, Executable {
 
   /// From now on the node publishes its lines itself.
   void add(const std::string& node);
-  /// What the node has written until now is published before it leaves.
+  /// Publishes the lines that the node has written before it leaves.
   void remove(const std::string& node);
-  /// Lines that found no room, ever.
+  /// Returns the number of lines that found no room so far.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:

@@ -12,8 +12,9 @@
 
 namespace nacelle::runtime {
 
-/// What a signal handler may know of a component: who it is, and the bytes that stop its hardware. Fixed memory that is given
-/// back but never freed, linked into one list of the process, so that a handler reads it at any moment without a lock.
+/// The data about a component that a signal handler can read: its identity, and the bytes that stop its hardware.
+/// Entries are fixed memory that is recycled but never freed, linked into one list of the process, so that a handler
+/// can read it at any time without a lock.
 struct CrashEntry {
   std::atomic<bool> in_use{true};
   CrashEntry* next = nullptr;
@@ -29,12 +30,12 @@ struct CrashEntry {
   static constexpr std::size_t kNoNumber = ~std::size_t{0};
 };
 
-/// The first entry, or null. Async-signal-safe, as everything here that only reads.
+/// Returns the first entry, or null. Async-signal-safe, like everything here that only reads.
 [[nodiscard]] const CrashEntry* first_crash_entry() noexcept;
-/// Copies the frames that are registered already to a watcher that has just been started.
+/// Copies the registered frames to a watcher that has just been started.
 void mirror_safe_stops() noexcept;
 
-/// A component's entry, from its host's construction to its end. Threads: one, but write() from any.
+/// A component's entry, from its host's construction to its destruction. Threads: one, but write() from any.
 class SafeStop {
  public:
   explicit SafeStop(const std::string& node);
@@ -43,13 +44,13 @@ class SafeStop {
   SafeStop& operator=(const SafeStop&) = delete;
 
   void set_image(const std::string& image);
-  /// Notes that the component becomes active now, for the age in a crash record.
+  /// Records that the component becomes active now, for the age in a crash record.
   void note_activation();
   void set(int descriptor, ByteView frame);
   void clear();
-  /// One attempt: the line is non-blocking, and whoever calls this has nobody to tell.
+  /// Makes one attempt: the line is non-blocking, and the caller could not report a failure.
   void write() const noexcept;
-  /// It has had a frame to write, now or before: the component moves something.
+  /// Returns whether it has ever had a frame to write, so the component moves something.
   [[nodiscard]] bool was_ever_set() const { return was_set_.load(std::memory_order_relaxed); }
 
  private:

@@ -23,26 +23,26 @@ using msgs::AnyMessage;
 
 class ServerPort;
 
-/// "std_srvs/srv/SetBool" from its request's type.
+/// Returns "std_srvs/srv/SetBool" from its request's type.
 [[nodiscard]] std::string service_type_of(const msgs::MessageType& request);
 
-/// Who answers which service of the container, and who calls it. Threads: any.
+/// The servers and clients of the container's services. Threads: any.
 class ServiceDirectory final : public ServiceGraph {
  public:
   void add(const std::string& name, const std::string& node, ServerPort& server);
-  /// Twice does no harm.
+  /// May be called twice.
   void remove(const std::string& name, ServerPort& server);
-  /// Returns the client's id. What is not known to the directory can call too, but only servers of this process.
+  /// Returns the client's id. A client that is not registered can call too, but only servers of this process.
   [[nodiscard]] std::uint64_t add_client(ServiceEndInfo client);
   void remove_client(std::uint64_t client);
-  /// Hands the call to a server that is open, to one of this process first; or returns false if there is none.
+  /// Passes the call to an open server, preferably of this process; returns false if there is none.
   [[nodiscard]] bool send(const std::string& name, const msgs::MessageType& request, Call call,
                           std::uint64_t client = 0);
   [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request,
                               std::uint64_t client = 0) const;
-  /// Of servers of this process.
+  /// For servers of this process.
   [[nodiscard]] bool is_ready(const std::string& name) const;
-  /// Why a call would go nowhere: no such service, another type, a server that is not active.
+  /// Returns why a call would not be delivered: no such service, another type, an inactive server.
   [[nodiscard]] Problem why_not(const std::string& name, const msgs::MessageType& request) const;
 
   // ServiceGraph
@@ -84,13 +84,14 @@ class ServerPort final : public Executable {
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
   void push(Call call);
-  /// Answers a call that the callback left open: see ServiceHandle.
+  /// Answers a call that the callback left unanswered: see ServiceHandle.
   bool send_response(std::int64_t call, void* response);
-  /// Tells every client that waits that there will be no answer, also those whose calls are being worked on or were left open.
+  /// Tells every waiting client that there will be no answer, including those whose calls are running or were left
+  /// unanswered.
   void refuse_all();
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
-  /// Null if it is not measured: 4 KiB less.
+  /// Null if it is not measured, which saves 4 KiB.
   [[nodiscard]] const CallbackStats* stats() const { return stats_.get(); }
   [[nodiscard]] const msgs::MessageType& response_type() const { return response_; }
 
@@ -104,9 +105,9 @@ class ServerPort final : public Executable {
   const ServiceCallback callback_;
   const std::atomic<bool>& open_;  // the node's lifecycle gate
   const Clock& clock_;
-  struct Open {  // whose callback runs, or has left the answer for later
+  struct Open {  // calls whose callback runs, or has postponed the answer
     std::int64_t last = 0;
-    std::map<std::int64_t, Asker> calls;  // who takes one out answers it
+    std::map<std::int64_t, Asker> calls;  // the thread that removes an entry answers it
   };
   bool answer_open(std::int64_t call, std::unique_ptr<AnyMessage> response);
   Guarded<std::list<Waiting>> calls_;
@@ -127,7 +128,7 @@ class ClientPort final : public Executable, private AnswerTaker {
   }
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
-  /// After this no server reaches the port any more.
+  /// After this no server uses the port any more.
   void detach() { *self_->lock() = nullptr; }
   [[nodiscard]] std::weak_ptr<Guarded<AnswerTaker*>> handle() const { return self_; }
   [[nodiscard]] const CallbackStats& stats() const { return stats_; }

@@ -11,13 +11,14 @@
 
 namespace nacelle::runtime {
 
-/// The rhythm of one timer on a clock that may stand, run at any pace and jump.
+/// The schedule of one timer on a clock that may pause, run at any rate and jump.
 ///
-/// Source: rcl's timer.c: a jump ahead gives one tick and the next multiple of the period; a jump to before the last tick starts a full
-/// period anew. Other than there, the first period begins with the first time that comes, not at 0.
+/// Source: rcl's timer.c: after a jump forward there is one tick, and then the next multiple of the period; a jump to
+/// before the last tick restarts a full period. Unlike there, the first period begins with the first time received, not
+/// at 0.
 class SimTicks {
  public:
-  /// `listener` is told of each tick; it outlives this.
+  /// `listener` is called at each tick; it must outlive this.
   SimTicks(Duration period, ReadyListener& listener) : period_(period), listener_(listener) {}
 
  private:
@@ -27,13 +28,14 @@ class SimTicks {
 
   const Duration period_;
   ReadyListener& listener_;
-  Duration last_{}, next_{};  // 0: no time has come yet
+  Duration last_{}, next_{};  // 0: no time received yet
   std::uint64_t skipped_ = 0;
 };
 
-/// The clock of nodes with use_sim_time: ROS time is what /clock said last, and 0 before it says anything, as in rclcpp.
+/// The clock of nodes with use_sim_time: ROS time is the last value of /clock, and 0 before the first one, as in
+/// rclcpp.
 ///
-/// The monotonic line stays the kernel's: watchdogs and control timeouts must run even while the simulation stands.
+/// Monotonic time stays the kernel's: watchdogs and control timeouts must run even while the simulation is paused.
 /// Threads: any. Allocates: for a new timer only.
 class SimClock final : public Clock, private ReadyListener {
  public:
@@ -44,12 +46,12 @@ class SimClock final : public Clock, private ReadyListener {
     return WallTime{Duration{time_ns_.load(std::memory_order_acquire)}};
   }
 
-  /// Starts a period now; also for one that is there already.
+  /// Starts a period now, also for a timer that was added before.
   void add(SimTicks& ticks);
-  /// Afterwards its listener is not told any more.
+  /// Afterwards its listener is not called any more.
   void remove(SimTicks& ticks);
   [[nodiscard]] bool has(const SimTicks& ticks) const;
-  /// Ticks that a jump ahead, or a pace faster than its period, left out.
+  /// Returns the number of ticks skipped by a jump forward, or by a rate faster than its period.
   [[nodiscard]] std::uint64_t skipped(const SimTicks& ticks) const;
 
  private:

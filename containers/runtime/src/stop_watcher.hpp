@@ -19,16 +19,17 @@ struct WatchedStop {
   std::array<std::uint8_t, 64> frame{};
 };
 
-/// A small process beside the container's that writes every registered stop frame when the container's process has ended, however
-/// it ended: SIGKILL, `_exit()`, a fault on a thread that blocks the fault signals or has no stack left. It shares the table of open
-/// files with the container (CLONE_FILES), so a frame's descriptor needs no copy and a `close()` of the driver takes effect at once.
-/// It blocks all signals but SIGKILL, leaves the process group, and ends right after the container.
+/// A small process beside the container's that writes every registered stop frame when the container's process has
+/// ended, in whatever way: SIGKILL, `_exit()`, a fault on a thread that blocks the fault signals or has no stack left.
+/// It shares the table of open files with the container (CLONE_FILES), so a frame's descriptor needs no copy and a
+/// `close()` of the driver takes effect at once. It blocks all signals but SIGKILL, leaves the process group, and ends
+/// right after the container.
 ///
-/// Where the kernel refuses the process, a warning is logged and nothing else changes. One per process.
+/// If the kernel refuses the process, a warning is logged and nothing else changes. One per process.
 /// Source: docs/adr/0019-a-watcher-process-writes-the-last-stop.md. Threads: made and destroyed by one.
 class StopWatcher final {
  public:
-  /// Components with a stop frame beyond this number are not watched; the crash handler still knows them.
+  /// Components with a stop frame beyond this number are not watched; the crash handler still writes theirs.
   static constexpr std::size_t kMost = 256;
 
   StopWatcher();

@@ -10,17 +10,17 @@
 
 namespace nacelle::runtime {
 
-/// Looks at the executors twice per handover_after while callbacks run, and sleeps without a deadline when all have been idle
-/// for a second: an idle robot costs no wake-up. Threads: any.
+/// Checks the executors twice per handover_after while callbacks run, and sleeps without a deadline when all have been
+/// idle for a second, so an idle robot costs no wake-ups. Threads: any.
 class Supervisor {
  public:
   explicit Supervisor(Executor::Limits limits);
   ~Supervisor() { stop(); }
   void add(Executor& executor);
   void remove(Executor& executor);
-  /// Nobody is looked at any more.
+  /// Stops checking all executors.
   void stop();
-  /// Returns when a look that is under way has ended: it may be about to report a callback that has just returned.
+  /// Waits for a running check, which may be about to report a callback that has just returned.
   void settle() { const std::lock_guard lock(mutex_); }
 
  private:

@@ -5,10 +5,10 @@
 
 namespace nacelle::runtime {
 
-/// True on an executor's threads: nothing may wait there for what another callback does.
+/// True on an executor's threads, which must not wait for another callback.
 inline thread_local bool this_thread_runs_callbacks = false;
 
-/// Tells threads apart at the price of an address.
+/// Identifies a thread at the cost of taking an address.
 inline std::uintptr_t this_thread_mark() { return reinterpret_cast<std::uintptr_t>(&this_thread_runs_callbacks); }
 
 }  // namespace nacelle::runtime

@@ -12,29 +12,29 @@
 
 namespace nacelle::runtime {
 
-/// Transitions that somebody has asked for and waits for elsewhere: those of one node one after the other, those of several beside
-/// each other. There is a thread for a node as long as one of its transitions is under way.
+/// Runs requested transitions while the requester waits on another thread: those of one node one after the other, those
+/// of several nodes in parallel. A node has a thread as long as one of its transitions runs.
 /// Threads: any.
 class TransitionLanes {
  public:
-  /// Nobody asks for so many transitions of one node at once.
+  /// The most transitions of one node that may wait.
   static constexpr std::size_t kMostWaiting = 16;
 
   TransitionLanes() = default;
-  /// Drops what waits, and waits for what runs.
+  /// Drops waiting transitions, and waits for running ones.
   ~TransitionLanes();
   TransitionLanes(const TransitionLanes&) = delete;
   TransitionLanes& operator=(const TransitionLanes&) = delete;
 
-  /// False: too many wait already.
+  /// Returns false if too many wait already.
   [[nodiscard]] bool push(std::uint64_t node, std::function<void()> job);
-  /// The node goes: what waits is dropped. Waits for nothing.
+  /// Drops the waiting transitions of a node that is being unloaded. Does not block.
   void drop(std::uint64_t node);
 
  private:
   struct Lane {
     std::deque<std::function<void()>> waiting;
-    bool busy = false;  // the errand is still to come back here
+    bool busy = false;  // the errand has not returned yet
     std::unique_ptr<Errand> errand;
   };
   using Lanes = std::map<std::uint64_t, Lane>;

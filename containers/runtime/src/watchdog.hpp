@@ -11,17 +11,17 @@
 
 namespace nacelle::runtime {
 
-/// Looks at what time breaks (deadlines, leases) when it is due, on a thread that exists from the first poke() on and sleeps in between.
-/// Real threads, so real time: MonotonicTime is CLOCK_MONOTONIC's here.
+/// Checks deadlines and leases when they are due, on a thread that exists from the first poke() on and sleeps in
+/// between. Real threads, so real time: MonotonicTime is CLOCK_MONOTONIC's here.
 class Watchdog {
  public:
-  /// `look` gets the time and returns when to look again at the latest.
+  /// `look` receives the time and returns the latest time of the next check.
   explicit Watchdog(std::function<MonotonicTime(MonotonicTime)> look) : look_(std::move(look)) {}
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// There is something to look at earlier than the last look has said. Threads: any; locks may be held.
+  /// Wakes the thread for a check earlier than the last one returned. Threads: any; locks may be held.
   void poke();
 
  private:

@@ -12,7 +12,7 @@ namespace nacelle::runtime {
 
 // What a container reports about its streams, callbacks and threads: figures, and pairs that do not match.
 
-/// How messages got from publish() to their callbacks; a latency means little without it. Two bits.
+/// How messages passed from publish() to their callbacks, which is needed to interpret a latency. Two bits.
 enum class HandedOver : std::uint8_t { Never = 0, Inline = 1, AcrossThreads = 2, Both = 3 };
 /// "inline" (on one thread), "across threads", "both", or "" for never.
 [[nodiscard]] const char* words_of(HandedOver way);
@@ -35,16 +35,16 @@ struct StreamReport {
   [[nodiscard]] double hz() const;
 };
 
-/// One reader of a stream, with what waits for it.
+/// One reader of a stream, with its waiting messages.
 struct ReaderReport {
   std::string topic, type, node;
-  bool other_process = false;  ///< A stand-in: it stands in a process of its own.
+  bool other_process = false;  ///< True for the proxy of a reader in another process.
   bool open = true;            ///< The lifecycle gate.
   bool keeps_all = false;
   std::size_t waiting = 0;  ///< Messages in its queue now ...
   std::size_t depth = 0;    ///< ... and how many it takes at most.
   std::uint64_t delivered = 0, overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0;
-  std::uint64_t deadline_missed = 0;  ///< Periods without a message, of the deadline that it asks for.
+  std::uint64_t deadline_missed = 0;  ///< Periods of its requested deadline that passed without a message.
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
 };
 
@@ -71,11 +71,11 @@ struct CallbackReport {
 struct ThreadReport {
   std::string executor;        ///< "executor" is the shared one.
   std::int32_t thread_id = 0;  ///< As in /proc/self/task.
-  const char* state = "";      ///< "serving", "late" (its callback overstays) or "spare"
+  const char* state = "";      ///< "serving", "late" (its callback runs too long) or "spare"
   Duration cpu{};              ///< Since it was started.
 };
 
-/// What a component costs. Reading a thread's CPU clock is a system call: about one callback in 128 is measured.
+/// The cost of a component. Reading a thread's CPU clock is a system call, so about one callback in 128 is measured.
 struct LoadReport {
   std::string node;
   std::uint64_t callbacks = 0;  ///< Callbacks that ran.
@@ -99,8 +99,8 @@ struct WiringReport {
   std::vector<std::string> writer_nodes;
   std::vector<std::string> owner_nodes;  ///< Nodes that take ownership of the message (Loan, unique_ptr).
   std::vector<std::string>
-      other_processes;       ///< Nodes of other processes that send it here or get it from here: a copy each.
-  std::uint64_t copies = 0;  ///< Per message, in publish() and on links: of the writer that makes most.
+      other_processes;       ///< Nodes of other processes that send it here or receive it from here: a copy each.
+  std::uint64_t copies = 0;  ///< Per message, in publish() and on links, for the writer that makes the most.
   std::uint64_t late = 0;    ///< Messages so far that were older than the given age when their callback began.
 };
 

@@ -5,7 +5,7 @@
 
 namespace nacelle::runtime {
 
-/// What executors run on. test/model puts simulated threads in its place, as it does with futex.hpp.
+/// The threads of executors. test/model replaces this header, and futex.hpp, with simulated ones.
 using Thread = std::thread;
 
 }  // namespace nacelle::runtime

@@ -3,10 +3,10 @@
 
 namespace nacelle::runtime {
 
-/// Links the thread guard into the program that calls this, and returns whether it is in force.
+/// Links the thread guard into the calling program, and returns whether it is active.
 ///
-/// The guard defines some functions of the C library anew. A program's definition takes precedence over the C library's, also for
-/// the calls of other libraries, so that it holds for every thread of the process that is made by pthread_create():
+/// The guard redefines some functions of the C library. A program's definition takes precedence over the C library's,
+/// also for calls from other libraries, so it applies to every thread of the process that is made by pthread_create():
 ///
 /// - `pthread_create`: the thread begins with an alternate signal stack and with the fault signals (SIGSEGV, SIGBUS, SIGFPE, SIGILL,
 ///   SIGABRT) unblocked, so that an overflow of its stack reaches the handler;

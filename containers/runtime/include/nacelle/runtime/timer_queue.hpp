@@ -10,18 +10,18 @@ namespace nacelle::runtime {
 
 inline constexpr MonotonicTime kNever{Duration::max()};
 
-/// Timers by the moment at which they are due: one deadline to sleep to, whatever their number.
+/// Timers ordered by due time: there is one deadline to sleep to, whatever their number.
 ///
 /// A binary heap that knows each timer's place in it, so that firing and canceling cost O(log n).
 /// Threads: under the executor's lock. Allocates: only while it grows.
 class TimerQueue {
  public:
-  /// The earliest moment at which a timer is due, or kNever.
+  /// Returns the earliest due time, or kNever.
   [[nodiscard]] MonotonicTime next_due() const { return next_due_; }
-  /// The timer that is due next; the queue is not empty.
+  /// Returns the timer that is due next. Precondition: the queue is not empty.
   [[nodiscard]] TimerBase& first() const { return *heap_.front(); }
   [[nodiscard]] std::size_t size() const { return heap_.size(); }
-  /// Adds a timer, or moves it to another moment.
+  /// Adds a timer, or changes its due time.
   void put(TimerBase& timer, MonotonicTime due);
   void remove(TimerBase& timer);
 
