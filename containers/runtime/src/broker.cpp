@@ -14,10 +14,11 @@
 namespace nacelle::runtime {
 namespace {
 
-// Of a topic that has lost all its endpoints, the report shows what went over it. A caller can open any number of names.
+// The report still shows topics without endpoints. Their number is limited, because a caller can open any number of
+// names.
 constexpr std::size_t kMostUnusedTopics = 256;
 
-// A message tells its writer's id wherever it goes (graph.hpp).
+// Messages carry their writer's id to other processes (graph.hpp).
 std::uint64_t first_id() {
   static std::atomic<std::uint64_t> brokers{0};
   return (static_cast<std::uint64_t>(::getpid()) << 40U) | ((brokers.fetch_add(1) & 0xFFU) << 32U) | 1U;
@@ -40,7 +41,7 @@ class BrokerReader final : public ProxyReader {
     leave();
     if (is_whole_) broker_.note_end(*topic_);
   }
-  /// From now on its end takes the broker's lock.
+  /// From now on its destruction takes the broker's lock.
   void be_whole() { is_whole_ = true; }
 
   Block* take() override { return queue_->take(); }
@@ -65,7 +66,7 @@ class BrokerReader final : public ProxyReader {
     queue_->set_enabled(enabled);
     broker_.links_.gate(queue_->id(), enabled);
     if (!enabled || !queue_->wants_history()) return;
-    // What was published while the gate was closed counts as history to a reader that asked for it.
+    // Messages published while the gate was closed are history for a reader that requests it.
     const std::lock_guard lock(topic_->mutex_);
     replay();
   }
@@ -153,14 +154,15 @@ std::shared_ptr<Topic> Broker::topic(const EndpointSpec& spec) {
   return known;
 }
 
-// An endpoint has left the topic. Endpoints are made under the broker's lock: a topic that is found empty stays so meanwhile.
+// Called when an endpoint has left the topic. Endpoints are made under the broker's lock, so a topic that is found
+// empty stays empty meanwhile.
 void Broker::note_end(Topic& topic) {
   const std::lock_guard lock(mutex_);
   {
     const std::lock_guard topic_lock(topic.mutex_);
     if (topic.place_unused_ || !topic.writers_.empty() || !topic.readers_.empty()) return;
   }
-  // Of two endpoints that end at once the second may find it forgotten.
+  // If two endpoints end at once, the second may find the topic already removed.
   const auto found = topics_.find({topic.name_, &topic.type_});
   if (found == topics_.end() || found->second.get() != &topic) return;
   topic.place_unused_ = unused_.insert(unused_.end(), &topic);
@@ -216,7 +218,7 @@ std::unique_ptr<ProxyReader> Broker::make_reader(std::shared_ptr<ReaderQueue> qu
 void Broker::retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool) {
   if (pool->outstanding() == 0) return;
   const std::lock_guard lock(mutex_);
-  // Those of writers that come and go with their peers: nobody else asks for them.
+  // Pools of proxies, which come and go with their peers, are swept only here.
   drop_what_is_home();
   retired_.push_back({spec.node, spec.topic, std::move(pool)});
 }
@@ -242,7 +244,7 @@ const msgs::MessageType* Broker::topic_type(const std::string& name) const {
   for (const auto& [key, topic] : topics_) {
     if (key.first != name) continue;
     const std::lock_guard topic_lock(topic->mutex_);
-    // Of two types on one name, the one that somebody sends.
+    // Of two types on one name, the one that is published.
     if (!topic->writers_.empty()) return key.second;
     if (!topic->readers_.empty() && read_only == nullptr) read_only = key.second;
   }

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// What the broker does for links to other processes: telling them of endpoints, and handing on what they bring.
+// SPDX-License-Identifier: Apache-2.0 The broker's services for links to other processes: reporting endpoints to them,
+// and passing on their messages.
 #include <algorithm>
 
 #include "broker_writer.hpp"
@@ -9,7 +9,7 @@
 namespace nacelle::runtime {
 namespace {
 
-/// A reader that is there to be judged and counted.
+/// A reader without a queue, which only takes part in matching and counting.
 class BrokerWitness final : public Witness {
  public:
   BrokerWitness(std::shared_ptr<Topic> topic, std::shared_ptr<ReaderQueue> queue, std::unique_ptr<ProxyReader> reader)
@@ -46,7 +46,8 @@ EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer,
 std::uint32_t Broker::join(GraphListener& listener) {
   const std::lock_guard lock(mutex_);
   const std::uint32_t link = next_link_++;
-  // Before the look: nothing is made under the broker's lock, and an end that goes meanwhile is told after it, or is not seen.
+  // Before the endpoints are read: none is made under the broker's lock, and one that ends meanwhile is reported
+  // afterwards, or is not seen.
   links_.add(link, listener);
   for (const auto& [key, topic] : topics_) {
     const std::lock_guard topic_lock(topic->mutex_);
@@ -80,7 +81,7 @@ std::unique_ptr<ProxyReader> Broker::create_tap(const EndpointInfo& writer, std:
   auto queue = std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), next_id_++);
   queue->be_tap_of(writer.id);
   tap = make_reader(queue);
-  // A process sends only what somebody here reads; nobody else is to know.
+  // A process sends only topics with a reader here, and other processes need not know this reader.
   if (writer.spec.via != 0) links_.made(info_of(spec, queue->id(), false, true), writer.spec.via);
   return tap;
 }
@@ -138,7 +139,7 @@ void BrokerWriter::relay(Block& block, const MessageInfo& info, MonotonicTime ex
   block.expires = expires;
   block.via = spec_.via;
   thread_.set(this_thread_mark());
-  // History that is sent for a late joiner has been counted when it was new.
+  // History sent for a late joiner was counted when it was new.
   if (info.sequence > last_relayed_) {
     last_relayed_ = info.sequence;
     const auto sent_ns = static_cast<std::uint64_t>(info.source_time.nanoseconds());
@@ -164,7 +165,8 @@ void BrokerWriter::relay(Block& block, const MessageInfo& info, MonotonicTime ex
     chosen_.push_back(reader.get());
     if (reader->taking() == Taking::Own) ++owners;
   }
-  // As distribute(): beside readers every owner gets a copy; with owners only, the last one gets the original.
+  // As in distribute(): if there are non-owning readers, every owner gets a copy; with owners only, the last one gets
+  // the original.
   const std::size_t sharers = chosen_.size() - owners;
   if (sharers != 0) block.references.fetch_add(static_cast<std::uint32_t>(sharers), std::memory_order_relaxed);
   bool given = false;
@@ -175,7 +177,7 @@ void BrokerWriter::relay(Block& block, const MessageInfo& info, MonotonicTime ex
       pass_on(*reader, block);
       break;
     }
-    Block& copy = *copy_of(block, *pool_);  // a stand-in's pool has no limit
+    Block& copy = *copy_of(block, *pool_);  // a proxy's pool has no limit
     copy.via = spec_.via;
     pass_on(*reader, copy);
   }

@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// What the broker tells of its streams: counters, and pairs that do not fit.
+// SPDX-License-Identifier: Apache-2.0 The broker's reports about its streams: counters, and incompatible pairs.
 #include <algorithm>
 
 #include "broker_writer.hpp"
@@ -10,20 +9,21 @@
 namespace nacelle::runtime {
 namespace {
 
-// Silent only for a node that reads both types, as a base takes Twist and TwistStamped on one name.
+// Not reported only for a node that reads both types, like a base that takes Twist and TwistStamped on one name.
 bool reads_also(const Topic& topic, const EndpointSpec& reader) {
   return std::ranges::any_of(topic.readers_, [&](const auto& other) { return other->spec().node == reader.node; });
 }
 
-// One on the network whose QoS no publisher here serves gets nothing, and the second subscription of a node (unless_offered) only
-// what its first one does not.
+// A remote reader whose QoS no publisher here satisfies gets nothing. The second subscription of a node
+// (unless_offered) gets only what its first one does not.
 bool counts_as_reader(const Topic& topic, const ReaderQueue& reader) {
   if (is_tool(reader.spec())) return false;
   if (!reader.is_witness() && !reader.spec().unless_offered) return true;
   return std::ranges::any_of(topic.writers_, [&](const BrokerWriter* writer) { return writer->is_read_by(reader); });
 }
 
-// A node may ask for more in a second subscription (a promise of liveliness), and miss nothing of who does not offer it.
+// A node may request more in a second subscription (liveliness), and still receive publishers that do not offer it
+// through its first.
 bool hears(const Topic& topic, const std::string& node, const EndpointSpec& writer) {
   return std::ranges::any_of(topic.readers_, [&](const auto& reader) {
     return reader->spec().node == node && matches(writer, reader->spec());
@@ -65,7 +65,8 @@ void add(ReaderCounters& to, const ReaderCounters& more) {
   to.rehomed += more.rehomed;
 }
 
-// Under the broker's lock. Topics of one name lie beside each other, and only two locks are ever held, in the map's order.
+// Under the broker's lock. Topics of one name are adjacent in the map, and only two locks are ever held, in the map's
+// order.
 template <typename F>
 void Broker::for_each_type_clash(F&& found) const {
   for (auto first = topics_.begin(); first != topics_.end(); ++first) {
@@ -87,7 +88,7 @@ void Broker::for_each_type_clash(F&& found) const {
 }
 
 void Broker::tell_type_clashes() {
-  // Made anew, so that pairs that are gone do not stay.
+  // Built anew, so that pairs that no longer exist are not kept.
   std::set<std::pair<std::uint64_t, std::uint64_t>> told;
   for_each_type_clash([&](BrokerWriter& writer, ReaderQueue& reader) {
     const std::pair pair{writer.id(), reader.id()};
@@ -134,7 +135,7 @@ WiringReport Broker::wiring(const std::string& name, Duration age) const {
       std::size_t owners = 0, sharers = 0, links = 0;  // a message is copied on its way to or from another process
       if (writer->spec().via != 0) ++links;
       for (const auto& reader : topic->readers_) {
-        // Who listens on the network is not of the robot's wiring, and may come and go.
+        // Remote readers are not part of the robot's wiring, and may come and go.
         if (reader->is_tap() || reader->is_witness() || !matches(writer->spec(), reader->spec())) continue;
         ++(reader->taking() == Taking::Own ? owners : sharers);
         if (reader->spec().via != 0) {
@@ -142,7 +143,7 @@ WiringReport Broker::wiring(const std::string& name, Duration age) const {
           report.other_processes.push_back(reader->spec().node);
         }
       }
-      // As BrokerWriter::distribute(): the last owner gets the original where nobody shares it.
+      // As in BrokerWriter::distribute(): the last owner gets the original if no other reader shares it.
       const bool shared = sharers != 0 || writer->spec().qos.resolved().durability() == Durability::TransientLocal;
       const std::size_t copied = shared || owners == 0 ? owners : owners - 1;
       report.copies = std::max<std::uint64_t>(report.copies, copied + links);

@@ -13,13 +13,14 @@
 namespace nacelle::runtime {
 namespace {
 
-// What the queues may need is made at once while it is small. A queue of large messages that fills for the first time pays
-// then: most never do, and the pages of their messages would be the greater part of a robot's memory. But what goes round
-// without a queue (one to fill, one that waits, one in a callback) is there from the first message on.
+// Small messages for the whole depth of the queues are allocated at once. A queue of large messages allocates when it
+// first fills: most queues never do, and the pages of their messages would be the greater part of a robot's memory. The
+// messages that circulate even with empty queues (one being filled, one waiting, one in a callback) are allocated with
+// the first message.
 constexpr std::size_t kReserveBytes = std::size_t{512} * 1024, kReserveMessages = 3;
 
 Duration lease_of(const QoS& qos) {
-  // Automatic liveliness is the process's own: while it lives, its writers do.
+  // With automatic liveliness, a writer is alive as long as the process is.
   return qos.liveliness() == Liveliness::ManualByTopic ? qos.liveliness_lease_duration() : Duration::zero();
 }
 
@@ -49,7 +50,7 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
   if (!is_tool(spec_)) {
     for (const auto& reader : topic_->readers_) introduce(*this, *reader);
   }
-  // A writer that joins a running graph makes its messages now, not in the middle of its first publish().
+  // A writer that joins a running graph allocates its messages now, not during its first publish().
   refresh_routes();
   Block* const blank = pool_->borrow();
   reserve(*blank);
@@ -73,13 +74,13 @@ BrokerWriter::~BrokerWriter() {
   if (is_whole_) broker_.note_end(*topic_);
 }
 
-// From a pool with a limit, or for a reader in another process.
+// For a pool with a limit, or for a reader in another process.
 Block* BrokerWriter::borrow_slowly() {
   Block* const block = pool_->borrow();
   if (lender_ && block != nullptr) lender_->prepare(id_, *block);
   if (!bounded_) return block;
   const bool dry = block == nullptr || pool_->is_spare(*block);
-  // A fault is told when the pool runs dry, not for each message from then on.
+  // The fault is reported once when the pool runs dry, not for each message.
   if (dry && !was_dry_ && spec_.qos.when_dry() == PoolPolicy::Fail && spec_.on_fault)
     spec_.on_fault("POOL_DRY",
                    fmt::format("{}: its readers keep all {} messages that their depths allow; let them keep fewer, "
@@ -114,7 +115,7 @@ PublishResult BrokerWriter::publish(Block& block) {
   address(block, now, now);
   if (sole_ == nullptr || topic_version_.load(std::memory_order_acquire) != routes_version_)
     return publish_slowly(block, now);
-  // One reader, and nothing else to be done, as most streams are: our reference becomes its.
+  // One reader and no further work, as in most streams: the caller's reference becomes the reader's.
   const std::atomic<std::uint32_t>* called = nullptr;
   FutexMutex& mutex = sole_->mutex();
   mutex.lock();
@@ -137,7 +138,7 @@ PublishResult BrokerWriter::repeat(Block& block, MonotonicTime source_time) {
   return publish_slowly(block, now);
 }
 
-// Several readers, a contract, a history, or copies to make; or something has changed.
+// The general case: several readers, a contract, a history or copies, or a changed set of readers.
 PublishResult BrokerWriter::publish_slowly(Block& block, MonotonicTime now) {
   if (is_plain_ && block.info.sequence != 1 && topic_version_.load(std::memory_order_acquire) == routes_version_)
     return distribute(block);
@@ -153,7 +154,7 @@ PublishResult BrokerWriter::publish_slowly(Block& block, MonotonicTime now) {
     update_routes(block);
     return distribute(block);
   }
-  // A late joiner is served under the same lock, so that it gets each message once and in order.
+  // A late joiner gets its history under the same lock, so that it receives each message once and in order.
   const std::lock_guard lock(topic_->mutex_);
   if (topic_->version_.load(std::memory_order_relaxed) != routes_version_) {
     refresh_routes();
@@ -170,7 +171,8 @@ void BrokerWriter::update_routes(const Block& block) {
   reserve(block);
 }
 
-// Before anything is handed over, and without a lock: others may fill the room again, then the refusal is counted.
+// Before any reader gets the message, and without a lock: other writers may fill the room again; then the refusal is
+// counted.
 void BrokerWriter::wait_for_room(const Block& block, MonotonicTime now) {
   if (this_thread_runs_callbacks) return;
   update_routes(block);
@@ -344,7 +346,7 @@ void BrokerWriter::replay(ReaderQueue& reader) {
       reader.push(*block);
       continue;
     }
-    // Our own pool is the writer's thread's; a joining reader comes on another.
+    // The writer's own pool belongs to its thread; a reader joins on another thread.
     if (!replay_pool_) replay_pool_ = std::make_unique<MessagePool>(*spec_.type);
     reader.push(*copy_of(*block, *replay_pool_));  // this pool has no limit
   }
@@ -360,13 +362,13 @@ void BrokerWriter::refresh_routes() {
     deepest = std::max(deepest, reader->spec().qos.resolved().queue_capacity());
   }
   deepest_ = deepest;
-  // With a reader of our own, or a history, beside it, what was lent would be read here while it is used again there.
+  // If there is also a local reader, or a history, lent memory would be read here while it is reused there.
   lender_ = spec_.type->holds_buffers && !keeps_history_ && routes_.size() == 1 ? routes_.front()->lender() : nullptr;
   sort_routes();
   routes_version_ = topic_->version_.load(std::memory_order_relaxed);
 }
 
-// Who gets the original and who a copy: decided when a reader comes or goes, not for each message.
+// Decides which readers get the original and which a copy, when a reader comes or goes, not for each message.
 void BrokerWriter::sort_routes() {
   originals_.clear();
   copied_.clear();
@@ -385,8 +387,8 @@ void BrokerWriter::sort_routes() {
   copied_.pop_back();
 }
 
-// The queues of all sharers hold the same last messages, those of each further owner copies of them; beside those, each reader
-// has one in its callback and perhaps keeps one, and we fill one.
+// The queues of all sharers hold the same last messages, and those of each further owner hold copies of them. In
+// addition, each reader has one message in its callback and may keep one, and the writer fills one.
 void BrokerWriter::reserve(const Block& block) {
   const std::size_t copies = owners_ > 1 ? owners_ - 1 : 0;
   const std::size_t wanted = deepest_ * (1 + copies) + 2 * routes_.size() + 1;
@@ -395,13 +397,13 @@ void BrokerWriter::reserve(const Block& block) {
   pool_->reserve(std::min(wanted, most_in_reserve(block)), block.message);
 }
 
-// How many messages like this one are made before they are needed.
+// Returns how many messages like this one are allocated before they are needed.
 std::size_t BrokerWriter::most_in_reserve(const Block& block) const {
   if (!spec_.reserves) return kReserveMessages;
   return std::max(kReserveMessages, kReserveBytes / (spec_.type->size + spec_.type->encoded_size(block.message)));
 }
 
-// Null when the pool is dry.
+// Returns null if the pool is dry.
 Block* BrokerWriter::copy_of(const Block& block, MessagePool& pool) {
   Block* const copy = pool.borrow_regular();
   if (copy == nullptr) return nullptr;
@@ -413,10 +415,11 @@ Block* BrokerWriter::copy_of(const Block& block, MessagePool& pool) {
   return copy;
 }
 
-// Hands the message to those who get the original. Neighbours who share a lock, as the readers of one executor do, are served
-// under one hold of it.
+// Passes the message to the readers that get the original. Adjacent readers that share a lock, such as those of one
+// executor, are served under one hold of it.
 bool BrokerWriter::hand_over(Block& block) {
-  // All references in one step. Ours is the last one's: it keeps the message alive until that push.
+  // Takes all references in one step. The caller's reference becomes the last reader's: it keeps the message alive
+  // until that push.
   const auto count = static_cast<std::uint32_t>(originals_.size());
   if (block.references.load(std::memory_order_relaxed) == 1) [[likely]] {
     block.references.store(count, std::memory_order_relaxed);
@@ -429,7 +432,7 @@ bool BrokerWriter::hand_over(Block& block) {
   const auto release = [&] {
     if (held == nullptr) return;
     std::exchange(held, nullptr)->unlock();
-    // Whoever is woken here on our own CPU takes it over at once, and must not run into a lock of ours.
+    // The woken thread may take over this CPU at once, and must not block on a lock that this thread holds.
     if (called != nullptr) [[unlikely]]
       futex_wake(*std::exchange(called, nullptr), 1);
   };
@@ -448,7 +451,8 @@ bool BrokerWriter::hand_over(Block& block) {
   return refused;
 }
 
-// With a reader (or a history) present every owner gets a copy; with owners only, the last one gets the original.
+// If there is a non-owning reader or a history, every owner gets a copy; with owners only, the last one gets the
+// original.
 PublishResult BrokerWriter::distribute(Block& block) {
   bool refused = false;
   for (ReaderQueue* const owner : copied_) {

@@ -50,7 +50,7 @@ std::vector<BudgetEvent> BudgetWatch::look(const Container& container, Monotonic
   container.report_streams(streams_);
   for (Entry& entry : entries_) {
     if (entry.budget.min_hz) {
-      // Of two types on one name, the one that is sent.
+      // Of two types on one name, the one that is published.
       const StreamReport* found = nullptr;
       for (const StreamReport& stream : streams_) {
         if (stream.name == entry.budget.topic && (found == nullptr || stream.published > found->published))
@@ -72,7 +72,7 @@ void BudgetWatch::look_at_rate(Entry& entry, const StreamReport* stream, Monoton
     const double seconds = to_seconds(now - *entry.rate_since);
     if (seconds < std::max(0.5, 2.0 / min_hz)) return;
     const auto messages = published - entry.published;
-    // One message may fall on either side of the window's ends.
+    // Tolerates one message at either end of the window.
     const bool slow = static_cast<double>(messages + 1) < min_hz * seconds;
     if (slow != std::exchange(entry.slow, slow)) {
       std::string cause = fmt::format("{} messages in {:.1f} s", messages, seconds);

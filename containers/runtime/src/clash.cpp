@@ -48,12 +48,12 @@ void introduce(BrokerWriter& writer, ReaderQueue& reader) {
   if (writer.spec().type == reader.spec().type && leaves_to_another(reader.spec(), writer.spec())) return;
   const auto clashes = clashes_between(writer.spec(), reader.spec());
   if (clashes.empty()) {
-    if (reader.is_witness()) return;  // as soon as its messages find their way to whom it stands for
+    if (reader.is_witness()) return;  // it matches only while its messages can reach the reader that it represents
     writer.note_matched();
     reader.note_matched();
     return;
   }
-  // One count per pair, as in DDS; all policies are in the text.
+  // One count per pair, as in DDS; the text names all policies.
   std::string text;
   for (const auto& clash : clashes) text += (text.empty() ? "" : "\n") + clash.text();
   writer.note_clash(clashes.front().policy, text);

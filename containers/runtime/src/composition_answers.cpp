@@ -20,7 +20,8 @@ using nacelle_interfaces::srv::GetComponents;
 using nacelle_interfaces::srv::LoadComponent;
 using nacelle_interfaces::srv::UnloadComponent;
 
-// Of LoadNode and LoadComponent, whose fields have the same names. Errors: std::invalid_argument in words for the caller.
+// For LoadNode and LoadComponent, whose fields have the same names. Errors: std::invalid_argument with a text for the
+// caller.
 template <typename Request>
 LoadRequest request_of(const Request& asked, const std::string& plugin) {
   LoadRequest wanted;

@@ -28,7 +28,7 @@ const char* callback_of(Transition transition) {
   return "?";
 }
 
-// What the state machine refuses runs no callback, so it is no fault of the component.
+// A transition that the state machine refuses runs no callback, so it is not a fault of the component.
 bool is_allowed(Transition transition, StateId from) {
   switch (transition) {
     case Transition::Configure: return from == StateId::Unconfigured;
@@ -80,7 +80,7 @@ std::shared_ptr<Record> Container::Impl::record(std::uint64_t id) const {
   return found == records.end() ? nullptr : found->second;
 }
 
-// Under the lock: who unloads takes the runtime away.
+// Under the lock, because an unload moves the runtime out.
 std::string Container::Impl::why_not_wait_for(const Record& record) const {
   const std::lock_guard lock(mutex);
   if (!record.runtime) return {};
@@ -91,7 +91,7 @@ Container::Container(ContainerOptions options, const Clock& clock)
     : impl_(std::make_unique<Impl>(*this, std::move(options), clock)) {}
 
 Container::~Container() {
-  impl_->services.reset();  // nobody loads any more
+  impl_->services.reset();  // from here on there are no load requests
   for (;;) {
     std::uint64_t last = 0;
     {
@@ -104,7 +104,8 @@ Container::~Container() {
   }
   impl_->node_services.reset();
   impl_->sweep();
-  // A thread that hangs in a component cannot be joined, and what it uses must stay: the process ends with it.
+  // A thread that hangs in a component cannot be joined, and the memory that it uses must stay valid until the process
+  // ends.
   if (!impl_->abandoned.empty()) {
     impl_->log.error("{} component(s) hang; their threads end with the process", impl_->abandoned.size());
     impl_->supervisor.stop();
@@ -180,7 +181,7 @@ TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
       callback_of(transition),
       [impl = impl_.get(), record, transition, run, was_allowed] {
         run->began = true;
-        // A way up begins without the old reason; what goes wrong from here on counts, also on other threads.
+        // A configure or activate clears the old reason; faults from here on count, also on other threads.
         const bool up = transition == Transition::Configure || transition == Transition::Activate;
         if (up && was_allowed) *record->fault.lock() = {};
         const StateWatch watch = impl->watch_states(*record);

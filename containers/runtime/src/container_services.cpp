@@ -29,7 +29,7 @@ NodeIdentity identity_of(std::string name, const std::string& name_space) {
   return {std::move(name), name_space};
 }
 
-/// Of a container that nobody composes by a plan.
+/// The host of a container without a launch file.
 class Plain final : public CompositionHost {
  public:
   explicit Plain(Container& container) : container_(container) {}
@@ -58,7 +58,7 @@ class Plain final : public CompositionHost {
   Container& container_;
 };
 
-// Each service's place for words.
+// Each service type's field for the error text.
 template <typename Response>
 void refuse(Response& response, const char* why) {
   if constexpr (requires { response.error_message; }) {

@@ -31,13 +31,13 @@
 namespace nacelle::runtime {
 namespace {
 
-// A handler has no argument of ours: what it touches is static.
+// A signal handler has no user argument, so its data is static.
 constexpr std::array<int, 5> kSignals{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, kSignals.size()> before{};
 std::array<char, 4096> record_file{};
 std::array<char, 64> container_name{};
 std::atomic<bool> installed{false};
-std::atomic<pid_t> watched_process{0};  // a child that it forks is none of ours
+std::atomic<pid_t> watched_process{0};  // forked children are not watched
 std::atomic<pid_t> crashing{0};         // the thread that writes the record
 constexpr std::size_t kFrames = 48;
 constexpr unsigned kRecordSeconds = 3;  // to write the record in
@@ -53,7 +53,7 @@ const char* name_of(int number) noexcept {
   }
 }
 
-// Text for a signal handler: no heap, no locale, out by write().
+// Text output for a signal handler: no heap, no locale, only write().
 class Lines {
  public:
   explicit Lines(int file) : file_(file) {}
@@ -145,7 +145,7 @@ bool show_owners(Lines& out, const Place& place) noexcept {
   return any;
 }
 
-// Why the process ends: a signal, or a function that was called (`call`, with `status`).
+// The reason for the end: a signal, or a called function (`call`, with `status`).
 struct Cause {
   int signal = 0;
   const siginfo_t* info = nullptr;
@@ -165,7 +165,7 @@ void show_cause(Lines& out, const Cause& cause) noexcept {
   if (cause.signal != SIGABRT) (out << " at address ").hex(reinterpret_cast<std::uintptr_t>(cause.info->si_addr));
 }
 
-// How long the youngest component that `is_meant` selects has been there.
+// Returns the age of the youngest component that `is_meant` selects.
 template <typename Selects>
 void show_age(Lines& out, const timespec& now, const Selects& is_meant) noexcept {
   const CrashEntry* youngest = nullptr;
@@ -210,7 +210,7 @@ void write_record(const Cause& cause, unsigned stops) noexcept {
     if (*runs.name == '/') out << "stream: " << runs.name << "\n";
     show_age(out, steady, [&](const CrashEntry& entry) { return std::strcmp(entry.node.data(), runs.node) == 0; });
   }
-  Place named;  // whose symbol the record names
+  Place named;  // the place whose symbol the record names
   if (cause.signal != 0) {
     named = place_of(program_counter(cause.context));
     out << "library: ";
@@ -218,10 +218,10 @@ void write_record(const Cause& cause, unsigned stops) noexcept {
     out << "\n";
   }
   bool is_caller = false;
-  out.flush();  // what follows reads a stack that may be broken
+  out.flush();  // the next part reads a stack that may be corrupt
   std::array<void*, kFrames> frames{};
   const int count = ::backtrace(frames.data(), kFrames);
-  // abort() dies in the C library: whose code led there is further up.
+  // abort() crashes in the C library: the responsible code is further up the stack.
   for (int i = 0; i < count; ++i) {
     const Place caller = place_of(frames[static_cast<std::size_t>(i)]);
     bool is_theirs = false;
@@ -256,12 +256,12 @@ void write_record(const Cause& cause, unsigned stops) noexcept {
   if (file >= 0) ::close(file);
 }
 
-// All that is to be done before the process ends. The stop frames go first, and once more after the record: other threads ran on
-// meanwhile, and a control loop has written its next command over the stop.
+// Everything to do before the process ends. The stop frames are written first, and once more after the record: other
+// threads kept running, and a control loop may have written its next command after the stop.
 void stop_and_record(const Cause& cause) noexcept {
   const unsigned stops = write_all_safe_stops();
-  // Whoever reads stderr may not; a process that is neither dead nor alive would keep the motor board content.
-  // The alarm must find a thread that does not block it, whatever this one did before.
+  // stderr may not be read, and a process stuck in write() would keep the motor board's watchdog satisfied, hence the
+  // alarm. It needs a thread that does not block it, whatever this one did before.
   ::signal(SIGALRM, SIG_DFL);
   sigset_t alarm_only;
   sigemptyset(&alarm_only);
@@ -274,13 +274,13 @@ void stop_and_record(const Cause& cause) noexcept {
 }
 
 void on_crash(int number, siginfo_t* info, void* context) {
-  pid_t nobody = 0;
-  if (const pid_t self = ::gettid(); !crashing.compare_exchange_strong(nobody, self)) {
-    // A second thread that crashes meanwhile has nothing to add, and must not end the process before the record is whole.
-    if (nobody != self) {
+  pid_t first = 0;
+  if (const pid_t self = ::gettid(); !crashing.compare_exchange_strong(first, self)) {
+    // A second thread that crashes meanwhile must not end the process before the record is complete.
+    if (first != self) {
       for (;;) ::pause();
     }
-    // What is being written led to the next crash (a broken stack): the record ends here, and so does the process.
+    // Writing the record caused this crash (a corrupt stack): the record ends here, and so does the process.
     static_cast<void>(write_all_safe_stops());
     ::signal(number, SIG_DFL);
     sigset_t these;
@@ -295,7 +295,8 @@ void on_crash(int number, siginfo_t* info, void* context) {
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before[i], nullptr);
   crashing = 0;
   errno = saved;
-  // A fault of the code happens again when this returns, and then takes its course; one that was sent has to be sent again.
+  // A fault of the code happens again when this returns, now with the default action. A signal that was sent must be
+  // sent again.
   if (info->si_code <= 0) ::raise(number);
 }
 
@@ -310,9 +311,9 @@ void unblock_fault_signals() noexcept {
 
 void record_exit(const char* call, int status) noexcept {
   if (!installed || ::getpid() != watched_process) return;
-  pid_t nobody = 0;
-  if (const pid_t self = ::gettid(); !crashing.compare_exchange_strong(nobody, self)) {
-    if (nobody == self) return;
+  pid_t first = 0;
+  if (const pid_t self = ::gettid(); !crashing.compare_exchange_strong(first, self)) {
+    if (first == self) return;
     for (;;) ::pause();
   }
   stop_and_record({.call = call, .status = status});
@@ -327,7 +328,7 @@ CrashHandler::CrashHandler(const std::string& file, const std::string& container
   std::ranges::copy(file, record_file.begin());
   container_name.fill('\0');
   std::copy_n(container.begin(), std::min(container.size(), container_name.size() - 1), container_name.begin());
-  // The first call loads a library; in a handler it would be too late for that.
+  // The first call loads a library, which a handler must not do.
   std::array<void*, 2> frames{};
   static_cast<void>(::backtrace(frames.data(), static_cast<int>(frames.size())));
   struct sigaction action {};
@@ -335,7 +336,7 @@ CrashHandler::CrashHandler(const std::string& file, const std::string& container
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;
   sigemptyset(&action.sa_mask);
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before[i]);
-  // Whoever started this process may have blocked them.
+  // The parent process may have blocked them.
   unblock_fault_signals();
   watched_process = ::getpid();
   static const bool hears_of_exits = [] {

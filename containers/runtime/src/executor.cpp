@@ -17,7 +17,7 @@ namespace nacelle::runtime {
 thread_local Executor::Worker* Executor::Worker::here = nullptr;
 
 void Executable::on_ready() noexcept {
-  // Most messages of a busy stream find the thing queued already.
+  // For most messages of a busy stream, the executable is queued already.
   if (queued_.load(std::memory_order_relaxed)) return;
   home_.executor().post(*this);
 }
@@ -40,8 +40,8 @@ void Executor::start() {
     start_worker();
     ++called_;
   }
-  // The spare stands by from the start: the moment in which a callback overstays is a bad one to make a thread in. Threads of
-  // a component's own have nobody else to serve.
+  // The spare exists from the start, because the moment in which a callback runs too long is a bad one to make a
+  // thread. Executors of a single component need none: they serve no other component.
   if (policy_.own) return;
   start_worker();
   workers_.back()->state = Worker::State::Spare;
@@ -52,7 +52,7 @@ void Executor::stop() {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
     for (const auto& worker : workers_) {
-      worker->state = Worker::State::Spare;  // takes nothing more
+      worker->state = Worker::State::Spare;  // takes no more work
       worker->word.store(worker->word.load() + 1);
     }
   }
@@ -73,7 +73,7 @@ void Executor::start_worker() {
   }
 }
 
-// The first ready thing that may run; what may not waits in its node's backlog.
+// Returns the first ready executable that may run; moves those that may not to their node's backlog.
 inline Executable* Executor::pop() {
   while (Executable* const first = ready_.pop_front()) {
     if (admits(*first)) return first;
@@ -101,7 +101,7 @@ void Executor::hold_back(Executable& executable) {
 void Executor::fire_due_timers(MonotonicTime now) {
   while (timers_.next_due() <= now) {
     TimerBase& timer = timers_.first();
-    // A late tick is not made up for: the next one is the next multiple of the period.
+    // A late tick is skipped: the next one is the next multiple of the period.
     const auto missed = (now - timer.due_) / timer.period_;
     const bool waits = timer.queued_.load(std::memory_order_relaxed);
     timer.skipped_ += static_cast<std::uint64_t>(missed) + (waits ? 1 : 0);
@@ -111,8 +111,9 @@ void Executor::fire_due_timers(MonotonicTime now) {
   }
 }
 
-// Whom to wake before the lock is released; the caller wakes it afterwards. The promise of docs/wake_up.md: while something is
-// ready or a timer is unwatched, no thread sleeps unless one is on its way that will look.
+// Chooses, before the lock is released, the thread to wake; the caller wakes it afterwards. The invariant of
+// docs/wake_up.md: while something is ready or a timer is unwatched, no thread sleeps unless a called one is on its
+// way.
 Executor::Worker* Executor::choose_sleeper() {
   const bool timer = timers_.next_due() < kept_until_;
   if (ready_.empty() && !timer) return nullptr;
@@ -120,10 +121,10 @@ Executor::Worker* Executor::choose_sleeper() {
   for (const auto& worker : workers_) {
     if (worker->state != Worker::State::Sleeping) continue;
     chosen = worker.get();
-    // The one that watches the timers stays where it is if another can come, and is the one whom an earlier timer concerns.
+    // The thread that watches the timers is woken only if no other sleeps, or for an earlier timer.
     if ((chosen == keeper_) == (timer && keeper_ != nullptr)) break;
   }
-  if (chosen == nullptr) return nullptr;  // nobody sleeps
+  if (chosen == nullptr) return nullptr;  // no thread sleeps
   call(*chosen);
   return chosen;
 }
@@ -191,7 +192,7 @@ void Executor::work(Worker& self) {
     mutex_.unlock();
     if (to_wake != nullptr) futex_wake(to_wake->word, 1);
     run(self, *next, message, now);
-    // The end of one callback is the start of the next: one look at the clock for both.
+    // The end of one callback is the start of the next: one clock read serves both.
     now = clock_.now();
     mutex_.lock();
     finish(self, now);
@@ -199,7 +200,7 @@ void Executor::work(Worker& self) {
   mutex_.unlock();
 }
 
-// Takes the lock with it: sleeps until called, or until the next timer is due if nobody else watches it.
+// Releases the lock, and sleeps until called, or until the next timer is due if no other thread watches it.
 void Executor::rest(Worker& self) {
   self.running = nullptr;
   self.group = nullptr;
@@ -216,7 +217,7 @@ void Executor::rest(Worker& self) {
   Worker* const to_wake = next_to_call();
   mutex_.unlock();
   if (to_wake != nullptr) futex_wake(to_wake->word, 1);
-  // Whoever calls from here on has changed the word: then this returns at once.
+  // A caller from here on changes the word, so the wait returns at once.
   if (until == kNever) {
     futex_wait(self.word, word);
   } else {
@@ -239,7 +240,8 @@ void Executor::rest(Worker& self) {
       begin_transition(self, executable);
       return nullptr;
     }
-    // Noted here and not by the callback: a next tick may become ready, and change the moment, before the callback has begun.
+    // Recorded here and not by the callback: the next tick may become ready, and change the due time, before the
+    // callback begins.
     if (executable.stats_ != nullptr)
       executable.stats_->latency.record(now - static_cast<const TimerBase&>(executable).was_due_);
   }
@@ -255,7 +257,8 @@ void Executor::rest(Worker& self) {
 void Executor::start_sample(Worker& self, NodeGroups& node) {
   self.unusual |= Worker::kSampled;
   self.special |= Worker::kMeasured;
-  // Every 128th on average, at random: callbacks that take turns would else be measured unfairly. Source: Marsaglia's xorshift.
+  // Every 128th on average, at random: otherwise callbacks that alternate would be measured unfairly. Source:
+  // Marsaglia's xorshift.
   node.random_ ^= node.random_ << 13;
   node.random_ ^= node.random_ >> 17;
   node.random_ ^= node.random_ << 5;
@@ -268,7 +271,7 @@ void Executor::begin_transition(Worker& self, Executable& executable) {
   self.unusual |= Worker::kAlone;
   node.alone_ = node.barred_ = true;
   if (node.next_transition_ == &executable) node.next_transition_ = nullptr;
-  // It may take seconds by its nature: the others do not wait for it, not even for handover_after.
+  // A transition may take seconds: the other nodes do not wait for it, not even for handover_after.
   if (!policy_.own) hand_over(self);
 }
 
@@ -282,7 +285,7 @@ bool Executor::prepare_special(Worker& self) {
 }
 
 [[gnu::cold, gnu::noinline]] void Executor::note_exception(const Worker& self, const char* text) {
-  // A thing that forgot itself may be gone; its name with it.
+  // An executable that removed itself may be destroyed, with its name.
   self.group->node_.on_fault_("EXCEPTION", text, self.running != nullptr ? self.running->description() : std::string{});
 }
 
@@ -305,12 +308,12 @@ bool Executor::prepare_special(Worker& self) {
 [[gnu::always_inline]] inline void Executor::finish(Worker& self, MonotonicTime now) {
   CallbackGroup& group = *self.group;
   NodeGroups& node = group.node_;
-  Executable* const executable = self.running;  // null: it forgot itself, and may be gone
+  Executable* const executable = self.running;  // null: it removed itself, and may be destroyed
   --group.running_;
   --node.running_;
   if (self.unusual != 0) [[unlikely]]
     finish_unusual(self, node);
-  // What waits for us was ready before everything in the queue.
+  // The node's backlog was ready before everything in the queue.
   if (!node.backlog_.empty()) [[unlikely]]
     ready_.prepend(node.backlog_);
   if (executable != nullptr) [[likely]] {
@@ -337,7 +340,7 @@ void Executor::finish_unusual(Worker& self, NodeGroups& node) {
   self.unusual = 0;
 }
 
-// The place of a callback that is late, or will be, goes to a spare.
+// A spare takes the place of a callback that is late, or will be.
 void Executor::hand_over(Worker& late) {
   auto spare = std::ranges::find(workers_, Worker::State::Spare, [](const auto& worker) { return worker->state; });
   late.unusual |= Worker::kLate;
@@ -346,7 +349,7 @@ void Executor::hand_over(Worker& late) {
       start_worker();
       ++called_;
     } catch (const std::system_error&) {
-      late.unusual ^= Worker::kLate;  // no thread is to be had now; the next look tries again
+      late.unusual ^= Worker::kLate;  // no thread can be started now; the next check retries
     }
     return;
   }

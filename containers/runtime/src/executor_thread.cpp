@@ -16,14 +16,14 @@
 namespace nacelle::runtime {
 namespace {
 
-// Room for a crash record with its back trace.
+// Size for a crash record with its back trace.
 constexpr std::size_t kSignalStack = 64UL * 1024;
 
 }  // namespace
 
 SignalStack::SignalStack() {
   stack_t now{};
-  // A sanitizer gives its threads one of its own.
+  // A sanitizer gives threads its own.
   if (::sigaltstack(nullptr, &now) != 0 || (now.ss_flags & SS_DISABLE) == 0) return;
   void* const memory = ::mmap(nullptr, kSignalStack, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) return;

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// What others do to an executor's queue and ask of its threads; running things is in executor.cpp.
+// SPDX-License-Identifier: Apache-2.0 Operations of other threads on an executor's queue and threads; running
+// executables is in executor.cpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -57,9 +57,9 @@ NodeGroups::NodeGroups(Executor& executor, std::string name, OnFault on_fault)
 
 NodeGroups::~NodeGroups() { static_cast<void>(executor_.close(*this, MonotonicTime{})); }
 
-// Timers of one executor whose start nobody can see (their node is not open, or its lifecycle gate is closed) share the beats
-// of their period, so that many of them are one wake-up. Never early: at most a period later than asked for. Slow ones wake
-// seldom, and whoever reads "every 10 s" would notice.
+// Timers of one executor that start while their node is not open, or its lifecycle gate is closed, tick at common
+// multiples of their period, so that many of them share one wake-up. They are never early, and at most a period late.
+// Slow timers are excluded: they wake rarely, and users would notice the delay of an "every 10 s".
 MonotonicTime Executor::first_due(const TimerBase& timer, MonotonicTime now) const {
   constexpr Duration kSlow = 1s;
   const MonotonicTime due = now + timer.period_;
@@ -116,7 +116,8 @@ std::uint64_t Executor::skipped(const TimerBase& timer) const {
   return timer.skipped_;
 }
 
-// Under the lock. Woken here and not after it: whoever waits may free what the executor has just left.
+// Under the lock. Wakes here and not after it, because the waiting thread may destroy the executable that has just
+// returned.
 void Executor::note_return() {
   return_word_.fetch_add(1, std::memory_order_release);
   futex_wake(return_word_, std::numeric_limits<int>::max());
@@ -130,7 +131,7 @@ void Executor::forget(Executable& executable) {
     ready_.remove(executable);
     node.backlog_.remove(executable);
   }
-  executable.queued_.store(true, std::memory_order_relaxed);  // nobody queues it again
+  executable.queued_.store(true, std::memory_order_relaxed);  // prevents that it is queued again
   if (node.next_transition_ == &executable) {
     node.next_transition_ = nullptr;
     node.barred_ = !node.opened_ || node.alone_;
@@ -143,7 +144,8 @@ void Executor::forget(Executable& executable) {
     for (const auto& worker : workers_) {
       if (worker->running != &executable) continue;
       if (worker.get() == Worker::here) {
-        worker->running = nullptr;  // from within: it ends after us, and finish() must not touch it
+        worker->running =
+            nullptr;  // called from within its own run: it ends after this, and finish() must not touch it
       } else {
         runs = true;
       }
@@ -166,7 +168,7 @@ void Executor::open(NodeGroups& node) {
   {
     const std::lock_guard lock(mutex_);
     node.opened_ = true;
-    node.next_transition_ = nullptr;  // it is in the backlog, and finds out anew whether it must wait
+    node.next_transition_ = nullptr;  // it is in the backlog, and will be checked again
     node.barred_ = false;
     ready_.prepend(node.backlog_);
     to_wake = next_to_call();
@@ -212,7 +214,7 @@ Duration Executor::supervise(const Limits& limits) {
     const std::lock_guard lock(mutex_);
     if (stopping_) return next;
     const MonotonicTime now = clock_.now();
-    // By number: hand_over() may add a thread.
+    // By index, because hand_over() may add a thread.
     for (std::size_t i = 0; i < workers_.size(); ++i) {
       Worker& worker = *workers_[i];
       if (worker.group == nullptr) continue;
@@ -239,7 +241,7 @@ Duration Executor::supervise(const Limits& limits) {
         hung = &worker.group->node_;
         hung_for = ran;
         if (worker.running != nullptr) hung_in = worker.running->description();
-        ++hung->pins_;  // the callback may return at this very moment, and its node must not go before we have told
+        ++hung->pins_;  // the callback may return at any moment, and its node must exist until the fault is reported
       }
     }
   }
@@ -293,7 +295,7 @@ bool Executor::is_idle() const {
 void Executor::report_threads(std::vector<ThreadReport>& out, std::size_t& used) const {
   const std::lock_guard lock(mutex_);
   for (const auto& worker : workers_) {
-    if (worker->thread_id == 0) continue;  // about to start
+    if (worker->thread_id == 0) continue;  // not started yet
     if (used == out.size()) out.emplace_back();
     ThreadReport& row = out[used++];
     row.executor = name_;

@@ -13,7 +13,8 @@ void FaultHistory::add(FaultEvent event) {
   mine.push_back(std::move(event));
   if (mine.size() > kPerNode) mine.pop_front();
   if (of_.size() <= kNodes) return;
-  // Names that somebody makes up for every load must not fill the memory: who was faulted longest ago is forgotten.
+  // Callers may use a new name for every load, so the number of nodes is limited: the one whose last fault is oldest is
+  // removed.
   of_.erase(std::ranges::min_element(of_, {}, [](const auto& entry) { return entry.second.back().number; }));
 }
 

@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// What becomes of a component that cannot go on, and who is told.
+// SPDX-License-Identifier: Apache-2.0 The handling and reporting of faulted components.
 #include <algorithm>
 
 #include "container_impl.hpp"
@@ -7,7 +6,7 @@
 namespace nacelle::runtime {
 namespace {
 
-// A component that has refused a transition goes on as it was, so it can still fail for good.
+// A component that has refused a transition continues as before, so it can still become faulted.
 constexpr const char* kTransitionFailed = "TRANSITION_FAILED";
 
 }  // namespace
@@ -28,7 +27,7 @@ bool Container::Impl::keep_reason(Record& record, const std::string& code, const
 void Container::Impl::note_fault(Record& record, const std::string& code, const std::string& text,
                                  const std::string& callback) {
   if (!keep_reason(record, code, text, callback)) {
-    // It is faulted already, and its error processing cannot begin, or does not return.
+    // It is already faulted, and its error processing cannot begin, or does not return.
     if (code == "HUNG" && !record.hung) {
       history.lock()->add(
           {0, record.runtime->identity().fully_qualified(), code, text, callback, commons.clock.wall_now()});
@@ -37,12 +36,12 @@ void Container::Impl::note_fault(Record& record, const std::string& code, const 
     return;
   }
   record.runtime->write_safe_stop();
-  // At once, and by whoever finds the fault: what else there is to do about it may have to wait for a callback to return.
+  // At once, on the thread that detects the fault: the rest of the handling may have to wait for a callback to return.
   if (record.request.lock()->on_fault.policy_for(record.runtime->is_actuator()) == FaultPolicy::StopRobot)
     stop_what_moves();
   if (code == "HUNG") return give_up_on(record);
   record.runtime->post("on_error", patience, [this, &record, reason = FaultReason{code, text}] {
-    if (record.hung) return;  // given up meanwhile, and that has been told
+    if (record.hung) return;  // abandoned meanwhile, and that has been reported
     if (record.managed != nullptr) {
       const StateWatch watch = watch_states(record);
       static_cast<void>(record.managed->process_fault(reason));
@@ -53,7 +52,7 @@ void Container::Impl::note_fault(Record& record, const std::string& code, const 
   });
 }
 
-// No transition, no stop frame, no policy: the component mends it and says when.
+// No transition, no stop frame, no policy: the component repairs the problem and reports when.
 void Container::Impl::note_open_fault(Record& record, const std::string& code, const std::string& text,
                                       const std::string& callback) {
   bool is_new = false;
@@ -110,9 +109,9 @@ void Container::Impl::give_up_on(Record& record) {
   note_change();
 }
 
-// Whoever asked for the transition is told that it failed, and decides; so there is a reason to show, and no policy runs.
+// The requester of the transition gets the failure and decides, so the reason is recorded, and no policy runs.
 void Container::Impl::note_failed_transition(Record& record, Transition transition, const TransitionOutcome& outcome) {
-  *record.fault.lock() = {};  // this reason is the latest
+  *record.fault.lock() = {};  // replaced by this reason
   static_cast<void>(keep_reason(record, kTransitionFailed, outcome.reason,
                                 std::string{"transition on_"} + nacelle::to_text(transition)));
   if (outcome.state != StateId::Active) record.runtime->write_safe_stop();
@@ -120,7 +119,8 @@ void Container::Impl::note_failed_transition(Record& record, Transition transiti
 
 StateWatch Container::Impl::watch_states(const Record& record) {
   return StateWatch{[this, node = record.runtime->identity().fully_qualified()](StateId from, StateId to) {
-    // Under its lock: once on_state({}) has returned, no thread is in the listener, not even one that hangs and comes back.
+    // Under its lock: once on_state({}) has returned, no thread is in the listener, not even one that hung and has
+    // returned.
     auto listener = state_listener.lock();
     if (*listener) (*listener)({node, from, to, commons.clock.wall_now()});
   }};
@@ -148,8 +148,9 @@ void Container::Impl::write_safe_stops() const {
   for (const auto& component : others) component->stop_what_moves();
 }
 
-// A stop frame alone would hold until the next command: whoever deactivates the components may be busy for seconds. A base that
-// heeds MotionStops commands nothing more; one that does not has its gate closed, and follows its last command until that is too old.
+// A stop frame alone would hold only until the next command, and deactivating the components may take seconds. A base
+// that watches MotionStops sends no more commands. For other bases the gate is closed, so they follow their last
+// command until it times out.
 void Container::Impl::stop_what_moves() const {
   commons.motion_stops->count.fetch_add(1);
   std::vector<std::shared_ptr<NodeRuntime>> movers;

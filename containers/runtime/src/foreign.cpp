@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// Components of this container that live in other processes, and what ties one to its own.
+// SPDX-License-Identifier: Apache-2.0 Components of this container in other processes, and their connection to it.
 #include "container_impl.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/node/base_wheels.hpp"
@@ -54,9 +53,9 @@ std::vector<std::string> Container::ties() const {
   std::vector<std::string> ties = impl_->commons.frames.claims();
   auto objects = impl_->commons.shared_objects.lock();
   for (const auto& [name, object] : *objects) {
-    // Each process has its own stops, and counts what it is told by the other one. Of others' clocks an isolated one knows
-    // nothing, and its complaints name no cause.
-    // Of another process's base a component knows nothing either, and takes what it was given.
+    // Each process has its own MotionStops, and also counts those reported by the other process. An isolated component
+    // has no information about other machines' clocks, so its messages name no cause. It also has no information about
+    // a base in another process, and uses its own parameters.
     if (object != impl_->commons.motion_stops && object != impl_->commons.clock_skews && name != kBaseWheelsName)
       ties.push_back("shares the object '" + name + "'");
   }

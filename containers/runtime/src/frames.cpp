@@ -44,7 +44,7 @@ class FrameRegistry::Claim final : public FrameClaim {
   std::atomic<bool> owner_{false};
 };
 
-// Of the claims for one child: the first that is no fallback, else the first fallback.
+// Returns the owner among the claims for one child: the first that is not a fallback, else the first fallback.
 void FrameRegistry::elect(std::vector<Entry>& entries) {
   const Entry* owner = nullptr;
   for (const auto& entry : entries) {

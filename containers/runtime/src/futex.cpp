@@ -27,7 +27,7 @@ void futex_wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected) 
 void futex_wait_until(const std::atomic<std::uint32_t>& word, std::uint32_t expected, MonotonicTime deadline) {
   const auto ns = deadline.nanoseconds();
   const timespec t{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
-  // The bit-set form takes an absolute time of CLOCK_MONOTONIC: a sleep that was interrupted does not drift.
+  // The bit-set form takes an absolute time of CLOCK_MONOTONIC, so an interrupted sleep does not drift.
   futex(word, FUTEX_WAIT_BITSET, expected, &t);
 }
 

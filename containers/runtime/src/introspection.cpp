@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// What tools ask of a container: its services and streams, and calls of a service from outside of any component.
+// SPDX-License-Identifier: Apache-2.0 Queries of tools to a container: its services and streams, and service calls from
+// outside any component.
 #include "nacelle/runtime/introspection.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ class ToolCall final : public ServiceCall, private AnswerTaker {
   explicit ToolCall(std::function<void()> on_answer)
       : on_answer_(std::move(on_answer)),
         self_(std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this))) {}
-  ~ToolCall() override { *self_->lock() = nullptr; }  // waits for a push() that is under way
+  ~ToolCall() override { *self_->lock() = nullptr; }  // waits for a running push()
 
   [[nodiscard]] Asker asker() const { return {self_, 1}; }
   [[nodiscard]] State state() const override { return state_.load(std::memory_order_acquire); }

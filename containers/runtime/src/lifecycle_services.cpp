@@ -65,7 +65,7 @@ void LifecycleServices::start(NodeRuntime& node, const std::shared_ptr<Lifecycle
                                  });
 }
 
-// It may take half a minute: not on the thread that answers.
+// A transition may take half a minute, so it does not run on the answering thread.
 void LifecycleServices::change_state(const RequestId& id, const lifecycle_msgs::msg::Transition& asked) {
   const auto run = [self = self_, desk = &desk_, node = id_, id, asked] {
     const auto services = self.lock();

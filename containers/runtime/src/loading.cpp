@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// How components come and go: their code runs on a thread of its own, with a deadline (docs/adr/0005).
+// SPDX-License-Identifier: Apache-2.0 Loading and unloading of components: their code runs on its own thread, with a
+// deadline (docs/adr/0005).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace nacelle::runtime {
 namespace {
 
-// Whom the component constructor that runs on this thread belongs to.
+// The load that the component constructor on this thread belongs to.
 struct Making {
   Record* record = nullptr;
   Executor* executor = nullptr;
@@ -23,7 +23,7 @@ struct Making {
 bool uses_sim_time(const LoadRequest& request) {
   const auto found = request.parameters.find("use_sim_time");
   const bool* const value = found == request.parameters.end() ? nullptr : std::get_if<bool>(&found->second);
-  return value != nullptr && *value;  // another type is refused where the node declares the parameter
+  return value != nullptr && *value;  // another type is refused when the node declares the parameter
 }
 thread_local Making making;
 
@@ -72,7 +72,7 @@ void Container::Impl::release_name(const Record& record) {
   std::erase_if(names, [&](const auto& entry) { return entry.second == &record; });
 }
 
-// On the errand's thread: all of a load that runs code of the library.
+// On the errand's thread: the part of a load that runs code of the library.
 void Container::Impl::make(Record& record, const LoadRequest& request) {
   record.busy_with = "its library's start-up code, which has not returned";
   auto library = PluginLibrary::open(record.file);
@@ -117,10 +117,10 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
     wanted = !record.given_up;
     if (wanted) record.node = node;
   }
-  if (!wanted) record.made_by->destroy(node);  // too late: whoever asked for it has been told that it failed
+  if (!wanted) record.made_by->destroy(node);  // too late: the load has already failed for its requester
 }
 
-// What its constructor has said; before the component runs, so that nobody else has its parameters in hand.
+// Reads the constructor's declarations before the component runs, so that no other thread accesses its parameters.
 std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Record& record) {
   auto all = std::make_shared<Declarations>();
   const ParameterStore& store = record.node->parameters();
@@ -143,7 +143,8 @@ std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Recor
 
 // --- unloading ----------------------------------------------------------------------------------------------------------
 
-// Its code has not returned. What can be done without running it is done; the rest follows when it returns (sweep).
+// Abandons a component whose code has not returned: does what is possible without running it. The rest follows when it
+// returns (sweep).
 void Container::Impl::abandon(const std::shared_ptr<Record>& record) {
   std::shared_ptr<NodeRuntime> runtime;
   {
@@ -173,7 +174,7 @@ bool Container::Impl::start_destroying(const std::shared_ptr<Record>& record) {
   }
 }
 
-// The node is gone: its executor goes, and the image too unless somebody holds it.
+// Called when the node is destroyed: ends its executor, and closes the image unless it is still in use.
 UnloadOutcome Container::Impl::finish(Record& record) {
   const std::string node = record.runtime ? record.runtime->identity().fully_qualified() : record.plugin;
   if (record.own_executor) supervisor.remove(*record.own_executor);
@@ -218,7 +219,7 @@ UnloadOutcome Container::Impl::finish(Record& record) {
   return {false, std::move(held_by)};
 }
 
-// Ends what was abandoned and has returned since, and closes images whose last message has come home.
+// Destroys abandoned components that have returned since, and closes images whose last message was released.
 void Container::Impl::sweep() {
   std::vector<std::shared_ptr<Record>> returned;
   {
@@ -247,7 +248,7 @@ void Container::Impl::sweep() {
     }
     static_cast<void>(finish(*record));
   }
-  std::vector<HeldImage> free;  // closed without the lock: a library may have code that runs then
+  std::vector<HeldImage> free;  // closed without the lock, because closing may run code of the library
   const std::lock_guard lock(mutex);
   std::erase_if(held_images, [&](HeldImage& held) {
     if (!held.library) return !PluginLibrary::is_mapped(held.image);
@@ -260,7 +261,7 @@ void Container::Impl::sweep() {
 
 Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   impl_->sweep();
-  // A name from outside may have any size, and is repeated in messages and compared with all that are known.
+  // A client may send a name of any size, and names are repeated in messages and compared with all known ones.
   constexpr std::size_t kMostBytes = 255, kShown = 60;
   for (const std::string* const name : {&request.plugin, &request.name}) {
     if (name->size() > kMostBytes)
@@ -311,7 +312,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     warnings.push_back(fmt::format("{}: parameter '{}' is given but the component has no such parameter; {}",
                                    record->runtime->identity().fully_qualified(), name,
                                    suggestion(name, record->node->parameters().list())));
-    if (!request.faults) impl_->log.warn("{}", warnings.back());  // who collects faults tells this one, too
+    if (!request.faults) impl_->log.warn("{}", warnings.back());  // a caller that collects faults reports this one, too
   }
   auto declared = Impl::declarations_of(*record);
   {
@@ -326,7 +327,7 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     record->runtime->open();
     info = Impl::info_of(*record);
   }
-  // All its endpoints are there now: types that clash can be told.
+  // All its endpoints exist now, so type clashes can be reported.
   static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));
   info.warnings = std::move(warnings);
   info.declared = std::move(declared);
@@ -360,7 +361,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
                        std::to_string(id)});
   const Deadline deadline = impl_->deadline();
   if (record->managed != nullptr && !record->hung) {
-    // The component puts its hardware to rest itself; what it answers does not change that it goes.
+    // The component stops its hardware itself; it is unloaded whatever its callbacks return.
     static_cast<void>(record->runtime->run_and_wait(
         "on_deactivate and on_cleanup",
         [impl = impl_.get(), record] {

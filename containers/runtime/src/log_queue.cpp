@@ -8,7 +8,7 @@
 namespace nacelle::runtime {
 namespace {
 
-// What stands in front of a line's texts.
+// The header in front of a line's texts.
 struct LineHead {
   std::int64_t wall_ns = 0;
   std::uint32_t number = 0;
@@ -16,7 +16,7 @@ struct LineHead {
   LogLevel level = LogLevel::Info;
 };
 
-// Not in the middle of a character of UTF-8.
+// Does not cut inside a UTF-8 character.
 std::string_view cut(std::string_view text, std::size_t longest) {
   if (text.size() <= longest) return text;
   while (longest > 0 && (static_cast<unsigned char>(text[longest]) & 0xC0U) == 0x80U) --longest;

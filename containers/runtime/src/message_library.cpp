@@ -10,7 +10,7 @@
 namespace nacelle::runtime {
 
 void pin_library_of(const msgs::MessageType& type) {
-  // What is in it stays, so that its address is the type's for ever.
+  // Entries are never removed, so that an address identifies a type forever.
   static Guarded<std::set<const msgs::MessageType*>> pinned;
   if (pinned.lock()->contains(&type)) return;
   Dl_info info{};

@@ -42,7 +42,7 @@ std::shared_ptr<NodeFace> NodeFace::make(NodeServices& desk, Commons& commons, E
 
 void NodeFace::withdraw() {
   node_.withdraw_services();
-  constexpr Duration kLongest = 10s;  // they only copy: more than a machine without time for them takes
+  constexpr Duration kLongest = 10s;  // they only copy, so even an overloaded machine needs less
   if (!node_.close(node_.commons().clock.now() + kLongest))
     Logger{"container"}.error("{}: a service of its does not return", node_.identity().fully_qualified());
 }

@@ -13,7 +13,7 @@
 namespace nacelle::runtime {
 namespace {
 
-// What every port keeps beside its callback.
+// The data of every port beside its callback.
 class PortBase : public NodeRuntime::Port {
  protected:
   PortBase(NodeRuntime& node, const NodeRuntime::GroupPointer& group, const char* kind, std::string name)
@@ -69,7 +69,8 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
   }
   void execute_with(Block& block, MonotonicTime now) override {
     if (is_reentrant_) [[unlikely]] {
-      const std::lock_guard lock(noting_);  // such a callback runs beside itself, and a histogram has one writer
+      const std::lock_guard lock(
+          noting_);  // such a callback may run in parallel with itself, and a histogram has one writer
       inbox().note_latency(now - block.info.source_time);
     } else {
       inbox().note_latency(now - block.info.source_time);
@@ -179,7 +180,7 @@ class SimTimerPort final : public TimerHandle, private PortBase, private Executa
     if (!node_.active().load(std::memory_order_relaxed) || is_canceled()) return;
     callback_.run(callback_.context);
   }
-  void set_active(bool) override {}  // a tick behind a closed gate runs into nothing, and keeps the rhythm
+  void set_active(bool) override {}  // a tick behind a closed gate does nothing, and the timer keeps its phase
   void report(CallbackReport& row) const override {
     fill(row, stats_, stats_.latency);
     row.skipped = clock_.skipped(ticks_);
@@ -212,7 +213,7 @@ class ServicePort final : public ServiceHandle, private PortBase {
   bool send_response(std::int64_t call, void* response) override { return port_.send_response(call, response); }
 
  private:
-  void set_active(bool) override {}  // the port looks at the gate itself
+  void set_active(bool) override {}  // the port checks the gate itself
   void report(CallbackReport& row) const override {
     static const CallbackStats nothing;
     const CallbackStats& stats = port_.stats() != nullptr ? *port_.stats() : nothing;
@@ -274,7 +275,7 @@ class Task final : public Executable {
     describe_as("transition", name);
   }
   void execute(MonotonicTime) override {
-    // Given up before it began: whoever wanted it has been told that it failed, so it must not happen later.
+    // Abandoned before it began: its requester already has a failure, so it must not run later.
     if (state_.load(std::memory_order_acquire) == kWaiting) what_();
     if (end(kEnded)) return;
     group().executor().forget(*this);
@@ -283,7 +284,7 @@ class Task final : public Executable {
   void discard() noexcept override {
     if (!end(kRefused)) delete this;
   }
-  /// kGivenUp: the task ends itself, when it returns or is discarded; else it is the caller's.
+  /// kGivenUp: the task deletes itself when it returns or is discarded; otherwise the caller owns it.
   [[nodiscard]] std::uint32_t wait(const Clock& clock, const Deadline& deadline) {
     for (;;) {
       std::uint32_t state = state_.load(std::memory_order_acquire);
@@ -295,7 +296,7 @@ class Task final : public Executable {
   }
 
  private:
-  // False: it was given up meanwhile.
+  // Returns false if it was abandoned meanwhile.
   bool end(std::uint32_t state) {
     std::uint32_t expected = kWaiting;
     if (!state_.compare_exchange_strong(expected, state, std::memory_order_acq_rel)) return false;
@@ -306,7 +307,7 @@ class Task final : public Executable {
   std::atomic<std::uint32_t> state_{kWaiting};  // futex
 };
 
-// As Task, but nobody waits for it: it ends itself, and the supervisor sees that it does.
+// Like Task, but without a waiting thread: it deletes itself, and the supervisor checks that it returns.
 class DetachedTask final : public Executable {
  public:
   DetachedTask(CallbackGroup& group, const char* name, const Patience& patience, std::function<void()> what)
@@ -414,7 +415,7 @@ void NodeRuntime::report_histograms(std::vector<HistogramReport>& out, std::size
   }
 }
 
-// Who runs on this thread says it best; else the thread's own name, which a component gives to the threads that it makes.
+// The running callback, if any; otherwise the thread's name, which a component gives to its own threads.
 std::string NodeRuntime::who_runs_here() const {
   const Executor::RunsHere runs = Executor::runs_here();
   if (runs.node == groups_.name())

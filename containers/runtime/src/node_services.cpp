@@ -31,7 +31,7 @@ void NodeServices::begin(Record& record) {
   const std::string node = record.runtime->identity().fully_qualified();
   ParameterStore& store = record.node->parameters();
   record.events = std::make_shared<ParameterEvents>(commons_.broker, commons_.clock, node);
-  // The constructor's came before there was somebody to tell: all at once.
+  // The constructor's declarations were made before there was a publisher: publish them all at once.
   ParameterChange all;
   store.for_each([&](const std::string& name, const ParameterValue& value, ParameterType, const ParameterDescriptor&) {
     all.declared.emplace_back(name, value);
@@ -78,7 +78,7 @@ void NodeServices::set_parameters(std::uint64_t id, std::vector<Parameter> param
 
 StateId NodeServices::state(std::uint64_t id) const {
   if (const auto other = container_.impl_->foreign_component(id)) return other->info().state;
-  const std::lock_guard lock(container_.impl_->mutex);  // who is listed is not destroyed
+  const std::lock_guard lock(container_.impl_->mutex);  // a listed component is not destroyed meanwhile
   const auto found = container_.impl_->records.find(id);
   if (found == container_.impl_->records.end() || found->second->managed == nullptr) return StateId::Unknown;
   return found->second->managed->get_current_state().state();

@@ -18,7 +18,8 @@ using rcl_interfaces::srv::ListParameters;
 using rcl_interfaces::srv::SetParameters;
 using rcl_interfaces::srv::SetParametersAtomically;
 
-/// Calls `take` with each of the named parameters; false if one of them is not declared, and then some may have been taken.
+/// Calls `take` with each of the named parameters. Returns false if one of them is not declared; some may have been
+/// passed then.
 template <typename Names, typename F>
 bool for_named(const std::vector<ParameterReport>& all, const Names& names, F&& take) {
   for (const auto& name : names) {
@@ -36,7 +37,7 @@ rcl_interfaces::msg::SetParametersResult message_of(const SetParametersResult& r
   return message;
 }
 
-// Errors: std::invalid_argument for a type that there is not.
+// Errors: std::invalid_argument for an unknown type.
 template <typename Sequence>
 std::vector<Parameter> parameters_of(const Sequence& messages) {
   std::vector<Parameter> parameters;
@@ -102,9 +103,9 @@ void ParameterServices::start(NodeRuntime& node, const std::shared_ptr<Parameter
 }
 
 void ParameterServices::set(const RequestId& id, const SetParameters::Request& request) {
-  // One that cannot be read is refused in its place, and the others are set.
+  // An unreadable one is refused at its position, and the others are set.
   std::vector<Parameter> wanted;
-  std::vector<std::string> unreadable;  // why, or empty
+  std::vector<std::string> unreadable;  // the reason, or empty
   for (const auto& message : request.parameters) {
     try {
       wanted.emplace_back(message.name, value_of(message.name, message.value));

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// A component's parameters for its services: read beside its callbacks, set between two of them on its executor.
+// SPDX-License-Identifier: Apache-2.0 Access to a component's parameters for its services: reads happen beside its
+// callbacks, sets between two of them on its executor.
 #include <algorithm>
 #include <exception>
 
@@ -14,7 +14,7 @@ Problem out_of_reach(const std::string& node) {
           "set them in the launch file, or take `isolate: process` out"};
 }
 
-// All or nothing, with rclcpp's words.
+// All or nothing, with rclcpp's texts.
 SetParametersResult set_together(ParameterStore& store, const std::vector<Parameter>& parameters) {
   if (parameters.empty())
     return {false,
@@ -66,9 +66,9 @@ std::vector<SetParametersResult> set_in(ParameterStore& store, const std::vector
   return results;
 }
 
-/// Runs something between two callbacks of a component. Errors: nobody is there to run it.
+/// Runs something between two callbacks of a component. Errors: the component cannot run it.
 Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what) {
-  // Under the lock: who unloads takes the runtime away.
+  // Under the lock, because an unload moves the runtime out.
   const std::lock_guard lock(mutex);
   if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
@@ -80,13 +80,13 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
     return err(Problem{record.runtime->identity().fully_qualified(), "hangs: " + record.fault.lock()->text,
                        "see `nacelle faults`"});
   }
-  // By reference: what is posted runs, or is dropped, before the record goes.
+  // By reference: a posted task runs, or is dropped, before the record is destroyed.
   record.runtime->post(name, patience, [&record, what = std::move(what)] { what(record); });
   return {};
 }
 
 Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std::uint64_t id) const {
-  // Under the lock: who is listed is not destroyed.
+  // Under the lock: a listed component is not destroyed meanwhile.
   const std::lock_guard lock(mutex);
   if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);

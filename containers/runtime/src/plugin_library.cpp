@@ -26,7 +26,7 @@ std::span<const ComponentClass> classes_of(const ComponentTable& table) { return
 
 std::int64_t nanoseconds(const timespec& t) { return t.tv_sec * 1'000'000'000 + t.tv_nsec; }
 
-// A file as it was when it was opened. An inode that is mapped is not given to another file.
+// A file's identity when it was opened. The inode of a mapped file is not reused.
 struct FileIdentity {
   dev_t device = 0;
   ino_t inode = 0;
@@ -41,16 +41,17 @@ struct FileIdentity {
 };
 
 struct OpenImage {
-  std::string image;  // how it was spelled for dlopen
+  std::string image;  // the path passed to dlopen
   FileIdentity identity;
   std::size_t uses = 0;
 };
 
-// dlopen answers a path that it knows with the image that it has, whatever lies there now. So a file that was replaced while its
-// old image is mapped is opened under another spelling of its path ("/dir/./x.so"), which also keeps $ORIGIN.
+// For a path that it knows, dlopen returns the existing image, whatever file is there now. So a file that was replaced
+// while its old image is mapped is opened under another spelling of its path ("/dir/./x.so"), which also preserves
+// $ORIGIN.
 class ImageRegistry {
  public:
-  /// The spelling to open the file with; give it back with leave().
+  /// Returns the spelling to open the file with; release it with leave().
   Result<std::string, Problem> enter(const std::string& file) {
     struct stat status {};
     if (::stat(file.c_str(), &status) != 0)
@@ -122,7 +123,7 @@ Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::s
   void* const handle = dlopen(image.value().c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
     const std::string why = last_dl_error();
-    // The library is as it should be: the process may open nothing more.
+    // The library is fine: the process has no descriptors left.
     const bool is_our_lack =
         why.find(std::strerror(EMFILE)) != std::string::npos || why.find(std::strerror(ENFILE)) != std::string::npos;
     return fail(nullptr, "cannot be loaded: " + why,
@@ -165,7 +166,7 @@ std::vector<std::string> PluginLibrary::class_names() const {
 }
 
 bool PluginLibrary::is_mapped(const std::string& image) {
-  // Asking dlopen (RTLD_NOLOAD) would compare files as well, and give the image of a newer one.
+  // dlopen with RTLD_NOLOAD would also compare files, and return the image of a newer one.
   const auto compare = [](dl_phdr_info* info, std::size_t, void* wanted) {
     return info->dlpi_name != nullptr && *static_cast<const std::string*>(wanted) == info->dlpi_name ? 1 : 0;
   };
@@ -231,7 +232,7 @@ std::optional<PluginEntry> PluginIndex::find(const std::string& class_name) {
   };
   auto now = stamps();
   if (now == stamps_) {
-    // An index file that was written in place leaves the folder's time as it is, so the line itself is looked at.
+    // An index file that was written in place does not change the folder's time, so the line itself is checked.
     const auto hit = known();
     if (hit != known_.end() && any_line_of(hit->index_file, [&](const auto&, const auto&, const std::string& line) {
           return line == hit->line;

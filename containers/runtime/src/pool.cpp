@@ -11,7 +11,7 @@ namespace nacelle::runtime {
 
 struct MessagePool::Envelope : Block {
   Envelope* next = nullptr;
-  bool pooled = false;  // the message lies behind the envelope; else it is adopted, or gone
+  bool pooled = false;  // the message is stored behind the envelope; otherwise it is adopted, or gone
 };
 
 namespace {
@@ -149,7 +149,7 @@ Block* MessagePool::adopt(void* message) {
   return envelope;
 }
 
-// What must not wait for the message's next use.
+// Releases what must not stay until the message's next use.
 [[gnu::noinline]] void MessagePool::let_go(Envelope& envelope) noexcept {
   if (envelope.pooled) return type_.recycle(envelope.message);
   type_.destroy(envelope.message);

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// The queue of a reader of another process, and what such a reader's own queue learns of it.
+// SPDX-License-Identifier: Apache-2.0 The queue of a proxy for a reader in another process, and the feedback to it from
+// that reader's own queue.
 #include <mutex>
 
 #include "reader_queue.hpp"

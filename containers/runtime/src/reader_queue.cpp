@@ -9,7 +9,7 @@
 namespace nacelle::runtime {
 namespace {
 
-// KEEP_LAST has its room from the start, within reason. KEEP_ALL grows as it is needed.
+// KEEP_LAST allocates its ring at the start, up to a limit. KEEP_ALL grows on demand.
 std::size_t first_size(std::size_t depth, bool keeps_all) {
   constexpr std::size_t kLargest = std::size_t{1} << 16, kOfKeepAll = 16;
   return std::bit_ceil(std::clamp<std::size_t>(depth, 1, keeps_all ? kOfKeepAll : kLargest));
@@ -93,7 +93,7 @@ void ReaderQueue::grow() {
   note_room();
 }
 
-// A late message is a missed deadline also when nobody has looked in between.
+// A late message is a missed deadline even if there was no check in between.
 void ReaderQueue::note_arrival(MonotonicTime now, Loose& loose) {
   loose.poke = !deadline_.is_running();
   if (const auto missed = deadline_.message(now); missed != 0) {
@@ -102,7 +102,7 @@ void ReaderQueue::note_arrival(MonotonicTime now, Loose& loose) {
   }
 }
 
-// With something waiting.
+// Precondition: a message is waiting.
 Block* ReaderQueue::pop() {
   Block* const block = ring_[head_++ & mask_];
   waiting_.store(waiting_.load(std::memory_order_relaxed) - 1, std::memory_order_release);
@@ -124,7 +124,7 @@ Block* ReaderQueue::pop_unread() {
   return pop();
 }
 
-// A message's end may run code of others, and a listener may have locks: neither happens under ours.
+// Releasing a message may run foreign code, and a listener may take locks: neither happens under this queue's lock.
 ReaderQueue::Push ReaderQueue::push(Block& block) {
   Loose loose;
   const std::atomic<std::uint32_t>* called = nullptr;
@@ -133,7 +133,7 @@ ReaderQueue::Push ReaderQueue::push(Block& block) {
     const std::lock_guard lock(*mutex_);
     result = push_locked(block, loose, called);
   }
-  // Whoever is woken here on our own CPU takes it over at once, and must not run into a lock of ours.
+  // The woken thread may take over this CPU at once, and must not block on a lock that this thread holds.
   if (called != nullptr) futex_wake(*called, 1);
   if (loose.evicted != nullptr) drop_reference(*loose.evicted);
   if (loose.tell) tell();
@@ -213,7 +213,7 @@ void ReaderQueue::set_enabled(bool enabled) {
     const std::lock_guard lock(*mutex_);
     enabled_ = enabled;
     note_room();
-    deadline_.stop();  // the next message starts it anew
+    deadline_.stop();  // the next message restarts it
   }
   if (!enabled) drop_all(&ReaderCounters::inactive);
 }

@@ -51,12 +51,12 @@ Rosout::~Rosout() {
 
 std::unique_ptr<Writer> Rosout::make_writer(const std::string& node) const {
   EndpointSpec spec{kRosoutTopic, &Log::message_type(), RosoutQoS{}, node};
-  spec.reserves = false;  // a thousand lines of each node are rarely waited for
+  spec.reserves = false;  // reserving a thousand lines per node would waste memory
   return transport_.create_writer(spec);
 }
 
 void Rosout::add(const std::string& node) {
-  if (logger_of(node) == own_name_) return;  // a component named as its container: one writer for both
+  if (logger_of(node) == own_name_) return;  // a component with the container's name: one writer for both
   auto writer = make_writer(node);
   writers_.lock()->insert_or_assign(logger_of(node), std::move(writer));
 }
@@ -81,10 +81,10 @@ void Rosout::execute(MonotonicTime) {
                          kRosoutTopic);
 }
 
-// Under the lock of the writers, which makes it one thread's.
+// Under the lock of the writers, so by one thread at a time.
 void Rosout::publish_all(Writers& writers) {
   dropped_ += queue_.take([&](const LogQueue::Line& line) {
-    // A child's lines, "lidar.driver", are its parent's too.
+    // Lines of a child logger, "lidar.driver", belong to its parent.
     for (std::string_view name = line.name;;) {
       if (const auto found = writers.find(name); found != writers.end()) return publish(*found->second, line);
       const auto dot = name.rfind('.');

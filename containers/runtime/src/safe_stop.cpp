@@ -16,7 +16,7 @@ std::atomic<CrashEntry*> head{nullptr};
 std::atomic<std::size_t> numbers_given{0};
 static_assert(std::atomic<CrashEntry*>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
-// An entry that was given back, or a new one: as many are ever made as components lived at the same time.
+// Returns a recycled entry, or a new one: only as many are ever made as components existed at the same time.
 CrashEntry& take_entry() {
   for (CrashEntry* entry = head.load(std::memory_order_acquire); entry != nullptr; entry = entry->next) {
     bool expected = false;

@@ -170,7 +170,7 @@ void ServerPort::execute(MonotonicTime now) {
 }
 
 bool ServerPort::answer_open(std::int64_t call, std::unique_ptr<AnyMessage> response) {
-  // The asker may have its answer, or have been told that there will be none.
+  // The caller may have its answer already, or the notice that there will be none.
   const auto taken = open_calls_.lock()->calls.extract(call);
   return !taken.empty() && taken.mapped().answer(std::move(response));
 }

@@ -52,7 +52,7 @@ std::uint64_t SimClock::skipped(const SimTicks& ticks) const {
 
 void SimClock::on_ready() noexcept {
   Reader* const reader = opened_.load(std::memory_order_acquire);
-  if (reader == nullptr) return;  // what came before that waits for the next message
+  if (reader == nullptr) return;  // a message that came before is handled with the next one
   const std::lock_guard lock(mutex_);
   while (Block* const block = reader->take()) {
     const auto& clock = static_cast<const rosgraph_msgs::msg::Clock*>(block->message)->clock;

@@ -30,7 +30,7 @@ static_assert(std::atomic<StopTable*>::is_always_lock_free);
 
 constexpr int kParentEnded = SIGUSR1;
 
-// What waits in a line's queue are commands of a process that is gone; the stop replaces them.
+// The commands in a line's output queue are from a process that has ended; the stop replaces them.
 bool write_watched(const WatchedStop& stop, int descriptor) noexcept {
   const auto length = static_cast<ssize_t>(stop.length);
   if (::write(descriptor, stop.frame.data(), stop.length) == length) return true;
@@ -38,7 +38,7 @@ bool write_watched(const WatchedStop& stop, int descriptor) noexcept {
   return ::write(descriptor, stop.frame.data(), stop.length) == length;
 }
 
-// The line must not be what keeps the watcher, and with it the container's descriptors.
+// A blocked line must not keep the watcher alive, and with it the container's descriptors.
 void say_to_stderr(pid_t container, unsigned written) noexcept {
   pollfd wait{STDERR_FILENO, POLLOUT, 0};
   if (::poll(&wait, 1, 0) != 1 || (wait.revents & POLLOUT) == 0) return;
@@ -54,7 +54,7 @@ void say_to_stderr(pid_t container, unsigned written) noexcept {
 [[noreturn]] void watch(pid_t container, const StopTable& table) noexcept {
   ::setsid();
   ::prctl(PR_SET_NAME, "nacelle_watcher");
-  // Refused without the right to it; then the stop waits for its turn as any process does.
+  // Fails without the privilege; then the watcher is scheduled like any process.
   sched_param first{};
   first.sched_priority = 1;
   static_cast<void>(::sched_setscheduler(0, SCHED_FIFO, &first));
@@ -96,7 +96,7 @@ StopWatcher::StopWatcher() {
   sigset_t all, before;
   sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, &before);
-  // As fork(), but with one table of open files for both, and without SIGCHLD at its end.
+  // Like fork(), but with a shared table of open files, and without SIGCHLD at its end.
   process_ = static_cast<pid_t>(::syscall(SYS_clone, CLONE_FILES, nullptr, nullptr, nullptr, nullptr));
   if (process_ == 0) watch(container, *table);
   const int failed = errno;

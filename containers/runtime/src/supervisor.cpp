@@ -39,14 +39,15 @@ void Supervisor::wake() {
 
 void Supervisor::watch() {
   pthread_setname_np(pthread_self(), "supervisor");
-  const SystemClock clock;  // real threads are watched, so real time it is
-  // A callback that starts just after a look has run for less than this at the next one, which tells when it will be late.
+  const SystemClock clock;  // it watches real threads, so it uses real time
+  // A callback that starts just after a check has run for less than this at the next one, which returns when it will be
+  // late.
   const Duration period = limits_.handover_after;
   const auto idle_looks_before_rest = std::max<Duration::rep>(1, 1s / period);
   Duration::rep idle_looks = 0;
   while (!stopping_) {
     const std::uint32_t word = word_.load();
-    // Before the look: an executor that starts to run after we looked at it finds this set, and wakes us.
+    // Before the check: an executor that starts to run after its check finds this set, and wakes the supervisor.
     const bool to_rest = idle_looks >= idle_looks_before_rest;
     parked_ = to_rest;
     bool idle = true;

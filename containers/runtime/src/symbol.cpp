@@ -25,7 +25,7 @@ class SymbolFile {
   SymbolFile(const SymbolFile&) = delete;
   SymbolFile& operator=(const SymbolFile&) = delete;
 
-  /// The bytes that are there, at most `size`.
+  /// Reads the available bytes, at most `size`.
   [[nodiscard]] std::size_t read(void* into, std::size_t size, std::uint64_t at) const noexcept {
     if (file_ < 0 || at > static_cast<std::uint64_t>(INT64_MAX)) return 0;
     const ssize_t n = ::pread(file_, into, size, static_cast<off_t>(at));

@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::array<int, 5> kFaultSignals{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 
-// The C library's own function behind the definition below.
+// Returns the C library's own function behind the definition below.
 template <typename Function>
 Function* behind(const char* name) noexcept {
   return std::bit_cast<Function*>(::dlsym(RTLD_NEXT, name));
@@ -36,7 +36,7 @@ Function* behind(const char* name) noexcept {
 
 using SetMask = int(int, const sigset_t*, sigset_t*);
 
-// What `how` would block, without the fault signals.
+// Calls the C library's function with the fault signals removed from the mask, unless it unblocks.
 int set_mask(SetMask* real, int how, const sigset_t* set, sigset_t* before) noexcept {
   if (set == nullptr || how == SIG_UNBLOCK) return real(how, set, before);
   sigset_t allowed = *set;
@@ -49,7 +49,7 @@ struct ThreadStart {
   void* argument;
 };
 
-// No function of the kind that ends the process when an exception passes: pthread_exit() unwinds through it.
+// Must not be noexcept: pthread_exit() unwinds through it.
 void* run_guarded(void* argument) {
   const std::unique_ptr<ThreadStart> given{static_cast<ThreadStart*>(argument)};
   const ThreadStart start = *given;

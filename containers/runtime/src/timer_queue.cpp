@@ -12,7 +12,7 @@ void TimerQueue::set(std::size_t place, TimerBase& timer) {
   timer.place_ = place;
 }
 
-// The timer at this place may be too late for its parent or its children: moves it up or down.
+// Moves the timer at this place up or down, to where its due time belongs.
 void TimerQueue::settle(std::size_t place) {
   TimerBase& timer = *heap_[place];
   while (place > 0 && comes_before(timer, *heap_[(place - 1) / 2])) {

@@ -26,12 +26,12 @@ bool TransitionLanes::push(std::uint64_t node, std::function<void()> job) {
   if (lane.waiting.size() >= kMostWaiting) return false;
   lane.waiting.push_back(std::move(job));
   if (lane.busy) return true;
-  // The last errand, if there was one, has nothing more to do than to end.
+  // The last errand, if there was one, only has to end.
   try {
     lane.errand = std::make_unique<Errand>("transition", [this, &lane] { work(lane); });
   } catch (const std::system_error&) {
     lane.waiting.pop_back();
-    return false;  // no thread is to be had: refused as when too many wait
+    return false;  // no thread can be started: refused as if too many were waiting
   }
   lane.busy = true;
   return true;

@@ -28,7 +28,7 @@ void Watchdog::run() {
   pthread_setname_np(pthread_self(), "watchdog");
   const SystemClock clock;
   while (!stopping_) {
-    // Read before the look: what changes during it is looked at again.
+    // Read before the check: changes during it are checked again.
     const std::uint32_t word = word_.load();
     const MonotonicTime again = look_(clock.now());
     if (again == kNeverExpires) {
