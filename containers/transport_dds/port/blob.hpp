@@ -14,7 +14,7 @@
 namespace nacelle::transport_dds {
 
 class BlobPool;
-/// How many payloads of one writer are out: borrowed, in its history, or waiting to be sent again.
+/// The number of payloads of one writer in use: borrowed, in its history, or waiting for retransmission.
 using OutCount = std::atomic<std::uint32_t>;
 
 /// Cyclone's view of a message (its serdata), with the CDR bytes behind it in the same piece of memory.
@@ -24,7 +24,7 @@ using OutCount = std::atomic<std::uint32_t>;
 /// outlive its topic.
 struct Blob : ddsi_serdata {
   BlobPool* pool = nullptr;
-  std::shared_ptr<OutCount> out;  ///< Null for what was received.
+  std::shared_ptr<OutCount> out;  ///< Null for received messages.
   std::uint32_t size = 0;         ///< Bytes in use.
   std::uint32_t capacity = 0;
 
@@ -38,28 +38,28 @@ static_assert(alignof(Blob) == 8 && sizeof(Blob) % 8 == 0);
 
 struct BlobLimits {
   std::size_t most_bytes = std::size_t{64} << 20U;       ///< Of one message.
-  std::size_t most_bytes_out = std::size_t{256} << 20U;  ///< Of all messages of one type that somebody holds.
+  std::size_t most_bytes_out = std::size_t{256} << 20U;  ///< Of all messages of one type in use.
 };
 
-/// The memory of the messages of one type: what comes back is used again.
+/// The memory of the messages of one type: released blobs are reused.
 ///
-/// Keeps about twice the longest message of late for the next ones, gives the rest back to the heap. When a limit is
-/// reached or there is no memory, the message is refused and counted.
-/// Ownership: its sertype, and each blob that is out. Threads: any.
+/// Keeps about twice the longest recent message for the next ones, and returns the rest to the heap. When a limit is
+/// reached or there is no memory, the message is refused and counted. Ownership: its sertype, and each blob in use.
+/// Threads: any.
 class BlobPool final {
  public:
-  /// The caller is its first user. Null: no memory.
+  /// Returns a pool whose first user is the caller. Null: no memory.
   [[nodiscard]] static BlobPool* make(const BlobLimits& limits) noexcept;
   void drop_user() noexcept;
 
-  /// One reference, the caller's; null: refused.
+  /// Returns a blob with one reference, the caller's; null: refused.
   [[nodiscard]] Blob* borrow(const ddsi_sertype& type, std::size_t bytes) noexcept;
-  /// The last reference is gone.
+  /// Takes back a blob whose last reference was released.
   void take_back(Blob& blob) noexcept;
 
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
   [[nodiscard]] std::size_t bytes_out() const { return bytes_out_.load(std::memory_order_relaxed); }
-  /// Bytes that wait for their next use.
+  /// Returns the number of bytes that are kept for reuse.
   [[nodiscard]] std::size_t bytes_kept() const;
 
  private:
@@ -76,12 +76,12 @@ class BlobPool final {
   mutable std::mutex mutex_;  // what follows
   std::array<Blob*, kMostKept> kept_{};
   std::size_t kept_count_ = 0, kept_bytes_ = 0;
-  std::size_t recent_ = 0;  // the longest message of late
+  std::size_t recent_ = 0;  // the longest recent message
 };
 
-/// A key of our types: no bytes, no pool. Null: no memory.
+/// Returns a key of these types: no bytes, no pool. Null: no memory.
 [[nodiscard]] Blob* make_key(const ddsi_sertype* type, const ddsi_serdata_ops& ops) noexcept;
-/// Ends a blob whose last reference is gone.
+/// Frees a blob whose last reference was released.
 void free_blob(Blob& blob) noexcept;
 
 }  // namespace nacelle::transport_dds

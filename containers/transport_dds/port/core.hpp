@@ -11,18 +11,18 @@
 
 namespace nacelle::transport_dds {
 
-/// What all endpoints of a participant stand on.
+/// The domain and participant that all endpoints share.
 struct ParticipantCore {
-  Entity domain;       // its end takes all that is in it along
-  Entity participant;  // ends first
+  Entity domain;       // destroying it destroys everything in it
+  Entity participant;  // destroyed first
   BlobLimits limits;
   Gid gid;
   std::vector<Problem> remarks;  // Participant::remarks()
 };
 
-/// A topic with the type that Cyclone made of ours: the same one for all topics of that name and structure.
+/// A topic with Cyclone's type object: the same one for all topics of that name and structure.
 struct BlobTopic {
-  std::shared_ptr<ParticipantCore> core;  // ends last
+  std::shared_ptr<ParticipantCore> core;  // destroyed last
   Entity topic;
   const BlobType* type = nullptr;  // lives as long as the topic
 };
@@ -30,7 +30,7 @@ struct BlobTopic {
 [[nodiscard]] Result<BlobTopic, Problem> make_topic(std::shared_ptr<ParticipantCore> core,
                                                     const EndpointOptions& options);
 
-/// Why Cyclone did not make a topic or an endpoint; `log` has what it said meanwhile.
+/// Returns why Cyclone did not make a topic or an endpoint; `log` has its messages meanwhile.
 [[nodiscard]] Problem problem_of(const std::string& what, const EndpointOptions& options, const CapturedLog& log,
                                  dds_return_t error);
 

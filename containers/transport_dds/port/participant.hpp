@@ -33,39 +33,41 @@ struct ParticipantOptions {
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// What the messages of one type that wait or are being sent may take; those beyond are refused and counted.
   std::size_t most_bytes_of_type = std::size_t{256} << 20U;
-  /// Only to see whether it can be made: it says nothing to anybody, and hears nobody.
+  /// Only tests whether it can be made: it neither sends nor receives.
   bool is_trial = false;
-  /// Without: in the clear. With: who has no certificate of the same authority sees and sends nothing.
+  /// Without it, traffic is unsecured. With it, only participants with a certificate of the same authority can read and
+  /// send.
   std::optional<SecurityFiles> security;
 };
 
 /// A container on the network: Cyclone DDS with all its threads and sockets. One per domain and process.
 ///
-/// Whatever the configuration says, Cyclone's shared memory is off (it loses data silently and stops the process when
-/// its daemon is missing), and a writer with KEEP_LAST never waits for a slow reader: its history is what it may fall
-/// behind by.
+/// Whatever the configuration says, Cyclone's shared memory is off (it loses data silently and ends the process when
+/// its daemon is missing), and a writer with KEEP_LAST never waits for a slow reader, which may fall behind by the
+/// writer's history.
 /// Ownership: the endpoints made here keep the domain until the last of them is gone.
 /// Threads: any.
 class Participant {
  public:
   /// Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a domain that this
-  /// process has joined already; a machine, or a transport, that cannot be kept to itself; files of DDS Security that its plugins
-  /// refuse.
+  /// process has joined already; a machine, or a transport, that cannot be restricted to this machine; files of DDS
+  /// Security that its plugins refuse.
   [[nodiscard]] static Result<std::unique_ptr<Participant>, Problem> create(const ParticipantOptions& options);
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
   ~Participant();
 
   [[nodiscard]] Gid gid() const;
-  /// What of the configuration is not as it was asked for: peers without an address.
+  /// Returns the settings that could not be applied: peers without an address.
   [[nodiscard]] std::vector<Problem> remarks() const;
-  /// `listener` must outlive the endpoint; null: nobody listens. Errors: a name or QoS that Cyclone refuses.
+  /// `listener` must outlive the endpoint; null: no listener. Errors: a name or QoS that Cyclone refuses.
   [[nodiscard]] Result<std::unique_ptr<Writer>, Problem> create_writer(const EndpointOptions& options,
                                                                        EndpointListener* listener);
   [[nodiscard]] Result<std::unique_ptr<Reader>, Problem> create_reader(const EndpointOptions& options,
                                                                        EndpointListener* listener);
   [[nodiscard]] Result<std::unique_ptr<Discovery>, Problem> create_discovery(DiscoveryListener* listener);
-  /// While it is mute, what is sent goes nowhere and nobody waits: for the end of a message that takes long.
+  /// While it is mute, nothing is sent and no thread waits for the network. Used to abort the transfer of a long
+  /// message.
   void set_mute(bool mute);
 
  private:

@@ -13,9 +13,9 @@ struct Blob;
 /// The bytes of a message as they are on the wire: the encapsulation header of four bytes first, then CDR. The body is
 /// aligned to eight bytes in memory, as it is in the encoding.
 ///
-/// One holder's share of a pool's memory, which goes back with the last one: the other holders are Cyclone's history
-/// and retransmissions. The memory belongs to the pool and not to an endpoint, so a payload stays valid after its
-/// reader.
+/// One reference to a pool's memory, which returns to the pool with the last one. The other references are those of
+/// Cyclone's history and retransmissions. The memory belongs to the pool and not to an endpoint, so a payload stays
+/// valid after its reader.
 /// Threads: a value like any other; the bytes never change. Allocates: nothing.
 class Payload {
  public:
@@ -30,14 +30,15 @@ class Payload {
   ~Payload();
 
   explicit operator bool() const { return blob_ != nullptr; }
-  /// Empty without a blob. From a peer: any bytes at all, of any length; whoever decodes them checks them.
+  /// Returns the bytes; empty without a blob. From a peer they may be any bytes of any length: the decoder must check
+  /// them.
   [[nodiscard]] ByteView bytes() const;
 
  private:
   Blob* blob_ = nullptr;
 };
 
-/// Memory for a message that will be sent, from the pool of its type. To be filled, and handed to Writer::write().
+/// Memory for a message to send, from the pool of its type. Fill it, and pass it to Writer::write().
 class OutgoingPayload {
  public:
   OutgoingPayload() = default;
@@ -49,9 +50,9 @@ class OutgoingPayload {
   }
   ~OutgoingPayload();
 
-  /// False: there was no memory, or the message is too large, or too many wait already.
+  /// False if there was no memory, the message is too large, or too many wait already.
   explicit operator bool() const { return blob_ != nullptr; }
-  /// As many bytes as were asked for; they hold anything.
+  /// Returns the requested number of bytes, uninitialised.
   [[nodiscard]] ByteSpan bytes();
   [[nodiscard]] Blob* release() { return std::exchange(blob_, nullptr); }
 

@@ -13,26 +13,26 @@
 
 namespace nacelle::transport_dds {
 
-/// A message that came. Its bytes are whatever the writer sent: check them.
+/// A received message. Its bytes are whatever the writer sent: check them.
 struct Sample {
   Payload payload;
   WallTime source_time;             ///< By the writer's clock.
-  Gid writer;                       ///< All zero if it was gone before it could be asked for.
+  Gid writer;                       ///< All zero if it had ended before it could be determined.
   std::uint64_t writer_handle = 0;  ///< Cyclone's number for it in this process: MatchedPeer::handle.
 };
 
 struct ReaderCounters {
   std::uint64_t received = 0;  ///< Put into the queue.
   std::uint64_t taken = 0;
-  std::uint64_t overwritten = 0;  ///< KEEP_LAST: the oldest made room.
+  std::uint64_t overwritten = 0;  ///< KEEP_LAST: the oldest were dropped.
   std::uint64_t full = 0;         ///< KEEP_ALL: no room left.
   std::uint64_t refused = 0;      ///< Of this type, all readers: too large, or too many bytes held already.
 };
 
-/// Receives messages as bytes. Ownership: its maker's; destroying it leaves the topic.
+/// Receives messages as bytes. Ownership: its creator; destroying it leaves the topic.
 ///
-/// A message goes from Cyclone's receiving thread straight into a queue of the shape that the QoS asks for, and the
-/// listener is told; no thread of Cyclone's ever waits for the one that takes.
+/// Cyclone's receiving thread puts a message directly into a queue of the kind that the QoS requests, and calls the
+/// listener. No thread of Cyclone's ever waits for the thread that takes.
 /// Threads: take() one at a time; const members from any thread.
 class Reader {
  public:
@@ -44,14 +44,14 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
   ~Reader();
 
-  /// The oldest message that waits. Allocates: for a writer that is new to it.
+  /// Takes the oldest waiting message. Allocates: for a writer seen for the first time.
   [[nodiscard]] std::optional<Sample> take();
   [[nodiscard]] bool has_waiting() const;
   [[nodiscard]] std::uint32_t matched_count() const;
   [[nodiscard]] Gid gid() const;
   [[nodiscard]] ReaderStatus status() const;
   [[nodiscard]] ReaderCounters counters() const;
-  /// Who is matched now, with user data. Allocates: yes; not per message.
+  /// Returns the matched writers, with user data. Allocates: yes; do not call per message.
   [[nodiscard]] std::vector<MatchedPeer> matched() const;
 
  private:

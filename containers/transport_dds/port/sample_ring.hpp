@@ -9,16 +9,16 @@
 namespace nacelle::transport_dds {
 
 /// A queue that grows to its limit and not beyond.
-/// Threads: one at a time. Allocates: when it holds more than ever before. Errors: none; push() says what became of the
-/// entry.
+/// Threads: one at a time. Allocates: when it holds more than ever before. Errors: none; push() returns what happened
+/// to the entry.
 template <typename T>
 class SampleRing {
  public:
   explicit SampleRing(std::size_t limit) : limit_(limit == 0 ? 1 : limit) {}
 
   enum class Pushed : unsigned char { Fine, Overwrote, Full };
-  /// Adds it at the end. Without room the oldest gives way and is in `entry` afterwards, or the entry stays with the
-  /// caller.
+  /// Adds an entry at the end. If there is no room, either the oldest entry is moved to `entry`, or `entry` is left
+  /// unchanged.
   [[nodiscard]] Pushed push(T& entry, bool overwrite) noexcept {
     Pushed did = Pushed::Fine;
     if (count_ == room_ && !grow()) {

@@ -12,17 +12,18 @@
 
 namespace nacelle {
 
-/// Asks nodes of others whose clocks may be behind (wire/peer_clock.hpp) something, for the stamp of the answer.
+/// Queries nodes of participants whose clocks may be behind (wire/peer_clock.hpp), for the stamp of the answer.
 ///
-/// The question is get_parameter_types of no names, which every node of ROS 2 serves and which changes nothing. Each has a
-/// client of its own, of no node, as long as it is open; where nothing is in doubt there is none. A few are open at a time,
-/// and some more wait: a peer can make up as many participants as it likes.
+/// The query is get_parameter_types with no names, which every ROS 2 node serves and which changes nothing. Each query
+/// has its own client, of no node, while it is open. The numbers of open and waiting queries are limited, because a
+/// peer can announce any number of participants.
 /// Ownership: the services'. Threads: the network's own.
 class DdsMirror::Impl::Services::Questions {
  public:
   explicit Questions(Services& of) : services_(of) {}
 
-  /// The peer's clock is told of the answers, and when there will be no more. False: nobody there can be asked, or not now.
+  /// Starts a query. The peer's clock gets the answers, and a notice when there will be no more. Returns false if no
+  /// node there can be queried, or not now.
   [[nodiscard]] bool add(const dds::Gid& peer);
   void look_at(std::uint64_t id);
   void turn();

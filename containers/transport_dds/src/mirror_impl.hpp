@@ -26,7 +26,7 @@ namespace nacelle {
 
 namespace dds = transport_dds;
 
-/// The problem of an endpoint of this side that could not be made.
+/// Returns the problem of an endpoint of this side that could not be made.
 inline Problem end_not_shown(Place where, std::string name, const Problem& why) {
   return {std::move(where), "is not on the network: " + why.text(), "", dds::NetworkFault::EndNotShown,
           std::move(name)};
@@ -35,7 +35,7 @@ inline Problem end_not_shown(Place where, std::string name, const Problem& why) 
 /// A counter with one writing thread, read by others.
 using Figure = std::atomic<std::uint64_t>;
 
-/// What a mirror keeps. Threads: on_*() and note_*() any; the rest the network's own.
+/// The data of a mirror. Threads: on_*() and note_*() any; the rest the network's own.
 struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   /// An endpoint of this side. Threads: on_*() any.
   struct LocalEnd : dds::EndpointListener, ReadyListener {
@@ -51,7 +51,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     EndpointInfo info;
     std::atomic<bool> queued{false}, is_status_new{false};
   };
-  /// What has become of a message.
+  /// The result of sending a message.
   struct Written {
     enum class How : std::uint8_t { Sent, HeldUp, Failed, TooMuch } how = How::Failed;
     std::size_t bytes = 0;
@@ -65,22 +65,22 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
       is_admitted = false;
     }
     std::set<dds::Gid> matched;
-    Block* unsent = nullptr;   // taken from the tap; DDS, or the rule of its export, had no room for it yet
+    Block* unsent = nullptr;   // taken from the tap, but not sent yet: DDS, or its export rule, had no room
     bool is_admitted = false;  // by the rule: `unsent`
     std::uint64_t told_overwritten = 0;
     bool showed_life = false, told_refused = false, at_lane = false;
     Written by_lane;  // valid once lane_done
     std::atomic<bool> lane_done{false};
-    MonotonicTime gives_up_at;            // of one that has ended here
-    std::unique_ptr<dds::Writer> writer;  // null: refused. Its calls end before what is above
+    MonotonicTime gives_up_at;            // for a writer that has ended here
+    std::unique_ptr<dds::Writer> writer;  // null: refused. Destroyed before the members above
     std::unique_ptr<ProxyReader> tap;
   };
   struct LocalReader final : LocalEnd {
     using LocalEnd::LocalEnd;
-    /// What comes behind a closed gate waits for its opening, if the reader asks for history.
+    /// Messages that arrive while the gate is closed wait until it opens, if the reader requests history.
     [[nodiscard]] bool takes() const;
-    std::map<dds::Gid, std::uint64_t> sequences;  // of the writers that it has heard
-    std::optional<dds::Sample> head;              // taken out, and not handed on yet
+    std::map<dds::Gid, std::uint64_t> sequences;  // of the writers that it has received from
+    std::optional<dds::Sample> head;              // taken, but not delivered yet
     dds::ReaderCounters told;
     std::uint64_t told_lost = 0;
     bool is_announced = false;
@@ -88,10 +88,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   };
   /// A participant whose messages come here.
   struct Peer {
-    std::string host;  ///< As it announces it, or what there is to call it by.
+    std::string host;  ///< As announced, or a substitute name.
     dds::PeerClock clock;
   };
-  /// For an end of another participant; one of the two.
+  /// The proxy of a remote endpoint: one of the two.
   struct StandIn {
     dds::RemoteEndpoint end;
     std::uint64_t id = 0;
@@ -109,9 +109,9 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
-    EndpointInfo info;  // of Made; else only the id and `open`
+    EndpointInfo info;  // for Made; else only the id and `open`
   };
-  /// What others have told and the network's thread has not looked at yet.
+  /// Events from other threads that the network's thread has not handled yet.
   struct Noted {
     std::vector<Event> events;
     std::vector<std::uint64_t> ready;
@@ -149,10 +149,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void run();
   void turn();
   void tell(const Problem& problem);
-  /// Once for each key, of which so many are remembered.
+  /// Reports once for each key; a limited number of keys is remembered.
   void tell_once(const std::string& key, const Problem& problem);
 
-  // mirror_local.cpp: the ends of this side on the network
+  // mirror_local.cpp: the endpoints of this side on the network
   void take(const Event& event);
   void take_made(const EndpointInfo& info);
   void take_gone(std::uint64_t id);
@@ -162,20 +162,20 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void make_reader(const EndpointInfo& info);
   void announce(LocalReader& end);
   void withdraw(LocalReader& end);
-  /// Which of several types the network sees under a name: see Announced.
+  /// Chooses which of several types is announced under a name: see Announced.
   void choose_types();
   void choose_type(TopicUse& use, const std::string& topic);
   void count_readers();
   [[nodiscard]] Result<dds::EndpointOptions, Problem> options_for(const EndpointInfo& info) const;
-  /// An endpoint of this node is on the network from now on, or no longer.
+  /// Records that an endpoint of this node has joined or left the network.
   void show(const std::string& node, const dds::Gid& gid, bool is_writer);
   void hide(const std::string& node, const dds::Gid& gid, bool is_writer);
   void look_at_status(LocalWriter& end);
   void look_at_status(LocalReader& end);
-  /// Whether a reader of another participant is a subscription of this writer, in the graph.
+  /// Returns whether a remote reader is a subscription of this writer in the graph.
   void count(const dds::Gid& reader, const LocalWriter& by, bool counts);
 
-  // mirror_remote.cpp: the ends of the others
+  // mirror_remote.cpp: remote endpoints
   void take_discovery();
   void take_participant(dds::DiscoveryEvent::Kind kind, const dds::DiscoveredParticipant& found);
   void take_endpoint(dds::DiscoveryEvent::Kind kind, const dds::DiscoveredEndpoint& found);
@@ -185,55 +185,55 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void make_stand_in(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
   void drop_gone();
   void forget(const dds::Gid& gid);
-  /// "/arm/driver", for people.
+  /// Returns "/arm/driver", for display.
   [[nodiscard]] std::string node_of(const dds::Gid& endpoint) const;
   [[nodiscard]] static std::string node_name_of(const dds::RemoteEndpoint& end);
   MonotonicTime show_life();
   void look_for_namesakes();
 
-  // mirror_clocks.cpp: the clocks of the others' machines
+  // mirror_clocks.cpp: the clocks of other machines
   [[nodiscard]] Peer& peer_of(const dds::RemoteEndpoint& writer);
   void note_stamp(StandIn& from, WallTime source, WallTime came, MonotonicTime at);
   void tell_skew(const std::string& host);
   void ask_for_time(StandIn& from, MonotonicTime at);
-  /// What complaints about stamps can ask from now on.
+  /// Publishes the clock skews for messages about stamps.
   void publish_skews();
 
-  // mirror_misfits.cpp: what is told of ends that this side does not hear
-  /// None of this side matches it, so that it is only told of, and that can wait a little for the name of its node.
+  // mirror_misfits.cpp: reports about incompatible remote endpoints
+  /// Returns true if no endpoint of this side matches it: the report may wait a little for the name of its node.
   [[nodiscard]] bool waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use, const msgs::MessageType& type);
   [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
-  /// The ends of this side that do not hear it, or that it does not hear, since their types are others.
+  /// Reports the endpoints of this side that have another type.
   [[nodiscard]] std::vector<const EndpointInfo*> those_with_other_types(const dds::RemoteEndpoint& end) const;
   /// Each pair once.
   void note_misfit(const EndpointInfo& ours, const dds::RemoteEndpoint& end, const std::string& type);
   void tell_other_types(const dds::RemoteEndpoint& end);
-  /// Nobody else tells of a reader elsewhere whose QoS a publisher here does not serve.
+  /// Reports a remote reader whose QoS a publisher here does not satisfy; nothing else reports it.
   void tell_unserved(const dds::RemoteEndpoint& reader);
-  /// Writers of this side from which this reader gets nothing, since it asks for more.
+  /// Returns the writers of this side from which this reader gets nothing, because it requests more.
   [[nodiscard]] std::vector<const EndpointInfo*> those_that_do_not_serve(const dds::RemoteEndpoint& reader) const;
-  /// Among the ends that are told of later; returns since when.
+  /// Adds it to the endpoints to report later; returns since when it is there.
   MonotonicTime wait_in(std::map<dds::Gid, MonotonicTime>& those, const dds::Gid& gid);
-  /// Returns when to look again.
+  /// Returns when to check again.
   MonotonicTime look_at_misfits();
 
   // mirror_messages.cpp
-  /// Sends what has been published; true if it stopped before the end, for others to have their turn.
+  /// Sends the published messages. Returns true if it stopped early so that others get their turn.
   bool send(LocalWriter& end);
-  /// Threads: the writer's for the moment.
+  /// Threads: the one that uses the writer at the moment.
   [[nodiscard]] Written write(LocalWriter& end, const Block& block, std::size_t bytes) const;
   void count_overtaken(LocalWriter& end);
   void write_at_lane(LocalWriter& end, std::size_t bytes);
-  /// False: a KEEP_ALL writer has no room for it now.
+  /// Returns false if a KEEP_ALL writer has no room for it now.
   [[nodiscard]] bool settle(LocalWriter& end, const Written& did);
-  /// A large message is still being sent, or has come back since there was no room for it.
+  /// Returns true if a large message is still being sent, or was returned because there was no room for it.
   [[nodiscard]] bool is_busy(LocalWriter& end);
   MonotonicTime send_held_up();
   void hold_up(const LocalWriter& end, MonotonicTime until);
   enum class Passage : std::uint8_t { Goes, Waits, Dropped };
-  /// What the rule of its export says of the message that is to be sent.
+  /// Applies its export rule to the message to send.
   [[nodiscard]] Passage passage_of(LocalWriter& end, std::size_t bytes);
-  /// Hands on what has come for these readers; true if it stopped before the end, for others to have their turn.
+  /// Delivers the received messages of these readers. Returns true if it stopped early so that others get their turn.
   bool receive(TopicUse& use);
   [[nodiscard]] StandIn* stand_in_of(const dds::Sample& sample);
   void hand_on(const std::vector<LocalReader*>& to, StandIn& from, std::uint64_t sequence);
@@ -245,35 +245,36 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   const MirrorOptions options;
   const Logger log{"network"};
   const std::unique_ptr<dds::Participant> participant;
-  std::atomic<std::uint32_t> number{0};  // our link's
+  std::atomic<std::uint32_t> number{0};  // of this link
 
   std::map<std::uint64_t, std::unique_ptr<LocalWriter>> writers;
   std::map<std::uint64_t, std::unique_ptr<LocalReader>> readers;
-  std::map<std::uint64_t, std::unique_ptr<LocalWriter>> ending;  // gone here, with a large message on its way
+  std::map<std::uint64_t, std::unique_ptr<LocalWriter>> ending;  // ended here, while a large message is being sent
   std::map<std::string, TopicUse, std::less<>> topics;
-  std::map<dds::Gid, Peer> peers;  // outlive the stand-ins that point to them
+  std::map<dds::Gid, Peer> peers;  // outlive the proxies that point to them
   std::map<dds::Gid, StandIn> stand_ins;
   std::map<std::string, ClockSkew, std::less<>> told_skews;  // by host
   Guarded<std::vector<ClockSkew>> host_skews;
-  // Since when they are known: ends that are told of once the name of their node is, those with another type than ours, and
-  // readers whose QoS a writer of ours does not serve.
+  // With the time since when they are known: endpoints to report once the name of their node is known, endpoints with
+  // another type, and readers whose QoS a writer of this side does not satisfy.
   std::map<dds::Gid, MonotonicTime> nameless, other_types, unserved;
-  std::set<dds::Gid> awaited;                 // whose node has had its time to be told
-  MonotonicTime misfits_due = kNeverExpires;  // when to look at these
-  // An end of another participant, one of ours: noted in the graph.
+  std::set<dds::Gid> awaited;                 // whose node's name was waited for long enough
+  MonotonicTime misfits_due = kNeverExpires;  // when to check these
+  // Pairs of a remote endpoint and one of this side that are recorded in the graph.
   std::set<std::pair<dds::Gid, std::uint64_t>> misfits;
   std::map<std::uint64_t, dds::Gid> handles;  // Cyclone's numbers of remote writers, which outlive them
-  std::set<dds::Gid> gone_now;                // or whole participants; dropped when their last messages are taken
+  std::set<dds::Gid>
+      gone_now;  // writers or whole participants that have ended; removed when their last messages are taken
   std::set<std::string> told;
   std::uint64_t next_stand_in = 0;
   std::set<std::uint64_t> held_up;  // writers with something unsent ...
-  MonotonicTime retry_at;           // ... and when to try again: nobody tells of room
-  std::set<std::uint64_t> hidden;   // ends that no rule of export names
-  std::set<dds::Gid> manual;        // stand-ins for writers that have to show life themselves
+  MonotonicTime retry_at;           // ... and when to retry: there is no notification of room
+  std::set<std::uint64_t> hidden;   // endpoints that no export rule names
+  std::set<dds::Gid> manual;        // proxies for writers with manual liveliness
   dds::GraphSnapshot own_nodes;
   std::map<std::string, std::size_t> ends_of_node;
   bool is_snapshot_new = true;
-  bool are_types_new = false;  // an end of a topic came or went: choose_types()
+  bool are_types_new = false;  // an endpoint of a topic was added or removed: choose_types()
   Guarded<dds::RemoteGraph> remote;
   Guarded<std::vector<Namesake>> namesakes;
   Noted now;
@@ -292,7 +293,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
 
   std::unique_ptr<Services> services;  // null: topics only
   SnapshotListener snapshot_listener{*this};
-  // The last members but the thread: what they tell goes to what is above.
+  // The last members except the thread: their callbacks use the members above.
   std::unique_ptr<dds::Writer> snapshot_writer;
   std::unique_ptr<dds::Reader> snapshot_reader;
   std::unique_ptr<dds::Discovery> discovery;

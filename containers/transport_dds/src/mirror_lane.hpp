@@ -9,7 +9,7 @@
 
 namespace nacelle {
 
-/// A thread for what may take as long as the network is slow. It is started with the first job; they are done in order.
+/// A thread for sends that may take long on a slow network. It is started with the first job; jobs run in order.
 /// Threads: any; stop() and the destructor one.
 class MirrorLane {
  public:
@@ -20,9 +20,9 @@ class MirrorLane {
   ~MirrorLane() { stop(); }
 
   void add(Job job);
-  /// There is something to do, or being done.
+  /// Returns true while a job is waiting or running.
   [[nodiscard]] bool is_busy() const;
-  /// Waits for the job that is being done and drops the others.
+  /// Waits for the running job and drops the others.
   void stop();
 
  private:
