@@ -22,7 +22,7 @@ void CameraComponent::declare_control_overrides() {
   for (const std::string& name : parameters().unused_overrides()) {
     const ParameterType type = type_of(parameters().overrides().at(name));
     if (type != ParameterType::Integer && type != ParameterType::Bool) continue;
-    // Nearly the name of a parameter: nobody calls a control so, and whoever checks the parameters is to see it.
+    // Similar to a parameter's name: no control has such a name, so the check of parameters should report it.
     if (!nearest_name(name, parameters().list()).empty()) continue;
     declare_parameter(
         name, type,

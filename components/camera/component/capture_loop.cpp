@@ -98,7 +98,7 @@ void CaptureLoop::publish(const Frame& frame) {
   info->header.stamp = (settings_.use_capture_time ? frame.captured : frame.received) + settings_.stamp_offset;
   image_->header.stamp = info->header.stamp;
   image_->header.frame_id.assign(settings_.frame_id);
-  // camera_info first: whoever gets the image can have its lens already.
+  // camera_info first, so that a reader of the image already has its calibration.
   around_.infos.publish(std::move(info));
   around_.images.publish(std::move(image_));
   auto stats = stats_.lock();

@@ -11,7 +11,7 @@
 namespace nacelle::camera {
 namespace {
 
-// Each reader below fills `problem_` once and answers false; the first problem is the one that is told.
+// Each reader below sets `problem_` once and returns false; the first problem is reported.
 class Reader {
  public:
   Reader(std::string file_name) : file_(std::move(file_name)) {}

@@ -106,7 +106,7 @@ void JpegDecoder::State::use_arena() {
   };
 }
 
-// A frame that brings no tables of its own would be decoded with those of the frame before, into a picture that nobody saw.
+// A frame without its own tables would be decoded with those of the previous frame, into a wrong picture.
 void JpegDecoder::State::forget_last_frame() {
   damaged = false;
   info.src = nullptr;

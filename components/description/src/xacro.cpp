@@ -233,7 +233,7 @@ class Expander {
     }
     Property made;
     for (const char* const text : {element.Attribute("value"), element.Attribute("default")}) {
-      // A property that nobody reads would hide it until somebody does.
+      // An unused property would hide the problem until it is used.
       if (text != nullptr && std::string_view{text}.find("load_yaml(") != std::string_view::npos)
         trail_.fail("property '" + name.substr(0, 60) + "': load_yaml is not available",
                     "write its values as properties");

@@ -43,7 +43,7 @@ std::string advice(DriveFault::Kind kind) {
   return {};
 }
 
-/// Why the base does not do what it is told; an empty text: it does.
+/// Returns why the base does not follow its commands; empty if it does.
 struct Hindrance {
   std::string text;
   std::uint8_t level = diagnostic_msgs::msg::DiagnosticStatus::OK;
@@ -192,7 +192,7 @@ void DiffDriveComponent::listen_for_emergency_stop() {
       second));
 }
 
-// Who promises to show life is told apart from those who only say something (`nacelle estop`, a person's terminal).
+// Distinguishes publishers that assert liveliness from those that only publish (`nacelle estop`, `topic pub`).
 void DiffDriveComponent::listen_for_guards() {
   if (!options_.emergency_stop_required) return;
   inbox_.unguarded.set();

@@ -46,14 +46,13 @@ struct DriveFault {
 
 /// The control loop of the base: read feedback, take the newest command, limit it, write wheel rates; at a fixed rate.
 ///
-/// A command is followed as fast as the limits allow, a command of zero too. A stop (no more commands, a hold) is no
-/// command: the wheels are told zero in that cycle. An emergency stop does not even wait for the cycle, if the loop is
-/// interrupted for it.
-/// With Settings::waits_for_board a board that is lost (no line, no feedback, no byte taken) is sent zero and opened again without
-/// limit; what was commanded before does not go on when it is back (CommandInput). Without, a lost line is opened again for as long
-/// as Settings::reopen_limit, and silence is a fault.
-/// A loop that was itself away (a stopped process, a starved machine) for as long as a command may be old, or as the board's own
-/// watchdog waits, begins anew: the wheels have been told zero meanwhile, or should have been.
+/// A command is followed as fast as the limits allow, also a command of zero. A stop (no more commands, a hold) ignores
+/// the limits: the wheels get zero in that cycle. An emergency stop does not wait for the cycle, if the loop is
+/// interrupted for it. With Settings::waits_for_board a board that is lost (no line, no feedback, no byte taken) is
+/// sent zero and opened again without limit; earlier commands are not resumed when it is back (CommandInput). Without
+/// it, a lost line is reopened for as long as Settings::reopen_limit, and silence is a fault. If the loop itself did
+/// not run (a stopped process, a starved machine) for the maximum age of a command, or for the time of the board's own
+/// watchdog, it starts anew: the wheels were stopped meanwhile, or should have been.
 ///
 /// Cycles end at absolute instants of the monotonic clock; a late one does not move those that follow. Between them the
 /// loop waits on the feedback itself, so every line is read, and stamped, when it arrives, by this one thread.
@@ -103,7 +102,7 @@ class DriveLoop {
   /// One cycle, for run() and for tests.
   [[nodiscard]] Result<void, DriveFault> cycle();
   void stop() noexcept;
-  /// An emergency stop has come into the inbox: the wheels are told at once, not in the next cycle. Threads: any.
+  /// Call when an emergency stop is in the inbox: the wheels are stopped at once, not in the next cycle. Threads: any.
   void interrupt() noexcept { port_.interrupt(); }
 
   [[nodiscard]] const Stats& stats() const { return stats_; }

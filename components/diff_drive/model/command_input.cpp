@@ -15,7 +15,7 @@ void CommandInput::disarm_all() {
 
 void CommandInput::arm(MonotonicTime now) {
   armed_at_ = now;
-  // Nobody listened until now: an input may have been anything but neutral.
+  // No command was read until now: an input may have been anything but neutral.
   for (Channel& channel : channels_) channel = Channel{.restless_at = now};
   selected_ = kNobody;
   state_ = holds_ != 0 ? State::Held : State::Waiting;
@@ -111,7 +111,7 @@ bool CommandInput::take(CommandInbox& inbox, MonotonicTime now, DriveCommand& ne
     if (settings_.sources[i].priority < lock_priority_) channel.armed = channel.in_force = false;
     CommandInbox::Source& source = inbox.sources[i];
     const MonotonicTime refused_at{Duration{source.refused_at_ns.load(std::memory_order_acquire)}};
-    // Whoever sends what must be refused is not at rest.
+    // A sender whose commands are refused is not at rest.
     channel.restless_at = std::max(channel.restless_at, refused_at);
     if (const auto command = source.commands.take(); command && take(i, *command)) {
       newest = *command;

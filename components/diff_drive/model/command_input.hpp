@@ -76,7 +76,7 @@ class CommandInput {
   void forget(MonotonicTime now);
   /// Ends a hold; the inputs stay disarmed.
   void release(Hold why, MonotonicTime now);
-  /// Takes the holds that the inbox tells of alone; true if one of them is new. take() does the same.
+  /// Takes only the holds from the inbox. Returns true if one of them is new. take() includes this.
   bool take_holds(const CommandInbox& inbox);
   /// Takes what has come. Call it once per cycle, before wanted(). Returns whether a command came into force that was not
   /// before; `newest` is it then.

@@ -24,7 +24,7 @@ enum class CommandFault : std::uint8_t {
   Stale,      ///< Its header stamp is older than the input's timeout: it waited somewhere.
 };
 
-/// A base on wheels that is told to go faster has a broken sender. Limits proper are parameters.
+/// A command above these limits comes from a broken sender. The actual limits are parameters.
 inline constexpr double kMaxSaneLinear_mps = 50.0;
 inline constexpr double kMaxSaneAngular_rps = 100.0;
 

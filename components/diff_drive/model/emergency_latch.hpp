@@ -9,8 +9,8 @@ namespace nacelle::diff_drive {
 
 /// An emergency stop of several senders (a button, a person at a terminal, a safety program).
 ///
-/// A set always takes effect, even if its stamp is older than the last release. A release counts if its stamp is newer than the last set: messages
-/// that a late joiner is told come sender by sender, and not in the order of time.
+/// A set always takes effect, even if its stamp is older than the last release. A release counts if its stamp is newer
+/// than the last set: a late joiner receives messages sender by sender, not in order of time.
 class EmergencyLatch {
  public:
   /// Returns whether the stop is set now.

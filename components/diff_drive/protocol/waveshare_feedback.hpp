@@ -24,7 +24,7 @@ namespace nacelle::diff_drive {
 //   y             -         deg       -                   yaw_rad (53c25eb uses the name for the arm: not taken)
 //   q0..q3, ax..az, gx..gz, mx..mz, arm and gimbal        skipped; the IMU is a component of its own
 //
-// The newest firmware is told by its mx: no older one sends the magnetometer, and it alone sends raw integers.
+// The newest firmware is recognised by its mx: no older one sends the magnetometer, and only it sends raw integers.
 
 /// One T 1001 line in SI units. Empty fields were not in the line.
 struct BaseFeedback {

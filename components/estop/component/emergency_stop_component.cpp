@@ -27,10 +27,10 @@ ParameterDescriptor described(std::string text) {
   return descriptor;
 }
 
-// Who needs somebody here to be able to stop him (diff_drive's emergency_stop_required) hears of our end this soon.
+// A base that requires this component (diff_drive's emergency_stop_required) detects its loss within this time.
 constexpr Duration kLease = 500ms;
 constexpr Duration kShowLife = 100ms;
-// A thread that has not looked at its button for so long never will.
+// A thread that has not read its button for so long is considered stuck.
 constexpr Duration kLookLimit = kLookPeriod + 500ms;
 
 constexpr const char* kUnreadable = "the line of the emergency button cannot be read; the emergency stop is set";
@@ -60,7 +60,7 @@ EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenS
       "~/set", [this](const SetBool::Request& request, SetBool::Response& response) { on_request(request, response); });
 }
 
-// From the executor, which would have to obey the service; and only while somebody looks at the button.
+// From the executor, which also serves the service `~/set`; and only while the button's thread reads the button.
 void EmergencyStopComponent::show_life() {
   if (has_button_ && steady_clock().now().nanoseconds() - looked_at_ns_ > kLookLimit.count()) return;
   publisher_->assert_liveliness();

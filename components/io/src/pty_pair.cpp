@@ -58,7 +58,7 @@ Result<void, Problem> PtyPair::link_as(const std::string& link) {
   if (::lstat(link.c_str(), &status) == 0 && !S_ISLNK(status.st_mode)) {
     return err(Problem{link, "is there and is not a link", "choose another directory for the simulated devices"});
   }
-  // A new name moved over the old one: nobody ever sees the link missing.
+  // The new link is renamed over the old one, so that the link is never missing.
   const std::string fresh = link + ".new";
   ::unlink(fresh.c_str());
   if (::symlink(path_.c_str(), fresh.c_str()) != 0 || ::rename(fresh.c_str(), link.c_str()) != 0) {

@@ -41,7 +41,7 @@ void ScanAssembler::restart() {
 
 void ScanAssembler::begin_frame(const Ld06Frame& frame, MonotonicTime last_point) {
   if (last_angle_cdeg_ < 0.0 || frame.speed_dps == 0) return;
-  // After half a turn without a frame nobody knows whether angle 0 went by.
+  // After half a turn without a frame it is unknown whether angle 0 was passed.
   const Duration half_turn = from_seconds(180.0 / frame.speed_dps);
   if (last_point - last_point_ > half_turn) restart();
 }

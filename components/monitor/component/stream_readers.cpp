@@ -35,7 +35,7 @@
 namespace nacelle::monitor {
 namespace {
 
-// A stamp of zero means that nobody set it.
+// A stamp of zero was not set.
 std::optional<Duration> age_by(const builtin_interfaces::msg::Time& stamp, WallTime now) {
   if (stamp.sec == 0 && stamp.nanosec == 0) return std::nullopt;
   return now - time_of(stamp);

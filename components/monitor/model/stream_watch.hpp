@@ -39,7 +39,7 @@ struct StreamReport {
 /// Threads: one. Allocates: record() nothing.
 class StreamWatch {
  public:
-  /// Writers of one stream that are told apart; of more, the gaps of those beyond are not seen.
+  /// The number of writers of one stream that are distinguished; gaps of further ones are not detected.
   static constexpr std::size_t kMostWriters = 16;
 
   /// `sequence` counts from 1 per writer. `age` is of the header's stamp, for messages that have one.

@@ -37,7 +37,7 @@ OdometryComponent::OdometryComponent(const NodeOptions& options)
   reset_ = create_service<std_srvs::srv::Empty>(
       "reset_odom", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { reset_pose(); });
   if (get<bool>("enable_odom_tf")) {
-    // Where nobody asked for it, it yields to a filter; who writes it beside one has asked for two owners.
+    // By default it yields to a filter; an explicit `true` beside a filter makes two owners, which is an error.
     claim_ = claim_frame(frame_name(*this, "odom_frame_id"), frame_name(*this, "base_frame_id"),
                          is_given("enable_odom_tf") ? FrameClaimKind::Primary : FrameClaimKind::Fallback,
                          Place::of_parameter("enable_odom_tf"));

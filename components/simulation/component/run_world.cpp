@@ -57,8 +57,8 @@ class Signals {
     pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }
   [[nodiscard]] int descriptor() const { return event_.number(); }
-  /// Takes what came; true if one of them ends the world. A Ctrl-C of the terminal, which the whole foreground group gets,
-  /// counts only if the world has no parent that ends it in its turn; a SIGINT that somebody sent always does.
+  /// Takes what came; true if one of them ends the world. A Ctrl-C of the terminal, which the whole foreground group
+  /// gets, counts only if the world has no parent that will end it; a SIGINT sent by a program always counts.
   [[nodiscard]] bool ask_to_end(bool terminal_counts) const {
     bool ends = false;
     signalfd_siginfo info{};

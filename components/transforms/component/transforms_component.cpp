@@ -169,7 +169,7 @@ void TransformsComponent::on_transforms(const tf2_msgs::msg::TFMessage& message,
   }
 }
 
-// At powers of two, so that a publisher that is wrong for ever is told a few times.
+// At powers of two, so that a permanently wrong publisher is reported only a few times.
 void TransformsComponent::tell_trouble() {
   const auto& stats = joints_->stats();
   if (stats.mismatched != told_mismatched_ && is_power_of_two(stats.mismatched)) {

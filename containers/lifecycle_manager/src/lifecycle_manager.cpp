@@ -12,7 +12,7 @@ namespace nacelle::lifecycle_manager {
 namespace {
 
 constexpr Duration kStuckAfter = 3s;      // a driver may wait two for its device
-constexpr Duration kLookPeriod = 10ms;    // at conditions, which nobody announces
+constexpr Duration kLookPeriod = 10ms;    // of conditions, which have no notification
 constexpr Duration kNoticePeriod = 50ms;  // at steps that take long, and so that Hooks::interrupted is asked as often
 
 enum class Level { Unconfigured, Inactive, Active };

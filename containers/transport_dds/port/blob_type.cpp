@@ -93,7 +93,7 @@ void end_lending(ddsi_serdata* data, const ddsrt_iovec_t* /*piece*/) noexcept {
   Pacing::after_datagram();
 }
 
-/// Samples are not made from messages here: bytes are decoded by whoever takes them.
+/// Messages are not converted to samples here: the code that takes them decodes the bytes.
 bool to_sample(const ddsi_serdata* /*data*/, void* /*sample*/, void** /*memory*/, void* /*limit*/) noexcept {
   return false;
 }
@@ -162,7 +162,7 @@ bool same_structure(const ddsi_sertype* a, const ddsi_sertype* b) noexcept {
 std::uint32_t structure_hash(const ddsi_sertype* type) noexcept {
   return static_cast<std::uint32_t>(std::hash<std::string_view>{}(type_of(type).structure));
 }
-// For loans and dds_read() of samples, which nobody asks for: there are no samples.
+// For loans and dds_read() of samples, which are not used here: there are no samples.
 void zero_samples(const ddsi_sertype* /*type*/, void* /*samples*/, std::size_t /*count*/) noexcept {}
 void resize_samples(void** out, const ddsi_sertype* /*type*/, void* /*old*/, std::size_t /*old_count*/,
                     std::size_t count) noexcept {

@@ -30,8 +30,8 @@ class DiscoveryListener {
 
 /// The participants, writers and readers that Cyclone knows of (DDS's builtin topics).
 ///
-/// What waits to be taken is Cyclone's own list of who is there, one entry for each, so it is as long as the network:
-/// who came and went meanwhile is told as Gone without an Appeared, or not at all.
+/// The queue is Cyclone's own list, with one entry for each entity, so it grows with the network. An entity that
+/// appeared and disappeared between two calls is reported as Gone without an Appeared, or not at all.
 /// Threads: take() one at a time.
 class Discovery {
  public:

@@ -14,11 +14,13 @@
 namespace nacelle::transport_dds {
 namespace {
 
-// What may lie in the kernel before the next datagram goes there, by its own count (about 1.5 times the bytes).
+// The most that the kernel may have queued before the next datagram is sent, by its own count (about 1.5 times the
+// bytes).
 constexpr int kMostQueued = 16 << 10;
-// A wire of 1 Gbit/s carries a datagram in the first time, one of 1 Mbit/s in twenty of the last.
+// A link of 1 Gbit/s sends a datagram within kFirstNap, one of 1 Mbit/s within twenty times kLongestNap.
 constexpr Duration kFirstNap = 50us, kLongestNap = 5ms;
-// Then nothing moves at all (nobody answers ARP, the interface is down), and the kernel will drop it.
+// After this time nothing is sent at all (no answer to ARP, the interface is down), and the kernel will drop the
+// datagram.
 constexpr Duration kPatience = 1s;
 
 thread_local Pacing* pacing_of_thread = nullptr;

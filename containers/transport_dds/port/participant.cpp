@@ -26,9 +26,9 @@ constexpr const char* kBefore =
 constexpr const char* kAfter =
     "<SharedMemory><Enable>false</Enable></SharedMemory>"
     "<Internal><MultipleReceiveThreads>false</MultipleReceiveThreads></Internal>";
-// Whoever calls there is told everything.
+// The monitor port would give every caller all information.
 constexpr const char* kAtHome = "<Internal><MonitorPort>-1</MonitorPort></Internal>";
-// Each time is a thousandth of a second in which somebody must announce himself.
+// Each attempt fails only if another participant announces itself within about a millisecond.
 constexpr int kMostBeginnings = 5;
 
 // As rmw_cyclonedds does. The plugins' names are without folder and ending: Debian's Cyclone knows where they lie.

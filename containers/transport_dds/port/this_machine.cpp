@@ -178,7 +178,7 @@ Result<Home, Problem> keep_domain_to_this_machine(dds_entity_t domain, std::uint
     return err(Problem{"DDS domain " + std::to_string(id), error_name(shut), ""});
   ddsi_domaingv* gv = nullptr;
   {
-    // Nobody hears of it: it ends before its domain may speak.
+    // It is never announced: it is destroyed before its domain may send.
     const Entity scout{dds_create_participant(id, nullptr, nullptr)};
     if (!scout) return err(Problem{"DDS domain " + std::to_string(id), error_name(scout.get()), ""});
     const auto inside = inside_of(scout.get());

@@ -166,7 +166,7 @@ void DdsMirror::Impl::turn() {
   for (const auto id : now.ready) {
     if (const auto writer = writers.find(id); writer != writers.end()) {
       LocalWriter& end = *writer->second;
-      // Before the look: what comes during it is told again.
+      // Reset before reading: events that arrive meanwhile signal again.
       end.queued = false;
       const bool busy = is_busy(end);
       // Cyclone answers no question about a writer that writes; the lane tells when it is done.

@@ -10,7 +10,7 @@ namespace {
 
 // Then it is the turn of the others.
 constexpr int kMostRepliesAtOnce = 256;
-// Calls of one client that have no answer. Beyond it the oldest are told that there will be none.
+// The most unanswered calls of one client. Beyond it, the oldest calls get a notice that there will be no answer.
 constexpr std::size_t kMostWaitingCalls = 1000;
 // Both sides learn of each other apart. What a client sends before its server's side has met it is lost, and DDS does
 // not tell when it has: so the server is left that long. As with the other direction (kReplyPatience).
@@ -118,7 +118,7 @@ void DdsMirror::Impl::Services::look_for_servers(Client& client) {
     client.is_available = is_available;
     graph.set_remote(client.info.id, is_available ? &client : nullptr);
   }
-  // Each server that a request has reached answers it; when the last of them has gone, nobody will.
+  // Each server that a request has reached answers it; if the last of them has ended, there will be no answer.
   for (auto call = client.waiting.begin(); call != client.waiting.end();) {
     Client::Sent& sent = call->second;
     std::erase_if(sent.servers, [&](const dds::Gid& server) { return !client.readers.contains(server); });

@@ -91,7 +91,7 @@ void DdsMirror::Impl::Services::Questions::look_at(std::uint64_t id) {
   const auto found = open_ones_.find(id);
   if (found == open_ones_.end()) return;
   Question& question = *found->second;
-  // Before the look: what comes during it is told again.
+  // Reset before reading: events that arrive meanwhile signal again.
   question.queued = false;
   if (question.is_status_new.exchange(false)) look_for_server(question);
   receive(question);
@@ -155,7 +155,7 @@ bool DdsMirror::Impl::Services::Questions::is_over(const Question& question) con
          clock_of(question.peer) == nullptr;
 }
 
-// While a large message is being sent, Cyclone lets nobody end an endpoint.
+// While a large message is being sent, Cyclone blocks the destruction of endpoints.
 void DdsMirror::Impl::Services::Questions::close(std::shared_ptr<Question> question) {
   if (dds::PeerClock* const of_peer = clock_of(question->peer)) of_peer->end_asking(services_.mirror.clock.now());
   if (services_.mirror.lane.is_busy()) services_.mirror.lane.add([question = std::move(question)] {});

@@ -54,7 +54,7 @@ void DdsMirror::Impl::ask_for_time(StandIn& from, MonotonicTime at) {
   }
 }
 
-// Programs of one host have one clock: where some show more than others, the most that is sure is told.
+// Programs of one host share one clock: if their estimates differ, the largest certain one is reported.
 void DdsMirror::Impl::publish_skews() {
   std::map<std::string, ClockSkew> hosts;
   for (const auto& [gid, peer] : peers) {
@@ -75,7 +75,7 @@ void DdsMirror::Impl::publish_skews() {
   options.clock_skews->replace(std::move(table));
 }
 
-// Several programs of one host find out one after the other: it is told once.
+// The estimates of several programs of one host arrive one after the other: the skew is reported once.
 void DdsMirror::Impl::tell_skew(const std::string& host) {
   const std::vector<ClockSkew> skews = *host_skews.lock();
   const auto here = std::ranges::find(skews, host, &ClockSkew::host);

@@ -172,7 +172,7 @@ void DdsMirror::Impl::choose_type(TopicUse& use, const std::string& topic) {
     }
     return true;
   };
-  // First those that go: two types are what nobody is to see.
+  // Withdraws endpoints first, so that peers never see two types.
   for (LocalReader* end : use.readers) {
     if (end->is_announced && !is_wanted(end)) withdraw(*end);
   }
@@ -235,7 +235,7 @@ void DdsMirror::Impl::wind_up(std::unique_ptr<LocalWriter> end) {
   bury(std::move(end));
 }
 
-// While a message is being sent, Cyclone lets nobody end an endpoint.
+// While a message is being sent, Cyclone blocks the destruction of endpoints.
 void DdsMirror::Impl::bury(std::shared_ptr<LocalEnd> end) {
   if (lane.is_busy()) lane.add([end = std::move(end)] {});
 }

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Ends of other participants that this side does not hear, or not all of it: what is told of them, and when.
+// SPDX-License-Identifier: Apache-2.0 Reports about remote endpoints that are incompatible with some or all endpoints
+// of this side.
 #include <algorithm>
 
 #include "mirror_impl.hpp"

@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// The ends of other participants: what discovery tells of them, and their stand-ins.
+// SPDX-License-Identifier: Apache-2.0 Remote endpoints: what discovery reports about them, and their proxies.
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,7 +40,7 @@ std::string program_of(const Namesake& other) {
   return text + " on " + (other.host.empty() ? "an unnamed host" : other.host);
 }
 
-/// What a stand-in's queue would take is nobody's business but its depth is shown.
+/// Limits the depth of a proxy's QoS, which is shown but has no queue behind it.
 QoS within_reason(QoS qos) {
   constexpr std::size_t kDeepest = 1000;
   return qos.keeps_all() ? qos.max_samples(std::min(qos.max_samples(), kDeepest))
@@ -217,7 +216,7 @@ void DdsMirror::Impl::drop_gone() {
     }
     for (const auto& gid : its) forget(gid);
     if (const auto peer = peers.extract(gone); peer && peer.mapped().clock.ahead() != Duration::zero()) {
-      told_skews.erase(peer.mapped().host);  // who comes back with it is told anew
+      told_skews.erase(peer.mapped().host);  // reported again if it returns
       publish_skews();
     }
   }

@@ -144,7 +144,7 @@ MonotonicTime DdsMirror::Impl::Services::due() const {
 void DdsMirror::Impl::Services::look_at(std::uint64_t id) {
   if (const auto found = servers.find(id); found != servers.end()) {
     Server& server = *found->second;
-    // Before the look: what comes during it is told again.
+    // Reset before reading: events that arrive meanwhile signal again.
     server.queued = false;
     if (server.is_status_new.exchange(false)) {
       server.writers = peers_of(server, true);

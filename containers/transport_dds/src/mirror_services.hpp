@@ -37,7 +37,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
       services.note_ready(*this);
     }
     void on_data() noexcept override { services.note_ready(*this); }
-    /// Leaves the network: nothing is told to it any more. Whoever derives from it does this first.
+    /// Leaves the network: its callbacks are not called any more. Derived classes call this first in their destructors.
     void close() {
       reader.reset();
       writer.reset();
@@ -50,7 +50,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
     std::unique_ptr<dds::Writer> writer;
     std::unique_ptr<dds::Reader> reader;
   };
-  /// Answers are told to it by the server's thread.
+  /// The server's thread delivers answers to it.
   struct Server final : End, AnswerTaker {
     Server(Services& owner, ServiceEndInfo of);
     ~Server() override;

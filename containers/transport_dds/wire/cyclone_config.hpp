@@ -29,10 +29,10 @@ struct PortRange {
 /// Those that a domain may use: multicast, and those of participants up to `most_index`.
 /// Source: OMG DDSI-RTPS 2.3 section 9.6.1.1: 7400 + 250 * domain; + 0, 1 multicast; + 10, 11 + 2 * index.
 [[nodiscard]] PortRange ports_of_domain(int domain, int most_index = kMostParticipantIndex);
-/// "8080,9000-9010", as the kernel writes net.ipv4.ip_local_reserved_ports; what is no port is passed over.
+/// "8080,9000-9010", as the kernel writes net.ipv4.ip_local_reserved_ports; invalid ports are ignored.
 [[nodiscard]] std::vector<PortRange> parse_port_ranges(std::string_view text);
-/// A warning if the kernel may have given one of these ports to somebody else. `ephemeral` is
-/// net.ipv4.ip_local_port_range, of which it gives none that is `reserved`.
+/// Returns a warning if the kernel may have given one of these ports to another program. `ephemeral` is
+/// net.ipv4.ip_local_port_range; the kernel never gives away those in `reserved`.
 [[nodiscard]] std::optional<Problem> port_remark(int domain, const PortRange& ephemeral,
                                                  const std::vector<PortRange>& reserved = {});
 

@@ -7,7 +7,7 @@
 namespace nacelle::transport_dds {
 namespace {
 
-// QoS says "not given" by zero, and best_available is what nobody has made concrete.
+// In QoS, zero means "not given", and best_available means that no concrete value was set.
 Duration to_dds(Duration value) {
   return value == Duration::zero() || value >= kBestAvailableDuration ? kDdsInfinite : value;
 }

@@ -18,7 +18,7 @@ namespace nacelle::transport_dds {
 
 /// Who may see the container.
 enum class NetworkMode : std::uint8_t {
-  Off,    ///< Nobody: no participant is made.
+  Off,    ///< No network: no participant is made.
   Local,  ///< This machine.
   Export  ///< Other machines too.
 };

@@ -9,19 +9,17 @@
 
 namespace nacelle::transport_dds {
 
-/// What the stamps of one participant's messages, and its answers, say of its machine's clock beside ours.
+/// Estimates the offset of a participant's machine's clock from the stamps of its messages and answers.
 ///
-/// A message that is `late` on its way from a clock that is `ahead` of ours shows, at its coming, the age late - ahead.
-/// Nothing is early, so the least age of a window is the offset as well as it can be known, and:
-///  - a negative age is certain: the clock is ahead by that much at least. Over 20 ms it counts, once it was seen in two
-///    slices of the window (one wild stamp is no clock).
-///  - a positive age may as well be the way. From 20 ms on is_worth_asking(): what was stamped after we asked is behind by
-///    our time then less the stamp at least, however long the way. From 20 ms on that is told, and it is certain; an
-///    answer that shows less says that the way explains what is late, and then nothing is told.
-///  - without an answer it counts as behind from 100 ms on (no link of a robot takes 80 ms for its fastest message of
-///    16 s), if ten messages and more have come and the least ages of three slices and more agree within 15 ms: a queue's
-///    length wanders, a clock's offset does not. Once it is told, 45 ms are near enough.
-/// When our own clock is set, all begins anew. Drift within the window is left out: 100 ppm are 1.6 ms.
+/// A message that takes `late` to arrive, from a clock that is `ahead` of this one, arrives with the age late - ahead.
+/// No message is early, so the least age of a window is the best estimate of the offset, and: - a negative age is
+/// certain: the clock is ahead by at least that much. It counts above 20 ms, if it occurred in two slices of the window
+/// (a single wrong stamp is not a clock offset). - a positive age may also be the travel time. From 20 ms on
+/// is_worth_asking(): an answer stamped after the query shows that the clock is behind by at least the query's time
+/// minus the stamp, whatever the travel time. From 20 ms on that is reported, and certain. An answer that shows less
+/// means that the travel time explains the age, and nothing is reported. - without an answer it counts as behind from
+/// 100 ms on (no link of a robot takes 80 ms for its fastest message of
+///    16 s), if ten messages and more have come and the least ages of three slices and more agree within 15 ms: a queue's length varies, a clock's offset does not. Once it is reported, 45 ms suffice. When this machine's clock is set, the estimate is reset. Drift within the window is left out: 100 ppm are 1.6 ms.
 /// Threads: one. Allocates: nothing. No message, no work.
 class PeerClock {
  public:
@@ -30,18 +28,18 @@ class PeerClock {
   static constexpr Duration kAskAgain = 30s, kAnswerHolds = 60s;
   static constexpr std::uint32_t kLeastMessages = 10;
 
-  /// A message came. True if ahead() or is_certain() has become another.
+  /// Records a message. Returns true if ahead() or is_certain() has changed.
   bool note(WallTime source, WallTime received, MonotonicTime at);
-  /// How far the clock is ahead of ours, negative if it is behind; 0: not known to differ. It keeps still while the
-  /// estimate changes by less than 20 ms or a quarter.
+  /// Returns how far the clock is ahead of this one, negative if it is behind; 0: not known to differ. It stays
+  /// constant while the estimate changes by less than 20 ms or a quarter.
   [[nodiscard]] Duration ahead() const { return told_.ahead; }
-  /// It is so by that much at least. Else the messages may come that late.
+  /// Returns whether the offset is at least that much. Otherwise the messages may be late instead.
   [[nodiscard]] bool is_certain() const { return told_.is_certain; }
-  /// The window's least age: what there is to know, for tools. Duration::max(): nothing came.
+  /// Returns the window's least age, for tools. Duration::max(): no messages.
   [[nodiscard]] Duration least_age() const;
 
-  /// Ages alone leave it open. Whoever sees it calls begin_asking(), end_asking() or both: until then, and while one asks,
-  /// nothing is told for the first time that may be the way.
+  /// Returns true if the ages alone are ambiguous. The caller then calls begin_asking(), end_asking() or both. Until
+  /// then, and during a query, an ambiguous offset is not reported for the first time.
   [[nodiscard]] bool is_worth_asking(MonotonicTime at) const { return is_in_doubt_ && !is_asked_ && at >= ask_at_; }
   void begin_asking() { is_asked_ = true; }
   /// With or without answers; not again for a while.

@@ -51,7 +51,7 @@ struct RemoteNode {
   Gid participant;
 };
 
-/// "/chatter" and the types that are used under this name; more than one is a mistake of somebody.
+/// "/chatter" and the types that are used under this name; more than one is a configuration mistake.
 using NamesAndTypes = std::map<std::string, std::set<std::string>, std::less<>>;
 
 struct RemoteNodeInfo {

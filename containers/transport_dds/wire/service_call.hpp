@@ -52,8 +52,8 @@ struct Call {
 /// `Call::message` is used.
 /// Errors: Truncated below 20 bytes; UnknownEncoding. Allocates: in `scratch`, as much as the payload has bytes.
 [[nodiscard]] Result<Call, msgs::DecodeFault> read_call(ByteView payload, Bytes& scratch);
-/// The same without a copy, for whoever alone owns the bytes: the encapsulation is moved down to the body, over the
-/// header's end.
+/// The same without a copy, for a caller that is the only owner of the bytes: the encapsulation is moved down to the
+/// body, over the header's end.
 [[nodiscard]] Result<Call, msgs::DecodeFault> read_call_in_place(ByteSpan payload);
 
 /// The QoS of all four ends of a service: reliable, volatile, and of its type the depth that ROS 2's own nodes have.
@@ -63,8 +63,8 @@ struct Call {
 
 /// Whether an end of a service with this user data is of a ROS 2 middleware that is not rmw_cyclonedds: those give the
 /// type's hash and no id. Their requests and replies have no header (rmw_fastrtps has the number in RTPS's inline QoS,
-/// which Cyclone shows to nobody): nothing that they send can be understood here, nor the other way round. Who gives
-/// neither is no ROS 2, and believed. Source: rmw_request.cpp, rmw_client.cpp of rmw_fastrtps (jazzy).
+/// which Cyclone does not expose): neither side understands the other. An endpoint that announces neither is not a ROS
+/// 2 middleware, and is assumed to be compatible. Source: rmw_request.cpp, rmw_client.cpp of rmw_fastrtps (jazzy).
 [[nodiscard]] inline bool has_other_protocol(const EndpointUserData& data) {
   return !data.type_hash.empty() && data.client_id.empty() && data.service_id.empty();
 }
@@ -78,7 +78,7 @@ struct Call {
 enum class ReplyStep : std::uint8_t {
   Send,
   Wait,    ///< The client's reply reader is not matched yet: look again after kReplyPoll, or when a reader matches.
-  Drop,    ///< The client has gone: nobody waits for it.
+  Drop,    ///< The client is gone.
   GiveUp,  ///< The reader has not come within kReplyPatience: the client, if it still waits, gets no reply.
 };
 inline constexpr Duration kReplyPatience = 100ms, kReplyPoll = 10ms;

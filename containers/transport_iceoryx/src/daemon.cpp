@@ -123,7 +123,7 @@ bool Daemon::register_process() {
   runtime_ = &iox::runtime::PoshRuntime::initRuntime(runtime_name());
   park_no_longer();
   const std::lock_guard lock(mutex_);
-  if (state_ != State::Connecting) return false;  // too late: nobody waits any more
+  if (state_ != State::Connecting) return false;  // too late: no thread waits any more
   state_ = State::Connected;
   alive_.store(true, std::memory_order_release);
   changed_.notify_all();

@@ -7,7 +7,7 @@
 // its socket is /tmp/roudi, and it holds a lock on /tmp/roudi.lock while it lives.
 namespace nacelle::transport_iceoryx {
 
-/// errno of connecting to the daemon's socket; 0: somebody listens. Never waits: it is a datagram socket.
+/// errno of connecting to the daemon's socket; 0: a daemon is running. Never waits: it is a datagram socket.
 [[nodiscard]] int probe_daemon();
 
 /// A pidfd of the process that holds the daemon's lock; it becomes readable when the process ends. -1: not to be found (another

@@ -37,7 +37,8 @@ void StreamReader::read(const ChunkView& view, ReaderPort::Chunk& chunk, const s
   // One use more than parts: this call's own, so that the chunk stays while it is read.
   ReaderPort::Hold* const hold = view.parts != 0 && sink_.may_lend() ? port_.hold(chunk, view.parts + 1) : nullptr;
   for (std::size_t i = 0; i < view.parts; ++i) {
-    // Nobody writes there: what a message was lent is const to its readers, and the sink says if one may take it for itself.
+    // This memory is never written to: lent memory is const for its readers, and the sink decides whether one may take
+    // ownership.
     auto* const memory = const_cast<std::uint8_t*>(bytes) + view.places[i].offset;
     parts[i] = {memory, view.places[i].bytes, hold == nullptr ? ReleaseHook{} : hold->hook()};
   }

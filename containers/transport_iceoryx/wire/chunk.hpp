@@ -34,7 +34,7 @@ inline constexpr std::size_t kPartAlignment = 64;
 enum class ChunkFault : std::uint8_t {
   Truncated,   ///< Shorter than its head or what the head announces.
   Misaligned,  ///< The chunk or a part does not lie where numbers of eight bytes may.
-  NotOurs,     ///< Another magic: somebody else's data.
+  NotOurs,     ///< Another magic: data of another program.
   OtherVersion,
   TooManyParts,
 };

@@ -8,8 +8,8 @@
 namespace nacelle::transport_iceoryx {
 namespace {
 
-// FNV-1a. Both ends are of one host and one release, and nobody chooses names to collide: whoever can write here can write to
-// the stream itself.
+// FNV-1a. Both ends are of one host and one release, and deliberate collisions are no concern: a program that can write
+// here can write to the stream itself.
 std::uint64_t hash_of(std::string_view text) {
   std::uint64_t hash = 14695981039346656037ULL;
   for (const char c : text) hash = (hash ^ static_cast<std::uint8_t>(c)) * 1099511628211ULL;

@@ -133,7 +133,7 @@ Result<void, Problem> write_whole_file(const std::string& path, std::string_view
   if (is_there && !S_ISREG(found.st_mode)) return write_directly(path, text);
   std::string real = path;
   if (is_there) {
-    // A file that this user may not write to is not replaced either, whoever owns the folder.
+    // A file that this user may not write to is not replaced either, whatever the owner of the folder.
     if (::access(path.c_str(), W_OK) != 0) return err(unwritable(path, errno));
     const std::unique_ptr<char, decltype(&std::free)> resolved{::realpath(path.c_str(), nullptr), &std::free};
     if (resolved == nullptr) return err(unwritable(path, errno));

@@ -52,25 +52,25 @@ std::shared_ptr<spdlog::logger>& process_log() {
   return log;
 }
 
-// Whoever listens, and whether anybody does: a line that nobody else wants costs one load more.
+// The listeners, and whether there are any: without listeners a line costs one load more.
 Guarded<std::vector<LogListener*>>& listeners() {
   static Guarded<std::vector<LogListener*>> all;
   return all;
 }
-std::atomic<bool> somebody_listens{false};
+std::atomic<bool> has_listeners{false};
 
 }  // namespace
 
 void add_log_listener(LogListener& listener) {
   auto all = listeners().lock();
   all->push_back(&listener);
-  somebody_listens = true;
+  has_listeners = true;
 }
 
 void remove_log_listener(LogListener& listener) {
   auto all = listeners().lock();
   std::erase(*all, &listener);
-  somebody_listens = !all->empty();
+  has_listeners = !all->empty();
 }
 
 bool Logger::is_due(const LogPlace& place, std::chrono::nanoseconds period) const {
@@ -94,7 +94,7 @@ void Logger::write(LogLevel level, std::string_view text, const LogPlace& place)
   } else {
     process_log()->log(to_spdlog(level), "[{}] {}", name_, printable_entry(text));
   }
-  if (!somebody_listens.load(std::memory_order_acquire)) return;
+  if (!has_listeners.load(std::memory_order_acquire)) return;
   auto all = listeners().lock();
   for (LogListener* const listener : *all) listener->on_line(level, name_, text, place);
 }

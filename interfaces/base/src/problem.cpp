@@ -27,7 +27,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
-/// "port_name" for "port": somebody wrote the first word only.
+/// "port_name" for "port": only the first word was written.
 std::string shortest_with_prefix(std::string_view wrong, const std::vector<std::string>& candidates) {
   std::string best;
   for (const auto& candidate : candidates) {

@@ -11,7 +11,7 @@ import argparse
 import pathlib
 import sys
 
-sys.dont_write_bytecode = True  # The generator's folder may be read-only, and belongs to nobody's build.
+sys.dont_write_bytecode = True  # The generator's folder may be read-only, and belongs to no build.
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # -I leaves the script's folder out.
 
 # One translation unit holds about this many message types: compilers run side by side, headers are read once.

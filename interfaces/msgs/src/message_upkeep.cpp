@@ -9,7 +9,7 @@
 namespace nacelle::msgs {
 namespace {
 
-/// An integer that nobody writes on purpose.
+/// An integer that is unlikely to occur on purpose.
 constexpr int kPoisonByte = 0xCD;
 
 template <typename Visit>

@@ -34,7 +34,7 @@ void write_float(std::string& out, double value) {
   const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
   const std::string_view text{digits, static_cast<std::size_t>(end - digits)};
   out += text;
-  if (text.find_first_of(".e") == std::string_view::npos) out += ".0";  // It stays a float for whoever reads it.
+  if (text.find_first_of(".e") == std::string_view::npos) out += ".0";  // Keeps it a float for readers of the JSON.
 }
 
 void write_text(std::string& out, const std::string& text) {

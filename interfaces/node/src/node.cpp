@@ -83,7 +83,7 @@ EndpointSpec Node::endpoint(const std::string& topic, const msgs::MessageType& t
   return spec;
 }
 
-// A publisher without callbacks needs none: what does not fit is told by the subscription's side.
+// A publisher without callbacks needs none: the subscription's side reports mismatches.
 std::unique_ptr<detail::PublisherEvents> Node::make_events(EndpointSpec& spec, const PublisherOptions& options) {
   if (!options.event_callbacks.any()) return nullptr;
   auto events = std::make_unique<detail::PublisherEvents>(*host_, options.callback_group, options.event_callbacks);

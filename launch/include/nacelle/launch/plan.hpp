@@ -52,7 +52,7 @@ struct AfterCondition {
 
 enum class Isolation : std::uint8_t { None, Process };
 
-/// Limits of a stream whose breach is told.
+/// Limits of a stream; a breach is reported.
 struct Budget {
   std::string topic;  ///< Fully qualified; empty: every stream of the component.
   std::optional<std::uint64_t> max_copies;

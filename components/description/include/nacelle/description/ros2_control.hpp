@@ -62,8 +62,8 @@ struct ControlDescription {
   [[nodiscard]] std::optional<double> y_of(const RobotJoint& wanted) const;
 };
 
-/// Reads every <ros2_control> block, and checks it against the joints. A text that is no XML has neither: whoever needs the
-/// robot's tree says so.
+/// Reads every <ros2_control> block, and checks it against the joints. Text that is not XML has neither; the code that
+/// reads the robot's tree reports it.
 ///
 /// Source of the format: "Hardware in ros2_control is described as URDF", control.ros.org (jazzy), hardware interface types.
 /// Pure. Threads: any.

@@ -39,8 +39,8 @@ class PtyPair {
   [[nodiscard]] Result<ByteView, StreamFault> read();
   /// Sends to the program without ever waiting; returns how many bytes the line took.
   ///
-  /// A line that already holds `kFullBytes` unread ones takes none, as a receiver without flow control that nobody
-  /// empties: a program that comes late then finds a little old data, not a minute of it.
+  /// A line that already holds `kFullBytes` unread ones takes none, like a receiver without flow control whose buffer
+  /// is full: a program that starts late then finds little old data, not a minute of it.
   [[nodiscard]] std::size_t write_some(ByteView bytes);
   /// Bytes that were sent and not read yet.
   [[nodiscard]] std::size_t unread() const;

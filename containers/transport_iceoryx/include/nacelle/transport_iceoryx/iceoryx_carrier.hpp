@@ -22,9 +22,10 @@ struct ReadingCounters {
 
 /// Moves streams through the shared memory of iceoryx (its own C++ API), where its daemon iox-roudi runs.
 ///
-/// A message of up to 4 KiB of numbers is encoded into a chunk and decoded from it. A longer sequence lies in the chunk as it
-/// is: it is written there by the component if the message was prepared (CarrierWriter::prepare) and nobody else holds it when
-/// it is sent, else copied there once; and it is read there, by a Buffer that gives the chunk back when the message goes.
+/// A message of up to 4 KiB of numbers is encoded into a chunk and decoded from it. A longer sequence lies in the chunk
+/// as it is: the component writes it there if the message was prepared (CarrierWriter::prepare) and has no other owner
+/// when it is sent; otherwise it is copied there once. Readers read it in place, through a Buffer that returns the
+/// chunk with the message's release.
 ///
 /// The daemon is a process of its own. Without it start() is a Problem, at once. When it ends, what is connected still moves,
 /// but nothing new can be made and a daemon that is started later knows nothing of this process: is_alive() is false for

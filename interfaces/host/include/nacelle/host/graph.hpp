@@ -86,13 +86,13 @@ class Graph : public Transport {
                                                                          std::uint64_t id) = 0;
   [[nodiscard]] virtual std::unique_ptr<ProxyReader> create_proxy_reader(const EndpointSpec& spec,
                                                                          ReadyListener* listener) = 0;
-  /// A reader of what this one writer publishes, history included, for a link that has an end of its own for each writer. Its queue
-  /// overwrites, so that it never holds a publisher up. It is no subscription: neither counted nor told, but to the process that
-  /// the writer itself stands for. The writer's end leaves it without messages.
+  /// Creates a reader of this one writer, history included, for a link that has an endpoint of its own for each writer.
+  /// Its queue overwrites, so that it never delays a publisher. It is not a subscription: it is neither counted nor
+  /// reported, except to the process that the writer itself represents. When the writer ends, it gets no more messages.
   [[nodiscard]] virtual std::unique_ptr<ProxyReader> create_tap(const EndpointInfo& writer, std::uint32_t link,
                                                                 ReadyListener* listener) = 0;
-  /// A stand-in for a reader that gets its messages by taps: its QoS is judged as the reader's at once, the writers that it is told
-  /// of count it, and it is never given anything. Costs a publish() nothing.
+  /// Creates a proxy for a reader that gets its messages by taps: its QoS is checked at once like the reader's, the
+  /// writers that are assigned to it count it, and it never receives messages. Costs a publish() nothing.
   [[nodiscard]] virtual std::unique_ptr<Witness> create_witness(const EndpointSpec& spec) = 0;
   /// What a reader of this process has lost on the way to it: adds `overwritten`, `full`, `expired` and `inactive`.
   virtual void note_lost(const EndpointInfo& reader, const ReaderCounters& losses) = 0;

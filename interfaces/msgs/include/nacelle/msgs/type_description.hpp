@@ -10,7 +10,7 @@
 
 namespace nacelle::msgs {
 
-// What a node tells of its types over ~/get_type_description, so that a tool can read messages of which it has no
+// The answers of ~/get_type_description about a node's types, so that a tool can read messages of which it has no
 // package.
 // Source: rosidl_generator_type_description and rosidl_generator_c (full__description.c.em), rcl's node.c (jazzy).
 

@@ -12,7 +12,7 @@ namespace nacelle::action {
 
 /// The goals of one action server and where each of them stands; nothing else.
 ///
-/// Threads: pure; one at a time. Time is told.
+/// Threads: pure; one at a time. Times are arguments.
 class GoalTable {
  public:
   struct Goal {
