@@ -47,7 +47,7 @@ Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const desk::TapW
   if (!wish.type.empty()) {
     auto found = types_.message(wish.type);
     if (!found) return found;
-    // Of another type nothing would ever come. A topic that nobody has yet may still get this one.
+    // With another type no message would ever arrive. A topic without endpoints may still get this type.
     const std::vector<std::string> types = types_of(container, wish.topic);
     if (types.empty() || std::find(types.begin(), types.end(), found.value()->name) != types.end()) return found;
     return err(

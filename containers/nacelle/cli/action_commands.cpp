@@ -119,7 +119,7 @@ int find(const ActionWish& wish) {
     types.insert(ends.types.begin(), ends.types.end());
     if (ends.types.count(type) != 0) names.push_back(name);
   }
-  // A type that exists and that nobody offers is an empty answer; one that does not exist is a slip of the pen.
+  // A type that exists without a server is an empty answer; one that does not exist is probably misspelt.
   msgs::TypeLibrary library{program_places().message_folders};
   if (auto known = library.find(type); names.empty() && !known) return complain(known.error());
   print_names(names, wish.only_count, wish.as_json);

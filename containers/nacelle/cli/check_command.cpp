@@ -129,7 +129,7 @@ int explain_parameters(const CheckWish& wish) {
       print_text("%-*s  # %s\n", static_cast<int>(widest), pair.c_str(), row.origin.c_str());
     }
   }
-  // Those that go nowhere are not in the list, and just what somebody who asks is looking for.
+  // Values for unknown parameters are not in the list, but are often what the user is looking for.
   for (const auto& name : found->declared->unknown_parameters) {
     if (name == "frame_prefix" && !robot.plan.name_space.frame_prefix().empty())
       continue;  // all nodes of the launch are given it

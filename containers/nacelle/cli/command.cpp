@@ -161,7 +161,7 @@ std::vector<std::string> names_below(const Command& command) {
   return names;
 }
 
-/// "nacelle topic echo" for somebody who wrote "echo" only.
+/// Returns "nacelle topic echo" for "echo".
 std::vector<std::string> elsewhere(const Command& root, const std::string& word) {
   std::vector<std::string> found;
   for (const Command& group : root.subcommands()) {

@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::json;
 
-// Somebody waits with a finger on the tab key.
+// Completion is interactive, so it must be fast.
 constexpr Duration kCompletionLimit = 200ms;
 
 struct CompletionWish {

@@ -17,7 +17,7 @@ struct DriveWish {
   drive::DriveSettings settings;
 };
 
-/// What the launch file calls them. A file that cannot be read is told by the container.
+/// Takes the names from the launch file. The container reports a file that cannot be read.
 void take_names(drive::DriveSettings& settings) {
   std::vector<std::string> words{"sim:=true"};
   words.insert(words.end(), settings.arguments.begin(), settings.arguments.end());

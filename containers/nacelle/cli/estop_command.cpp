@@ -30,7 +30,7 @@ struct Listener {
   std::size_t readers = 0;
 };
 
-/// Topics of an emergency stop that somebody reads.
+/// Returns the emergency stop topics that have a reader.
 std::vector<Listener> listeners_in(const std::string& stats) {
   std::vector<Listener> found;
   const json parsed = parse_json_or_discard(stats);

@@ -126,7 +126,7 @@ Result<void, int> call_once(const ServiceWish& wish, control::Client& client, co
     text::append_repr(shown, type.response(), response.get());
     print_text("response:\n%s\n\n", shown.c_str());
   }
-  if (!flush_output()) return err(int{kDone});  // nobody waits for the next one
+  if (!flush_output()) return err(int{kDone});  // the output is closed: do not call again
   return {};
 }
 

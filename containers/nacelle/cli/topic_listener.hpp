@@ -19,17 +19,16 @@ struct Listening {
   };
   Whom whom;
   std::vector<Topic> topics;
-  std::string show = "yaml";  ///< What comes of each message: the words of the request "topic.listen".
-  std::string field;          ///< One part of each message only: "pose.pose.position"; empty: all of it.
-  std::size_t longest = 0;    ///< Elements of a list and letters of a text, of which YAML shows no more; 0: all.
-  std::size_t least =
-      1;  ///< So many messages are needed for anything to be shown; a topic that brings fewer is told of.
-  std::function<void()> began = [] {};  ///< Called once, when every topic is there.
+  std::string show = "yaml";  ///< The form of each message, as in the request "topic.listen".
+  std::string field;          ///< Only this field of each message: "pose.pose.position"; empty: the whole message.
+  std::size_t longest = 0;    ///< The most elements of a list and letters of a text that YAML shows; 0: all.
+  std::size_t least = 1;  ///< The number of messages needed before anything is shown; a topic with fewer is reported.
+  std::function<void()> began = [] {};  ///< Called once, when every topic exists.
 };
 
-/// Listens, and gives each item with its topic's index to `take` until that answers false, a signal comes or the container ends.
-/// A topic that stays silent is told of on stderr, once, with the reason as far as it is known.
-/// Returns: the exit code; what went wrong has been said.
+/// Passes each item with its topic's index to `take` until that returns false, a signal arrives or the container ends.
+/// A topic that stays silent is reported on stderr, once, with the reason if it is known.
+/// Returns: the exit code; errors have been printed.
 /// Threads: one.
 int listen(const Listening& wish, const std::function<bool(std::size_t, std::string_view)>& take);
 

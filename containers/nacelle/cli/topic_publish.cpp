@@ -66,9 +66,11 @@ void warn_if_too_slow(const TopicWish& wish) {
   }
 }
 
-/// A topic that exists with other types only: nobody there could read what is sent. Nothing if it may be published.
+/// Returns the problem of a topic that exists only with other types, where no reader could receive the messages.
+/// Nothing if it may be published.
 std::optional<Problem> clash_of(control::Client& client, const TopicWish& wish) {
-  // Through the control thread, which answers though the container is busy: what is published may be what stops the robot.
+  // Through the control thread, which answers even if the container is busy: the message may be one that stops the
+  // robot.
   const auto stats = client.stats(kAnswerLimit);
   if (!stats) return stats.error();
   const json parsed = parse_json_or_discard(stats.value());
@@ -115,7 +117,7 @@ Result<bool, Problem> fill(msgs::AnyMessage& message, const std::string& text, c
   return read.value().has_stamps;
 }
 
-/// False when nobody takes the output any more.
+/// Returns false if the output is closed.
 bool show(const TopicWish& wish, const msgs::AnyMessage& message, std::size_t number) {
   if (wish.print_every == 0 || number % wish.print_every != 0) return true;
   if (wish.as_json) {

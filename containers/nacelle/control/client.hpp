@@ -17,14 +17,14 @@ namespace nacelle::control {
 
 /// A connection to a container's control socket, for programs outside of it.
 ///
-/// Errors:  a Problem when the container is gone, answers nonsense, or takes longer than the time limit.
+/// Errors: a Problem when the container has ended, its answer is invalid, or it takes longer than the time limit.
 /// Threads: one at a time.
 class Client {
  public:
   /// Errors: no listener, a listener of another user, or a time-out of 10 s.
   [[nodiscard]] static Result<Client, Problem> connect(const std::string& path);
-  /// Over a connected socket, which it takes over, to this process instead of a container: what is refused there is told as it is
-  /// said. `patience`: every answer may take so much longer than its limit.
+  /// Returns a client over a connected socket, which it takes over, to this process instead of a container: refusals
+  /// are passed on verbatim. `patience`: is added to the time limit of every answer.
   [[nodiscard]] static Client over(int descriptor, Duration patience);
   Client(Client&& other) noexcept;
   Client& operator=(Client&& other) noexcept;

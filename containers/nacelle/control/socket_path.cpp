@@ -39,7 +39,7 @@ bool answers(const std::string& path) {
   if (!address) return false;
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return false;
-  // EAGAIN is a full backlog: somebody listens.
+  // EAGAIN means a full backlog: a container is listening.
   const bool alive =
       ::connect(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) == 0 || errno == EAGAIN;
   ::close(fd);

@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// Cameras and serial lines: there, ours to open, and nobody else's.
+// SPDX-License-Identifier: Apache-2.0 Cameras and serial lines: present, accessible, and not in use by another program.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -8,7 +8,7 @@
 namespace nacelle::doctor {
 namespace {
 
-// Debian's UID_MIN, and nobody.
+// Debian's UID_MIN, and the user "nobody".
 constexpr uid_t kFirstPerson = 1000, kNobody = 65534;
 
 std::vector<std::string> fields_of(const std::string& line) {

@@ -108,7 +108,7 @@ class Run {
                       "sim:=true",
                       fmt::format("seed:={}", settings_.seed),
                       "sim_dir:=" + folder_.path()};
-    // Whoever listens to /cmd_vel on this machine would drive as well: only if it is asked for.
+    // On the network, any other robot on this machine that reads /cmd_vel would drive as well, so it is off by default.
     if (std::ranges::none_of(settings_.arguments, [](const auto& one) { return one.starts_with("network:="); }))
       spec.arguments.emplace_back("network:=off");
     spec.arguments.insert(spec.arguments.end(), settings_.arguments.begin(), settings_.arguments.end());

@@ -29,15 +29,16 @@ class RemoteGraph;
 
 namespace nacelle::networking {
 
-/// The robot on ROS 2's network: who may see it now, and why it cannot be seen if so.
+/// The robot on ROS 2's network: who can see it now, and the reason if it cannot join.
 ///
-/// The robot never needs it: what goes wrong here is told, and nothing local changes. While it is on the network, or could
-/// not join, the machine's addresses are watched, and it joins anew when they have changed.
+/// The robot does not depend on it: errors are reported, and nothing local changes. While it is on the network, or
+/// could not join, the machine's addresses are watched, and it rejoins when they change.
 /// Threads: one, but for `say`, which the network's thread calls too.
 class Network {
  public:
   using Say = std::function<void(const std::string& line)>;
-  /// `graph`, `services` and `clock` outlive it. `clock_skews` is kept filled with what is found of others' clocks.
+  /// `graph`, `services` and `clock` outlive it. `clock_skews` is kept up to date with the estimates of other machines'
+  /// clocks.
   Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
           const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews = nullptr);
   Network(const Network&) = delete;

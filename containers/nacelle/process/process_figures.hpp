@@ -67,10 +67,10 @@ class SteadyState {
  public:
   void begin(MonotonicTime now);
   [[nodiscard]] bool has_begun() const { return begun_; }
-  /// Components came or went: what was measured is void.
+  /// Call when components were loaded or unloaded: discards the measurement.
   void reset() { begun_ = false; }
-  /// Less than kShortestMeasure after begin(), or without it (a short run), neither CPU nor allocations are told: what there is to
-  /// measure would be the bring-up, or the kernel's ticks.
+  /// Less than kShortestMeasure after begin(), or without it (a short run), the result has neither CPU nor allocations:
+  /// they would be those of the bring-up, or of the kernel's ticks.
   [[nodiscard]] ProcessFigures end(MonotonicTime now);
 
  private:

@@ -10,7 +10,7 @@
 namespace nacelle::proof {
 namespace {
 
-/// Joining tells of all that is there; nothing else is wanted.
+/// Collects the endpoints that are reported when it joins; later events are ignored.
 class Snapshot final : public GraphListener {
  public:
   void on_made(const EndpointInfo& endpoint) noexcept override {

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Rules about what comes from nobody: subscriptions without a publisher, clients without a server, exports of no topic.
+// SPDX-License-Identifier: Apache-2.0 Rules about missing sources: subscriptions without a publisher, clients without a
+// server, exports without a topic.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -13,7 +13,7 @@
 namespace nacelle::proof {
 namespace {
 
-/// What people, tools and other programs say to a robot: nobody of the plan needs to publish it.
+/// True for topics that people, tools and other programs publish to a robot: the plan needs no publisher.
 bool is_from_outside(const Endpoint& reader) {
   static constexpr std::array<std::string_view, 9> kNames{
       "/clock",       "/tf",        "/tf_static",     "/emergency_stop", "/set_pose",
@@ -58,8 +58,8 @@ const LoadedComponent* component_of(const Evidence& evidence, const std::string&
   return found == evidence.loaded.end() ? nullptr : &*found;
 }
 
-/// Of a component that could not be made nobody knows what it would give: that it is missing has been said.
-bool somebody_is_missing(const Evidence& evidence) {
+/// True if a component could not be made: its topics are unknown, and its absence is reported already.
+bool is_any_missing(const Evidence& evidence) {
   return std::ranges::any_of(evidence.loaded, [](const auto& component) { return component.failure.has_value(); });
 }
 
@@ -77,7 +77,7 @@ void check_subscriptions(Evidence& evidence) {
         all, [&](const Endpoint& end) { return end.topic == topic && end.publishes == publishes && fits(end); });
   };
   const auto any = [](const Endpoint&) { return true; };
-  const bool missing = somebody_is_missing(evidence);
+  const bool missing = is_any_missing(evidence);
   std::string told;
   for (const Endpoint& reader : all) {
     const LoadedComponent* const component = component_of(evidence, reader.node);
@@ -91,7 +91,7 @@ void check_subscriptions(Evidence& evidence) {
       if (!writer.publishes || writer.type != reader.type) continue;
       // A component that reads one name and publishes the other has written both on purpose.
       if (writer.node == reader.node) continue;
-      // Beside a command's topic others of its type are what one expects; one that nobody hears is not.
+      // Other topics of a command's type are normal, unless they have no reader.
       if (!outside || !on(writer.topic, false, any)) others.push_back(writer.topic);
     }
     const std::string near = slip_of(reader.topic, others);
@@ -110,7 +110,7 @@ void check_subscriptions(Evidence& evidence) {
 
 void check_clients(Evidence& evidence) {
   const std::vector<runtime::ServiceReport> all = evidence.container.services();
-  const bool missing = somebody_is_missing(evidence);
+  const bool missing = is_any_missing(evidence);
   for (const auto& client : all) {
     const LoadedComponent* const component = component_of(evidence, client.node);
     if (client.is_server || component == nullptr) continue;
@@ -161,7 +161,7 @@ void check_clients(Evidence& evidence) {
 }
 
 void check_exports(Evidence& evidence) {
-  if (somebody_is_missing(evidence)) return;
+  if (is_any_missing(evidence)) return;
   std::vector<std::string> services;
   for (const auto& service : evidence.container.services()) services.push_back(service.name);
   for (const LoadedComponent& component : evidence.loaded) {

@@ -164,14 +164,14 @@ std::string way_out_by_root(const std::string& child, const std::vector<ClaimedF
 
 void check_frames(Evidence& evidence) {
   const std::vector<ClaimedFrame> claims = evidence.container.frames();
-  if (claims.empty()) return;  // whoever knows where things are, it is not this plan
+  if (claims.empty()) return;  // the plan broadcasts no frames: another program does
   std::map<std::string, std::vector<const ClaimedFrame*>> by_child;
   for (const auto& claim : claims) by_child[claim.child].push_back(&claim);
   for (auto& conflict : evidence.container.frame_conflicts()) {
     Place where = conflict.where;
     for (const ClaimedFrame* const claim : by_child[conflict.value]) {
       where = place_of_claim(evidence.plan, *claim);
-      // A joint's line is not known: the other end's is more use.
+      // A joint's line is not known, so the other claim's place is more useful.
       if (claim->kind != FrameClaimKind::Fixed) break;
     }
     if (auto way_out = way_out_by_root(conflict.value, claims, evidence); !way_out.empty())
@@ -182,7 +182,7 @@ void check_frames(Evidence& evidence) {
   check_tree(claims, evidence);
   std::set<std::string> frames;
   for (const auto& claim : claims) frames.insert({claim.parent, claim.child});
-  // Where there is no description, somebody tries a part of a robot: worth a word, and no reason not to.
+  // Without a description the plan is probably a part of a robot, so this is only a warning.
   const bool described =
       std::ranges::any_of(claims, [](const ClaimedFrame& claim) { return claim.kind == FrameClaimKind::Fixed; });
   for (const LoadedComponent& component : evidence.loaded) {

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Rules about what waits for what: everything that is waited for is given by somebody who does not wait in turn.
+// SPDX-License-Identifier: Apache-2.0 Rules about waiting: everything that a component waits for must be provided by
+// one that does not wait in turn.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -50,10 +50,10 @@ class Order {
       for (const auto& service : standard_services_of(evidence, component))
         servers_[service].insert(component.plan->full_name());
       const auto found = evidence.container.find(component.plan->full_name());
-      if (found && !found.value().managed) free_.insert(component.plan->full_name());  // it runs since it was made
+      if (found && !found.value().managed) free_.insert(component.plan->full_name());  // it runs once it is made
     }
     for (const auto& claim : evidence.container.frames()) {
-      // A fallback keeps silent where somebody else broadcasts the frame.
+      // A fallback does not broadcast if another node does.
       auto& link = links_[claim.child];
       const bool fallback = claim.kind == FrameClaimKind::Fallback;
       if (link.givers.empty() || (link.fallback && !fallback)) link = {claim.parent, {}, fallback};
@@ -120,7 +120,7 @@ class Order {
     if (!evidence_.container.shared_object(spatial::kTransformBufferName))
       return cannot(waiter, condition, what, "and no component collects transforms",
                     "load nacelle::transforms::TransformsComponent");
-    if (frames_.empty()) return;  // whoever knows where things are, it is not this plan
+    if (frames_.empty()) return;  // the plan broadcasts no frames: another program does
     const std::string ends[]{condition.detail.substr(0, arrow), condition.detail.substr(arrow + 2)};
     bool known = true;
     for (const auto& frame : ends) {
@@ -142,7 +142,7 @@ class Order {
     }
   }
 
-  /// From the frame to the root of its tree; ends where frames go round in a circle, which is told elsewhere.
+  /// From the frame to the root of its tree; stops at a cycle, which is reported elsewhere.
   [[nodiscard]] std::vector<std::string> path_up(const std::string& frame) const {
     std::vector<std::string> path{frame};
     for (auto link = links_.find(frame); link != links_.end(); link = links_.find(path.back())) {
@@ -173,7 +173,8 @@ class Order {
     return wait.givers.empty() || std::ranges::any_of(wait.givers, [&](const auto& node) { return is_free(node); });
   }
 
-  /// Frees whoever waits for nobody that waits, until nobody more can be freed. Null: everybody is free.
+  /// Frees components that wait only for free ones, until no more can be freed. Returns the first wait that is stuck;
+  /// null: all components are free.
   const Wait* first_stuck() {
     for (bool freed = true; freed;) {
       freed = false;
@@ -199,7 +200,7 @@ class Order {
     return found == waits_.end() ? nullptr : &*found;
   }
 
-  /// From anybody who is stuck, following one wait each leads into a circle.
+  /// From any stuck component, following one wait each leads into a cycle.
   void tell_circle(const Wait& from) {
     std::vector<const Wait*> path{&from};
     auto begin = path.end();
@@ -208,7 +209,7 @@ class Order {
       const auto giver =
           std::ranges::find_if(last.givers, [&](const auto& node) { return !is_free(node) && !never_active(node); });
       const Wait* const next = giver == last.givers.end() ? nullptr : wait_of(*giver);
-      if (next == nullptr) break;  // cannot be: whoever is not free waits
+      if (next == nullptr) break;  // cannot happen: a component that is not free waits
       begin = std::ranges::find(path, next->waiter, &Wait::waiter);
       if (begin == path.end()) {
         path.push_back(next);

@@ -28,11 +28,11 @@ struct Evidence {
 
 /// The services that the container will offer for a component's node, as for every one.
 [[nodiscard]] std::vector<std::string> standard_services_of(const Evidence& evidence, const LoadedComponent& component);
-/// A launch goes on without a component that is not required.
+/// A launch continues without a component that is not required.
 [[nodiscard]] Severity severity_of(const launch::ComponentPlan& plan);
-/// The same of several nodes: what one of them is optional for is optional.
+/// The same for several nodes: a warning if one of them is optional.
 [[nodiscard]] Severity severity_of(const launch::Plan& plan, const std::vector<std::string>& nodes);
-/// Of a budget, which is told by its place.
+/// For a budget, which is identified by its place.
 [[nodiscard]] Severity severity_of_budget(const launch::Plan& plan, const Place& where);
 
 // components.cpp

@@ -29,7 +29,7 @@ void check_shared_remaps(Evidence& evidence) {
       }
       return false;
     };
-    const auto gets = [&](const launch::ProgramPlan& program) {  // nobody knows the names of a program's topics
+    const auto gets = [&](const launch::ProgramPlan& program) {  // the names of a program's topics are unknown
       return std::ranges::find(program.ros_arguments, to_text(shared.rule)) != program.ros_arguments.end();
     };
     if (std::ranges::any_of(evidence.loaded, uses) || std::ranges::any_of(evidence.plan.programs, gets)) continue;

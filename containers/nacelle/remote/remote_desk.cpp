@@ -35,7 +35,7 @@ void on_signal(int number) {
   errno = saved;
 }
 
-/// Only where nobody has a handler of his own: a command that listens has (session/stop_signal.hpp).
+/// Only for signals without a handler: a command that listens has its own (process/stop_signal.hpp).
 void watch_signals() {
   signal_event = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   struct sigaction action {};
@@ -58,7 +58,7 @@ void forget_signals() {
   ::close(signal_event.exchange(-1));
 }
 
-/// As if nobody had caught it.
+/// Ends the process as if the signal had not been caught.
 [[noreturn]] void die_of_signal() {
   const int number = signal_number.load();
   ::signal(number, SIG_DFL);

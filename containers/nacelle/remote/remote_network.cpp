@@ -25,10 +25,10 @@ namespace {
 
 using nlohmann::json;
 
-// Nobody tells what is discovered; who waits for it looks that often.
+// Discovery has no notification, so waiting is done by polling at this period.
 constexpr Duration kLook = 10ms;
-// Fast DDS 2.9 takes a second to answer an end or a participant that is new: its heartbeats have that period, and it does
-// not heed the first question, which Cyclone numbers 0.
+// Fast DDS 2.9 takes a second to answer a new endpoint or participant: its heartbeats have that period, and it ignores
+// the first request, which Cyclone numbers 0.
 constexpr Duration kMeeting = 1500ms;
 constexpr const char* kOption = "--remote";
 

@@ -43,7 +43,8 @@ class RemoteNetwork {
   [[nodiscard]] static Result<std::unique_ptr<RemoteNetwork>, Problem> join(const RemoteOptions& options);
   RemoteNetwork(const RemoteNetwork&) = delete;
   RemoteNetwork& operator=(const RemoteNetwork&) = delete;
-  /// What was published before is still sent; all is told that the node goes. Readers and writers made here have ended.
+  /// Messages published before are still sent, and peers are informed that the node ends. Precondition: readers and
+  /// writers made here have ended.
   ~RemoteNetwork();
 
   [[nodiscard]] const Clock& clock() const { return clock_; }

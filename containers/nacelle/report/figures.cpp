@@ -116,7 +116,7 @@ json streams_between(const json& before, const json& after) {
   const Interval interval{before, after};
   json rows = json::array();
   for (const auto& stream : after["streams"]) rows.push_back(stream_between(interval, stream));
-  // What nobody reads comes last: on a terminal it is the first to be cut off.
+  // Streams without readers come last: on a terminal they are the first to be cut off.
   const auto place = [](const json& row) { return std::pair{row["readers"] == 0, row["name"].get<std::string>()}; };
   std::stable_sort(rows.begin(), rows.end(), [&](const json& a, const json& b) { return place(a) < place(b); });
   return {{"seconds", interval.seconds}, {"streams", std::move(rows)}};

@@ -14,8 +14,8 @@ struct StreamRow {
   const Json* stream;
 };
 
-/// One row for each stream of a JSON list with "name", "type" and "published". A name may carry two types (cmd_vel does): one that
-/// nobody has published is left out if the other has been. The rows point into the list.
+/// One row for each stream of a JSON list with "name", "type" and "published". A name may carry two types (cmd_vel
+/// does): one without messages is left out if the other has some. The rows point into the list.
 template <typename Json>
 [[nodiscard]] std::vector<StreamRow<Json>> rows_of(const Json& streams) {
   const auto text = [](const Json& stream, const char* key) { return stream[key].template get<std::string>(); };

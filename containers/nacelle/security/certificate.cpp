@@ -103,7 +103,7 @@ Result<Certificate, Problem> parse_certificate(const std::string& text) {
 
 Result<Key, Problem> parse_key(const std::string& text) {
   ERR_clear_error();
-  // Without a person at a terminal nobody could type a pass phrase.
+  // A robot has no terminal at which a pass phrase could be typed.
   const auto no_phrase = [](char*, int, int, void*) { return 0; };
   Key found{PEM_read_bio_PrivateKey(bio_of(text).get(), nullptr, no_phrase, nullptr)};
   if (!found) return err(openssl_problem("this is not a private key that can be read without a pass phrase"));

@@ -41,7 +41,7 @@ Result<std::string, Problem> read_file(const fs::path& path) {
 
 Result<void, Problem> write_file(const fs::path& path, const std::string& text, Secrecy secrecy) {
   const std::string beside = path.string() + ".new";
-  ::unlink(beside.c_str());  // of somebody who was killed
+  ::unlink(beside.c_str());  // left by a process that was killed
   const ::mode_t mode = secrecy == Secrecy::Private ? 0600 : 0644;
   const int file = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
   if (file < 0) return err(problem_at(path, "cannot be written", errno));

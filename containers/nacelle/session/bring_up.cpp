@@ -44,7 +44,7 @@ Result<void, Problem> Session::check_the_plan() {
   const auto findings = proof::prove(plan_, options_.places, *container_, loaded_);
   loaded_.clear();
   for (const auto& finding : findings) say("nacelle: " + finding.text());
-  // What ran before the crash comes back as far as it can, though somebody had taken a part of it out.
+  // After a crash, everything that can be restored is, even if a part had been unloaded before.
   if (proof::has_errors(findings) && !is_resumed_) {
     return err(Problem{"the plan is unsound", proof::summary(findings),
                        "nothing was started; `nacelle check` tells the same without a robot"});

@@ -12,7 +12,7 @@ namespace {
 
 using launch::TargetState;
 
-// A state that something is just leaving, or that nobody can come back to, becomes the one before it.
+// Maps a state that is being left, or that cannot be restored, to the one before it.
 TargetState target_of(StateId state) {
   switch (state) {
     case StateId::Active:
@@ -50,7 +50,7 @@ Composition composition_of(answers::Robot& robot, const Supervision& supervision
     } else if (request) {
       component.plan = plan_of(info, *request);
     } else {
-      continue;  // of another process, and no longer in the plan: nobody could bring it back
+      continue;  // of another process, and no longer in the plan: it cannot be restored
     }
     if (request) {
       component.plan.parameters.clear();

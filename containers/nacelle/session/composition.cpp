@@ -187,13 +187,14 @@ launch::Plan resumed(launch::Plan plan, const Composition& composition, const st
     }
     components.push_back(std::move(component));
   }
-  // What moves the robot stands still: the messages and transforms that follow from it would be waited for in vain.
+  // Components that move the robot come back inactive, so messages and transforms that depend on motion would never
+  // arrive.
   if (demoted) {
     for (auto& component : components) {
       for (auto& condition : component.after) condition.when = launch::When::Active;
     }
   }
-  // Nobody waits for what comes back, and stays, below active.
+  // No component waits for one that comes back below active and stays there.
   std::set<std::string> below;
   for (const auto& component : components) {
     if (component.target != TargetState::Active) below.insert(component.full_name());

@@ -206,7 +206,7 @@ void Supervision::restart(const std::string& node) {
   if (found == patients_.end()) return;
   Patient& patient = found->second;
   if (const auto now = container().find(node)) {
-    if (now.value().fault.code.empty()) return;  // somebody was faster
+    if (now.value().fault.code.empty()) return;  // it was handled by another caller meanwhile
     // One that hangs stays where it is, with its thread and library; its name becomes free.
     static_cast<void>(container().unload(now.value().id));
   } else if (!patient.gone) {  // a person has taken it out meanwhile

@@ -31,9 +31,9 @@ struct CourseOptions {
   Duration settle = 400ms;         ///< Standing still between two moves, so that one does not leak into the next.
   Duration final_settle = 1000ms;  ///< Standing still at the end, so that odometry and truth mean the same instant.
   /// After this long without any progress the robot is asked to stand still for `rest`: a base that was stopped follows
-  /// nobody before its input was zero (`rearm: neutral`, docs/stop.md).
+  /// no input before it was zero (`rearm: neutral`, docs/stop.md).
   Duration rest_after = 1500ms, rest = 1s;
-  Duration stall_limit = 5s;  ///< Without any progress for this long, the course is given up.
+  Duration stall_limit = 5s;  ///< Without any progress for this long, the course is aborted.
 };
 
 enum class CoursePhase : std::uint8_t { Straight, Turn, Settle, Rest, Done, Stalled };
