@@ -122,7 +122,7 @@ TEST_F(IceoryxDaemon, that_is_lost_leaves_streams_to_the_socket_and_no_message_i
             }));
 }
 
-TEST_F(IceoryxDaemon, that_is_lost_is_said_once) {
+TEST_F(IceoryxDaemon, whose_loss_is_reported_once) {
   ::testing::internal::CaptureStderr();
   EXPECT_EQ(0, run_in_child([this] {
               const auto carrier = started();

@@ -107,7 +107,7 @@ TEST_F(IceoryxCarrierTest, a_prepared_message_is_written_once_and_read_in_the_sa
   EXPECT_EQ(ends.writer->bytes_copied(), copied_before);
 }
 
-TEST_F(IceoryxCarrierTest, a_prepared_message_that_somebody_else_holds_is_copied_and_counted) {
+TEST_F(IceoryxCarrierTest, a_prepared_message_with_another_owner_is_copied_and_counted) {
   KeepingSink sink(Image::message_type());
   const Ends ends = open(image_stream(), sink);
   Sender<Image> sender(*ends.writer);
@@ -160,7 +160,7 @@ TEST_F(IceoryxCarrierTest, a_sink_whose_readers_may_write_gets_memory_of_its_own
   EXPECT_EQ(carrier().reading().bytes_copied, 50'000U);
 }
 
-TEST_F(IceoryxCarrierTest, who_hoards_messages_gets_copies_and_does_not_drain_the_daemons_memory) {
+TEST_F(IceoryxCarrierTest, a_reader_that_keeps_many_messages_gets_copies_and_does_not_exhaust_the_daemon) {
   KeepingSink sink(Image::message_type());
   const Ends ends = open(image_stream("/hoard", 1), sink);
   Sender<Image> sender(*ends.writer);
@@ -219,7 +219,7 @@ TEST_F(IceoryxCarrierTest, more_readers_than_iceoryx_can_notify_are_refused_and_
   EXPECT_NE(carrier().create_reader(text_stream("/one_more", 1), sink), nullptr);
 }
 
-TEST_F(IceoryxCarrierTest, a_slow_reader_loses_the_oldest_and_says_so) {
+TEST_F(IceoryxCarrierTest, a_slow_reader_loses_the_oldest_and_reports_it) {
   KeepingSink sink(String::message_type());
   // The thread that delivers is kept inside the sink's lock while more is sent than may wait.
   struct Slow final : CarrierSink {
@@ -248,7 +248,7 @@ TEST_F(IceoryxCarrierTest, a_slow_reader_loses_the_oldest_and_says_so) {
   EXPECT_EQ(carrier().reading().overruns, 1U);
 }
 
-TEST_F(IceoryxCarrierTest, chunks_that_are_no_messages_are_told_and_given_back) {
+TEST_F(IceoryxCarrierTest, chunks_that_are_no_messages_are_reported_and_released) {
   KeepingSink sink(Image::message_type());
   const Ends ends = open(image_stream("/hostile"), sink);
   const iox::capro::ServiceDescription service{

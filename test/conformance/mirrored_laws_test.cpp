@@ -156,7 +156,7 @@ TEST_F(MirroredInTime, manual_liveliness_of_a_remote_writer_is_lost_and_comes_ba
   EXPECT_TRUE(until([&] { return is(0, 0); }));
 }
 
-TEST_F(MirroredInTime, another_type_is_told_of_once_on_each_side_but_not_of_a_node_that_reads_both) {
+TEST_F(MirroredInTime, reports_another_type_once_on_each_side_but_not_for_a_node_that_reads_both) {
   const auto read_header = [&](const std::string& topic, const std::string& node) {
     EndpointSpec spec = there.spec(topic);
     spec.type = &std_msgs::msg::Header::message_type();
@@ -230,7 +230,7 @@ class MirrorBesidePeer : public ::testing::Test {
   const std::unique_ptr<transport_dds::Participant> peer = test::make_participant();
 };
 
-TEST_F(MirrorBesidePeer, an_incompatible_reader_of_a_peer_is_told_of_on_both_sides_with_the_policy) {
+TEST_F(MirrorBesidePeer, reports_an_incompatible_reader_of_a_peer_on_both_sides_with_the_policy) {
   std::vector<std::unique_ptr<Writer>> writers;
   std::vector<std::unique_ptr<transport_dds::Reader>> readers;
   for (const Misfit& misfit : every_misfit()) {
@@ -249,7 +249,7 @@ TEST_F(MirrorBesidePeer, an_incompatible_reader_of_a_peer_is_told_of_on_both_sid
   }
 }
 
-TEST_F(MirrorBesidePeer, an_incompatible_writer_of_a_peer_is_told_of_on_both_sides_with_the_policy) {
+TEST_F(MirrorBesidePeer, reports_an_incompatible_writer_of_a_peer_on_both_sides_with_the_policy) {
   std::vector<std::unique_ptr<Reader>> readers;
   std::vector<std::unique_ptr<transport_dds::Writer>> writers;
   for (const Misfit& misfit : every_misfit()) {
@@ -276,7 +276,7 @@ transport_dds::EndpointOptions with_hash(transport_dds::EndpointOptions options,
 }
 
 // Found in DDS's builtin topics: neither name nor hash of a type makes a DDS status.
-TEST_F(MirrorBesidePeer, a_type_that_does_not_fit_is_told_of_once_with_both_types) {
+TEST_F(MirrorBesidePeer, reports_a_mismatched_type_once_with_both_types) {
   const std::string hash = "RIHS01_" + std::string(64, '0');
   auto writer = here.writer("/hash");
   auto reader = here.reader("/name");

@@ -148,7 +148,7 @@ class MirroredMatrix : public ::testing::Test {
   std::size_t rounds = 0;
 };
 
-TEST_F(MirroredMatrix, delivers_what_the_specification_says_and_names_the_policies_that_clash) {
+TEST_F(MirroredMatrix, delivers_as_specified_and_names_the_incompatible_policies) {
   for (const Fence& fence : fences) {
     ASSERT_TRUE(there.bell.until([&] { return fence.writer->reader_count() + fence.reader->writer_count() == 2; }));
   }

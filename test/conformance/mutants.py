@@ -40,7 +40,7 @@ MUTANTS = [
     ("a lease ends with the lease", "contract.hpp", r"> lease_ &&", "> lease_ * 2 &&", "manual_liveliness"),
     ("automatic liveliness has no lease of its own", "broker_writer.cpp", r"qos\.liveliness\(\) == Liveliness::ManualByTopic \?", "true ?", "automatic_liveliness"),
     ("an error is no match", "broker_topic.hpp", r"!= Verdict::Error;", "!= Verdict::Error || true;", "incompatible_pair_exchanges_nothing"),
-    ("a clash is told to the writer", "broker_writer.cpp", r"\+\+\(policy == kTypePolicy[^;]*;", "", "incompatible_pair_is_told"),
+    ("a clash is told to the writer", "broker_writer.cpp", r"\+\+\(policy == kTypePolicy[^;]*;", "", "reports_an_incompatible_pair"),
     ("a message carries its source stamp", "broker_writer.cpp", r"block\.info = \{id_, sequence, now, now\};", "block.info = {id_, sequence, MonotonicTime{}, now};", "stamps_each_message"),
 ]  # fmt: skip
 

@@ -34,7 +34,7 @@ TYPED_TEST(QosContract, a_deadline_is_missed_once_for_each_whole_period_and_by_b
   EXPECT_EQ(reader->status().deadline_missed, 3U);
 }
 
-TYPED_TEST(QosContract, a_late_message_counts_what_nobody_has_looked_at) {
+TYPED_TEST(QosContract, a_late_message_counts_unchecked_missed_periods) {
   auto writer = this->writer(QoS(10).deadline(100ms));
   auto reader = this->reader(QoS(10).deadline(100ms));
   this->send(*writer, "a");
@@ -114,7 +114,7 @@ TYPED_TEST(QosContract, automatic_liveliness_lives_as_long_as_the_writer) {
   EXPECT_EQ(writer->status().liveliness_lost, 0U);
 }
 
-TYPED_TEST(QosContract, an_incompatible_pair_is_told_to_both_with_names_values_and_the_change) {
+TYPED_TEST(QosContract, reports_an_incompatible_pair_to_both_with_names_values_and_the_change) {
   Told offering, requesting;
   auto writer = this->writer(QoS(10).best_effort(), &offering);
   auto reader = this->reader(QoS(10).reliable(), &requesting);
@@ -129,7 +129,7 @@ TYPED_TEST(QosContract, an_incompatible_pair_is_told_to_both_with_names_values_a
   EXPECT_EQ(requesting.times, 1);
 }
 
-TYPED_TEST(QosContract, a_second_reader_hears_those_that_the_first_cannot_and_nothing_comes_twice) {
+TYPED_TEST(QosContract, a_second_reader_gets_messages_that_the_first_cannot_and_none_twice) {
   using Words = std::vector<std::string>;
   const QoS latched = QoS(KeepAll{}).reliable().transient_local();
   auto first = this->transport.create_reader(this->at("/base", latched), Taking::Share, nullptr);
@@ -147,7 +147,7 @@ TYPED_TEST(QosContract, a_second_reader_hears_those_that_the_first_cannot_and_no
   EXPECT_EQ(this->receive(*second), (Words{"volatile", "best effort"}));
 }
 
-TYPED_TEST(QosContract, a_match_is_counted_and_told_and_so_is_its_end) {
+TYPED_TEST(QosContract, counts_and_reports_a_match_and_its_end) {
   Told told;
   auto writer = this->writer(QoS(10), &told);
   auto reader = this->reader(QoS(10));
@@ -160,7 +160,7 @@ TYPED_TEST(QosContract, a_match_is_counted_and_told_and_so_is_its_end) {
   EXPECT_EQ(told.times, 2);
 }
 
-TYPED_TEST(QosContract, another_type_is_told_once_but_not_to_a_node_that_reads_both) {
+TYPED_TEST(QosContract, reports_another_type_once_but_not_to_a_node_that_reads_both) {
   auto writer = this->writer(QoS(10));
   EndpointSpec other = this->at("/reader", QoS(10));
   other.type = &std_msgs::msg::Header::message_type();

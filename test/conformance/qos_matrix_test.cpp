@@ -55,7 +55,7 @@ Texts expected(const Side& offered, const Side& requested, bool late) {
 using Case = std::tuple<NamedTransport, Side, Side, bool>;
 class QosMatrix : public ::testing::TestWithParam<Case> {};
 
-TEST_P(QosMatrix, delivers_what_the_specification_says) {
+TEST_P(QosMatrix, delivers_as_specified) {
   const auto& [named, offered, requested, late] = GetParam();
   using Laws = TransportLaws<runtime::Broker>;
   test::ManualClock clock;

@@ -29,7 +29,7 @@ TYPED_TEST(TransportLaws, keep_last_keeps_the_newest_and_counts_what_made_room) 
   }
 }
 
-TYPED_TEST(TransportLaws, keep_all_refuses_when_it_is_full_and_says_so_to_a_reliable_writer) {
+TYPED_TEST(TransportLaws, keep_all_refuses_when_it_is_full_and_notifies_a_reliable_writer) {
   auto reader =
       this->transport.create_reader(this->spec(QoS(KeepAll{}).best_effort().max_samples(3)), Taking::Share, nullptr);
   auto reliable = this->transport.create_writer(this->spec(QoS(10).reliable()));
@@ -199,7 +199,7 @@ TYPED_TEST(TransportLaws, a_message_outlives_its_writer_and_its_reader) {
   drop_reference(*block);
 }
 
-TYPED_TEST(TransportLaws, one_shared_ptr_serves_everybody_and_ends_last) {
+TYPED_TEST(TransportLaws, one_shared_ptr_serves_all_readers_and_ends_last) {
   auto writer = this->transport.create_writer(this->spec(10));
   auto reader = this->transport.create_reader(this->spec(10), Taking::Share, nullptr);
   this->send(*writer, "shared");

@@ -57,7 +57,7 @@ class ObstacleStop final : public LifecycleNode {
 Result<void, Problem> read_options(const ObstacleStop&) { return err(Problem{"parameter range", "is too short", ""}); }
 #include "check.inc"
 
-TEST(CheckPage, shows_a_constructor_that_says_everything) {
+TEST(CheckPage, shows_a_constructor_that_declares_everything) {
   test::RecordingContext context;
   const auto faults = std::make_shared<ParameterFaults>();
 

@@ -65,7 +65,7 @@ TEST_F(ExamplePackages, talker_and_listener_talk) {
   EXPECT_EQ(heard.next().data, 2U);
 }
 
-TEST_F(ExamplePackages, mean_filter_publishes_the_mean_of_its_window_and_forgets_when_it_is_told_to) {
+TEST_F(ExamplePackages, mean_filter_publishes_the_mean_of_its_window_and_clears_it_on_request) {
   test::Ear<Float64> mean{container_.transport(), "/mean", QoS(10)};
   start("MeanFilter", {{"window", std::int64_t{2}}});
   for (const auto& [value, expected] : {std::pair{1.0, 1.0}, {3.0, 2.0}, {5.0, 4.0}}) {

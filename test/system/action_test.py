@@ -117,7 +117,7 @@ class Actions(RobotTest):
         before = published()
         return before and before == published()
 
-    def test_a_goal_that_will_not_be_canceled_says_so(self):
+    def test_reports_a_goal_that_refuses_to_be_canceled(self):
         process = self.begin("{order: 170}")
         process.send_signal(signal.SIGINT)
         rest = process.communicate(timeout=20 * SLOW)[0]

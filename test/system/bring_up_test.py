@@ -101,7 +101,7 @@ class BringUp(RobotTest):
         said = self.end(robot)
         self.assertEqual(robot.returncode, 1, said)
 
-    def test_says_what_it_waits_for_and_undoes_everything_when_the_time_is_over(self):
+    def test_reports_the_condition_and_rolls_back_on_timeout(self):
         file = self.launch_file("stuck", "node: /blind/blind, when: first_message(/blind/detections), timeout: 3s", extra=BLIND)
         robot = self.start(file)
         said = robot.communicate(timeout=60 * SLOW)[1]

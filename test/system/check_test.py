@@ -127,7 +127,7 @@ class Check(RobotTest):
         outcome = self.check("--json", self.write("found.launch.yaml", text), code=code)
         return [(f["severity"], f["about"], f["what"], f["way_out"]) for f in json.loads(outcome.stdout)["findings"]]
 
-    def test_what_nobody_publishes_warns_unless_it_comes_from_outside(self):
+    def test_warns_about_unpublished_topics_except_external_ones(self):
         ekf = "{pkg: nacelle_ekf, plugin: 'nacelle::ekf::EkfComponent', name: ekf, param: [{name: odom0, value: /odom}, {name: odom0_config, value: [false, false, false, false, false, false, true, true, false, false, false, false, false, false, false]}]}"
         base = "{pkg: nacelle_diff_drive, plugin: 'nacelle::diff_drive::DiffDriveComponent', name: base, param: [{name: left_wheel_names, value: [a]}, {name: right_wheel_names, value: [b]}]}"
         head = "launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n"
@@ -154,7 +154,7 @@ class Check(RobotTest):
         self.assertEqual(self.found(text), [
             ("warning", "plugin", "/lidar: the class nacelle::lidar::LidarComponent is not of the package 'nacelle_lidr'", "write pkg: nacelle_lidar")])  # fmt: skip
 
-    def test_every_wrong_parameter_of_the_container_is_told(self):
+    def test_every_wrong_parameter_of_the_container_is_reported(self):
         text = LIDAR.format(more="", required="true").replace("    name: c\n", "    name: c\n    param: [{name: hang_aftr, value: 3.0}, {name: hang_after, value: -1}]\n")
         found = self.found(text, code=1)
         self.assertEqual([f[1] for f in found], ["parameter", "parameter"], found)
@@ -195,7 +195,7 @@ class Check(RobotTest):
         self.assertRegex(dot.read_text(), r'n\d+:p\d+:e -> n\d+:p\d+:w \[tooltip="/scan"\]')
         self.expect_exit(self.run_program("check", LAUNCH_FILE, "--graph", "robot.jpeg"), 2)
 
-    def test_without_graphviz_it_writes_the_text_and_says_how_to_draw_it(self):
+    def test_without_graphviz_it_writes_the_dot_file_and_the_command_that_draws_it(self):
         svg = self.folder / "undrawn.svg"
         outcome = self.check(LAUNCH_FILE, "--graph", svg, env={**self.environment, "PATH": "/no/such/folder"})
         self.assertIn(f"dot -Tsvg {self.folder}/undrawn.dot -o {svg}", outcome.stderr)
@@ -208,7 +208,7 @@ class Check(RobotTest):
         self.assertEqual(dot.read_text().count('color="red">/scan<'), 2)
         self.assertEqual(dot.read_text().count("color=red];"), 1)
 
-    def test_launch_says_the_same_and_starts_nothing(self):
+    def test_launch_reports_the_same_and_starts_nothing(self):
         for name in ("unknown_parameter", "two_parents", "reliability", "program"):
             with self.subTest(name=name):
                 file = BROKEN / f"{name}.launch.yaml"
@@ -269,13 +269,13 @@ class Explain(RobotTest):
         row = next(row for row in answer["parameters"] if row["name"] == "port_name")
         self.assertEqual((row["value"], row["type"]), ("/dev/second", "string"))
 
-    def test_an_unknown_node_is_told_with_the_nearest(self):
+    def test_an_unknown_node_is_reported_with_the_nearest_name(self):
         outcome = self.expect_exit(self.run_program("params", "--explain", "lidr", LAUNCH_FILE), 1)
         self.assertIn("did you mean '/lidar'?", outcome.stderr)
 
 
 class Import(RobotTest):
-    def test_the_result_is_sound_and_each_key_is_told(self):
+    def test_the_result_is_sound_and_each_key_is_reported(self):
         out = self.folder / "imported.yaml"
         files = sorted((HERE.parent / "data/ros_parameters").glob("*.yaml"))
         self.assertGreaterEqual(len(files), 6)

@@ -177,7 +177,7 @@ class WithoutContainer(RobotTest):
         file.write_text(text)
         return self.run_program("launch", file, *arguments)
 
-    def test_a_limit_is_told_in_few_words(self):
+    def test_a_limit_is_reported_briefly(self):
         self.assertLess(len(self.run_program("drive", "--seed", "-1").stderr), 200)
         wrong = self.expect_exit(self.run_program("topic", "pub", "/x", "std_msgs/msg/String", "{data"), 2)
         self.assertNotIn("[json", wrong.stderr)
@@ -205,7 +205,7 @@ class WithoutContainer(RobotTest):
                 for part in parts:
                     self.assertIn(part, said)
 
-    def test_a_value_that_cannot_be_is_told_in_words_for_people(self):
+    def test_an_invalid_value_is_reported_in_plain_words(self):
         for words, part in ((["topic", "pub", "/x", "std_msgs/msg/String", "-t", "-1"], "'-1' is not a whole number of at least 0"),
                             (["topic", "pub", "/x", "std_msgs/msg/String", "--once", "-t", "4"], "excludes"),
                             (["topic", "hz", "/scan", "-w", "1"], "'1' is not a number from 2 to 100000"),
@@ -245,7 +245,7 @@ class WithoutContainer(RobotTest):
                              self.expect_exit(self.run_program("interface", "show", whole), 0).stdout)  # fmt: skip
         self.assertIn("did you mean 'std_msgs/msg/Bool'", self.expect_exit(self.run_program("interface", "show", "std_msgs/Bol"), 1).stderr)
 
-    def test_a_report_that_cannot_be_written_is_told_at_once(self):
+    def test_a_report_that_cannot_be_written_is_reported_at_once(self):
         for command in ("launch", "drive"):
             outcome = self.expect_exit(self.run_program(command, LAUNCH_FILE, "--report", "/nosuch/x.json"), 1)
             self.assertEqual(len(outcome.stderr.splitlines()), 1, outcome.stderr)

@@ -126,14 +126,14 @@ class Commands(RunningRobotTest):
         wrong = self.expect_exit(self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "x", "-p", ":=1"), 2)
         self.assertIn(":=1", wrong.stderr)
 
-    def test_a_name_that_nobody_has_is_told_when_the_load_fails_too(self):
+    def test_reports_an_unknown_parameter_even_if_the_load_fails(self):
         refused = self.run_program("component", "load", "nacelle::lidar::LidarComponent", "--name", "second", "-p", "port_nme:=/dev/null",
                                    "-p", "required_device:=true")  # fmt: skip
         self.expect_exit(refused, 1)
         self.assertIn("was unloaded again", refused.stderr)
         self.assertRegex(refused.stderr, r"'port_nme'.*did you mean 'port_name'")
 
-    def test_what_a_plugin_cannot_use_is_told_to_whoever_loads_it(self):
+    def test_reports_unused_settings_of_a_plugin_to_the_loader(self):
         loaded = self.run_program("component", "load", "nacelle::monitor::MonitorComponent", "--name", "warned", "-p", "no_such:=1", "-r", "diagnostisc:=/x",
                                   "-r", "/diagnostics:=/diagnostics_2")  # fmt: skip
         self.expect_exit(loaded, 0)
@@ -189,7 +189,7 @@ class Teleop(RunningRobotTest):
     def ends_with_zero(self):
         return bool(self.commands) and self.commands[-1] == (0, 0)
 
-    def test_under_an_emergency_stop_it_says_so_and_shows_no_speed(self):
+    def test_shows_an_emergency_stop_instead_of_a_speed(self):
         said = bytearray()
 
         def read():

@@ -81,7 +81,7 @@ class Graph(OnRobot):
         self.assertEqual(set(states), set(NODES))
         self.assertEqual(set(states.values()), {"active"})
 
-    def test_a_node_tells_what_it_joins(self):
+    def test_node_info_lists_topics_services_and_actions(self):
         text = self.out("node", "info", "/ekf")
         titles = ["  Subscribers:", "  Publishers:", "  Service Servers:", "  Service Clients:", "  Action Servers:", "  Action Clients:"]
         self.assertEqual([line for line in text.splitlines() if line.endswith(":")], titles)
@@ -93,7 +93,7 @@ class Graph(OnRobot):
         self.assertEqual(info["node"], "/diff_drive")
         self.assertIn({"name": "/cmd_vel", "types": [TWIST, "geometry_msgs/msg/TwistStamped"]}, info["subscribers"])
 
-    def test_a_topic_tells_its_ends_with_their_qos(self):
+    def test_topic_info_lists_endpoints_with_their_qos(self):
         self.assertRegex(self.out("topic", "info", "scan"), r"^Type: sensor_msgs/msg/LaserScan\nPublisher count: 1\nSubscription count: \d\n$")
         self.assertIn(f"Type: ['{TWIST}', 'geometry_msgs/msg/TwistStamped']\n", self.out("topic", "info", "/cmd_vel"))
         text = self.out("topic", "info", "-v", "/scan")
@@ -116,7 +116,7 @@ class Graph(OnRobot):
         both = self.out("topic", "list", "-v")
         self.assertRegex(both, r"^Published topics:\n(.*\n)+ \* /scan \[sensor_msgs/msg/LaserScan\] 1 publisher\n(.*\n)+\nSubscribed topics:\n")
 
-    def test_a_component_tells_where_it_comes_from_and_how_it_runs(self):
+    def test_component_info_shows_origin_and_execution(self):
         text = self.out("component", "info", "lidar")
         for part in ("/lidar\n  id: ", "\n  plugin: nacelle::lidar::LidarComponent\n", "nacelle_lidar.so\n", "\n  state: active [3]\n",
                      "\n  process: the container's\n", "\n  namespace: /\n", "    port_name: ", "\n  thread: ", "\n  on fault: ", "\n  faults so far: 0\n"):  # fmt: skip
@@ -137,7 +137,7 @@ class Graph(OnRobot):
         self.assertEqual(len(every["transitions"]), 25)
         self.assertIn({"label": "configure", "id": 1, "start": "unconfigured", "goal": "configuring"}, every["transitions"])
 
-    def test_a_node_at_its_end_has_no_transition_and_says_so(self):
+    def test_reports_that_a_finalized_node_has_no_transition(self):
         got = self.json_of("lifecycle", "get", "imu")
         self.assertEqual(set(got), {"id", "node", "state", "state_id"})
         self.assertEqual((got["state"], got["state_id"]), ("active", 3))
@@ -186,7 +186,7 @@ class Graph(OnRobot):
         self.assertEqual((listening.returncode, more), (0, ""), said)
         return said
 
-    def test_silence_is_told_with_its_reason(self):
+    def test_reports_silence_with_its_reason(self):
         for command in ("echo", "hz", "bw"):
             self.assertIn("topic /emergency_stop: it does not appear to be published yet", self.silence_of(command, "/emergency_stop"))
         self.assertIn("nothing has come since the first message", self.silence_of("hz", "/robot_description"))
@@ -211,7 +211,7 @@ class Graph(OnRobot):
                 self.assertIn(hint, self.expect_exit(self.run_program(*words), 1).stderr)
         self.assertIn("no fields", self.expect_exit(self.run_program("service", "call", "/reset", "std_srvs/srv/Empty", "{x: 1}"), 2).stderr)
 
-    def test_an_unknown_topic_is_told_before_anything_is_shown(self):
+    def test_reports_an_unknown_topic_before_any_output(self):
         for command in ("echo", "hz", "bw", "delay"):
             unknown = self.expect_exit(self.run_program("topic", command, "/nope"), 1)
             self.assertEqual(unknown.stdout, "")
@@ -299,7 +299,7 @@ class Publishing(OnRobot):
         # Where nobody stops, nobody warns.
         self.assertEqual(self.expect_exit(self.run_program("topic", "pub", "-t", "2", "-r", "3", "/x", TWIST), 0).stderr, "")
 
-    def test_the_timeout_is_told_with_the_topic(self):
+    def test_shows_the_timeout_with_the_topic(self):
         text = self.out("topic", "info", "-v", "/cmd_vel")
         self.assertRegex(text, r"Command timeout: 0.5 s \(parameter (cmd_vel_timeout|topics\.\w+\.timeout)\)\n")
 
@@ -394,7 +394,7 @@ class Services(OnRobot):
         self.assertEqual(caller.wait(10 * SLOW), 0)
         caller.stdout.close()
 
-    def test_a_server_that_hangs_keeps_nobody_but_its_caller_waiting(self):
+    def test_a_hanging_server_delays_only_its_caller(self):
         loaded = self.json_of("component", "load", "nacelle::test::Chaos", "--name", "hanging")
         waiting = self.start_program("service", "call", "/hanging/answer", "std_srvs/srv/SetBool", "{data: false}", "--timeout", "1", "--json")
         control, times = Control(self.socket_path()), []

@@ -10,7 +10,7 @@ from robot import PROGRAM
 
 
 class Ports(NetworkTest):
-    def test_a_domain_whose_ports_the_kernel_gives_to_anybody_is_a_remark_with_the_ports(self):
+    def test_reports_a_domain_whose_ports_the_kernel_may_give_away(self):
         self.robot_machine.run("sh", "-c", "echo 10000 12000 > /proc/sys/net/ipv4/ip_local_port_range")
 
         def remarks(domain):
@@ -79,7 +79,7 @@ class Tried(NetworkTest):
         robot = self.start_robot(CYCLONEDDS_URI="<General><Foo/></General>")
         self.assertEqual(robot.line, self.doctor(CYCLONEDDS_URI="<General><Foo/></General>")["line"])
 
-    def test_nothing_is_said_to_the_lan_when_it_is_tried(self):
+    def test_the_join_test_sends_nothing_to_the_lan(self):
         for mode in ("off", "local"):
             self.assertIsNone(self.doctor(f"mode: {mode}")["problem"])
         self.assertEqual(self.robot_machine.sent("lan0"), 0)
@@ -88,7 +88,7 @@ class Tried(NetworkTest):
         packets.stop()
         self.assertEqual([line for line in packets.frames() if line.startswith("udp ")], [])
 
-    def test_a_peer_without_an_address_is_told(self):
+    def test_reports_a_peer_without_an_address(self):
         words = "peer nosuch.invalid: this name has no address: it is not used as a peer"
         net = self.doctor(ROS_STATIC_PEERS="nosuch.invalid;10.77.0.2")
         self.assertIsNone(net["problem"])

@@ -20,7 +20,7 @@ class Kept(NetworkTest):
         self.assertEqual(self.robot_machine.udp_sockets(), [])
         self.assertEqual(self.robot_machine.sent("lan0"), 0)
 
-    def test_nothing_of_a_local_robot_leaves_and_nothing_from_outside_is_heard(self):
+    def test_a_local_robot_neither_sends_to_nor_receives_from_the_lan(self):
         """The LAN shouts by multicast and by unicast to the robot's own ports, in the names of its topics."""
         capture = self.capture(self.laptop)
         robot = self.start_robot()
@@ -85,7 +85,7 @@ class Kept(NetworkTest):
     def sees(self, vendor, machine, *more, **variables):
         return self.reads_odometry(vendor, machine, *more, **variables).wait_for(f"{vendor} sees the robot", is_odometry)
 
-    def test_a_program_whose_qos_fits_nobody_keeps_no_component_from_being_loaded(self):
+    def test_a_program_with_incompatible_qos_does_not_prevent_loading(self):
         self.start_robot()
         self.peer("cyclone", self.robot_machine, "echo", "--topic", "rt/camera/image_raw", "--type", "image")
 
@@ -108,7 +108,7 @@ class Kept(NetworkTest):
         for vendor, reader in readers.items():
             reader.wait_for(f"{vendor}, long before it announces itself again (30 s)", is_odometry, 10)
 
-    def test_programs_with_the_range_localhost_see_a_local_robot_however_it_was_told_to_be_local(self):
+    def test_programs_with_the_range_localhost_see_a_local_robot_however_local_was_set(self):
         for name, variables in (("default", {}), ("localhost", {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": "1"})):
             robot = self.start_robot(name=name, **variables)
             self.assertTrue(robot.line.startswith("network: local only"), robot.line)
@@ -122,7 +122,7 @@ class Kept(NetworkTest):
         self.start_robot(machine=alone)
         self.sees("cyclone", alone, CYCLONEDDS_URI=AT_HOME)
 
-    def test_a_demonstration_drives_nobody_else(self):
+    def test_a_demonstration_drives_no_other_robot(self):
         for arguments, is_there in (((), False), (("network:=local",), True)):
             with self.subTest(arguments=arguments):
                 drive = Lines(self.robot_machine.within(PROGRAM, "drive", LAUNCH_FILE, "--stay", "-v", *arguments), self.environment)
@@ -154,7 +154,7 @@ class Kept(NetworkTest):
         self.assertEqual([robot["running"] for robot in robots], [True, True])
         self.sees("cyclone", self.robot_machine, CYCLONEDDS_URI=LO)
 
-    def test_a_robot_that_cannot_join_runs_and_says_why(self):
+    def test_a_robot_that_cannot_join_runs_and_logs_the_reason(self):
         robot = self.start_robot("network:=export", CYCLONEDDS_URI="<Generall/>")
         self.assertRegex(robot.line, r"^network: off, since DDS domain 0: .*the robot runs without it$")
         state = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"][0]

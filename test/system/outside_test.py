@@ -161,7 +161,7 @@ class Limits(RobotTest):
         self.assertEqual(list(self.folder.glob("robot.dot*")), [])
 
     @needs_no_thread_sanitizer
-    def test_a_container_that_may_write_no_file_says_so_and_is_not_killed(self):
+    def test_a_container_that_may_write_no_file_reports_it_and_is_not_killed(self):
         program = self.start_program(
             "container", "--name", "small", "network:=off", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
         )

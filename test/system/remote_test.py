@@ -35,7 +35,7 @@ class Robot(RemoteRobotTest):
         self.ask("topic", "list")
         self.assertLess(time.monotonic() - began, 3 * SLOW)
 
-    def test_an_end_is_told_with_node_qos_hash_and_gid(self):
+    def test_topic_info_shows_node_qos_hash_and_gid_of_an_endpoint(self):
         answer = self.rows("topic", "info", "/scan")
         here = self.local("topic", "info", "/scan")
         self.assertEqual([end["node"] for end in answer["publishers"]], ["/lidar"])
@@ -47,7 +47,7 @@ class Robot(RemoteRobotTest):
         self.assertIn("Node name: lidar\nNode namespace: /\nTopic type: sensor_msgs/msg/LaserScan\n", text)
         self.assertRegex(text, r"GID: ([0-9a-f]{2}\.){15}[0-9a-f]{2}\n")
 
-    def test_a_node_is_told_with_what_it_publishes_reads_and_offers(self):
+    def test_node_info_shows_topics_and_services(self):
         self.assertEqual(self.ask("node", "info", "/lidar").stdout, self.run_program("node", "info", "/lidar").stdout)
 
     def test_messages_are_shown_in_the_same_form(self):
@@ -188,7 +188,7 @@ class Robot(RemoteRobotTest):
             with self.subTest(words=words):
                 self.assertIn(f"see `nacelle {way_out} --remote`", self.ask(*words, code=1).stderr)
 
-    def test_another_domain_has_nobody(self):
+    def test_another_domain_is_empty(self):
         self.assertEqual(self.ask("node", "list", "--domain", "9").stdout, "")
         self.assertEqual(self.ask("node", "list", ROS_DOMAIN_ID="9").stdout, "")
         self.assertIn("domain 9", self.ask("topic", "echo", "/odom", "--domain", "9", code=1).stderr)
@@ -277,7 +277,7 @@ class Peer(RemoteTest):
         peer.wait_for(f"the {vendor} peer is ready", lambda line: line == "ready")
         return peer
 
-    def test_topics_of_each_dds_are_listed_and_heard(self):
+    def test_topics_of_each_dds_are_listed_and_echoed(self):
         for vendor in PEERS:
             with self.subTest(vendor=vendor):
                 peer = self.peer(vendor, "pub", "--topic", f"rt/{vendor}", "--type", "string", "--every", 50, "--count", 100000)
@@ -286,14 +286,14 @@ class Peer(RemoteTest):
                 self.assertIn("Node name: _NODE_NAME_UNKNOWN_\n", self.ask("topic", "info", "-v", f"/{vendor}").stdout)
                 self.assertRegex(self.ask("topic", "echo", f"/{vendor}", "--once").stdout, r"data: hello \d+\n---\n")
 
-    def test_a_message_is_heard_there(self):
+    def test_a_published_message_arrives_there(self):
         for vendor in PEERS:
             with self.subTest(vendor=vendor):
                 peer = self.peer(vendor, "echo", "--topic", f"rt/{vendor}", "--type", "string")
                 self.ask("topic", "pub", f"/{vendor}", "std_msgs/msg/String", "{data: good morning}", "--once")
                 peer.wait_for("the message", lambda line: line == "text good morning")
 
-    def test_silence_is_told_with_its_reason(self):
+    def test_reports_silence_with_its_reason(self):
         self.peer("cyclone", "pub", "--topic", "rt/quiet", "--type", "string")
         reader = self.listen("topic", "echo", "/quiet")
         told = reader.wait_for("the reason", lambda line: "warning" in line)
@@ -307,7 +307,7 @@ class Peer(RemoteTest):
                 self.assertEqual(answer["response"], {"sum": 42})
 
     # Fast DDS 2.9 answers at once or a second later, as it comes: without the waiting most of the six are missing.
-    def test_one_who_was_found_is_waited_for(self):
+    def test_waits_for_a_discovered_participant_without_endpoints(self):
         if "fastdds" not in PEERS:
             self.skipTest("needs Fast DDS")
         took, missed = [], []

@@ -92,7 +92,7 @@ class Resume(RobotTest):
             self.assertIn(str(file), outcome.stderr)
             self.assertEqual(file.read_text(), text, "it is left as it was")
 
-    def test_a_launch_file_says_who_may_come_back_active(self):
+    def test_a_launch_file_selects_components_that_come_back_active(self):
         launch = self.folder / "box.launch.yaml"
         launch.write_text(f"""
 launch:
@@ -128,7 +128,7 @@ class WholeRobot(Resume):
     test_the_same_graph_comes_back_after_each_kill = None
     test_an_orderly_end_leaves_nothing_to_come_back_to = None
     test_what_is_no_state_file_is_refused_with_the_reason = None
-    test_a_launch_file_says_who_may_come_back_active = None
+    test_a_launch_file_selects_components_that_come_back_active = None
 
     def test_the_robot_comes_back_after_each_kill(self):
         launch = ("launch", LAUNCH_FILE, f"sim_dir:={self.folder}/sim", "--name", "box")

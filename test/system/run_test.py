@@ -178,7 +178,7 @@ launch:
       required: false
 """
 
-    def test_what_is_said_during_the_bring_up_begins_on_a_clear_line(self):
+    def test_messages_during_the_bring_up_begin_on_a_new_line(self):
         file = self.folder / "one.launch.yaml"
         file.write_text(self.FILE)
         screen, terminal = pty.openpty()
@@ -245,7 +245,7 @@ class Broken(RobotTest):
         for part in ("camera", "there is no plugin nacelle::camera::CamraComponent", "did you mean 'nacelle::camera::CameraComponent'"):
             self.assertIn(part, message)
 
-    def test_a_drive_says_what_is_wrong_as_a_launch_does(self):
+    def test_a_drive_reports_errors_like_a_launch(self):
         for arguments in (["sim:=false", "base_port:=/no/such/port"], ["config:=/no/such/robot.yaml"]):
             with self.subTest(arguments=arguments):
                 outcome = self.expect_exit(self.run_program("drive", "--for", "2", *arguments), 1)

@@ -141,7 +141,7 @@ class Secured(NetworkTest):
         driver.go()
         return driver
 
-    def test_who_has_keys_reads_and_drives_and_packets_reveal_nothing(self):
+    def test_a_program_with_keys_reads_and_drives_and_packets_reveal_nothing(self):
         capture = Capture(self.robot_machine, sent=True)
         self.addCleanup(capture.close)
         self.start_secured_robot()
@@ -191,7 +191,7 @@ class Secured(NetworkTest):
         self.nacelle("security", "create-enclave", self.keys, enclave)
         self.nacelle("security", "create-permission", self.keys, enclave, policy)
 
-    def test_a_topic_that_the_permissions_forbid_is_told_and_the_others_work(self):
+    def test_a_forbidden_topic_is_reported_and_the_others_work(self):
         self.permit("/narrow",
                     '<topics publish="DENY"><topic>/odometry/filtered</topic></topics>'
                     '<topics publish="ALLOW" subscribe="ALLOW"><topic>/*</topic></topics>'
@@ -204,7 +204,7 @@ class Secured(NetworkTest):
         self.assertIn("the permissions of the own enclave forbid it", told)
         self.known_reader().wait_for("another topic", is_odometry)
 
-    def test_a_tool_is_told_what_the_permissions_of_its_own_enclave_forbid(self):
+    def test_a_tool_reports_topics_that_its_enclave_forbids(self):
         self.permit("/tool",
                     '<topics publish="DENY" subscribe="DENY"><topic>/odom</topic><topic>/cmd_vel</topic></topics>'
                     '<topics publish="ALLOW" subscribe="ALLOW"><topic>/*</topic></topics>')  # fmt: skip
@@ -259,7 +259,7 @@ class Secured(NetworkTest):
         shown = self.nacelle("doctor", "net").stdout
         self.assertRegex(shown, rf"(?m)^security    /robot of {self.keys}, Enforce; certificate CN=/robot until 20\d\d-\d\d-\d\d$")
 
-    def test_a_launch_file_says_it_too(self):
+    def test_a_launch_file_can_enable_it_too(self):
         launch = self.folder / "secured.launch.yaml"
         launch.write_text("launch:\n- network: {mode: export, security: {keystore: keys, enclave: /robot}}\n"
                           f"- include: {{file: {LAUNCH_FILE}}}\n")  # fmt: skip
@@ -270,7 +270,7 @@ class Secured(NetworkTest):
         self.known_reader().wait_for("odometry", is_odometry)
 
 
-    def test_two_containers_hear_each_other_and_meet_again(self):
+    def test_two_containers_connect_and_reconnect(self):
         self.start_secured_robot()
         command = self.laptop.within(PROGRAM, "container", "--name", "laptop", "network:=export")
         other = Lines(command, {**self.environment, **self.variables(ROS_SECURITY_ENCLAVE_OVERRIDE="/laptop")})
@@ -313,7 +313,7 @@ class Refused(NetworkTest):
         self.assertEqual(self.robot_machine.sent("lan0"), 0)
         self.nacelle("topic", "hz", "/odom", "--once")
 
-    def test_permissive_it_goes_on_in_the_clear_and_says_so(self):
+    def test_permissive_it_continues_unsecured_with_a_warning(self):
         robot = self.start_robot("network:=export", ROS_SECURITY_ENABLE="true", ROS_SECURITY_KEYSTORE="/no/such")
         self.assertEqual(robot.line, "network: shown to the LAN, without the security that was requested; to keep it on this "
                                      "machine: network:=local")  # fmt: skip

@@ -242,7 +242,7 @@ class EmergencyStop(StopTest):
         self.stop_and_release("e-stop by topic", lambda: control.publish(handle, boolean(True)), lambda: control.publish(handle, boolean(False)))
         control.close()
 
-    def test_who_said_it_may_go_and_a_base_that_comes_later_learns_of_it(self):
+    def test_outlives_its_publisher_and_reaches_a_base_that_is_loaded_later(self):
         sender = self.sender()
         self.moving()
         self.expect_exit(self.run_program("lifecycle", "set", "/diff_drive", "deactivate"), 0)
@@ -418,7 +418,7 @@ class Absent(RobotTest):
 
 
 class Frozen(StopTest):
-    def test_a_container_that_was_stopped_follows_nobody_who_did_not_rest(self):
+    def test_a_suspended_container_follows_only_inputs_that_have_rested(self):
         sender = self.sender()
         self.moving()
         watchdog_stops = self.truth.watchdog_stops
@@ -434,7 +434,7 @@ class Frozen(StopTest):
 class Interrupted(StopTest):
     CHAOS = "nacelle::test::Chaos"
 
-    def test_the_wheels_stop_before_anybody_else_is_waited_for(self):
+    def test_the_wheels_stop_before_the_container_waits_for_anything(self):
         self.expect_exit(self.run_program("component", "load", self.CHAOS, "--name", "slow"), 0)
         self.sender()
         self.moving()

@@ -104,7 +104,7 @@ class ChaosTest(RunningRobotTest):
 
 
 class Faults(ChaosTest):
-    def test_what_is_thrown_faults_its_component_and_nobody_else(self):
+    def test_an_exception_faults_only_its_component(self):
         self.order("chaos", "throw")
         event = self.last_of("/chaos", "EXCEPTION")
         self.assertEqual((event["text"], event["callback"]), ("told to throw", "subscription /chaos/do"))
@@ -140,7 +140,7 @@ class Faults(ChaosTest):
         event = self.last_of("/broken", "TRANSITION_FAILED")
         self.assertEqual((event["text"], event["callback"]), ("cannot be configured", "transition on_configure"))
 
-    def test_states_are_told_as_ros_tells_them(self):
+    def test_publishes_states_as_ros_does(self):
         listening = self.start_program("topic", "echo", "/chaos/transition_event", "--json", stderr=subprocess.DEVNULL)
         try:
             def events_have_come():
@@ -161,7 +161,7 @@ class Faults(ChaosTest):
         ring = down + up  # the first one that is heard may be any of them
         self.assertIn(seen, [ring[first:] + ring[:first] for first in range(4)])
 
-    def test_a_flood_a_leak_and_a_lie_harm_nobody_else(self):
+    def test_a_flood_a_leak_and_a_lie_do_not_harm_other_components(self):
         self.order("chaos", "leak")
         self.order("chaos", "lie")
         self.order("chaos", "flood")
@@ -172,7 +172,7 @@ class Faults(ChaosTest):
         self.assertEqual(self.state_of("/chaos")["state"], "active")
         self.assertEqual(self.faults()["robot_stopped_by"], None)
 
-    def test_load_on_every_core_kills_nobody(self):
+    def test_load_on_every_core_faults_no_component(self):
         burners = [subprocess.Popen(["/usr/bin/python3", "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)]
         try:
             before = len(self.faults()["history"])
@@ -185,7 +185,7 @@ class Faults(ChaosTest):
 
 
 class Hangs(ChaosTest):
-    def test_who_hangs_is_named_and_replaced_beside_itself_and_the_others_keep_their_rate(self):
+    def test_a_hanging_component_is_named_and_replaced_and_the_others_keep_their_rate(self):
         self.order("patient", "hang")
         event = self.last_of("/patient", "HUNG")
         self.assertEqual(event["callback"], "subscription /patient/do")

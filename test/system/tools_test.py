@@ -97,7 +97,7 @@ class Tools(RunningRobotTest):
         program.stdout.close()
         self.assertGreater(times[-1], times[0])
 
-    def test_monitor_tells_rate_delay_and_owner(self):
+    def test_monitor_shows_rate_delay_and_owner(self):
         def monitored():
             table = self.json_of("tf", "monitor", "--once", "--interval", "2")
             return table, next(row for row in table["frames"] if row["frame"] == "base_footprint")
@@ -116,7 +116,7 @@ class Tools(RunningRobotTest):
 
     # --- streams and top ----------------------------------------------------------------------------------------------
 
-    def test_streams_tells_rates_and_nobody_is_late(self):
+    def test_streams_shows_rates_without_late_readers(self):
         table = self.json_of("streams")
         rows = {row["name"]: row for row in table["streams"]}
         self.assertLess(rows["/imu/data_raw"]["age_s"], 0.5 * SLOW)
@@ -157,7 +157,7 @@ class Tools(RunningRobotTest):
             sender.stop()
             self.expect_exit(self.run_program("component", "unload", "chaos"), 0)
 
-    def test_top_sorts_components_and_says_where_the_figure_comes_from(self):
+    def test_top_sorts_components_and_shows_the_origin_of_figures(self):
         table = self.json_of("top", "--interval", "2")
         rows = {row["node"]: row for row in table["components"]}
         self.assertGreater(table["cpu_percent"], 0)
@@ -230,7 +230,7 @@ class Tools(RunningRobotTest):
 
     # --- doctor, completion ---------------------------------------------------------------------------------------------
 
-    def test_doctor_tells_of_the_robot_that_runs(self):
+    def test_doctor_reports_the_running_robot(self):
         outcome = self.run_program("doctor", "--json")
         findings = json.loads(outcome.stdout)["findings"]
         robot = next(row for row in findings if row["about"] == "robot")
@@ -289,7 +289,7 @@ class WithoutRobot(RobotTest):
         self.assertRegex(text, r"(?m)^wrong +launch +.*robot\.launch\.yaml")
         self.assertRegex(text, r"\n\d+ wrong, \d+ advice, \d+ fine\n$")
 
-    def test_the_exit_code_says_whether_something_is_wrong(self):
+    def test_the_exit_code_is_1_if_something_is_wrong(self):
         outcome = self.run_program("doctor")
         self.assertEqual(outcome.returncode, 1 if re.search(r"(?m)^wrong ", outcome.stdout) else 0, outcome.stdout)
 

@@ -54,7 +54,7 @@ class RealLine : public ::testing::Test {
   GpioSettings settings_;
 };
 
-TEST_F(RealLine, a_button_that_nobody_has_wired_is_pressed) {
+TEST_F(RealLine, an_unwired_button_is_pressed) {
   const auto button = open();
   ASSERT_TRUE(button);
   EXPECT_TRUE(button->is_pressed().value()) << "the pull-up that was asked for";
@@ -74,7 +74,7 @@ TEST_F(RealLine, levels_and_edges_come_through) {
   EXPECT_TRUE(button->is_pressed().value());
 }
 
-TEST_F(RealLine, a_press_that_is_over_is_still_told) {
+TEST_F(RealLine, reports_a_press_that_is_already_over) {
   const auto button = open();
   ASSERT_TRUE(button);
   let_go();
@@ -85,7 +85,7 @@ TEST_F(RealLine, a_press_that_is_over_is_still_told) {
   EXPECT_FALSE(button->is_pressed().value());
 }
 
-TEST_F(RealLine, one_that_is_in_use_and_one_that_is_not_there_are_told_apart) {
+TEST_F(RealLine, distinguishes_a_line_in_use_from_a_missing_one) {
   const auto button = open();
   ASSERT_TRUE(button);
   const auto second = open_gpio_switch(settings_, clock_);

@@ -293,14 +293,14 @@ class Hostile : public ::testing::Test {
   std::unique_ptr<Reader> ear = talker.reader("/chatter", QoS(100));
 };
 
-TEST_F(Hostile, participants_that_announce_and_write_anything_harm_nobody) {
+TEST_F(Hostile, arbitrary_announcements_and_samples_do_no_harm) {
   const auto all = models();
   endure([&] {
     for (int i = 0; i < 5; ++i) be_a_hostile_participant(dice, all);
   });
 }
 
-TEST_F(Hostile, datagrams_that_are_anything_harm_nobody) {
+TEST_F(Hostile, arbitrary_datagrams_do_no_harm) {
   Wiretap tap;
   if (!tap.is_open()) GTEST_SKIP() << "raw sockets need root";
   const auto all = models();

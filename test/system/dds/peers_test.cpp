@@ -213,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor, ::testing::ValuesIn(every_place()),
 
 // Cyclone counts as history what the first heartbeat of a writer covers and what has not come by then; a volatile reader does not get
 // it, nor ask for it. Fast DDS sends that heartbeat every 100 ms, so it may cover the first messages (seen once in CI: all three of three).
-TEST_P(EveryVendor, is_heard_when_it_publishes) {
+TEST_P(EveryVendor, is_received_when_it_publishes) {
   constexpr int kUntilAHeartbeat = 20, kThenEveryOne = 20;
   const auto reader = make_reader(test::string_topic("chatter", QoS(KeepAll{})));
   const auto peer = start({"pub", "--topic", "rt/chatter", "--text", "grüße", "--keep-all", "--count", "100000",
@@ -227,7 +227,7 @@ TEST_P(EveryVendor, is_heard_when_it_publishes) {
   EXPECT_TRUE(told.until([&] { return reader->matched_count() == 0; }));
 }
 
-TEST_P(EveryVendor, is_heard_when_it_publishes_best_effort) {
+TEST_P(EveryVendor, is_received_when_it_publishes_best_effort) {
   const auto reader = make_reader(test::string_topic("sensor", QoS(5).best_effort()));
   // That both have found each other does not save the first ones: nobody sends them again.
   const auto peer = start({"pub", "--topic", "rt/sensor", "--best-effort", "--count", "1000", "--every", "20"});
@@ -361,7 +361,7 @@ TEST(PeerProcessTest, starts_while_other_threads_ask_for_memory) {
   }
 }
 
-TEST_F(PeerTest, garbage_under_the_name_of_a_type_is_broken_and_harms_nobody) {
+TEST_F(PeerTest, garbage_under_the_name_of_a_type_is_counted_as_broken) {
   const auto reader = make_reader(test::string_topic("garbage", QoS(KeepAll{})));
   const auto liar =
       start("cyclone", {"pub", "--topic", "rt/garbage", "--keep-all", "--garbage", "5", "--count", "300"});
@@ -372,7 +372,7 @@ TEST_F(PeerTest, garbage_under_the_name_of_a_type_is_broken_and_harms_nobody) {
   EXPECT_EQ(next(*reader), "hello 0");
 }
 
-TEST_F(PeerTest, that_has_stopped_reading_holds_nobody_up) {
+TEST_F(PeerTest, that_has_stopped_reading_does_not_block_others) {
   const auto writer = make_writer(image_topic("stopped", QoS(3)));
   const auto witness = make_reader(image_topic("stopped", QoS(1)));
   const auto peer =

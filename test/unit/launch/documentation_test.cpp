@@ -47,7 +47,7 @@ TEST(LaunchFilesPage, shows_files_that_load) {
   }
 }
 
-TEST(LaunchFilesPage, shows_what_is_refused_today) {
+TEST(LaunchFilesPage, shows_the_keys_that_are_refused_today) {
   const std::string told = problems_of(load_plan("/docs/refused.launch.yaml", {}, in_memory(examples())));
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
   EXPECT_NE(told.find("respawn"), std::string::npos) << told;

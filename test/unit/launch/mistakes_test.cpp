@@ -24,7 +24,7 @@ struct Mistake {
   const char* told;
 };
 
-TEST(Mistakes, of_a_files_shape_are_told_with_their_line) {
+TEST(Mistakes, of_a_files_shape_are_reported_with_their_line) {
   const Mistake cases[]{
       {"lunch: []", "a.launch.yaml:1: unknown key 'lunch'; did you mean 'launch'?\n"},
       {"- node: {}", "a.launch.yaml:1: expected the key 'launch' with a list of actions, found a list\n"},
@@ -93,7 +93,7 @@ TEST(Mistakes, of_a_files_shape_are_told_with_their_line) {
   for (const auto& mistake : cases) EXPECT_EQ(told(mistake.text), mistake.told) << mistake.text;
 }
 
-TEST(Mistakes, of_a_component_are_told_with_their_line) {
+TEST(Mistakes, of_a_component_are_reported_with_their_line) {
   const Mistake cases[]{
       {"plugn: x", "a.launch.yaml:8: unknown key 'plugn' in 'composable_node'; did you mean 'plugin'?\n"},
       {"after: [tow]",
@@ -149,7 +149,7 @@ TEST(Mistakes, of_a_component_are_told_with_their_line) {
   EXPECT_EQ(told_of("isolate: process"), "ok");
 }
 
-TEST(Mistakes, of_substitutions_are_told_even_where_a_condition_is_false) {
+TEST(Mistakes, of_substitutions_are_reported_even_if_a_condition_is_false) {
   const Mistake cases[]{
       {"$(vra x)", "unknown substitution $(vra); did you mean 'var'?\n"},
       {"$(var x", "'$(var x' lacks its ')'; write \\$( for the characters themselves\n"},
@@ -185,7 +185,7 @@ TEST(Mistakes, a_package_that_is_nowhere_has_a_way_out) {
             "share/slam_toolbox to NACELLE_PREFIX_PATH\n");
 }
 
-TEST(Mistakes, a_choice_that_means_the_same_is_taken_and_a_wrong_one_is_told_once) {
+TEST(Mistakes, an_equivalent_choice_is_accepted_and_a_wrong_one_reported_once) {
   const std::string file =
       "launch:\n- arg: {name: sim, default: 'true', choice: [{value: 'true'}, {value: 'false'}]}\n"
       "- let: {name: port, value: $(var sim), if: $(var sim)}\n- let: {name: port, value: real, unless: $(var sim)}\n"
@@ -195,7 +195,7 @@ TEST(Mistakes, a_choice_that_means_the_same_is_taken_and_a_wrong_one_is_told_onc
   EXPECT_EQ(told(file, {{"sim", "yes"}}), "a.launch.yaml:2: the argument 'sim' cannot be 'yes'; one of true, false\n");
 }
 
-TEST(Mistakes, of_arguments_are_told_once) {
+TEST(Mistakes, of_arguments_are_reported_once) {
   EXPECT_EQ(told("launch:\n- arg: {name: port}\n- log: {message: $(var port)}\n- log: {message: $(var port)}"),
             "a.launch.yaml:2: the argument 'port' has no value and no default; give it: port:=...\n");
   EXPECT_EQ(told("launch:\n- arg: {name: port, default: a}", {{"prt", "x"}}),
@@ -210,7 +210,7 @@ TEST(Mistakes, of_arguments_are_told_once) {
             "a.launch.yaml:2: the file 'b.launch.yaml' declares no argument 'prot'; did you mean 'port'?\n");
 }
 
-TEST(Mistakes, across_files_are_told_with_each_files_name) {
+TEST(Mistakes, across_files_are_reported_with_each_files_name) {
   EXPECT_EQ(
       told("launch:\n- include: {file: b.launch.yaml}", {},
            {{"b.launch.yaml", "launch:\n- include: {file: a.launch.yaml}"}}),
@@ -233,7 +233,7 @@ TEST(Mistakes, across_files_are_told_with_each_files_name) {
       "p.yaml:2: 'rate' is a node or namespace and needs a map, not text; parameters stand below 'ros__parameters'\n");
 }
 
-TEST(Mistakes, a_parameter_file_of_ros_1_is_told_once) {
+TEST(Mistakes, a_parameter_file_of_ros_1_is_reported_once) {
   EXPECT_EQ(told(with_components("    - {pkg: p, plugin: a::A, name: one, param: [{from: p.yaml}]}\n"), {},
                  {{"p.yaml", "frequency: 30\ntwo_d_mode: true\none:\n  rate: 5\n"}}),
             "p.yaml:1: the file has no 'ros__parameters': it is of ROS 1's form, or no parameter file; write '<node>:' "
@@ -250,7 +250,7 @@ TEST(Mistakes, words_of_other_tools_are_known) {
     EXPECT_EQ(all.find(word), all.rfind(word)) << all;  // once, though they may be a value or a map
 }
 
-TEST(Mistakes, a_misspelt_variable_is_told_once) {
+TEST(Mistakes, a_misspelt_variable_is_reported_once) {
   EXPECT_EQ(told("launch:\n- arg: {name: mode, default: fast}\n- node_container: {name: c, namespace: '', "
                  "composable_node: [{pkg: n, plugin: 'a::A', name: 'x_$(var mde)'}]}"),
             "a.launch.yaml:3: no argument or variable has the name 'mde'; did you mean 'mode'?\n");
@@ -267,7 +267,7 @@ TEST(Mistakes, a_component_is_not_renamed_by_a_remap) {
             "a.launch.yaml:2; write name: other\n");
 }
 
-TEST(Mistakes, of_a_whole_plan_are_told) {
+TEST(Mistakes, of_a_whole_plan_are_reported) {
   EXPECT_EQ(told(with_components("    - {pkg: p, plugin: a::A, name: one}\n    - {pkg: p, plugin: a::A, name: one}\n")),
             "a.launch.yaml:6: a second node has the name '/one'; the first is at a.launch.yaml:5; give it another name "
             "or namespace\n");
@@ -284,7 +284,7 @@ TEST(Mistakes, of_a_whole_plan_are_told) {
       "the conditions out\n");
 }
 
-TEST(Mistakes, every_circle_is_told_once) {
+TEST(Mistakes, every_cycle_is_reported_once) {
   EXPECT_EQ(told(with_components("    - {pkg: p, plugin: a::A, name: a, after: [b]}\n"
                                  "    - {pkg: p, plugin: a::A, name: b, after: [a]}\n"
                                  "    - {pkg: p, plugin: a::A, name: c, after: [d, a]}\n"
@@ -295,7 +295,7 @@ TEST(Mistakes, every_circle_is_told_once) {
             "conditions out\n");
 }
 
-TEST(Mistakes, in_after_are_told_with_the_name_that_works_there) {
+TEST(Mistakes, in_after_are_reported_with_the_name_that_works_there) {
   const auto file = [](const char* wanted) {
     return with_components(
         "    - {pkg: p, plugin: a::A, name: m2, namespace: /g}\n    - {pkg: p, plugin: a::A, name: "
@@ -309,7 +309,7 @@ TEST(Mistakes, in_after_are_told_with_the_name_that_works_there) {
             told_before + "/g/m3', which is not a component of this launch; did you mean '/g/m2'?\n");
 }
 
-TEST(Mistakes, of_one_file_are_all_told) {
+TEST(Mistakes, of_one_file_are_all_reported) {
   const std::string all = told(
       "launch:\n- nod: {}\n- node: {pkg: a}\n- arg: {name: x}\n- include: {file: gone.launch.yaml}\n- log: {message: "
       "$(var y)}");

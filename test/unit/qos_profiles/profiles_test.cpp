@@ -45,7 +45,7 @@ TEST(Profiles, start_from_a_preset_or_from_an_earlier_profile) {
   EXPECT_EQ(set->find("services_default").value(), ServicesQoS());
 }
 
-TEST(Profiles, tell_file_line_and_nearest_name_of_every_mistake) {
+TEST(Profiles, report_file_line_and_nearest_name_of_every_mistake) {
   EXPECT_EQ(errors_of("profiles:\n  a:\n    relability: reliable\n    durability: volatil\n    depth: 0\n"),
             "p.yaml:3: unknown QoS key 'relability'; did you mean 'reliability'?\n"
             "p.yaml:4: 'volatil' is not a durability; did you mean 'volatile'?\n"

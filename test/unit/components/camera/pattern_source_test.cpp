@@ -96,7 +96,7 @@ TEST_F(PatternSourceTest, keeps_its_rate_whatever_the_caller_s_delays) {
   EXPECT_EQ(source.stats().lost, 0U);
 }
 
-TEST_F(PatternSourceTest, loses_frames_when_nobody_comes_for_them) {
+TEST_F(PatternSourceTest, loses_frames_that_are_not_taken) {
   begin();
   ASSERT_TRUE(next());
   clock.advance(110ms);

@@ -319,7 +319,7 @@ TEST_F(V4l2CaptureTest, an_interrupt_ends_one_wait_and_only_one) {
   EXPECT_EQ(clock.now(), before + 100ms);
 }
 
-TEST_F(V4l2CaptureTest, uses_the_nearest_that_the_device_has_and_says_so) {
+TEST_F(V4l2CaptureTest, uses_the_nearest_mode_of_the_device_and_reports_it) {
   camera->formats = {V4L2_PIX_FMT_H264, V4L2_PIX_FMT_MJPEG};
   CaptureWish wish;
   wish.width = 1920;

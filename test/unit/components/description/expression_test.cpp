@@ -75,7 +75,7 @@ TEST(Expression, decides_as_python_does) {
   for (const auto& [expression, expected] : cases) EXPECT_EQ(answer(expression), expected) << expression;
 }
 
-TEST(Expression, says_what_it_does_not_understand) {
+TEST(Expression, names_the_part_that_it_cannot_parse) {
   const std::pair<const char*, const char*> cases[]{
       {"1 +", "! it ends too early"},
       {"1 2", "! '2' is not understood there"},

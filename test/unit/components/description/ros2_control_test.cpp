@@ -70,7 +70,7 @@ TEST(Ros2Control, reads_hardware_parameters_joints_and_interfaces_with_their_pla
   EXPECT_EQ(wheels.joints[0].states[1].where.text(), "robot.urdf:19");
 }
 
-TEST(Ros2Control, each_mistake_is_told_with_its_line_and_a_way_out) {
+TEST(Ros2Control, reports_each_mistake_with_its_line_and_a_fix) {
   const auto errors = [](const std::string& more) { return texts(read(more).errors); };
   EXPECT_EQ(errors(block(joint("naer"))), Texts{"robot.urdf:11: the robot has no joint 'naer'; did you mean 'near'?"});
   EXPECT_EQ(errors(block(joint("mast_joint"))),
@@ -151,7 +151,7 @@ TEST(Ros2Control, the_side_follows_the_joints_above) {
   EXPECT_EQ(wheels->right, std::vector<std::string>{"a"});
 }
 
-TEST(Ros2Control, where_y_does_not_tell_the_name_does_and_else_nobody) {
+TEST(Ros2Control, uses_the_name_if_y_is_zero_and_otherwise_reports_the_wheel) {
   const auto with = [](const std::string& name) {
     return wheels_of(read_ros2_control({"<robot name=\"r\">\n<joint name=\"" + name +
                                             "\" type=\"continuous\"><parent link=\"b\"/><child link=\"w\"/></joint>\n" +

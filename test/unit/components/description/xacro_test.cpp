@@ -178,7 +178,7 @@ TEST(Xacro, lets_recursion_end_where_a_condition_says_so) {
             "<i n=\"3\"/><i n=\"2\"/><i n=\"1\"/>");
 }
 
-TEST(Xacro, what_is_not_available_is_told_where_it_stands) {
+TEST(Xacro, reports_unavailable_features_with_their_line) {
   EXPECT_EQ(made("<xacro:property name=\"cfg\" value=\"${xacro.load_yaml('a.yaml')}\"/>"),
             "/r/robot.xacro:2: property 'cfg': load_yaml is not available; write its values as properties");
   EXPECT_EQ(made("<xacro:include filename=\"package://arm/urdf/a.xacro\"/>"),

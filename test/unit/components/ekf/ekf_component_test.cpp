@@ -109,7 +109,7 @@ TEST_F(EkfNode, old_and_impossible_messages_are_counted_by_cause) {
   EXPECT_EQ(stats.fused, 1U);
 }
 
-TEST_F(EkfNode, stamps_from_the_future_are_told_with_the_clock_that_is_the_cause) {
+TEST_F(EkfNode, reports_future_stamps_with_the_clock_that_causes_them) {
   const auto skews = std::static_pointer_cast<ClockSkews>(context_.shared_object(kClockSkewsName, &make_clock_skews));
   std::uint64_t writer = 0;
   Node probe{"probe", NodeOptions{context_}};

@@ -180,7 +180,7 @@ TEST_F(FilterTest, a_step_that_comes_a_second_late_carries_the_robot_on_for_that
   EXPECT_EQ(filter_.clock_steps(), 0U);
 }
 
-TEST_F(FilterTest, a_pause_in_which_nobody_knows_how_the_robot_moved_does_not_carry_it_on) {
+TEST_F(FilterTest, a_pause_without_measurements_does_not_extrapolate_the_motion) {
   for (const bool told : {true, false}) {
     Filter filter{options()};
     const Duration pause = told ? 5s : 60s;
@@ -358,7 +358,7 @@ TEST_F(FilterTest, what_cannot_be_prepared_is_counted_by_its_cause) {
   expect_counts_add_up();
 }
 
-TEST_F(FilterTest, a_told_pose_wipes_out_what_was_before_it) {
+TEST_F(FilterTest, a_set_pose_discards_the_earlier_state) {
   for (int i = 0; i <= 50; ++i) {
     tell(0, 20 * i, kVx, 0.5);
     filter_.step(at_ms(20 * i));
@@ -378,7 +378,7 @@ TEST_F(FilterTest, a_told_pose_wipes_out_what_was_before_it) {
   expect_counts_add_up();
 }
 
-TEST_F(FilterTest, a_told_pose_with_an_impossible_covariance_is_refused) {
+TEST_F(FilterTest, a_set_pose_with_an_invalid_covariance_is_refused) {
   Reading pose;
   pose.add(kX, 7.0, 1.0);
   pose.add(kY, 7.0, 1.0);

@@ -98,7 +98,7 @@ TEST(PrepareTwist, garbage_in_what_is_configured_is_named) {
             Rejection::Covariance);
 }
 
-TEST(PreparePose, an_input_of_z_alone_says_in_two_d_mode_that_the_world_is_flat) {
+TEST(PreparePose, an_input_of_z_alone_is_refused_in_two_d_mode) {
   Reading reading;
   const PartSetup z_only{.mask = mask_of(kZ), .two_d = true};
   const auto prepared =

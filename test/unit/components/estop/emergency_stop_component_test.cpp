@@ -82,7 +82,7 @@ TEST_F(EmergencyStopTest, a_pressed_button_sets_and_letting_go_releases_nothing)
   for (const bool set : said()) EXPECT_TRUE(set);
 }
 
-TEST_F(EmergencyStopTest, a_tap_that_is_over_before_anybody_looks_stops) {
+TEST_F(EmergencyStopTest, a_short_press_between_two_reads_sets_the_stop) {
   EmergencyStopComponent stop{with_a_button(), opener()};
   activate(stop);
   button_->press(true);
@@ -102,7 +102,7 @@ TEST_F(EmergencyStopTest, a_button_that_is_pressed_when_it_comes_up_stops) {
   EXPECT_TRUE(said().front());
 }
 
-TEST_F(EmergencyStopTest, nobody_releases_it_while_the_button_is_pressed) {
+TEST_F(EmergencyStopTest, refuses_a_release_while_the_button_is_pressed) {
   EmergencyStopComponent stop{with_a_button(), opener()};
   activate(stop);
   button_->press(true);

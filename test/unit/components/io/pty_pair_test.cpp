@@ -47,7 +47,7 @@ TEST(PtyPair, does_not_replace_a_file_by_its_link) {
   std::filesystem::remove(path);
 }
 
-TEST(PtyPair, a_line_that_nobody_reads_fills_up_and_then_takes_nothing) {
+TEST(PtyPair, a_line_without_a_reader_fills_up_and_then_takes_nothing) {
   auto pty = make_pty();
   const Bytes chunk(64, 0x55);
   std::size_t sent = 0;

@@ -76,7 +76,7 @@ TEST_F(OdometryNode, its_covariances_are_never_zero_and_the_poses_grows) {
   EXPECT_EQ(odometry.back().pose.covariance[5], odometry.back().pose.covariance[30]);
 }
 
-TEST_F(OdometryNode, broadcasts_the_transform_while_nobody_else_owns_the_frame) {
+TEST_F(OdometryNode, broadcasts_the_transform_while_no_other_node_owns_the_frame) {
   start();
   ASSERT_EQ(context_.frames().size(), 1U);
   EXPECT_EQ(context_.frames()[0].parent, "odom");
@@ -93,7 +93,7 @@ TEST_F(OdometryNode, broadcasts_the_transform_while_nobody_else_owns_the_frame) 
   EXPECT_EQ(context_.published<Odometry>("/odom").size(), 6U) << "the topic goes on";
 }
 
-TEST_F(OdometryNode, yields_to_nobody_where_the_transform_is_asked_for) {
+TEST_F(OdometryNode, does_not_yield_if_the_transform_is_explicitly_enabled) {
   options_.append_parameter_override("enable_odom_tf", true);
   start();
   ASSERT_EQ(context_.frames().size(), 1U);
@@ -127,7 +127,7 @@ TEST_F(OdometryNode, a_parameter_stands_above_the_description) {
   EXPECT_DOUBLE_EQ(node_->get<double>("wheel_radius"), 0.05);
 }
 
-TEST_F(OdometryNode, broadcasts_nothing_when_told_so) {
+TEST_F(OdometryNode, broadcasts_nothing_when_disabled) {
   options_.append_parameter_override("enable_odom_tf", false);
   start();
   send();
@@ -324,7 +324,7 @@ TEST_F(OdometryNode, a_position_range_below_zero_is_refused_with_its_value) {
   EXPECT_NE(outcome.reason.find("position_range: is -1"), std::string::npos) << outcome.reason;
 }
 
-TEST_F(OdometryNode, joint_states_without_a_wheel_are_told_once_with_its_name) {
+TEST_F(OdometryNode, reports_a_wheel_missing_in_joint_states_once) {
   options_.append_parameter_override("right_wheel_names", std::vector<std::string>{"rear_right"});
   start();
   const test::LogLines lines;
@@ -334,7 +334,7 @@ TEST_F(OdometryNode, joint_states_without_a_wheel_are_told_once_with_its_name) {
                 "a message on /joint_states does not have the joint 'rear_right': without it there is no odometry"});
 }
 
-TEST_F(OdometryNode, joint_states_with_fewer_values_than_names_are_told_with_the_numbers) {
+TEST_F(OdometryNode, reports_joint_states_with_fewer_values_than_names) {
   start();
   const test::LogLines lines;
   joints_.name = {"left_wheel_joint", "right_wheel_joint"};

@@ -81,7 +81,7 @@ TEST_F(Buffer, time_zero_of_a_static_chain_is_time_zero) {
   EXPECT_EQ(buffer_.lookup_latest("base", "laser")->stamp, WallTime{});
 }
 
-TEST_F(Buffer, refuses_to_extrapolate_and_says_both_times) {
+TEST_F(Buffer, refuses_to_extrapolate_and_names_both_times) {
   ASSERT_TRUE(put("odom", "base", 1.0, 0.0));
   ASSERT_TRUE(put("odom", "base", 2.0, 0.0));
 
@@ -142,7 +142,7 @@ TEST_F(Buffer, names_the_frame_whose_history_ends) {
   EXPECT_EQ(fault_of("arm", "odom", 1.8).broken_at.view(), "arm");
 }
 
-TEST_F(Buffer, an_unknown_frame_is_a_lookup_fault_even_if_somebody_interned_its_name) {
+TEST_F(Buffer, an_unknown_frame_is_a_lookup_fault_even_if_its_name_was_interned) {
   put_static("base", "laser", 0.0);
   const FrameId waiting = buffer_.intern("imu");
 
@@ -165,7 +165,7 @@ TEST_F(Buffer, empty_and_slashed_names_are_invalid_arguments) {
 }
 
 // Source: tf2, BufferCore::lookupTransformImpl: the identity is not validated, and time 0 is the frame's newest.
-TEST_F(Buffer, a_frame_seen_from_itself_is_where_it_is_even_if_nobody_knows_it) {
+TEST_F(Buffer, the_transform_of_a_frame_to_itself_is_the_identity_even_if_it_is_unknown) {
   for (const char* name : {"nobody", "", "/slashed"}) {
     const auto then = buffer_.lookup(name, name, at(3.0));
     ASSERT_TRUE(then) << name;

@@ -168,7 +168,7 @@ TEST_F(LifecycleManagerTest, goes_up_in_the_order_of_after_and_down_backwards) {
               ElementsAre("/c deactivate", "/b deactivate", "/a deactivate", "/c cleanup", "/b cleanup", "/a cleanup"));
 }
 
-TEST_F(LifecycleManagerTest, brings_up_beside_each_other_what_need_not_wait_and_tells_it_in_the_plans_order) {
+TEST_F(LifecycleManagerTest, brings_up_independent_nodes_in_parallel_and_reports_in_the_plans_order) {
   auto manager = manager_of({{"/a", {}}, {"/b", {}}, {"/d", {{"/a", ""}, {"/b", ""}}}, {"/c", {}}});
   EXPECT_THAT(manager.startup(crew).activated, ElementsAre("/a", "/b", "/d", "/c"));
   EXPECT_EQ(crew.most_at_once, 4U);
@@ -179,7 +179,7 @@ TEST_F(LifecycleManagerTest, brings_up_beside_each_other_what_need_not_wait_and_
                                 "activate /b", "activate /d", "activate /c"));
 }
 
-TEST_F(LifecycleManagerTest, undoes_what_it_did_when_a_configuration_fails) {
+TEST_F(LifecycleManagerTest, rolls_back_when_a_configuration_fails) {
   robot.broken_node = "/b";
   auto manager = chain();
   const auto up = manager.startup(crew);
@@ -189,7 +189,7 @@ TEST_F(LifecycleManagerTest, undoes_what_it_did_when_a_configuration_fails) {
   EXPECT_TRUE(up.activated.empty());
 }
 
-TEST_F(LifecycleManagerTest, undoes_what_it_did_when_an_activation_fails) {
+TEST_F(LifecycleManagerTest, rolls_back_when_an_activation_fails) {
   robot.broken_node = "/b";
   robot.broken_transition = Transition::Activate;
   robot.state_after_failure = StateId::Inactive;
@@ -220,7 +220,7 @@ TEST_F(LifecycleManagerTest, tells_each_step_with_its_reason) {
   EXPECT_EQ(steps[3].reason, "undo: node /b could not configure");
 }
 
-TEST_F(LifecycleManagerTest, goes_on_without_a_node_that_is_not_required_and_nobody_waits_for_it) {
+TEST_F(LifecycleManagerTest, continues_without_an_optional_node_and_no_node_waits_for_it) {
   robot.broken_node = "/b";
   robot.broken_transition = Transition::Activate;
   robot.state_after_failure = StateId::Inactive;
@@ -243,7 +243,7 @@ TEST_F(LifecycleManagerTest, configures_only_what_is_not_to_be_activated) {
   EXPECT_EQ(robot.states["/a"], StateId::Unconfigured);
 }
 
-TEST_F(LifecycleManagerTest, waits_for_a_condition_and_says_what_it_waits_for_after_three_seconds) {
+TEST_F(LifecycleManagerTest, waits_for_a_condition_and_reports_it_after_three_seconds) {
   const MonotonicTime begin = clock.now();
   auto manager = manager_of({{"/lidar", {}}, {"/ekf", {{"/lidar", "x:7", "first_message(/scan)", [&] {
                                                           return clock.now() - begin < Duration{5s}
@@ -296,7 +296,7 @@ TEST_F(LifecycleManagerTest, ends_at_once_when_interrupted_and_undoes) {
   EXPECT_EQ(robot.states["/lidar"], StateId::Unconfigured);
 }
 
-TEST_F(LifecycleManagerTest, goes_on_shutting_down_after_a_failure_and_reports_the_first) {
+TEST_F(LifecycleManagerTest, continues_the_shutdown_after_a_failure_and_reports_the_first) {
   auto manager = chain();
   static_cast<void>(manager.startup(crew));
   robot.broken_node = "/b";

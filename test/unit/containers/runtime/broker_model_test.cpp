@@ -34,7 +34,7 @@ struct ModelReader {
   std::uint64_t received = 0, overwritten = 0;
 };
 
-TEST(BrokerModel, a_sequence_of_steps_has_the_effect_that_the_specification_says) {
+TEST(BrokerModel, a_sequence_of_steps_has_the_specified_effect) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random{seed};

@@ -104,7 +104,7 @@ TEST_F(BrokerTap, outlives_its_writer_with_what_it_has) {
   EXPECT_EQ(receive(*heard), Texts{"last words"});
 }
 
-TEST_F(BrokerTap, of_a_writer_in_another_process_is_told_to_that_process_only) {
+TEST_F(BrokerTap, of_a_writer_in_another_process_is_reported_to_that_process_only) {
   EndpointSpec there = spec();
   there.via = link;
   auto stand_in = broker.create_proxy_writer(there, 77);
@@ -132,7 +132,7 @@ TEST_F(BrokerTap, of_a_writer_in_another_process_is_told_to_that_process_only) {
   broker.leave(network);
 }
 
-TEST_F(BrokerTap, a_witness_is_counted_by_the_writers_that_it_is_told_of) {
+TEST_F(BrokerTap, a_witness_is_counted_by_its_assigned_writers) {
   auto writer = broker.create_writer(spec(QoS(5).transient_local()));
   auto other = broker.create_writer(spec(QoS(5).transient_local()));
   const std::uint64_t id = made.front().id;
@@ -164,7 +164,7 @@ TEST_F(BrokerTap, a_witness_gets_nothing) {
   for (const auto& reader : readers) EXPECT_EQ(reader.waiting + reader.inactive + reader.delivered, 0U);
 }
 
-TEST_F(BrokerTap, a_witness_that_does_not_fit_is_told_with_the_policy) {
+TEST_F(BrokerTap, reports_an_incompatible_witness_with_the_policy) {
   auto writer = broker.create_writer(spec(QoS(5).best_effort()));
   auto witness = broker.create_witness(remote(QoS(5).reliable()));
   EXPECT_EQ(writer->status().incompatible_qos, 1U);
@@ -172,7 +172,7 @@ TEST_F(BrokerTap, a_witness_that_does_not_fit_is_told_with_the_policy) {
   EXPECT_NE(writer->status().last_clash.find("/remote"), std::string::npos);
 }
 
-TEST_F(BrokerTap, an_end_of_another_type_is_told_to_the_end_that_is_meant) {
+TEST_F(BrokerTap, reports_an_endpoint_of_another_type_to_the_endpoint_concerned) {
   auto writer = broker.create_writer(spec());
   auto reader = broker.create_reader(spec(), Taking::Share, nullptr);
   auto other = broker.create_reader(spec(), Taking::Share, nullptr);

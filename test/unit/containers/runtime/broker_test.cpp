@@ -36,7 +36,7 @@ struct Fixture : ::testing::Test {
 };
 using BrokerTest = Fixture;
 
-TEST_F(BrokerTest, a_reader_that_is_behind_is_told_with_its_queue_and_losses) {
+TEST_F(BrokerTest, reports_a_late_reader_with_its_queue_and_losses) {
   auto writer = broker.create_writer(image_spec(QoS(10).deadline(100ms), "/camera"));
   auto slow = broker.create_reader(image_spec(QoS(3).deadline(100ms), "/slow"), Taking::Share, nullptr);
   auto closed = broker.create_reader(image_spec(QoS(5), "/closed"), Taking::Share, nullptr);
@@ -135,7 +135,7 @@ TEST_F(BrokerTest, full_queues_and_busy_callbacks_need_no_more_messages_than_wer
   drop_reference(*in_callback_b);
 }
 
-TEST_F(BrokerTest, a_listener_may_take_what_it_is_told_of_and_hears_nothing_after_its_reader_is_gone) {
+TEST_F(BrokerTest, a_listener_may_take_in_its_call_and_is_not_called_after_its_reader_is_gone) {
   struct Taker final : ReadyListener {
     void on_ready() noexcept override {
       Block* const block = reader->take();
@@ -158,7 +158,7 @@ TEST_F(BrokerTest, a_listener_may_take_what_it_is_told_of_and_hears_nothing_afte
   EXPECT_EQ(taker.told, 3);
 }
 
-TEST_F(BrokerTest, a_listener_that_takes_what_has_expired_is_told_of_the_loss_and_does_not_wait_for_itself) {
+TEST_F(BrokerTest, a_listener_that_takes_an_expired_message_gets_the_loss_without_deadlock) {
   struct Taker final : ReadyListener, StatusListener {
     void on_ready() noexcept override {
       clock->advance(2s);  // past the lifespan, between arrival and look
@@ -297,7 +297,7 @@ TEST_F(BrokerTest, an_owners_copy_that_a_dry_pool_cannot_make_is_counted) {
   for (Block* block : kept) drop_reference(*block);
 }
 
-TEST_F(BrokerTest, a_pool_that_must_not_run_dry_tells_the_fault_once_each_time) {
+TEST_F(BrokerTest, a_pool_that_must_not_run_dry_reports_the_fault_once_each_time) {
   std::vector<std::string> told;
   EndpointSpec spec = image_spec(QoS(1).when_dry(PoolPolicy::Fail), "/camera");
   spec.on_fault = [&](const std::string& code, const std::string& text) { told.push_back(code + " " + text); };
@@ -397,7 +397,7 @@ TEST_F(BrokerTest, keeps_nothing_of_writers_that_came_and_went_while_a_reader_he
   EXPECT_LE(alive, after_two);
 }
 
-TEST_F(BrokerTest, says_who_still_holds_messages_of_a_node_that_is_gone) {
+TEST_F(BrokerTest, names_the_holders_of_messages_of_a_destroyed_node) {
   auto reader = broker.create_reader(image_spec(10, "/a"), Taking::Share, nullptr);
   {
     auto writer = broker.create_writer(image_spec(10, "/camera"));

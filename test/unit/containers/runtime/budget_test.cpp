@@ -51,7 +51,7 @@ TEST_F(BudgetTest, a_wiring_that_must_copy_is_refused_with_the_owner_named) {
   EXPECT_EQ(writer->counters().copies, 3U);
 }
 
-TEST_F(BudgetTest, a_rate_below_the_limit_is_told_once_and_so_is_its_return) {
+TEST_F(BudgetTest, reports_a_rate_below_the_limit_once_and_its_return) {
   auto budget = of_chat();
   budget.min_hz = 10;
   BudgetWatch watch{{budget}};

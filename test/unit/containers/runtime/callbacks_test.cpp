@@ -72,7 +72,7 @@ TEST_F(CallbacksTest, a_callback_may_wait_for_another_group_if_there_are_threads
   EXPECT_EQ(said.next(), "answered");
 }
 
-TEST_F(CallbacksTest, a_wait_on_ones_own_executor_is_an_error_with_a_way_out_and_no_deadlock) {
+TEST_F(CallbacksTest, a_wait_on_the_own_executor_is_an_error_with_a_fix_and_no_deadlock) {
   Ear said(container, "/said");
   const auto id = bring_up("Juggler", kThreeThreads);
   say("/ask", "own group");

@@ -67,7 +67,7 @@ TEST_F(ContainerTest, two_instances_share_an_image_until_the_last_is_gone) {
   EXPECT_TRUE(container.unload(two.id).value().image_closed);
 }
 
-TEST_F(ContainerTest, a_late_joiner_hears_the_latched_word) {
+TEST_F(ContainerTest, a_late_joiner_gets_the_latched_message) {
   const auto talker = load("Talker", {{"word", std::string("early")}});
   bring_up(talker.id);
   Ear heard(container, "/heard");
@@ -76,7 +76,7 @@ TEST_F(ContainerTest, a_late_joiner_hears_the_latched_word) {
   EXPECT_EQ(heard.next(), "early");
 }
 
-TEST_F(ContainerTest, a_service_is_called_and_its_absence_is_told) {
+TEST_F(ContainerTest, a_service_is_called_and_its_absence_is_reported) {
   Ear heard(container, "/heard");
   const auto listener = load("Listener");
   bring_up(listener.id);
@@ -170,7 +170,7 @@ TEST_F(ContainerTest, a_reader_that_keeps_everything_faults_a_publisher_whose_po
   for (Block* block : kept) drop_reference(*block);
 }
 
-TEST_F(ContainerTest, a_fault_that_comes_while_a_transition_succeeds_is_kept_and_told) {
+TEST_F(ContainerTest, keeps_and_reports_a_fault_during_a_successful_transition) {
   std::promise<ComponentInfo> told;
   container.on_fault([&](const ComponentInfo& info) { told.set_value(info); });
   const auto talker = load("Talker", {{"fault_while_activating", true}});
@@ -189,7 +189,7 @@ TEST_F(ContainerTest, a_component_that_refused_a_transition_can_still_fail_for_g
   EXPECT_EQ(told.get_future().get().fault.code, "EXCEPTION");
 }
 
-TEST_F(ContainerTest, the_states_of_a_transition_and_of_a_fault_are_told_in_their_order) {
+TEST_F(ContainerTest, reports_the_states_of_a_transition_and_of_a_fault_in_order) {
   std::mutex mutex;
   std::string states;
   container.on_state([&](const StateChange& change) {
@@ -206,7 +206,7 @@ TEST_F(ContainerTest, the_states_of_a_transition_and_of_a_fault_are_told_in_thei
   EXPECT_EQ(states, "configuring inactive activating active errorprocessing unconfigured");
 }
 
-TEST_F(ContainerTest, changes_are_told_whoever_makes_them) {
+TEST_F(ContainerTest, reports_changes_made_by_any_caller) {
   std::atomic<int> changes = 0;
   container.on_change([&] { ++changes; });
   const auto talker = load("Talker");

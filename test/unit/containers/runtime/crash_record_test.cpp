@@ -233,7 +233,7 @@ TEST_F(CrashRecordTest, a_full_stack_of_a_foreign_thread_leaves_a_record_too) {
 }
 #endif
 
-TEST_F(CrashRecordTest, a_stderr_that_nobody_reads_does_not_keep_the_process_alive) {
+TEST_F(CrashRecordTest, a_blocked_stderr_does_not_keep_the_process_alive) {
   EXPECT_EQ(signal_of([] {
               std::array<int, 2> ends{};
               if (::pipe(ends.data()) != 0) ::_exit(1);

@@ -139,7 +139,7 @@ TEST_F(ExecutorTest, forget_waits_for_a_run_that_goes_on) {
   EXPECT_TRUE(destroyed.get());
 }
 
-TEST_F(ExecutorTest, a_closed_node_starts_nothing_more_and_what_waits_is_told) {
+TEST_F(ExecutorTest, a_closed_node_starts_nothing_more_and_notifies_waiting_tasks) {
   Door entered, release;
   bool ran = false;
   Callable hold(b, [&] {
@@ -189,7 +189,7 @@ TEST_F(ExecutorTest, a_transition_takes_no_time_from_the_other_nodes) {
   EXPECT_EQ(executor.thread_count(), 2U);
 }
 
-TEST_F(ExecutorTest, a_node_is_not_gone_while_its_hang_is_told) {
+TEST_F(ExecutorTest, a_node_exists_until_the_report_of_its_hang_has_returned) {
   Door entered, release, telling, told;
   auto node = std::make_unique<NodeGroups>(executor, "/slow", [&](const auto&...) {
     telling.open();

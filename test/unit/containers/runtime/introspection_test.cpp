@@ -47,7 +47,7 @@ TEST_F(ContainerTest, a_service_is_called_from_outside_of_any_component) {
   EXPECT_EQ(response.message, "moo");
 }
 
-TEST_F(ContainerTest, a_call_that_cannot_be_made_says_why) {
+TEST_F(ContainerTest, a_call_that_cannot_be_made_has_a_reason) {
   const auto talker = load("Talker");
   EXPECT_THAT(Asking(container, "/talker/enable").problem, HasSubstr("not active"));
   bring_up(talker.id);
@@ -58,7 +58,7 @@ TEST_F(ContainerTest, a_call_that_cannot_be_made_says_why) {
   EXPECT_THAT(wrong.error().text(), HasSubstr("has the type std_srvs/srv/SetBool, not std_srvs/srv/Empty"));
 }
 
-TEST_F(ContainerTest, a_server_that_sleeps_holds_up_nobody_and_its_late_answer_goes_nowhere) {
+TEST_F(ContainerTest, a_blocked_server_delays_no_other_and_its_late_answer_is_discarded) {
   std::array<int, 2> entered{}, release{};
   ASSERT_EQ(::pipe(entered.data()) + ::pipe(release.data()), 0);
   const auto sleeper = load("Sleeper", {{"sleep_in", std::string{"service"}},
@@ -86,7 +86,7 @@ struct ImpatientTest : ContainerTest {
   ImpatientTest() : ContainerTest(ContainerOptions{.transition_timeout = 100ms}) {}
 };
 
-TEST_F(ImpatientTest, calls_of_a_server_that_is_given_up_are_refused) {
+TEST_F(ImpatientTest, calls_of_an_abandoned_server_are_refused) {
   std::array<int, 2> entered{}, release{};
   ASSERT_EQ(::pipe(entered.data()) + ::pipe(release.data()), 0);
   const auto sleeper = load("Sleeper", {{"sleep_in", std::string{"service"}},
@@ -109,7 +109,7 @@ TEST_F(ImpatientTest, calls_of_a_server_that_is_given_up_are_refused) {
   for (const int fd : {entered[0], entered[1], release[0], release[1]}) ::close(fd);
 }
 
-TEST_F(ContainerTest, services_are_told_with_type_node_and_side) {
+TEST_F(ContainerTest, lists_services_with_type_node_and_side) {
   load("Talker");
   load("Listener");
   const auto all = container.services();
@@ -125,7 +125,7 @@ TEST_F(ContainerTest, services_are_told_with_type_node_and_side) {
   EXPECT_TRUE(std::ranges::any_of(all, [](const auto& s) { return s.name == "/test/_container/list_nodes"; }));
 }
 
-TEST_F(ContainerTest, ends_of_streams_are_told_with_their_qos_and_tools_are_not) {
+TEST_F(ContainerTest, lists_endpoints_with_their_qos_but_not_those_of_tools) {
   load("Talker");
   EndpointSpec base{"/words", &String::message_type(), QoS(3).best_effort(), "/base"};
   base.command_timeout = {500ms, "timeout"};

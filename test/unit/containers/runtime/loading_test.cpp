@@ -261,7 +261,7 @@ TEST_F(RebuiltTest, a_plugin_that_is_installed_later_is_found) {
   EXPECT_THAT(container.load(request).error().text(), HasSubstr("holds no class nacelle::test::Newcomer"));
 }
 
-TEST_F(LoadingTest, with_a_place_for_faults_a_component_is_made_with_defaults_and_says_what_it_is) {
+TEST_F(LoadingTest, with_a_place_for_faults_a_component_is_made_with_defaults_and_declares_itself) {
   LoadRequest request;
   request.plugin = "nacelle::test::Sleeper";
   request.parameters = {{"entered", std::string{"x"}}, {"realese", std::int64_t{3}}, {"release", std::int64_t{-1}}};
@@ -282,7 +282,7 @@ TEST_F(LoadingTest, with_a_place_for_faults_a_component_is_made_with_defaults_an
   EXPECT_FALSE(given.at("sleep_in"));
 }
 
-TEST_F(LoadingTest, a_frame_that_two_nodes_broadcast_is_told_with_both) {
+TEST_F(LoadingTest, reports_both_nodes_that_broadcast_one_frame) {
   const auto first = load("Sleeper", {}, "first"), second = load("Sleeper", {}, "second");
 
   ASSERT_THAT(container.frame_conflicts(), SizeIs(1));
@@ -337,7 +337,7 @@ struct HangingTest : ContainerFixture<test::ManualClock> {
   std::array<int, 2> entered{}, release{};
 };
 
-TEST_F(HangingTest, a_constructor_that_does_not_return_fails_its_load_and_nobody_elses) {
+TEST_F(HangingTest, a_constructor_that_does_not_return_fails_only_its_own_load) {
   LoadRequest request;
   request.plugin = "nacelle::test::Sleeper";
   request.parameters = asleep_in("constructor");
@@ -364,7 +364,7 @@ TEST_F(HangingTest, a_constructor_that_does_not_return_fails_its_load_and_nobody
   EXPECT_FALSE(is_mapped("nacelle_test_sleeper.so"));
 }
 
-TEST_F(HangingTest, a_destructor_that_does_not_return_is_given_up) {
+TEST_F(HangingTest, a_destructor_that_does_not_return_is_abandoned) {
   const auto sleeper = load("Sleeper", asleep_in("destructor"));
   auto hanging = std::async(std::launch::async, [&] { return container.unload(sleeper.id); });
   wait_until_it_sleeps();
@@ -376,7 +376,7 @@ TEST_F(HangingTest, a_destructor_that_does_not_return_is_given_up) {
   EXPECT_FALSE(is_mapped("nacelle_test_sleeper.so"));
 }
 
-TEST_F(HangingTest, a_callback_that_does_not_return_keeps_the_image_and_who_waits_for_an_answer_is_told) {
+TEST_F(HangingTest, a_callback_that_does_not_return_keeps_the_image_and_waiting_callers_are_notified) {
   Ear heard(container, "/heard");
   const auto listener = load("Listener");
   const auto sleeper = load("Sleeper", asleep_in("service"), "talker");  // whose service the listener calls
@@ -419,7 +419,7 @@ TEST_F(HangingTest, a_message_in_a_callback_that_runs_keeps_its_senders_image) {
   EXPECT_FALSE(is_mapped("nacelle_test_talker.so"));
 }
 
-TEST_F(HangingTest, a_transition_that_takes_its_time_delays_nobody) {
+TEST_F(HangingTest, a_slow_transition_delays_no_other_node) {
   Ear heard(container, "/heard");
   const auto listener = load("Listener");
   bring_up(listener.id);
@@ -452,7 +452,7 @@ TEST_F(HangingTest, a_transition_that_does_not_return_makes_its_component_hang_a
   wait_until_nothing_is_kept();
 }
 
-TEST_F(HangingTest, a_shorter_limit_holds_for_who_waits_already) {
+TEST_F(HangingTest, a_shorter_limit_applies_to_running_waits) {
   const auto sleeper = load("Sleeper", asleep_in("transition"));
   auto configuring =
       std::async(std::launch::async, [&] { return container.trigger(sleeper.id, Transition::Configure); });
@@ -505,7 +505,7 @@ TEST_F(ErrorProcessingTest, an_on_error_that_does_not_return_is_a_fault_too_and_
   EXPECT_THAT(container.kept_images(), IsEmpty());
 }
 
-TEST_F(HangingTest, a_transition_that_was_given_up_before_it_began_does_not_happen_later) {
+TEST_F(HangingTest, a_transition_abandoned_before_it_began_does_not_run_later) {
   const auto sleeper = load("Sleeper", asleep_in("callback"));
   bring_up(sleeper.id);
   say("/words", "sleep");

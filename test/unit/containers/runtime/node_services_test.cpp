@@ -306,7 +306,7 @@ TEST_F(NodeServicesTest, parameters_are_listed_by_prefix_and_depth) {
   EXPECT_EQ(names({"pi"}, 0), "");
 }
 
-TEST_F(NodeServicesTest, one_without_a_value_is_told_to_have_none) {
+TEST_F(NodeServicesTest, reports_a_parameter_without_a_value_as_not_set) {
   Declaring recipe;
   load_part(recipe, "base");
   GetParameterTypes::Request types;
@@ -403,7 +403,7 @@ class Events {
   test::Ear<ParameterEvent> events_;
 };
 
-TEST_F(NodeServicesTest, what_becomes_of_parameters_is_told_on_parameter_events) {
+TEST_F(NodeServicesTest, publishes_parameter_changes_on_parameter_events) {
   Events events{container};
   Declaring recipe;
   load_part(recipe, "base");
@@ -433,7 +433,7 @@ class SettingItself final : public bench::Recipe {
   }
 };
 
-TEST_F(NodeServicesTest, what_a_component_does_to_its_own_parameters_is_told_too) {
+TEST_F(NodeServicesTest, publishes_a_components_own_parameter_changes_too) {
   SettingItself recipe;
   const auto base = load_part(recipe, "base");
   bring_up(base.id);
@@ -445,7 +445,7 @@ TEST_F(NodeServicesTest, what_a_component_does_to_its_own_parameters_is_told_too
 
 // --- lifecycle --------------------------------------------------------------------------------------------------------------
 
-TEST_F(NodeServicesTest, a_lifecycle_is_told_and_changed) {
+TEST_F(NodeServicesTest, shows_and_changes_a_lifecycle_state) {
   load("Talker");
   EXPECT_EQ(state("/talker"), "unconfigured");
   EXPECT_TRUE(change("/talker", 1));
@@ -471,7 +471,7 @@ TEST_F(NodeServicesTest, a_transition_that_the_component_refuses_is_no_success) 
   EXPECT_EQ(state("/talker"), "unconfigured");
 }
 
-TEST_F(NodeServicesTest, states_and_transitions_are_told_as_rcl_lifecycle_does) {
+TEST_F(NodeServicesTest, lists_states_and_transitions_like_rcl_lifecycle) {
   load("Talker");
   std::string states;
   for (const auto& one : ask<GetAvailableStates>("/talker/get_available_states").available_states)
@@ -528,7 +528,7 @@ TEST_F(NodeServicesTest, a_slow_transition_holds_up_no_question) {
   EXPECT_EQ(state("/sleeper"), "active");
 }
 
-TEST_F(NodeServicesTest, more_requests_than_anybody_needs_are_refused_at_once) {
+TEST_F(NodeServicesTest, refuses_excess_requests_at_once) {
   const Doors doors;
   load("Sleeper", doors.parameters("transition"));
   Call<ChangeState> configure{container, "/sleeper/change_state", to(1)};
@@ -545,7 +545,7 @@ TEST_F(NodeServicesTest, more_requests_than_anybody_needs_are_refused_at_once) {
   EXPECT_TRUE(more.front()->wait());
 }
 
-TEST_F(NodeServicesTest, who_waits_for_a_node_that_is_unloaded_is_told) {
+TEST_F(NodeServicesTest, notifies_callers_that_wait_for_an_unloaded_node) {
   const Doors doors;
   const auto sleeper = load("Sleeper", doors.parameters("transition"));
   Call<ChangeState> configure{container, "/sleeper/change_state", to(1)};

@@ -116,7 +116,7 @@ TEST_F(RosoutTest, what_is_not_written_is_not_published) {
   EXPECT_EQ(lines.next().msg, "enabled");
 }
 
-TEST_F(RosoutTest, a_late_reader_gets_what_was_said_and_a_node_that_goes_takes_its_lines_along) {
+TEST_F(RosoutTest, a_late_reader_gets_earlier_lines_but_not_those_of_an_unloaded_node) {
   const auto talker = load("Talker");
   Logger{"talker"}.info("before");
   {
@@ -142,7 +142,7 @@ struct StandingRosout : ::testing::Test {
   Rosout rosout{group, broker, clock, "/test"};
 };
 
-TEST_F(StandingRosout, lines_that_find_no_room_are_dropped_counted_and_said) {
+TEST_F(StandingRosout, lines_that_find_no_room_are_dropped_counted_and_reported) {
   Lines lines{broker, QoS(100'000)};
   const Logger log{"noisy"};
   constexpr int kLines = 2000;
@@ -173,7 +173,7 @@ std::uint64_t memory_for_a_line() {
   return heap.count();
 }
 
-TEST(Rosout, costs_whoever_writes_a_line_no_memory) {
+TEST(Rosout, allocates_nothing_on_the_logging_thread) {
   const std::uint64_t before = memory_for_a_line();
   const SystemClock clock;
   Broker broker{clock};

@@ -164,7 +164,7 @@ TEST_F(ServiceGraphTest, a_client_waits_until_a_server_is_there_or_the_time_is_u
   EXPECT_TRUE(calling_.client->wait_for_service(20s));
 }
 
-TEST_F(ServiceGraphTest, tells_who_is_there_who_comes_and_who_goes) {
+TEST_F(ServiceGraphTest, reports_present_new_and_removed_endpoints) {
   const auto id = load(offering_, "adder");
   graph_.join(diary_);
   const Texts at_first = diary_.notes();
@@ -198,7 +198,7 @@ TEST_F(ServiceGraphTest, hands_a_call_from_outside_to_one_server_if_it_is_open) 
   graph_.leave(diary_);
 }
 
-TEST_F(ServiceGraphTest, sends_calls_elsewhere_only_while_nobody_here_answers) {
+TEST_F(ServiceGraphTest, sends_calls_elsewhere_only_without_an_open_server_here) {
   Elsewhere elsewhere;
   graph_.join(diary_);
   load(calling_, "caller");
@@ -236,7 +236,7 @@ TEST_F(ServiceGraphTest, sends_calls_elsewhere_only_while_nobody_here_answers) {
   graph_.leave(diary_);
 }
 
-TEST_F(ServiceGraphTest, keeps_nobody_who_has_gone_waiting) {
+TEST_F(ServiceGraphTest, does_not_wait_for_removed_endpoints) {
   Elsewhere elsewhere;
   graph_.join(diary_);
   const auto caller = load(calling_, "caller");

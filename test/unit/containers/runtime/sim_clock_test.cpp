@@ -60,7 +60,7 @@ class SimTime : public ::testing::Test {
   std::unique_ptr<Writer> writer_;
 };
 
-TEST_F(SimTime, is_zero_before_the_first_message_then_what_clock_said_last) {
+TEST_F(SimTime, is_zero_before_the_first_message_then_the_last_value_of_clock) {
   load(first_, "first", true);
   EXPECT_EQ(first_.at_build, WallTime{});
   say(1000, 5);

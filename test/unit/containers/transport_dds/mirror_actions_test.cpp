@@ -139,7 +139,7 @@ TEST_F(MirrorActions, are_aborted_when_their_server_goes) {
   EXPECT_TRUE(until([&] { return !calling.client->action_server_is_ready(); }));
 }
 
-TEST_F(MirrorActions, keep_nobody_waiting_when_the_network_of_their_server_ends) {
+TEST_F(MirrorActions, end_all_waits_when_the_network_of_their_server_ends) {
   const auto handle = value_of(calling.client->async_send_goal(goal_of(1)));
   ASSERT_TRUE(handle && served());
   const auto result = calling.client->async_get_result(handle);

@@ -116,14 +116,14 @@ class ClockQuestions : public ::testing::Test {
   std::uint64_t heard = 0, questions = 0;
 };
 
-TEST_F(ClockQuestions, are_asked_of_nobody_whose_clock_agrees) {
+TEST_F(ClockQuestions, are_not_sent_to_a_machine_whose_clock_agrees) {
   start();
   hear_for(60s, 2ms);
   EXPECT_EQ(mirror->stats().clock_questions, 0U);
   EXPECT_EQ(laptop.server.reader->status().matched_total, 0U) << "not even an end was there for it";
 }
 
-TEST_F(ClockQuestions, tell_that_a_clock_is_behind_and_leave) {
+TEST_F(ClockQuestions, show_that_a_clock_is_behind_and_end) {
   start();
   hear_for(5s, 40ms);
   ASSERT_TRUE(is_met());

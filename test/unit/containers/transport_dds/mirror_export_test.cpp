@@ -81,7 +81,7 @@ TEST_F(MirrorExport, two_writers_of_a_topic_share_its_limit) {
   EXPECT_TRUE(until([&] { return here->stats().held_back == 1; }));
 }
 
-TEST_F(MirrorExport, delays_what_a_transient_local_writer_said_last_and_does_not_lose_it) {
+TEST_F(MirrorExport, delays_the_newest_message_of_a_transient_local_writer_without_losing_it) {
   start({{"/latched", 20}});
   const QoS latched = QoS(1).transient_local();
   auto writer = here->writer("/latched", latched);

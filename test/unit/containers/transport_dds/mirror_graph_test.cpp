@@ -130,7 +130,7 @@ std::uint64_t sleeps_of_threads(const std::string& name) {
   return count;
 }
 
-TEST_F(Mirror, sleeps_while_nobody_on_the_network_listens) {
+TEST_F(Mirror, sleeps_without_a_remote_reader) {
   there.mirror.reset();
   auto writer = here.writer("/lonely");
   auto local = here.reader("/lonely");

@@ -148,7 +148,7 @@ TEST_F(MirrorServices, count_what_is_no_reply_and_go_on) {
   EXPECT_EQ(second.sequence, 2);
 }
 
-TEST_F(MirrorServices, do_not_hear_another_definition_of_their_type) {
+TEST_F(MirrorServices, ignore_another_definition_of_their_type) {
   there.load(adding, "adder");
   here.load(calling, "caller");
   ASSERT_TRUE(joined());
@@ -163,7 +163,7 @@ TEST_F(MirrorServices, do_not_hear_another_definition_of_their_type) {
 }
 
 // As rmw_fastrtps announces its ends: the type's hash and no id.
-TEST_F(MirrorServices, tell_apart_those_of_another_middleware) {
+TEST_F(MirrorServices, detect_another_middleware) {
   there.load(adding, "adder");
   here.load(calling, "caller");
   const auto participant = test::make_participant();

@@ -27,7 +27,7 @@ void PrintTo(const Misfit& misfit, std::ostream* out) { *out << misfit.policy; }
 
 class MirrorMisfit : public Mirror, public ::testing::WithParamInterface<Misfit> {};
 
-TEST_P(MirrorMisfit, of_qos_is_told_on_both_sides_with_the_policy) {
+TEST_P(MirrorMisfit, of_qos_is_reported_on_both_sides_with_the_policy) {
   auto writer = here.writer("/misfit", GetParam().offered);
   auto reader = there.reader("/misfit", GetParam().requested);
   ASSERT_TRUE(until([&] { return writer->status().incompatible_qos == 1 && reader->status().incompatible_qos == 1; }));
@@ -106,7 +106,7 @@ TEST_F(Mirror, says_when_it_reports_no_more_misfits) {
   EXPECT_EQ(here.problems.lock()->size(), kReported + 1);
 }
 
-TEST_F(Mirror, says_nothing_of_a_viewer_that_hears_the_publisher_by_another_subscription) {
+TEST_F(Mirror, does_not_report_a_viewer_that_reads_the_publisher_by_another_subscription) {
   auto writer = here.writer("/stop", QoS(5));
   auto latched = there.reader("/stop", QoS(5).transient_local());
   EndpointSpec spec = there.spec("/stop", QoS(5).best_effort());

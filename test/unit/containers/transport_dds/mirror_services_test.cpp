@@ -88,7 +88,7 @@ TEST_F(MirrorServices, of_this_process_are_called_first) {
   ASSERT_TRUE(here.container().unload(id));
 }
 
-TEST_F(MirrorServices, tell_their_caller_when_they_go) {
+TEST_F(MirrorServices, notify_their_caller_when_they_end) {
   const auto id = there.load(pondering, "adder");
   here.load(calling, "caller");
   ASSERT_TRUE(joined());
@@ -101,7 +101,7 @@ TEST_F(MirrorServices, tell_their_caller_when_they_go) {
   EXPECT_EQ(here.stats().calls_failed, 1U);
 }
 
-TEST_F(MirrorServices, tell_their_caller_when_the_network_ends) {
+TEST_F(MirrorServices, notify_their_caller_when_the_network_ends) {
   there.load(pondering, "adder");
   here.load(calling, "caller");
   ASSERT_TRUE(joined());
@@ -131,7 +131,7 @@ TEST_F(MirrorServices, may_answer_later_and_in_another_order) {
   EXPECT_EQ(here.stats().late, 0U) << "replies to the other client are no late ones";
 }
 
-TEST_F(MirrorServices, of_a_node_that_is_not_active_answer_nobody) {
+TEST_F(MirrorServices, of_an_inactive_node_do_not_answer) {
   const auto id = there.load(adding, "adder", false);
   here.load(calling, "caller");
   ASSERT_TRUE(joined());

@@ -30,7 +30,7 @@ TEST_F(Mirror, brings_messages_both_ways) {
   EXPECT_EQ(here.stats().problems + there.stats().problems, 0U);
 }
 
-TEST_F(Mirror, tells_who_wrote_a_message_when_and_which_it_was) {
+TEST_F(Mirror, delivers_writer_time_and_sequence_of_a_message) {
   auto reader = there.reader("/info");
   auto writer = here.writer("/info");
   ASSERT_TRUE(joined(*writer, *reader));
@@ -107,7 +107,7 @@ TEST_F(Mirror, drops_what_comes_behind_the_closed_gate_of_a_volatile_reader) {
   EXPECT_EQ(hear(there.bell, *reader, 1), Texts{"heard"});
 }
 
-TEST_F(Mirror, neither_fetches_nor_encodes_for_nobody) {
+TEST_F(Mirror, neither_fetches_nor_encodes_without_a_remote_reader) {
   auto writer = here.writer("/lonely");
   auto local = here.reader("/lonely", QoS(200));
   for (int i = 0; i < 100; ++i) say(*writer, "x");

@@ -35,7 +35,7 @@ std::string remarks_of(const NetworkSettings& settings) {
   return all;
 }
 
-TEST(NetworkSettings, are_local_if_nobody_asks) {
+TEST(NetworkSettings, are_local_by_default) {
   const auto settings = settings_of({});
 
   EXPECT_EQ(settings.mode, NetworkMode::Local);
@@ -237,7 +237,7 @@ TEST(DomainPorts, are_those_of_rtps) {
   EXPECT_EQ(ports_of_domain(101).last, 32725);
 }
 
-TEST(DomainPorts, that_the_kernel_gives_to_anybody_are_a_remark_with_both_ranges) {
+TEST(DomainPorts, that_the_kernel_gives_to_any_program_are_reported_with_both_ranges) {
   constexpr PortRange kUsual{32768, 60999};
   EXPECT_FALSE(port_remark(0, kUsual));
   EXPECT_FALSE(port_remark(101, kUsual));
@@ -252,7 +252,7 @@ TEST(DomainPorts, that_the_kernel_gives_to_anybody_are_a_remark_with_both_ranges
   EXPECT_TRUE(port_remark(214, kUsual)) << "its multicast ports";
 }
 
-TEST(DomainPorts, that_are_reserved_are_given_to_nobody) {
+TEST(DomainPorts, that_are_reserved_are_not_given_away) {
   constexpr PortRange kUsual{32768, 60999};
   const auto remark_with = [&](const char* reserved) { return port_remark(102, kUsual, parse_port_ranges(reserved)); };
   EXPECT_FALSE(remark_with("32900-32975")) << "the way out of the remark";

@@ -299,7 +299,7 @@ TEST(PeerClock, does_not_believe_an_answer_without_a_stamp) {
 
 // Whatever the ways do there and back: what is told as certain is so to the last nanosecond, and a clock that is further
 // behind than the way there is long is found.
-TEST(PeerClock, tells_only_what_is_so_of_who_answers) {
+TEST(PeerClock, reports_only_certain_offsets_of_peers_that_answer) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random{seed};
     std::uniform_int_distribution<int> any_ms{-200, 200}, way_ms{0, 100};

@@ -180,7 +180,7 @@ TEST(RemoteGraph, forgets_all_of_a_participant_that_has_gone_and_nothing_of_othe
   EXPECT_EQ(graph.ends_of_topic("/chatter").size(), 4U);
 }
 
-TEST(RemoteGraph, knows_whether_one_that_was_found_has_not_told_what_it_has) {
+TEST(RemoteGraph, knows_participants_that_have_not_announced_their_endpoints) {
   RemoteGraph graph{kUs};
   EXPECT_FALSE(graph.awaits_endpoints());
   graph.participant_is_there(ros_participant(kUs));
@@ -265,7 +265,7 @@ TEST(RemoteGraph, tells_by_its_version_that_something_changed) {
   EXPECT_EQ(graph.ends_of_topic("/chatter").at(0).qos.depth(), 7U);
 }
 
-TEST(RemoteGraph, lets_nobody_speak_for_others) {
+TEST(RemoteGraph, rejects_announcements_for_other_participants) {
   RemoteGraph graph{kUs};
   graph.participant_is_there(ros_participant(peer(1)));
   graph.snapshot_came(end(peer(2), 4, true), snapshot_of(peer(1), "forged"));

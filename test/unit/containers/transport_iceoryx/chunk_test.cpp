@@ -64,7 +64,7 @@ TEST(IceoryxChunk, whose_announcements_reach_beyond_it_is_refused) {
   EXPECT_EQ(read_chunk(chunk_with({}, 100, 0xFFFF'FFFF).view()).error(), ChunkFault::Truncated);
 }
 
-TEST(IceoryxChunk, of_somebody_else_or_of_another_version_is_refused) {
+TEST(IceoryxChunk, of_another_program_or_version_is_refused) {
   Chunk other = chunk_with({}), version = chunk_with({}), many = chunk_with({});
   other.begin()[0] = 'X';
   version.begin()[4] = 2;

@@ -47,7 +47,7 @@ TEST(ReceiveBuffer, has_room_until_the_longest_piece_waits) {
   }
 }
 
-TEST(ReceiveBuffer, forgets_when_told) {
+TEST(ReceiveBuffer, clears_on_request) {
   ReceiveBuffer buffer(100);
   receive(buffer, Bytes(60));
   buffer.clear();

@@ -31,7 +31,7 @@ class WrongDefinitions(unittest.TestCase):
         self.assertIn('msg/Thing.msg', said)
         self.assertIn("'int8 small 200'", said)
 
-    def test_of_a_missing_message_say_who_names_it(self):
+    def test_of_a_missing_message_name_the_file_that_uses_it(self):
         said = self.refusal('msg', 'Other[] others\n')
         self.assertIn('some_msgs/msg/Thing', said)
         self.assertIn('there is no some_msgs/msg/Other', said)

@@ -21,7 +21,7 @@ TEST(TypeLibrary, lists_the_packages_of_its_directories) {
   EXPECT_THAT(packages, Not(Contains("my_robot_msgs")));
 }
 
-TEST(TypeLibrary, also_looks_where_the_environment_says) {
+TEST(TypeLibrary, also_searches_the_folders_of_the_environment) {
   ASSERT_EQ(setenv("NACELLE_INTERFACE_PATH", "/nowhere::" NACELLE_OWN_MSGS_LIBRARIES, 1), 0);
   const auto packages = msgs::TypeLibrary{{NACELLE_MSGS_LIBRARIES}}.packages();
   unsetenv("NACELLE_INTERFACE_PATH");

@@ -130,7 +130,7 @@ TEST_F(ActionServer, keeps_a_result_for_ten_seconds) {
   EXPECT_EQ(gone->result, Fibonacci::Result{});
 }
 
-TEST_F(ActionServer, forgets_results_that_nobody_asks_for) {
+TEST_F(ActionServer, discards_results_after_the_timeout) {
   ASSERT_TRUE(send(1, 4));
   node.handles[0]->succeed(result_of({1}));
   std::weak_ptr<Fibonacci::Result> kept;

@@ -47,7 +47,7 @@ TEST_F(DeviceWatchTest, silence_opens_a_fault_that_the_next_word_of_the_device_c
   EXPECT_EQ(context_.open_faults().size(), 1U) << "the silence counts from the last word";
 }
 
-TEST_F(DeviceWatchTest, a_broken_line_is_told_at_once_and_says_the_latest_reason) {
+TEST_F(DeviceWatchTest, reports_a_broken_line_at_once_with_the_latest_reason) {
   DeviceWatch watched = watch(DeviceLost::Wait);
   watched.lose("the line hung up");
   watched.lose("no right to open it");

@@ -127,7 +127,7 @@ TEST_F(GoalTableTest, aborts_whatever_is_active_also_what_was_never_executed) {
   EXPECT_EQ(table.status_of(goal_id(3)), Status::Aborted);
 }
 
-TEST_F(GoalTableTest, chooses_whom_a_cancel_request_means_as_cancel_goal_srv_says) {
+TEST_F(GoalTableTest, chooses_the_goals_to_cancel_as_specified_by_cancel_goal_srv) {
   accept(1, WallTime{10s});
   accept(2, WallTime{20s});
   accept(3, WallTime{30s});

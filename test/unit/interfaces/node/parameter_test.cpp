@@ -135,7 +135,7 @@ TEST(ParameterStore, answers_refusals_in_rclcpps_words) {
             "Wrong parameter type, parameter {n} is of type {integer}, setting it to {string} is not allowed.");
 }
 
-TEST(ParameterStore, knows_the_overrides_that_nobody_declared) {
+TEST(ParameterStore, knows_the_undeclared_overrides) {
   auto parameters = store({{"rate", 1.0}, {"rtae", 2.0}});
   parameters.declare("rate", 50.0, ParameterType::Double, {});
   EXPECT_EQ(parameters.unused_overrides(), std::vector<std::string>{"rtae"});

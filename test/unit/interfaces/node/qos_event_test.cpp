@@ -40,7 +40,7 @@ TEST_F(QosEventTest, a_missed_deadline_calls_both_sides_with_total_and_change) {
   EXPECT_EQ(requested, (std::vector<std::uint64_t>{1, 2}));
 }
 
-TEST_F(QosEventTest, liveliness_is_told_as_lost_and_as_changed) {
+TEST_F(QosEventTest, reports_liveliness_as_lost_and_as_changed) {
   int lost = 0;
   std::vector<std::pair<std::uint32_t, std::int32_t>> alive;
   PublisherOptions publisher_options;
@@ -61,7 +61,7 @@ TEST_F(QosEventTest, liveliness_is_told_as_lost_and_as_changed) {
   EXPECT_EQ(alive, (std::vector<std::pair<std::uint32_t, std::int32_t>>{{1, 1}, {0, -1}, {1, 1}}));
 }
 
-TEST_F(QosEventTest, an_incompatible_publisher_is_told_with_its_policy_and_the_change) {
+TEST_F(QosEventTest, reports_an_incompatible_publisher_with_its_policy_and_the_change) {
   QOSRequestedIncompatibleQoSInfo told;
   SubscriptionOptions options;
   options.event_callbacks.incompatible_qos_callback = [&](QOSRequestedIncompatibleQoSInfo& info) { told = info; };
@@ -72,7 +72,7 @@ TEST_F(QosEventTest, an_incompatible_publisher_is_told_with_its_policy_and_the_c
   EXPECT_NE(told.text.find("/sender"), std::string::npos) << told.text;
 }
 
-TEST_F(QosEventTest, another_type_is_told) {
+TEST_F(QosEventTest, reports_another_type) {
   IncompatibleTypeInfo told;
   SubscriptionOptions options;
   options.event_callbacks.incompatible_type_callback = [&](IncompatibleTypeInfo& info) { told = info; };
@@ -83,7 +83,7 @@ TEST_F(QosEventTest, another_type_is_told) {
   EXPECT_EQ(told.last_policy_kind, "type");
 }
 
-TEST_F(QosEventTest, matches_and_lost_messages_are_told) {
+TEST_F(QosEventTest, reports_matches_and_lost_messages) {
   std::vector<std::uint32_t> matched;
   std::uint64_t lost = 0;
   SubscriptionOptions options;

@@ -72,7 +72,7 @@ TEST_F(RclcppFormsOfANode, are_listed_by_prefix_and_depth) {
   EXPECT_EQ(node.list_parameters({"b"}, 1).names, (std::vector<std::string>{"b.c"}));
 }
 
-TEST_F(RclcppFormsOfANode, the_clock_of_a_node_tells_the_time_of_stamps) {
+TEST_F(RclcppFormsOfANode, the_clock_of_a_node_is_the_clock_of_stamps) {
   EXPECT_EQ(node.get_clock()->now(), node.now());
   context.clock().step_wall(1h);
   EXPECT_EQ(node.get_clock()->now(), node.now());

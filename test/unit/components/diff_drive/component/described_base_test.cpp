@@ -67,7 +67,7 @@ TEST(DescribedBase, reads_parameters_by_the_names_of_ros2_controls_drivers_and_b
   EXPECT_DOUBLE_EQ(base.defaults.wheel_radius_m, 0.05);
 }
 
-TEST(DescribedBase, tells_what_nobody_uses_as_a_warning) {
+TEST(DescribedBase, warns_about_unused_settings) {
   const auto base =
       Robot{.plugin = "gz_ros2_control/GazeboSimSystem",
             .params = "<param name=\"enc_counts_per_rev\">1440</param>\n<param name=\"weel_radius\">1</param>"}

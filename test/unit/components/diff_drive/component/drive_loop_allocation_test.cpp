@@ -37,7 +37,7 @@ class Counting final : public DriveObserver {
   int commands = 0;
 };
 
-TEST(DriveLoopAllocations, a_cycle_that_hears_limits_and_writes_has_none) {
+TEST(DriveLoopAllocations, a_cycle_that_reads_limits_and_writes_has_none) {
   WaveshareRig rig;
   CommandInbox inbox;
   Counting observer;

@@ -410,7 +410,7 @@ void rests_and_moves_again(LoopRig& rig) {
   EXPECT_NE(rig.port.commands.back(), WheelRates{});
 }
 
-TEST(DriveLoop, a_silent_board_is_told_zero_woken_without_limit_and_moves_only_after_a_rest) {
+TEST(DriveLoop, a_silent_board_gets_zero_is_reopened_without_limit_and_moves_only_after_a_rest) {
   LoopRig rig{waiting()};
   rig.cycles(26);
   drive_on(rig, 2);

@@ -98,7 +98,7 @@ TEST(WaveshareSerialPort, goes_on_counting_when_the_board_was_reset) {
   EXPECT_EQ(rig.port->stats().board_restarts, 1U);
 }
 
-TEST(WaveshareSerialPort, integrates_the_speeds_of_a_board_that_tells_nothing_else) {
+TEST(WaveshareSerialPort, integrates_the_speeds_of_a_board_that_sends_only_speeds) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   for (int i = 0; i <= 50; ++i) rig.say(i * 20ms, "{\"T\":1001,\"L\":0.5,\"R\":-0.25,\"v\":12}\n");
@@ -157,7 +157,7 @@ TEST(WaveshareSerialPort, a_slow_line_gets_one_command_at_a_time_and_a_stop_at_o
   EXPECT_EQ(rig.written().substr(before), "\n{\"T\":1,\"L\":0,\"R\":0}\n");
 }
 
-TEST(WaveshareSerialPort, a_stop_overtakes_what_a_terminal_that_nobody_reads_has_queued) {
+TEST(WaveshareSerialPort, a_stop_overtakes_the_queue_of_a_terminal_without_a_reader) {
   WaveshareRig rig;
   ASSERT_TRUE(rig.port().start());
   for (int i = 0; i < 600; ++i) static_cast<void>(rig.port().write({1.0, 1.0}));
@@ -183,7 +183,7 @@ TEST(WaveshareSerialPort, says_that_the_line_is_lost_when_the_other_end_hangs_up
   EXPECT_EQ(rig.port().write({1.0, 1.0}).error(), BaseFault::LineLost);
 }
 
-TEST(WaveshareSerialPort, drops_what_was_said_before_it_started) {
+TEST(WaveshareSerialPort, drops_lines_from_before_its_start) {
   WaveshareRig rig;
   rig.board.left_m = 5.0;
   rig.board.say(0.0);

@@ -248,7 +248,7 @@ TEST(CommandInput, a_lock_blocks_lower_priorities_only) {
   EXPECT_EQ(rig.say_for(100ms, kNavigation, 0.4), 0.4);
 }
 
-TEST(CommandInput, a_lock_with_a_timeout_is_locked_until_it_is_heard) {
+TEST(CommandInput, a_lock_with_a_timeout_is_locked_until_its_first_message) {
   auto settings = navigation_and_operator();
   settings.locks[0].timeout = 200ms;
   Rig rig{settings};
@@ -271,7 +271,7 @@ TEST(CommandInput, after_a_stop_each_input_is_armed_by_its_own_rest) {
   EXPECT_EQ(rig.say_for(1s, kNavigation, 0.4), 0.0) << "navigation has not rested";
 }
 
-TEST(CommandInput, whatever_was_said_nothing_is_wanted_while_a_hold_lasts_nor_without_a_command_after_it) {
+TEST(CommandInput, wants_no_motion_during_a_hold_nor_until_a_command_after_it) {
   const unsigned seed = 20261122;
   std::mt19937 random{seed};
   Rig rig{navigation_and_operator(RearmRule::Neutral)};

@@ -19,7 +19,7 @@ class BasePortLaws : public ::testing::Test {
 using EveryBase = ::testing::Types<LoopbackRig, WaveshareRig>;
 TYPED_TEST_SUITE(BasePortLaws, EveryBase);
 
-TYPED_TEST(BasePortLaws, the_wheels_stand_still_until_they_are_told) {
+TYPED_TEST(BasePortLaws, the_wheels_stand_still_until_the_first_command) {
   ASSERT_TRUE(this->port_.start());
   const WheelState first = this->rig_.run(100ms);
   const WheelState second = this->rig_.run(100ms);
@@ -28,7 +28,7 @@ TYPED_TEST(BasePortLaws, the_wheels_stand_still_until_they_are_told) {
   EXPECT_EQ(first.right_rad, second.right_rad);
 }
 
-TYPED_TEST(BasePortLaws, the_wheels_turn_as_told) {
+TYPED_TEST(BasePortLaws, the_wheels_follow_the_command) {
   ASSERT_TRUE(this->port_.start());
   const WheelState before = this->rig_.run(20ms);
   ASSERT_TRUE(this->port_.write({3.0, -1.5}));
@@ -62,7 +62,7 @@ TYPED_TEST(BasePortLaws, a_start_stops_wheels_that_turn) {
   EXPECT_EQ(this->rig_.run(100ms).rates, WheelRates{});
 }
 
-TYPED_TEST(BasePortLaws, the_stop_frame_stops_whoever_writes_it) {
+TYPED_TEST(BasePortLaws, the_stop_frame_stops_the_wheels_from_any_writer) {
   ASSERT_TRUE(this->port_.start());
   ASSERT_TRUE(this->port_.write({3.0, 3.0}));
   this->rig_.run(100ms);

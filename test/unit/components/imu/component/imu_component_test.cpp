@@ -193,7 +193,7 @@ TEST_F(ImuComponentTest, refuses_to_activate_while_the_robot_turns_and_can_be_as
   EXPECT_TRUE(accepted.success) << accepted.reason;
 }
 
-TEST_F(ImuComponentTest, needs_no_calibration_if_told_so) {
+TEST_F(ImuComponentTest, skips_calibration_if_it_is_disabled) {
   ImuComponent& imu = make(3, 30.0, {{"calibrate_gyro", false}});
   ASSERT_TRUE(imu.trigger(Transition::Configure).success);
   ASSERT_TRUE(imu.trigger(Transition::Activate).success);
@@ -213,7 +213,7 @@ TEST_F(ImuComponentTest, sets_the_device_up) {
   EXPECT_EQ(device.stats().skipped_bytes, 0U);
 }
 
-TEST_F(ImuComponentTest, leaves_the_device_alone_if_told_so) {
+TEST_F(ImuComponentTest, leaves_the_device_unconfigured_if_set_up_is_disabled) {
   ImuComponent& imu = make(3, 0.0, {{"configure_device", false}});
   ASSERT_TRUE(imu.trigger(Transition::Configure).success);
   EXPECT_TRUE(line_->written().empty());

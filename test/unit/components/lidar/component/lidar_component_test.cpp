@@ -174,7 +174,7 @@ TEST_F(LidarComponentTest, comes_up_without_its_device_and_publishes_when_it_is_
   EXPECT_TRUE(context_.open_faults().empty());
 }
 
-TEST_F(LidarComponentTest, with_device_lost_fault_silence_is_a_fault_that_is_said_once) {
+TEST_F(LidarComponentTest, with_device_lost_fault_silence_is_reported_once) {
   LidarComponent& lidar = make(AtEnd::Silence, {{"silence_limit", 0.5}, {"device_lost", std::string{"fault"}}});
   bring_up(lidar);
   const FaultReason fault = wait_for_fault();

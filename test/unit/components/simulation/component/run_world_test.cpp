@@ -36,7 +36,7 @@ class RunWorld : public ::testing::Test {
   const SystemClock& clock_ = world_.clock();
 };
 
-TEST_F(RunWorld, the_lidar_speaks_to_whoever_opens_its_line) {
+TEST_F(RunWorld, the_lidar_sends_to_each_program_that_opens_its_line) {
   const auto port = open("lidar", 230400);
   lidar::Ld06Decoder decoder;
   while (decoder.stats().frames < 50) {
@@ -48,7 +48,7 @@ TEST_F(RunWorld, the_lidar_speaks_to_whoever_opens_its_line) {
   EXPECT_LT(decoder.stats().skipped_bytes, 47U) << "at most the frame that was under way";
 }
 
-TEST_F(RunWorld, the_imu_speaks_to_whoever_opens_its_line) {
+TEST_F(RunWorld, the_imu_sends_to_each_program_that_opens_its_line) {
   const auto port = open("imu", 115200);
   imu::Wt901Decoder decoder;
   while (decoder.stats().frames < 25) {
@@ -121,7 +121,7 @@ TEST_F(RunWorld, a_cable_of_no_device_or_no_world_is_named) {
   EXPECT_FALSE(plug_device("/no/such/world", "base", false));
 }
 
-TEST_F(RunWorld, a_line_that_nobody_reads_drops_and_does_not_block) {
+TEST_F(RunWorld, a_line_without_a_reader_drops_bytes_and_does_not_block) {
   const auto port = open("base", 115200);
   // The lidar fills its line in a sixth of a second; the base must go on all the same.
   for (const MonotonicTime end = clock_.now() + 400ms; clock_.now() < end;) {

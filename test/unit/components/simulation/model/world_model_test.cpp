@@ -78,7 +78,7 @@ TEST(WorldModel, its_devices_speak_at_their_real_rates) {
   for (const auto& line : lines) EXPECT_EQ(line.value("T", 0), 1001);
 }
 
-TEST(WorldModel, a_speed_command_moves_the_robot_and_the_feedback_tells_it) {
+TEST(WorldModel, a_speed_command_moves_the_robot_and_shows_in_the_feedback) {
   WorldModel world{{}};
   AllBytes bytes;
   for (int i = 0; i < 40; ++i) {

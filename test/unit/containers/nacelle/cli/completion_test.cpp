@@ -106,7 +106,7 @@ TEST_F(Completion, offers_the_values_of_an_option) {
   EXPECT_THAT(at({"param", "set", "--as", "=", "i"}), ElementsAre("int"));
 }
 
-TEST_F(Completion, leaves_files_to_the_shell_and_says_nothing_of_the_unknown) {
+TEST_F(Completion, leaves_files_to_the_shell_and_offers_nothing_for_unknown_words) {
   EXPECT_THAT(at({"launch", ""}), IsEmpty());
   EXPECT_THAT(at({"nonsense", "--no-such=x", ""}), IsEmpty());
   EXPECT_THAT(at({"topic", "echo", "--no-such="}), IsEmpty());

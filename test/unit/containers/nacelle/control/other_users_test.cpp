@@ -24,7 +24,7 @@ TEST(OtherUsers, containers_that_listen_are_found_by_the_paths_of_their_sockets)
   EXPECT_TRUE(containers_of_others("", 1000).empty());
 }
 
-TEST(OtherUsers, the_problem_names_them_and_says_how_to_ask) {
+TEST(OtherUsers, the_problem_names_them_and_how_to_reach_them) {
   EXPECT_EQ(problem_of_others({{"arm", 4000000001U, ""}}).text(),
             "no container of yours is running; user #4000000001 runs 'arm'; ask as its user: sudo -u '#4000000001' "
             "nacelle ...");

@@ -179,7 +179,7 @@ TEST_F(ControlServerTest, noise_ends_its_own_connection_only) {
   EXPECT_TRUE(good.stats(5s));
 }
 
-TEST_F(ControlServerTest, half_a_frame_holds_nobody_up) {
+TEST_F(ControlServerTest, half_a_frame_does_not_block_other_clients) {
   const int fd = raw();
   const std::string half{"\x10\0\0\0p\x01", 6};
   ASSERT_EQ(::send(fd, half.data(), half.size(), 0), 6);
@@ -188,7 +188,7 @@ TEST_F(ControlServerTest, half_a_frame_holds_nobody_up) {
   ::close(fd);
 }
 
-TEST_F(ControlServerTest, a_client_that_never_reads_costs_a_bounded_amount_and_holds_nobody_up) {
+TEST_F(ControlServerTest, a_client_that_never_reads_has_bounded_cost_and_does_not_block_others) {
   service_.stats_bytes = 60000;
   const int fd = raw();
   std::string questions;

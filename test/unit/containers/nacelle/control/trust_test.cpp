@@ -153,7 +153,7 @@ TEST_F(TwoUsers, sends_nothing_to_a_listener_of_another_user) {
   EXPECT_EQ(code, 0);
 }
 
-TEST_F(TwoUsers, a_container_turns_another_user_away_and_says_so) {
+TEST_F(TwoUsers, a_container_refuses_another_user_and_reports_it) {
   auto claim = SocketClaim::take({"", "", folder_.path() + "/sockets"}, "robot");
   ASSERT_TRUE(claim);
   const std::string path = claim.value().path();

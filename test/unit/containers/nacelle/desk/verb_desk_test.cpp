@@ -136,7 +136,7 @@ TEST_F(Desk, sends_messages_ahead_of_an_answer_that_came_after_them) {
   EXPECT_TRUE(holds(heard, "almost there")) << heard;
 }
 
-TEST_F(Desk, serves_nobody_when_the_list_of_waits_is_older_than_its_guests) {
+TEST_F(Desk, serves_no_client_from_an_outdated_list_of_waits) {
   VerbDesk desk{robot_};
   control::Client client = come(desk, "good");
   EXPECT_TRUE(holds(next_words(client), "good"));

@@ -18,7 +18,7 @@ TEST_F(Devices, a_machine_with_nothing_plugged_in_is_fine) {
   EXPECT_THAT(found.value, HasSubstr("no camera and no serial line"));
 }
 
-TEST_F(Devices, a_device_of_another_group_is_told_with_the_group_to_join) {
+TEST_F(Devices, a_device_of_another_group_is_reported_with_the_group_to_join) {
   plug_in("/dev/ttyUSB0");
 
   const Finding found = find(check_devices, "/dev/ttyUSB0");
@@ -42,7 +42,7 @@ TEST_F(Devices, a_group_without_rights_is_not_one_to_join) {
   EXPECT_THAT(found.problem.way_out, HasSubstr("udev"));
 }
 
-TEST_F(Devices, a_device_that_another_program_reads_is_told_with_its_name_and_number) {
+TEST_F(Devices, a_device_that_another_program_reads_is_reported_with_its_name_and_pid) {
   plug_in("/dev/ttyUSB0", 0666);
   run(812, "ModemManager", "/dev/ttyUSB0");
   run(14, "bash", "/dev/pts/0");
@@ -78,7 +78,7 @@ TEST_F(Devices, a_link_by_id_is_followed) {
   EXPECT_EQ(found.problem.way_out, "end it: kill 7");
 }
 
-TEST_F(Devices, one_that_is_missing_is_told_with_those_that_are_there) {
+TEST_F(Devices, a_missing_device_is_reported_with_the_present_ones) {
   plug_in("/dev/ttyUSB1", 0666);
   plug_in("/dev/video0", 0666);
   wanted.devices = {{"/dev/ttyUSB0", "/lidar, parameter port_name"},

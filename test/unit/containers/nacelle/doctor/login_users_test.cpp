@@ -12,7 +12,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using LoginUsers = MachineOfFiles;
 
-TEST_F(LoginUsers, are_people_with_a_shell_but_for_root_and_the_one_who_asks) {
+TEST_F(LoginUsers, are_people_with_a_shell_except_root_and_the_caller) {
   write("/etc/passwd",
         "root:x:0:0:root:/:/bin/bash\n"
         "postgres:x:101:104::/var/lib/postgresql:/bin/bash\n"

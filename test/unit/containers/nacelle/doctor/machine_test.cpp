@@ -10,7 +10,7 @@ namespace {
 using testing::HasSubstr;
 using AMachine = MachineOfFiles;
 
-TEST_F(AMachine, that_is_well_is_told_so) {
+TEST_F(AMachine, that_is_well_is_reported_as_fine) {
   const Findings findings = examine(machine(), wanted);
   for (const auto& finding : findings) EXPECT_EQ(finding.severity, Severity::Fine) << finding.text();
   EXPECT_FALSE(is_something_wrong(findings));
@@ -22,7 +22,7 @@ TEST_F(AMachine, without_any_file_is_no_reason_to_fail) {
   EXPECT_FALSE(is_something_wrong(examine(machine(), wanted)));
 }
 
-TEST_F(AMachine, tells_who_holds_the_ports_of_the_domain) {
+TEST_F(AMachine, names_the_program_that_holds_the_ports_of_the_domain) {
   write("/proc/net/udp",
         std::string{kUdpHeading} +
             "  112: 00000000:1CE8 00000000:0000 07 00000000:00000000 00:00000000 00000000  1000        0 5001 2 0 0\n"
@@ -56,7 +56,7 @@ TEST_F(AMachine, has_the_domain_that_a_robot_reads) {
             "ROS_DOMAIN_ID: '99999999999' is not a domain; give a number from 0 to 232; 0 to 101 work everywhere");
 }
 
-TEST_F(AMachine, with_a_clock_that_nobody_keeps_is_advised) {
+TEST_F(AMachine, with_an_unsynchronised_clock_gets_advice) {
   facts.clock_is_synchronised = false;
   Finding found = find(check_clock, "wall clock");
   EXPECT_EQ(found.severity, Severity::Advice);
@@ -72,7 +72,7 @@ TEST_F(AMachine, whose_clock_stands_before_the_program_was_made_will_jump) {
   EXPECT_EQ(found.value, "1970-01-01 01:00:00 UTC");
 }
 
-TEST_F(AMachine, without_a_battery_clock_is_told) {
+TEST_F(AMachine, without_a_battery_clock_gets_advice) {
   std::filesystem::remove_all(at("/sys/class/rtc"));
   EXPECT_EQ(find(check_clock, "battery clock").severity, Severity::Advice);
 }
@@ -88,7 +88,7 @@ TEST_F(AMachine, that_is_short_of_memory_is_wrong) {
   EXPECT_EQ(swap.value, "195 of 205 MB used");
 }
 
-TEST_F(AMachine, with_limits_of_its_control_group_is_told_with_them) {
+TEST_F(AMachine, reports_the_limits_of_its_control_group) {
   write("/sys/fs/cgroup/user.slice/memory.max", "200000000\n");
   write("/sys/fs/cgroup/user.slice/memory.current", "180000000\n");
   write("/sys/fs/cgroup/user.slice/cpu.max", "50000 100000\n");
@@ -109,7 +109,7 @@ TEST_F(AMachine, with_small_buffers_is_advised_how_to_raise_them) {
   EXPECT_EQ(found.problem.way_out, "sudo sysctl -w net.core.rmem_max=4194304");
 }
 
-TEST_F(AMachine, with_little_shared_memory_is_wrong_only_for_who_needs_it) {
+TEST_F(AMachine, with_little_shared_memory_is_wrong_only_if_it_is_needed) {
   write("/proc/self/mounts", "shm /dev/shm tmpfs rw,relatime,size=65536k,inode64 0 0\n");
   EXPECT_EQ(find(check_kernel, "/dev/shm").severity, Severity::Advice);
   EXPECT_EQ(find(check_kernel, "/dev/shm").value, "67 MB");
@@ -119,7 +119,7 @@ TEST_F(AMachine, with_little_shared_memory_is_wrong_only_for_who_needs_it) {
   EXPECT_EQ(find(check_kernel, "/dev/shm").value, "2048 MB") << "half of the memory, as the kernel has it";
 }
 
-TEST_F(AMachine, that_forbids_or_frees_real_time_threads_is_told) {
+TEST_F(AMachine, that_forbids_or_frees_real_time_threads_is_reported) {
   for (const char* const value : {"0\n", "-1\n"}) {
     write("/proc/sys/kernel/sched_rt_runtime_us", value);
     EXPECT_EQ(find(check_kernel, "kernel.sched_rt_runtime_us").severity, Severity::Advice) << value;
@@ -133,7 +133,7 @@ TEST_F(AMachine, that_saves_power_is_advised) {
   EXPECT_EQ(find(check_kernel, "CPU governor").severity, Severity::Fine);
 }
 
-TEST_F(AMachine, with_a_weak_supply_is_told_whether_it_is_so_now) {
+TEST_F(AMachine, with_a_weak_supply_reports_whether_it_is_weak_now) {
   const auto supply = [&](const char* bits) {
     write("/sys/devices/platform/soc/soc:firmware/get_throttled", bits);
     return find(check_power, "Raspberry Pi's supply");
@@ -145,7 +145,7 @@ TEST_F(AMachine, with_a_weak_supply_is_told_whether_it_is_so_now) {
   EXPECT_EQ(supply("80008\n").problem.way_out, "cool it: a heat sink with a fan");
 }
 
-TEST_F(AMachine, that_is_hot_is_told_by_its_hottest_zone) {
+TEST_F(AMachine, that_is_hot_is_reported_by_its_hottest_zone) {
   write("/sys/class/thermal/thermal_zone0/temp", "45000\n");
   write("/sys/class/thermal/thermal_zone1/temp", "83500\n");
   const Finding found = find(check_power, "temperature");

@@ -37,7 +37,7 @@ TEST(FrameTree, as_text_has_one_line_for_each_frame_whatever_its_name_is) {
   EXPECT_EQ(tree_text({{"a\x1b[2J\nb", "odom", "/x\r", true}}), "odom\n└─ a\\x1b[2J\\x0ab  static, /x\\x0d\n");
 }
 
-TEST(FrameTree, for_graphviz_says_on_the_edge_who_and_how_often) {
+TEST(FrameTree, for_graphviz_labels_edges_with_owner_and_rate) {
   const std::string dot = tree_dot(kRobot);
   EXPECT_THAT(dot, HasSubstr("\"odom\" -> \"base_link\" [label=\"50.0 Hz, 12 ms old, /ekf\"];"));
   EXPECT_THAT(dot, HasSubstr("\"camera_link\" -> \"lens\" [label=\"0.5 Hz, 3.1 s old, owner unknown\", color=red"));

@@ -59,7 +59,7 @@ TEST_F(Graphviz, gets_the_text_and_the_format_that_the_name_asks_for) {
   EXPECT_EQ(text_of(file("x.svg")), "-Tsvg\ndigraph {}");
 }
 
-TEST_F(Graphviz, without_it_the_text_is_written_and_how_to_draw_it_is_told) {
+TEST_F(Graphviz, without_it_writes_the_dot_file_and_the_command_that_draws_it) {
   ::setenv("PATH", folder_.c_str(), 1);
   const auto told = write_drawing(file("x.svg"), "digraph {}");
   ASSERT_TRUE(told) << told.error().text();
@@ -68,7 +68,7 @@ TEST_F(Graphviz, without_it_the_text_is_written_and_how_to_draw_it_is_told) {
   EXPECT_THAT(files(), testing::ElementsAre("x.dot"));
 }
 
-TEST_F(Graphviz, a_failure_keeps_the_old_drawing_and_says_why) {
+TEST_F(Graphviz, a_failure_keeps_the_old_drawing_and_reports_the_reason) {
   std::ofstream{file("x.svg")} << "old";
   install("echo half; echo 'syntax error in line 1' >&2; exit 1\n");
   const auto told = write_drawing(file("x.svg"), "digraph {}");

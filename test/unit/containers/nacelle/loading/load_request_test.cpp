@@ -11,7 +11,7 @@
 namespace nacelle::loading {
 namespace {
 
-TEST(LoadRequest, carries_everything_that_the_launch_file_says) {
+TEST(LoadRequest, carries_every_setting_of_the_launch_file) {
   launch::ComponentPlan plan;
   plan.plugin = "a::B";
   plan.name = "b";
@@ -42,7 +42,7 @@ TEST(LoadRequest, carries_everything_that_the_launch_file_says) {
   EXPECT_EQ(request.qos[0].apply(QoS{7}).depth(), 7U);
 }
 
-TEST(ProgramSpec, the_simulated_world_is_this_program_and_says_when_it_is_ready) {
+TEST(ProgramSpec, the_simulated_world_is_this_program_and_reports_when_it_is_ready) {
   launch::ProgramPlan plan;
   plan.package = plan.executable = "nacelle";
   plan.arguments = {"sim", "world", "--dir", "/x/y", "--seed", "3"};
@@ -82,7 +82,7 @@ TEST(ContainerParameters, are_seconds_in_a_range) {
   EXPECT_EQ(options->handover_after, runtime::ContainerOptions{}.handover_after);
 }
 
-TEST(ContainerParameters, are_all_told_where_each_stands) {
+TEST(ContainerParameters, reports_each_mistake_at_its_place) {
   const auto options = container_options_of({{.name = "hang_afer", .value = 0.5, .where = {"a.yaml", 3}},
                                              {.name = "hang_after", .value = -1.0, .where = {"a.yaml", 4}},
                                              {.name = "transition_timeout", .value = "long"}},

@@ -70,7 +70,7 @@ TEST(Wiring, a_remap_to_a_topic_that_is_there_anyway_is_no_hit) {
             (std::vector<std::string>{"0 -r tf:=/tf: 'tf' is remapped to itself; leave the rule out"}));
 }
 
-TEST(Wiring, a_remap_for_another_node_is_told) {
+TEST(Wiring, a_remap_for_another_node_is_reported) {
   EXPECT_EQ(remaps_told({{RemapKind::TopicOrService, "lidr", "scan", "/x"}}, {false}, "/lidar"),
             (std::vector<std::string>{"0 -r lidr:scan:=/x: the rule is for a node 'lidr', and this one is 'lidar'; did "
                                       "you mean 'lidar'?"}));

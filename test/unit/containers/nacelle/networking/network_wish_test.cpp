@@ -24,7 +24,7 @@ transport_dds::NetworkSettings in_force(const launch::NetworkPlan& plan,
   return settings ? std::move(settings).value() : transport_dds::NetworkSettings{};
 }
 
-TEST(NetworkInForce, hands_on_everything_that_the_launch_file_says) {
+TEST(NetworkInForce, passes_on_every_setting_of_the_launch_file) {
   launch::NetworkPlan plan = asking_for(launch::NetworkMode::Export);
   plan.domain_id = 7;
   plan.interfaces = {"eth0"};
@@ -65,7 +65,7 @@ TEST(NetworkInForce, is_none_where_security_is_enforced_and_cannot_be_had) {
   EXPECT_EQ(in_force(asking_for(launch::NetworkMode::Off), enforced).mode, NetworkMode::Off) << "nobody asks for files";
 }
 
-TEST(NetworkInForce, goes_on_in_the_clear_and_says_so_where_security_is_permissive) {
+TEST(NetworkInForce, continues_unsecured_with_a_warning_if_security_is_permissive) {
   launch::NetworkPlan plan = asking_for(launch::NetworkMode::Export);
   plan.security = launch::SecurityPlan{"/no/such", "/robot", false, {}};
   const auto settings = in_force(plan);
@@ -88,7 +88,7 @@ TEST(NetworkInForce, refuses_a_domain_that_is_none) {
   EXPECT_EQ(network_off_line(refused.error()).rfind("network: off, since ROS_DOMAIN_ID: 'lab' is not a number", 0), 0U);
 }
 
-TEST(NetworkInForce, in_json_says_lo_first) {
+TEST(NetworkInForce, in_json_lists_lo_first) {
   const auto words = json_of(in_force({}));
   EXPECT_EQ(words["interfaces"].at(0), "lo") << "and the addresses of the machine, which are others everywhere";
   EXPECT_EQ(words["mode"], "local");

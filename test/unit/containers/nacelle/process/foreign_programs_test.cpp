@@ -31,7 +31,7 @@ class ForeignPrograms : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(ForeignPrograms, are_told_from_those_that_are_not_there) {
+TEST_F(ForeignPrograms, are_distinguished_from_missing_ones) {
   ProgramSpec spec;
   spec.label = spec.path = "no-such-program-of-ours";
   auto started = ForeignProgram::start(spec);

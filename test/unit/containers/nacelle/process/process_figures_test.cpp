@@ -103,7 +103,7 @@ TEST(SteadyState, is_measured_from_begin_to_end) {
   EXPECT_GE(most, 10.0);
 }
 
-TEST(SteadyState, that_never_began_or_was_too_short_tells_neither_cpu_nor_allocations) {
+TEST(SteadyState, that_never_began_or_was_too_short_has_neither_cpu_nor_allocations) {
   SteadyState steady;
   for (const bool begins : {false, true}) {
     if (begins) steady.begin(MonotonicTime{10s});

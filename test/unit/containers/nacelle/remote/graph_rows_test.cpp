@@ -63,7 +63,7 @@ struct Rows : ::testing::Test {
   RemoteGraph graph{participant(7)};
 };
 
-TEST_F(Rows, a_node_tells_whether_it_has_a_lifecycle_and_parameters) {
+TEST_F(Rows, shows_whether_a_node_has_a_lifecycle_and_parameters) {
   const json nodes = graph_rows(graph)["nodes"];
 
   ASSERT_EQ(nodes.size(), 1U) << nodes;

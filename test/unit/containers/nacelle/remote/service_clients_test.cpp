@@ -49,7 +49,7 @@ TEST_F(ServiceClientsTest, tells_the_network_of_each_service_once) {
   EXPECT_FALSE(network.made[0].is_server);
 }
 
-TEST_F(ServiceClientsTest, tells_who_joins_late_of_what_is_there) {
+TEST_F(ServiceClientsTest, reports_existing_services_to_a_late_listener) {
   static_cast<void>(client());
   FakeNetwork late;
 
@@ -85,7 +85,7 @@ TEST_F(ServiceClientsTest, hands_a_call_over_only_to_a_server_that_takes_it) {
   EXPECT_EQ(network.calls.size(), 1U);
 }
 
-TEST(RemoteCall, knows_its_answer_and_tells_of_it_once) {
+TEST(RemoteCall, keeps_its_answer_and_reports_it_once) {
   int told = 0;
   RemoteCall call{[&] { ++told; }};
   EXPECT_EQ(call.state(), runtime::ServiceCall::State::Waiting);

@@ -100,7 +100,7 @@ struct Figures : ::testing::Test {
   json before, after;
 };
 
-TEST_F(Figures, of_a_robot_that_keeps_up_name_nobody) {
+TEST_F(Figures, of_a_robot_that_keeps_up_name_no_late_reader) {
   const json table = streams_between(before, after);
   EXPECT_DOUBLE_EQ(table["seconds"], 1.0);
   const json& image = table["streams"][0];
@@ -120,7 +120,7 @@ TEST_F(Figures, of_a_message_that_came_after_the_clock_was_read_are_not_negative
   EXPECT_EQ(streams_between(before, after)["streams"][0]["age_s"].get<double>(), 0.0);
 }
 
-TEST_F(Figures, tell_what_was_dropped_and_why) {
+TEST_F(Figures, show_drops_by_cause) {
   after["streams"][0]["dropped"]["overwritten"] = 12;
   after["streams"][0]["dropped"]["pool_dry"] = 3;
   after["streams"][0]["deadline_missed"] = 2;
@@ -155,7 +155,7 @@ TEST_F(Figures, a_thread_whose_work_is_in_no_report_is_known_by_its_clock) {
   EXPECT_EQ(late()[0]["why"], "6 of 10 wait: its thread 'executor' is busy 97 % of the time");
 }
 
-TEST_F(Figures, what_nobody_reads_comes_last) {
+TEST_F(Figures, streams_without_readers_come_last) {
   after["streams"].push_back(stream("/a_stream_to_nobody", 1));
   after["streams"][1]["readers"] = 0;
   EXPECT_EQ(streams_between(before, after)["streams"][0]["name"], "/image");
@@ -167,25 +167,25 @@ TEST_F(Figures, a_thread_of_ones_own_is_not_held_by_others) {
   EXPECT_THAT(late()[0]["why"], Not(HasSubstr("/map")));
 }
 
-TEST_F(Figures, a_callback_that_overstays_now_is_told) {
+TEST_F(Figures, reports_a_callback_that_runs_too_long_now) {
   reader_of("/log")["waiting"] = 6;
   after["threads"][0]["state"] = "late";
   EXPECT_THAT(late()[0]["why"], HasSubstr("a callback on its thread runs too long"));
 }
 
-TEST_F(Figures, a_callback_that_does_not_run_is_told) {
+TEST_F(Figures, reports_a_callback_that_does_not_run) {
   reader_of("/log")["lost"] = 3;
   row(before["callbacks"], "/log") = row(after["callbacks"], "/log");
   EXPECT_EQ(late()[0]["why"], "3 lost: its callback has not run");
 }
 
-TEST_F(Figures, one_long_callback_is_told_by_what_the_queue_bridges) {
+TEST_F(Figures, reports_one_long_callback_with_the_time_that_the_queue_bridges) {
   reader_of("/detector")["lost"] = 3;
   row(after["callbacks"], "/detector")["max_us"] = 400'000.0;
   EXPECT_EQ(late()[0]["why"], "3 lost: its callback took up to 400.0 ms, and its queue of 5 bridges 166.7 ms");
 }
 
-TEST_F(Figures, bursts_are_told_where_nothing_else_explains_it) {
+TEST_F(Figures, reports_bursts_if_nothing_else_explains_the_losses) {
   reader_of("/detector")["lost"] = 3;
   EXPECT_EQ(late()[0]["why"], "3 lost: messages come in bursts of more than its queue of 5");
 }
@@ -195,7 +195,7 @@ TEST_F(Figures, a_missed_deadline_is_the_publishers) {
   EXPECT_EQ(late()[0]["why"], "deadline missed 2 times: too few messages arrived (30.0 per second)");
 }
 
-TEST_F(Figures, a_reader_of_another_process_is_told_so) {
+TEST_F(Figures, reports_a_late_reader_of_another_process_as_such) {
   reader_of("/log")["lost"] = 1;
   reader_of("/log")["other_process"] = true;
   EXPECT_THAT(late()[0]["why"], HasSubstr("its process does not take its messages in time"));

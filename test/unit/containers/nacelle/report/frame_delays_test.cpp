@@ -12,7 +12,7 @@ using testing::IsEmpty;
 
 constexpr std::int64_t kMs = 1'000'000;
 
-TEST(FrameDelays, tell_rate_and_delay_of_each_frame) {
+TEST(FrameDelays, show_rate_and_delay_of_each_frame) {
   FrameDelays delays;
   for (std::int64_t i = 0; i <= 10; ++i) delays.note("base", i * 20 * kMs, (i * 20 + (i == 5 ? 9 : 3)) * kMs);
   delays.note("lens", 0, 1 * kMs);

@@ -90,7 +90,7 @@ TEST(Summary, can_be_made_of_a_report_with_holes) {
   EXPECT_NE(text.find("not counted"), std::string::npos) << text;
 }
 
-TEST(Summary, leaves_out_a_type_that_nobody_sends_and_names_the_types_of_two_that_are_sent) {
+TEST(Summary, leaves_out_an_unused_type_and_names_the_types_of_two_that_are_used) {
   RunReport report = sample();
   report.streams[0].name = "/cmd_vel";
   report.streams[0].type = "geometry_msgs/msg/Twist";
@@ -119,7 +119,7 @@ TEST(ComponentName, is_the_node_s_without_the_root) {
   EXPECT_EQ(component_name("/robot1/camera"), "robot1/camera");
 }
 
-TEST(Summary, of_a_short_run_says_that_its_cost_is_not_known) {
+TEST(Summary, of_a_short_run_reports_that_its_cost_was_not_measured) {
   RunReport report = sample();
   report.process.cpu_percent.reset();
   report.process.allocations_per_second.clear();

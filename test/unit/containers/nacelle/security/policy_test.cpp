@@ -137,7 +137,7 @@ TEST_F(Includes, stand_for_what_they_lead_to) {
                                   {Deed::Publish, true, {"/scan"}}}));
 }
 
-TEST_F(Includes, that_lead_nowhere_are_told) {
+TEST_F(Includes, that_lead_nowhere_are_reported) {
   EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"none.xml\"/></a>"), HasSubstr("none.xml: cannot be read"));
   EXPECT_THAT(refusal("a.xml", "<a>\n<xi:include/></a>"), HasSubstr("a.xml:2: an include needs 'href'"));
   EXPECT_THAT(refusal("a.xml", "<a><xi:include href=\"a.xml\"/></a>"), HasSubstr("too many files include each other"));

@@ -112,7 +112,7 @@ TEST_F(BringUpTest, leaves_a_component_at_the_state_that_the_plan_gives) {
   EXPECT_THAT(steps_, ElementsAre("configure /imu", "cleanup /imu"));
 }
 
-TEST_F(BringUpTest, of_an_unsound_plan_begins_no_transition_and_says_all_that_is_wrong) {
+TEST_F(BringUpTest, of_an_unsound_plan_begins_no_transition_and_reports_all_mistakes) {
   add("imu", imu_);
   add("lidar", lidar_).plugin = "nacelle::bench::Prt";
   add("odom", lidar_).parameters.push_back({.name = "spede", .value = 0.3});

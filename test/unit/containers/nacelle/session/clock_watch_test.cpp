@@ -53,7 +53,7 @@ TEST(ClockWatch, takes_slewing_and_the_passing_of_time_for_no_step) {
   }
 }
 
-TEST(KernelClockAlarm, is_quiet_while_nobody_sets_the_clock_and_stays_armed) {
+TEST(KernelClockAlarm, is_quiet_while_the_clock_is_not_set_and_stays_armed) {
   const SystemClock clock;
   const auto alarm = make_kernel_clock_alarm();
   ClockWatch watch{clock, *alarm};

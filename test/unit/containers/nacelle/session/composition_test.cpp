@@ -93,7 +93,7 @@ TEST(Composition, a_name_twice_is_refused) {
   EXPECT_EQ(parsed.error().what, "holds /base twice");
 }
 
-TEST(Resumed, the_composition_says_which_and_how_and_the_file_says_the_rest) {
+TEST(Resumed, components_come_from_the_composition_and_policies_from_the_file) {
   launch::Plan plan;
   plan.components = {robot().components[1].plan, component("camera", TargetState::Active).plan};
   plan.components[0].budgets.resize(1);
@@ -110,7 +110,7 @@ TEST(Resumed, the_composition_says_which_and_how_and_the_file_says_the_rest) {
   EXPECT_EQ(after.components[1].parameters[0].name, "speed") << "as it was set";
 }
 
-TEST(Resumed, what_moves_something_comes_back_inactive_unless_its_entry_says_otherwise) {
+TEST(Resumed, what_moves_something_comes_back_inactive_by_default) {
   Composition held = robot();
   EXPECT_EQ(resumed({}, held, "state").components[0].target, TargetState::Active);
   EXPECT_EQ(resumed({}, held, "state").components[1].target, TargetState::Inactive);
@@ -122,7 +122,7 @@ TEST(Resumed, what_moves_something_comes_back_inactive_unless_its_entry_says_oth
   EXPECT_EQ(resumed({}, held, "state").components[1].target, TargetState::Unconfigured);
 }
 
-TEST(Resumed, nobody_waits_for_what_follows_from_the_motion_of_something_that_stands_still) {
+TEST(Resumed, no_component_waits_for_results_of_motion_that_does_not_happen) {
   Composition held = robot();
   EXPECT_TRUE(resumed({}, held, "state").components[0].after.empty());
   held.components[1].plan.resume_active = true;
@@ -146,7 +146,7 @@ TEST(CompositionFile, replaces_the_old_one_whole_and_goes_at_an_orderly_end) {
   EXPECT_EQ(read_composition(file.path()).value(), std::nullopt);
 }
 
-TEST(CompositionFile, a_place_that_cannot_be_written_is_told) {
+TEST(CompositionFile, reports_a_place_that_cannot_be_written) {
   CompositionFile file{"/proc/nobody/robot.composition"};
   const auto written = file.write(robot());
   ASSERT_FALSE(written);

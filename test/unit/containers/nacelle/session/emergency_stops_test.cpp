@@ -47,7 +47,7 @@ struct EmergencyStopsTest : ::testing::Test {
   EmergencyStops stops{container};
 };
 
-TEST_F(EmergencyStopsTest, one_that_keeps_no_history_is_said_again_until_it_is_released) {
+TEST_F(EmergencyStopsTest, repeats_a_stop_without_history_until_it_is_released) {
   auto passing = writer(QoS(1));
   EXPECT_FALSE(stops.look());
   say(*passing, true);

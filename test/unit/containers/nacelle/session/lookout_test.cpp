@@ -10,7 +10,7 @@ namespace {
 
 void nothing() noexcept {}
 
-TEST(Lookout, acts_once_when_the_signal_has_come_and_nobody_has_obeyed) {
+TEST(Lookout, acts_once_if_the_signal_was_not_handled_in_time) {
   const process::StopSignal stop{nothing};
   std::promise<void> acted;  // a second time would throw
   auto has_acted = acted.get_future();

@@ -58,7 +58,7 @@ TEST(Restarts, a_second_fault_before_the_restart_changes_nothing) {
   EXPECT_EQ(restarts.count_of("/a"), 1U);
 }
 
-TEST(FaultHandling, what_moves_something_stops_the_robot_unless_told_otherwise) {
+TEST(FaultHandling, what_moves_something_stops_the_robot_by_default) {
   EXPECT_EQ(FaultHandling{}.policy_for(true), FaultPolicy::StopRobot);
   EXPECT_EQ(FaultHandling{}.policy_for(false), FaultPolicy::Degrade);
   EXPECT_EQ(kTwice.policy_for(true), FaultPolicy::Restart);

@@ -65,7 +65,7 @@ TEST_F(Delivery, keeps_the_order) {
   for (int i = 0; i < 200; ++i) ASSERT_EQ(next(*reader), std::to_string(i));
 }
 
-TEST_F(Delivery, tells_both_sides_who_is_matched) {
+TEST_F(Delivery, reports_the_matched_endpoints_to_both_sides) {
   const auto writer = make_writer(test::string_topic("peers"));
   const auto reader = make_reader(test::string_topic("peers", QoS(3)));
   match(*writer, *reader);

@@ -95,7 +95,7 @@ TEST(Discovery, leaves_out_user_data_that_is_too_long) {
   EXPECT_TRUE(found->user_data.empty());
 }
 
-TEST(Discovery, tells_of_a_type_that_nobody_here_matches) {
+TEST(Discovery, reports_a_type_without_a_local_match) {
   Onlooker onlooker;
   const auto other = test::make_participant();
   auto options = test::string_topic("type_clash");

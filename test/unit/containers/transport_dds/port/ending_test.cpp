@@ -14,7 +14,7 @@
 namespace nacelle::transport_dds {
 namespace {
 
-TEST(Ending, of_a_reader_under_traffic_harms_nobody) {
+TEST(Ending, of_a_reader_under_traffic_does_no_harm) {
   test::Told told;
   const auto here = test::make_participant(), there = test::make_participant();
   const auto options = test::string_topic("traffic", QoS(5));
@@ -32,7 +32,7 @@ TEST(Ending, of_a_reader_under_traffic_harms_nobody) {
   writing.join();
 }
 
-TEST(Ending, of_a_writer_and_its_participant_under_traffic_harms_nobody) {
+TEST(Ending, of_a_writer_and_its_participant_under_traffic_does_no_harm) {
   test::Told told;
   const auto there = test::make_participant();
   const auto options = test::string_topic("goes_down", QoS(5));

@@ -77,7 +77,7 @@ std::unique_ptr<Writer> writer_of(Participant& participant, const std::string& t
   return participant.create_writer(test::string_topic(topic), listener).value();
 }
 
-TEST(Security, lets_participants_of_one_keystore_hear_each_other_and_no_stranger) {
+TEST(Security, connects_only_participants_of_one_keystore) {
   Keys ours, theirs;
   const auto robot = participant_with(ours.enclave("/robot")), laptop = participant_with(ours.enclave("/laptop"));
   const auto foreign = participant_with(theirs.enclave("/robot"));

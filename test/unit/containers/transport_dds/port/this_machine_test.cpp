@@ -159,7 +159,7 @@ TEST(ThisMachine, says_what_the_kernel_refuses) {
   EXPECT_THAT(done.error().text(), HasSubstr("Bad file descriptor"));
 }
 
-TEST(ThisMachine, is_told_if_others_were_heard_before_it_shut_its_ears) {
+TEST(ThisMachine, reports_packets_from_before_its_restriction) {
   const std::string config = test::loopback_config(test::test_domain());
   {
     const Entity domain{dds_create_domain(96, config.c_str())};
