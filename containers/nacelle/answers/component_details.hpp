@@ -9,8 +9,9 @@
 
 namespace nacelle::answers {
 
-/// Returns what there is to know of a component: where it comes from, what it was loaded with, how it runs, what went wrong.
-/// `name`: as Container::find(). Of a component in a process of its own `plan` has what it was loaded with. Threads: any.
+/// Returns the details of a component: its origin, the settings that it was loaded with, how it runs, its faults.
+/// `name`: as Container::find(). For an isolated component, `plan` has the settings that it was loaded with. Threads:
+/// any.
 [[nodiscard]] nacelle_interfaces::srv::GetComponent::Response details_of(const runtime::Container& container,
                                                                          const launch::Plan& plan,
                                                                          const std::string& name);

@@ -7,7 +7,7 @@
 
 namespace nacelle::answers {
 
-/// Who is there and what joins them, in one answer; commands and completion pick what they show.
+/// Returns nodes, endpoints and services in one answer; commands and completion select what they show.
 ///
 ///   "nodes"      "node", "id" (0: no component), "managed", "state", "plugin", "isolated", "hidden" (a tool's)
 ///   "endpoints"  "topic", "type", "hash", "node", "publisher" (else a subscription), "id", "elsewhere" (in another process),

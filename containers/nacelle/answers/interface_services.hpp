@@ -19,15 +19,15 @@ namespace nacelle::answers {
 /// network answer in serve().
 class InterfaceServices {
  public:
-  /// `robot` with all that it keeps outlives this.
+  /// `robot` and everything that it owns must outlive this.
   explicit InterfaceServices(Robot& robot);
   InterfaceServices(const InterfaceServices&) = delete;
   InterfaceServices& operator=(const InterfaceServices&) = delete;
   ~InterfaceServices() = default;
 
-  /// Readable when serve() has something to do.
+  /// Readable when serve() has work to do.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
-  /// Answers what waits for the main thread.
+  /// Answers the requests that wait for the main thread.
   void serve();
 
  private:

@@ -16,38 +16,38 @@
 
 namespace nacelle::answers {
 
-/// The one way in which components of a running robot come and go: what the services of the container's node are asked for,
-/// by `nacelle component`, by ROS 2's tools and by components.
+/// Loads and unloads components of a running robot. All requests pass through it: those of the container's services
+/// from `nacelle component`, from ROS 2's tools and from components.
 ///
-/// Threads: made and ended by the main thread; CompositionHost's members on the thread of the container's services, where they wait
-/// until the main thread has carried them out in serve().
+/// Threads: made and ended by the main thread; CompositionHost's members on the thread of the container's services,
+/// where they wait until the main thread has executed them in serve().
 class LoadDesk final : public runtime::CompositionHost {
  public:
-  /// Answers for the services of the session's container as long as it lives. `robot` and its container outlive this.
+  /// Handles the requests of the container's services while it exists. `robot` and its container must outlive this.
   explicit LoadDesk(Robot& robot);
   ~LoadDesk() override;
 
-  /// The launch's.
+  /// Returns the launch's namespace.
   [[nodiscard]] std::string name_space() const override;
-  /// Takes it to the state that the launch file gives. Errors: as load().
+  /// Loads a component of the launch file and takes it to its state there. Errors: as load().
   [[nodiscard]] Result<Loaded, Problem> load_planned(const std::string& name) override;
   /// Loads a plugin into the launch's namespace: below it if the request's namespace is relative or empty, with its frame prefix and
   /// its topics of transforms. Checks the new wiring.
-  /// Errors: as Robot::load(); its QoS does not fit a component's; it does not become active; the robot is not up. Nothing of it is
-  /// left then.
+  /// Errors: as Robot::load(); its QoS is incompatible with another component's; it does not become active; the robot
+  /// is not running. The component is unloaded again then.
   [[nodiscard]] Result<Loaded, Problem> load(const runtime::LoadRequest& request, bool activate) override;
   [[nodiscard]] Result<runtime::UnloadOutcome, Problem> unload(std::uint64_t id) override;
 
-  /// Readable when serve() has something to do.
+  /// Readable when serve() has work to do.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
-  /// Carries out what a service was asked for.
+  /// Executes the waiting request.
   void serve();
-  /// Refuses the call that waits, and all that follow: the main thread serves no more.
+  /// Refuses the waiting call and all further ones, because the main thread stops serving.
   void close();
 
  private:
   struct Waiting {
-    std::function<void()> call;  // of the services' thread, which waits; it has one at most
+    std::function<void()> call;  // of the services' thread, which waits: at most one
     bool closed = false;
   };
 

@@ -11,7 +11,7 @@
 
 namespace nacelle::answers {
 
-/// The container of this process, at its desk. Ownership: the session outlives it.
+/// Answers the requests of a desk for the container of this process. Ownership: the session must outlive it.
 class OwnContainer final : public desk::Respondent {
  public:
   explicit OwnContainer(Robot& robot);

@@ -17,7 +17,7 @@
 
 namespace nacelle::answers {
 
-/// What the robot is doing, for those who watch.
+/// The phase of the robot, for observers.
 enum class Phase : std::uint8_t { Starting, Running, Stopping, Down };
 [[nodiscard]] constexpr const char* to_text(Phase phase) {
   switch (phase) {
@@ -29,15 +29,16 @@ enum class Phase : std::uint8_t { Starting, Running, Stopping, Down };
   return "?";
 }
 
-/// A topic whose emergency stop was released, and how many readers heard it.
+/// A topic whose emergency stop was released, and the number of its readers.
 struct ReleasedStop {
   std::string topic;
   std::size_t readers = 0;
 };
 
-/// The robot as those see it who answer questions about it and carry out orders. A session is one; a test may script another.
+/// The interface of the robot for code that answers queries about it and executes commands. A session implements it; a
+/// test may script it.
 ///
-/// Threads: the main thread's where nothing else is said.
+/// Threads: the main thread, unless stated otherwise.
 class Robot {
  public:
   virtual ~Robot() = default;
@@ -50,19 +51,20 @@ class Robot {
   /// Threads: any.
   [[nodiscard]] virtual const launch::Plan& plan() const = 0;
   [[nodiscard]] virtual networking::Network& network() = 0;
-  /// Where message definitions are looked for.
+  /// Returns the folders with message definitions.
   [[nodiscard]] virtual const std::vector<std::filesystem::path>& message_folders() const = 0;
-  /// What is faulted and what is done about it, what is left out, and the last crash. Threads: any.
+  /// Returns the faulted components, how their faults are handled, the left-out components, and the last crash.
+  /// Threads: any.
   [[nodiscard]] virtual nacelle_interfaces::srv::GetFaults::Response faults() const = 0;
-  /// The topics on which an emergency stop is set. Threads: any.
+  /// Returns the topics on which an emergency stop is set. Threads: any.
   [[nodiscard]] virtual std::vector<std::string> emergency_stops() const = 0;
   /// Releases the stops on these topics; for an empty list on every topic that a component reads.
   /// Errors: a topic of another kind; no component reads one. Threads: any.
   [[nodiscard]] virtual Result<std::vector<ReleasedStop>, Problem> release_emergency_stops(
       const std::vector<std::string>& topics) = 0;
 
-  /// Loads what the plan says, in this process or in one of its own.
-  /// With `faults`, values that it cannot have are collected there; else the first is why it is not loaded.
+  /// Loads a component of the plan, in this process or an isolated one. With `faults`, invalid values are collected
+  /// there; otherwise the first one fails the load.
   [[nodiscard]] virtual Result<runtime::ComponentInfo, Problem> load(
       const launch::ComponentPlan& component, const std::shared_ptr<ParameterFaults>& faults) = 0;
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component) {

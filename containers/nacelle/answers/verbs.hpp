@@ -10,7 +10,8 @@
 
 namespace nacelle::answers {
 
-/// Carries out one request of the control socket and says how it went; what waits for a service is answered later.
+/// Executes one request of the control socket and returns the reply; requests that wait for a service are answered
+/// later.
 /// Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
 [[nodiscard]] desk::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb,
                                          const nlohmann::json& request);

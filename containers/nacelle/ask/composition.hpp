@@ -21,34 +21,35 @@ inline constexpr std::size_t kMostParametersText = 448U << 10U;
 ///
 ///   "id", "node", "plugin", "library", "managed", "state" (empty without a lifecycle), "fault" and "open_faults" where there are any
 ///
-/// A container that is not Nacelle's tells no plugin, library or fault.
+/// A container that is not Nacelle's provides no plugin, library or fault.
 [[nodiscard]] Result<nlohmann::json, Problem> list_components(Nodes& nodes, const std::string& container);
 
-/// Returns one component as list_components() has it, and its "container". `name`: id, full name, or name without namespace.
-/// Errors: there is none, with the nearest; several.
+/// Returns one component in the form of list_components(), and its "container". `name`: id, full name, or name without
+/// namespace.
+/// Errors: no such component, with the nearest name; several.
 [[nodiscard]] Result<nlohmann::json, Problem> find_component(Nodes& nodes, const std::string& container,
                                                              const std::string& name);
 
-/// Returns what there is to know of a component: what list_components() has, "container", "state_id", "namespace", and of a Nacelle
-/// container:
+/// Returns the details of a component: the fields of list_components(), "container", "state_id", "namespace", and from
+/// a Nacelle container:
 ///
 ///   "host", "isolated" (in a process of its own), "actuator" (it moves something)
 ///   "faults"      so far: "code", "text", "callback", "time_s"
 ///   "callbacks"   "kind", "name", and their counters
-///   what it was loaded with, where that is known: "parameters" (name to value), "remaps" ("scan:=/front/scan"), "qos_overrides" ("topic",
+///   the settings that it was loaded with, if known: "parameters" (name to value), "remaps" ("scan:=/front/scan"), "qos_overrides" ("topic",
 ///   "publisher"), "thread" ("own", "threads", "priority", "cpus"), "on_fault" ("policy", "max_restarts", "backoff_s")
 ///
-/// `name`: id, full name, or name without namespace. Errors: there is none, with the nearest; several.
+/// `name`: id, full name, or name without namespace. Errors: no such component, with the nearest name; several.
 [[nodiscard]] Result<nlohmann::json, Problem> component_info(Nodes& nodes, const std::string& container,
                                                              const std::string& name);
 
-/// What is to be loaded.
+/// The component to load.
 struct LoadWish {
-  std::string component;  ///< A name of the launch file, or a class; the rest is of a class.
+  std::string component;  ///< A name of the launch file, or a class; the other fields are for a class.
   std::string name, name_space;
   std::vector<std::string> parameters, remaps;  ///< "rate:=5", "scan:=/front/scan"
   std::string parameters_file,
-      parameters_text;  ///< A ROS 2 parameter file's name and content; what is in `parameters` wins.
+      parameters_text;  ///< A ROS 2 parameter file's name and content; `parameters` takes precedence.
 };
 /// Returns the component (as list_components() has it) and "warnings". A container that is not Nacelle's leaves it unconfigured.
 /// Errors: a parameter or rule that cannot be read; the container's reason.

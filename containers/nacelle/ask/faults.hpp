@@ -10,7 +10,7 @@
 
 namespace nacelle::ask {
 
-/// Returns what went wrong in a container and what is done about it:
+/// Returns the faults of a container and how they are handled:
 ///
 ///   "components"        "node", "state", "policy", "restarts", "max_restarts", and where there is one "fault", "open_faults",
 ///                       "next_restart_s" and "last"

@@ -13,13 +13,14 @@
 
 namespace nacelle::ask {
 
-/// The nodes at the other end of a connection: those of a container on this machine, or those of ROS 2's network. Every verb asks
-/// them through this class, so it is defined once.
+/// The nodes at the other end of a connection: those of a container on this machine, or those of ROS 2's network. Every
+/// verb calls them through this class, so it is defined once.
 ///
 /// Threads: one at a time.
 class Nodes {
  public:
-  /// Time in which a node answers what it knows, and for the answer to arrive after that: the container may be busy.
+  /// The time for a node to answer, and the additional time for the answer to arrive, because the container may be
+  /// busy.
   static constexpr Duration kAnswerLimit = 3s, kOnTheWay = 7s;
 
   /// `client` outlives this object.
@@ -44,10 +45,10 @@ class Nodes {
   /// Returns the container of that name; the only one for an empty name, or the one at the other end.
   /// Errors: there is none, or several and no name.
   [[nodiscard]] Result<FoundContainer, Problem> container(const std::string& name);
-  /// Returns who is there and what joins them, as the other end sees it (answers/graph_verbs.hpp).
+  /// Returns the graph as the other end sees it (answers/graph_verbs.hpp).
   [[nodiscard]] Result<nlohmann::json, Problem> graph();
   /// Calls a service and returns the response; messages are JSON as interfaces/msgs/README.md describes it.
-  /// Errors: no such service, no answer within the limit, a request that does not fit the type.
+  /// Errors: no such service, no answer within the limit, a request that does not match the type.
   [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
                                                      const nlohmann::json& request);
   [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
@@ -57,8 +58,9 @@ class Nodes {
   [[nodiscard]] Result<nlohmann::json, Problem> ask_container(const std::string& name, const char* service,
                                                               const char* type,
                                                               const nlohmann::json& request = nlohmann::json::object());
-  /// Announces services that will be called next, each with its type, and returns which of them are offered. On the network their
-  /// clients find their servers meanwhile. False for each of them if the other end does not answer; the calls that follow say why.
+  /// Announces services that will be called next, each with its type, and returns which of them are offered. On the
+  /// network their clients discover their servers meanwhile. False for each of them if the other end does not answer;
+  /// the calls that follow say why.
   std::vector<bool> prepare(const std::vector<std::pair<std::string, const char*>>& services);
 
  private:

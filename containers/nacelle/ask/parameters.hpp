@@ -18,17 +18,17 @@ namespace nacelle::ask {
 ///   "name", "type", "value" (JSON; "NaN" and "Infinity" as text), "text" (YAML that reads back as the same value), "description",
 ///   "constraints", "read_only", "dynamic_typing"; with a range also "from", "to" and "step"
 ///
-/// `node`: its full name. Errors: as Nodes::call(); the parameters changed between two questions; the node has none that a service
-/// reaches (`isolate: process`).
+/// `node`: its full name. Errors: as Nodes::call(); the parameters changed between two calls; the node's parameters
+/// cannot be reached by services (`isolate: process`).
 [[nodiscard]] Result<nlohmann::json, Problem> list_parameters(Nodes& nodes, const std::string& node);
 
 /// Returns the names of a node's parameters. Errors: as Nodes::call().
 [[nodiscard]] Result<std::vector<std::string>, Problem> parameter_names(Nodes& nodes, const std::string& node);
 
-/// What became of one parameter that was to be set.
+/// The result of setting one parameter.
 struct ParameterOutcome {
   std::string name;
-  std::string refusal;  ///< The node's words; empty: it is set.
+  std::string refusal;  ///< The node's reason; empty if it was set.
 };
 /// Sets each parameter on its own and returns the outcomes in the same order. A value of type NotSet undeclares a parameter of
 /// dynamic type. Errors: as Nodes::call().
@@ -37,9 +37,9 @@ struct ParameterOutcome {
 /// Sets one parameter. Errors: as set_parameters(); the node refuses it; it has no such parameter, with the nearest name.
 [[nodiscard]] Result<void, Problem> set_parameter(Nodes& nodes, const std::string& node, const Parameter& parameter);
 
-/// Reads "rate:=5". Errors: no assignment; one that gives no value.
+/// Parses "rate:=5". Errors: not an assignment; no value.
 [[nodiscard]] Result<Parameter, Problem> parameter_of_assignment(const std::string& assignment);
-/// Returns a value for people and scripts: JSON, with "NaN" and "Infinity" as text.
+/// Returns a value as JSON, with "NaN" and "Infinity" as text.
 [[nodiscard]] nlohmann::json json_of(const ParameterValue& value);
 /// Returns rcl_interfaces/msg/ParameterValue as JSON.
 [[nodiscard]] nlohmann::json message_of(const ParameterValue& value);

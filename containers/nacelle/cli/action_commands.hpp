@@ -12,24 +12,24 @@
 
 namespace nacelle::cli {
 
-/// Who offers an action and who calls it.
+/// The servers and clients of an action.
 struct ActionEnds {
   std::set<std::string> types;
   std::map<std::string, std::string> servers, clients;  ///< Node to type.
 };
-/// Every action of the container's graph (answers/graph_verbs.hpp), by name. As in ROS 2 the feedback topic tells: who publishes
-/// it is a server, who reads it a client.
+/// Every action of the container's graph (answers/graph_verbs.hpp), by name. As in ROS 2 the feedback topic decides:
+/// its publishers are servers, its subscribers clients.
 [[nodiscard]] std::map<std::string, ActionEnds> actions_of(const nlohmann::json& graph);
 [[nodiscard]] std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actions);
 
-/// What `action send_goal` was asked for.
+/// The arguments of `action send_goal`.
 struct GoalWish {
   Whom whom;
   std::string action, type, goal = "{}";
   bool as_json = false, feedback = false, from_stdin = false;
   double timeout_s = 0;  ///< 0: none.
 };
-/// Sends the goal, shows what comes of it and waits for its end; the first signal cancels it. Returns the exit code.
+/// Sends the goal, prints its progress and waits for its end; the first signal cancels it. Returns the exit code.
 [[nodiscard]] int send_goal(const GoalWish& wish);
 
 }  // namespace nacelle::cli

@@ -13,31 +13,33 @@
 #include "nacelle/base/time.hpp"
 #include "whom.hpp"
 
-// What commands share that ask a container.
+// Helpers of commands that query a container.
 namespace nacelle::cli {
 
 inline constexpr Duration kAnswerLimit = 10s;
 
-/// Asks by services of nodes. On success prints the answer's "warnings" on stderr, and lets `show` print the answer, or prints it as
-/// JSON. `on_the_way`: how long a container may be busy before it takes the question. Returns the exit code.
+/// Calls services of nodes. On success prints the answer's "warnings" on stderr, and lets `show` print the answer, or
+/// prints it as JSON. `on_the_way`: how long a container may be busy before it accepts the request. Returns the exit
+/// code.
 int ask_nodes(const Whom& whom, bool as_json,
               const std::function<Result<nlohmann::json, Problem>(ask::Nodes&)>& question,
               const std::function<void(const nlohmann::json&)>& show, Duration on_the_way = 2s);
 
-/// The graph of the container or of the network (answers/graph_verbs.hpp). Errors: the exit code; what is wrong has been said on stderr.
+/// The graph of the container or of the network (answers/graph_verbs.hpp). Errors: the exit code; the error has been
+/// printed to stderr.
 [[nodiscard]] Result<nlohmann::json, int> graph_of(const Whom& whom);
 
-/// "/scan" from "scan".
+/// Returns "/scan" for "scan".
 [[nodiscard]] std::string absolute(const std::string& name);
-/// Says that no topic can have this name, if so: it is refused before anybody is asked for it.
+/// Reports an invalid topic name before any query.
 [[nodiscard]] bool complain_of_topic_name(const std::string& name);
-/// "std_srvs/srv/Empty" from ros2's short "std_srvs/Empty"; `kind` is "msg" or "srv".
+/// Returns "std_srvs/srv/Empty" for ros2's short "std_srvs/Empty"; `kind` is "msg" or "srv".
 [[nodiscard]] std::string full_type_name(const std::string& type, const char* kind);
 /// As ros2: a name is hidden if one of its parts begins with '_'.
 [[nodiscard]] bool is_hidden(const std::string& name);
-/// A row of the graph that every node has alike (nacelle/host/standard_interfaces.hpp).
+/// True for a row of the graph that every node has (nacelle/host/standard_interfaces.hpp).
 [[nodiscard]] bool is_standard(const nlohmann::json& row);
-/// Says on stderr how many such rows are not shown, if any, and what shows them.
+/// Prints to stderr how many such rows are not shown, if any, and which option shows them.
 void tell_left_out(std::size_t rows, const char* shown_by = "--all");
 /// The text under a key, or nothing.
 [[nodiscard]] std::string text_of(const nlohmann::json& row, const char* key);
@@ -46,13 +48,13 @@ void tell_left_out(std::size_t rows, const char* shown_by = "--all");
 /// The different texts under a key of rows that fit, sorted.
 [[nodiscard]] std::vector<std::string> texts_of(const nlohmann::json& rows, const char* key,
                                                 const std::function<bool(const nlohmann::json&)>& fits);
-/// The node of the graph that a person means: full name, name without namespace if it is the only one, or id.
-/// Errors: the exit code; the nearest name has been said on stderr.
+/// Returns the node of the graph for a full name, a name without namespace if it is unique, or an id. Errors: the exit
+/// code; the nearest name has been printed to stderr.
 [[nodiscard]] Result<nlohmann::json, int> node_of(const nlohmann::json& graph, const std::string& name_or_id);
-/// Says that there is no such thing, and the nearest that there is. Returns kFailed.
+/// Reports an unknown name, and the nearest known one. Returns kFailed.
 int complain_unknown(const std::string& what, const std::string& name, const std::vector<std::string>& names);
 
-/// Each on a line, or their number alone; as JSON a list or a number.
+/// Prints each name on a line, or only their number; as JSON a list or a number.
 void print_names(const std::vector<std::string>& names, bool only_count, bool as_json);
 
 }  // namespace nacelle::cli

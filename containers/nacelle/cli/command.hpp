@@ -44,14 +44,14 @@ struct Option {
   Names completes = Names::Nothing;
   std::optional<std::pair<double, double>> range;
   std::vector<std::string> allowed;
-  /// What is wrong with a value, or nothing.
+  /// Returns what is wrong with a value, or nothing.
   std::function<std::string(const std::string&)> check;
   /// Names of the options that must not come with this one.
   std::vector<std::string> excluded;
 
   Option& required() { return is_required = true, *this; }
   Option& hidden() { return is_hidden = true, *this; }
-  /// --help tells what the target holds before the command line is read.
+  /// --help shows the target's value from before the command line is read.
   Option& with_default() { return shows_default = true, *this; }
   Option& value(std::string name) { return value_name = std::move(name), *this; }
   Option& names_a(Names what_it_names) { return completes = what_it_names, *this; }
@@ -87,11 +87,12 @@ class Command {
   Option& flag(std::string names, std::function<void()> then, std::string what) {
     return take(std::move(names), std::move(then), std::move(what));
   }
-  /// What it does; the result is the process's exit code (program.hpp). What went wrong has been said on stderr then.
+  /// Sets the command's function; its result is the process's exit code (program.hpp). The function prints errors to
+  /// stderr.
   Command& runs(std::function<int()> body) { return run_ = std::move(body), *this; }
-  /// Works, but --help, completion and man page do not name it.
+  /// Omits the command from --help, completion and the manual page.
   Command& hidden() { return is_hidden_ = true, *this; }
-  /// Said below the options by --help and in the man page.
+  /// Adds text below the options in --help and the manual page.
   Command& note(std::string text) { return note_ = std::move(text), *this; }
 
   [[nodiscard]] const std::string& name() const { return name_; }

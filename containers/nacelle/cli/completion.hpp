@@ -15,18 +15,18 @@ struct Candidate {
   friend bool operator==(const Candidate&, const Candidate&) = default;
 };
 
-/// What a name is completed from, beside the tree of commands.
+/// The sources for completing a name, in addition to the tree of commands.
 struct NameQuestion {
   Names names = Names::Nothing;
-  std::string container;                ///< What --container says; empty: nothing.
+  std::string container;                ///< The value of --container; empty: none.
   std::vector<std::string> positional;  ///< The positional words before this one.
 };
-/// Answers nothing where nothing is known; must not wait long.
+/// Returns nothing if nothing is known; must not wait long.
 using AskNames = std::function<std::vector<std::string>(const NameQuestion&)>;
 
-/// What may stand at the last of the words, which begins as it does (it may be empty): the words of a command line behind the
-/// program's name. For a file nothing is answered: the shell completes those. Pure but for `ask` and `containers`, which names
-/// those that run.
+/// Returns the completions of the last word (which may be empty) of a command line without the program's name. Returns
+/// nothing for a file: the shell completes those. Pure except for `ask` and `containers`, which returns the running
+/// ones.
 [[nodiscard]] std::vector<Candidate> completions(const Command& root, std::vector<std::string> words,
                                                  const AskNames& ask,
                                                  const std::function<std::vector<std::string>()>& containers);

@@ -14,7 +14,7 @@
 
 namespace nacelle::cli {
 
-/// A launch file's plan with its components made and nothing started: what `check`, `qos check` and `params` look at.
+/// A launch file's plan with its components constructed and nothing started, for `check`, `qos check` and `params`.
 struct InertLaunch {
   SystemClock clock;
   launch::Plan plan;
@@ -22,13 +22,13 @@ struct InertLaunch {
   proof::InertRobot inert;
 };
 
-/// The words `name:=value`; nothing, and said on stderr, if one is none.
+/// Parses the words `name:=value`. Returns nothing, with the error on stderr, if one has another form.
 [[nodiscard]] std::optional<std::map<std::string, std::string>> parse_or_complain(
     const std::vector<std::string>& words);
 /// Errors: every problem of the launch file.
 [[nodiscard]] Result<std::unique_ptr<InertLaunch>, std::vector<Problem>> load_inert_launch(
     const std::string& file, const std::map<std::string, std::string>& arguments);
-/// Both at once. Errors: the exit code; every problem has been said on stderr.
+/// Does both. Errors: the exit code; every problem has been printed to stderr.
 [[nodiscard]] Result<std::unique_ptr<InertLaunch>, int> open_inert_launch(const std::string& file,
                                                                           const std::vector<std::string>& words);
 [[nodiscard]] std::size_t stream_count(const runtime::Container& container);

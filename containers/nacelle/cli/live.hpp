@@ -11,7 +11,7 @@
 
 namespace nacelle::cli {
 
-/// A text that is shown again and again: redrawn in place on a terminal, one below the other elsewhere.
+/// A text that is printed repeatedly: redrawn in place on a terminal, otherwise one copy below the other.
 /// Threads: one.
 class LiveText {
  public:

@@ -9,7 +9,7 @@
 
 namespace nacelle::cli {
 
-/// What a node publishes, reads, offers and calls, in ros2's sections: "Subscribers", "Service Servers".
+/// A node's topics, services and actions, in ros2's sections: "Subscribers", "Service Servers".
 struct NodeView {
   /// Names with their types.
   using Section = std::map<std::string, std::set<std::string>>;

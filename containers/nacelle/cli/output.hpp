@@ -3,16 +3,16 @@
 
 namespace nacelle::cli {
 
-/// std::printf() for text from outside: control characters other than tab and line end are printed escaped, "\x1b". JSON and what
-/// else is for programs goes by std::printf().
+/// std::printf() for external text: control characters other than tab and line end are escaped, "\x1b". Use
+/// std::printf() for JSON and other output for programs.
 [[gnu::format(printf, 1, 2)]] void print_text(const char* format, ...);
 
-/// Flushes stdout. Returns false if the output cannot be written (the reader of the pipe has left, the disk is
-/// full): who prints again and again ends then. Threads: one.
+/// Flushes stdout. Returns false if the output cannot be written (the pipe's reader has ended, the disk is full);
+/// commands that print repeatedly end then. Threads: one.
 [[nodiscard]] bool flush_output();
 
-/// The program's last act: what `code` becomes after stdout is flushed. A reader who left a pipe had what it wanted, all
-/// else that keeps output from being written is said on stderr and makes of kDone kFailed.
+/// Call at the end of the program: flushes stdout and returns the exit code. A closed pipe is no error; any other write
+/// error is printed to stderr and turns kDone into kFailed.
 [[nodiscard]] int finish_output(int code);
 
 /// Turns a write beyond the limit of file sizes (ulimit -f) into an error (EFBIG), which is reported; the signal would end the

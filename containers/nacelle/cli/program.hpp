@@ -20,11 +20,12 @@ namespace nacelle::cli {
 /// The program's exit codes.
 inline constexpr int kDone = 0, kFailed = 1, kUsage = 2, kNoContainer = 3;
 
-/// Says it on stderr, as a line of JSON ({"problem": {...}}, nacelle/base/problem_json.hpp) after complain_in_json(). Returns kFailed.
+/// Prints the problem to stderr, as a line of JSON ({"problem": {...}}, nacelle/base/problem_json.hpp) after
+/// complain_in_json(). Returns kFailed.
 int complain(const Problem& problem);
-/// What --json of any command means for its errors.
+/// Makes errors JSON, for --json of any command.
 void complain_in_json();
-/// The same for what was typed wrong, as far as that shows without asking anybody. Returns kUsage.
+/// The same for wrong usage, which is detected without any query. Returns kUsage.
 int complain_of_usage(const Problem& problem);
 
 /// Where an installed or freshly built program finds the message packages' libraries: ../lib beside the program, and
@@ -37,23 +38,24 @@ int complain_of_usage(const Problem& problem);
 /// The environment of launch files: variables, packages' folders, the robot's QoS profiles.
 [[nodiscard]] launch::Environment launch_environment(const loading::ProgramPlaces& places);
 
-/// The containers that run and that this user may trust (control/trust.hpp). Says on stderr what was left aside, and why.
+/// Returns the running containers that this user may trust (control/trust.hpp). Prints the ignored ones to stderr, with
+/// the reason.
 [[nodiscard]] std::vector<control::FoundContainer> trusted_containers();
 
-/// A connection to whom the options mean: to the nodes of the network with --remote, else to a container: --container, else
-/// NACELLE_CONTAINER, else the only one.
-/// Errors: the exit code; what is wrong has been said on stderr.
+/// Returns a connection as selected by the options: to the nodes of the network with --remote, otherwise to a
+/// container: --container, else NACELLE_CONTAINER, else the only one. Errors: the exit code; the error has been printed
+/// to stderr.
 [[nodiscard]] Result<control::Client, int> connect(const Whom& whom);
 /// The same to a container, for commands that only a container can answer.
 [[nodiscard]] Result<control::Client, int> connect(const std::string& container_option);
 
-/// --container, and with it --json, as every command has them that asks a container.
+/// Adds --container and --json, which every command that queries a container has.
 void add_container_option(Command& command, std::string& container);
 void add_common_options(Command& command, std::string& container, bool& as_json);
-/// Of a command that can ask the nodes of the network too.
+/// The same for a command that can also query the nodes of the network.
 void add_common_options(Command& command, Whom& whom, bool& as_json);
 
-/// For Option::checked(): why no container can have this name.
+/// For Option::checked(): returns why no container can have this name.
 [[nodiscard]] std::string wrong_container_name(const std::string& name);
 
 /// The kernel ends this process when its parent dies; at once if it has died before this call.

@@ -8,7 +8,7 @@
 #include "topic_listener.hpp"
 #include "whom.hpp"
 
-// The family `topic`: what there is (topic_commands.cpp), what comes (topic_listen.cpp, topic_rates.cpp), what goes
+// The commands of `topic`: list and info (topic_commands.cpp), reading (topic_listen.cpp, topic_rates.cpp), publishing
 // (topic_publish.cpp).
 namespace nacelle::cli {
 

@@ -11,7 +11,7 @@
 
 namespace nacelle::cli {
 
-/// What a command wants to hear.
+/// The topics that a command reads, and how it prints them.
 struct Listening {
   struct Topic {
     std::string name;

@@ -14,7 +14,7 @@
 
 namespace nacelle::cli {
 
-/// Whom a command asks: a container of this machine, or with --remote the nodes of ROS 2's network.
+/// The target of a command: a container of this machine, or with --remote the nodes of ROS 2's network.
 ///
 /// Copies share the one node that this process is on the network.
 /// Threads: one.
@@ -28,9 +28,9 @@ class Whom {
   /// --remote, --domain, --network and --spin-time.
   void add_options(Command& command);
   [[nodiscard]] bool is_remote() const;
-  /// A command that asks the same ones, for people: "`nacelle topic list --remote`" of "topic list".
+  /// Returns a command with the same target, for messages: "`nacelle topic list --remote`" for "topic list".
   [[nodiscard]] std::string command(const std::string& words) const;
-  /// What is wrong with the options together.
+  /// Returns what is wrong with the combination of options.
   [[nodiscard]] std::optional<Problem> misuse() const;
   /// Joins the network with the first connection. Errors: as remote::RemoteNetwork::join().
   [[nodiscard]] Result<control::Client, Problem> connect_remotely(

@@ -36,7 +36,7 @@ class Client {
   /// The next frame, or nothing after the time limit. The frame stays valid until the next call.
   [[nodiscard]] Result<std::optional<Frame>, Problem> receive(Duration limit);
 
-  /// Announces what will be published; the handle is for publish().
+  /// Opens a writer; the handle is for publish().
   [[nodiscard]] Result<std::uint16_t, Problem> open_writer(std::string_view topic, std::string_view type,
                                                            Duration limit);
   [[nodiscard]] Result<void, Problem> publish(std::uint16_t handle, ByteView cdr);
@@ -46,7 +46,7 @@ class Client {
   [[nodiscard]] Result<std::string, Problem> stats(Duration limit);
 
   [[nodiscard]] int descriptor() const { return fd_; }
-  /// What a frame of kind Fault says.
+  /// Returns the text of a frame of kind Fault.
   [[nodiscard]] Problem problem_of(const Frame& fault) const;
 
  private:
@@ -55,9 +55,9 @@ class Client {
 
   int fd_ = -1;
   [[nodiscard]] Problem gone(const char* what) const;
-  /// Why the container ended the connection, if it has said so.
+  /// Returns why the container ended the connection, if it has sent a reason.
   [[nodiscard]] Problem farewell(const char* what);
-  /// What is to be said of a container whose process does not run: stopped by a signal or a debugger.
+  /// Returns the message for a container whose process is suspended by a signal or a debugger.
   [[nodiscard]] std::optional<Problem> is_stopped() const;
 
   Duration patience_{};

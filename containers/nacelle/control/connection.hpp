@@ -14,7 +14,7 @@ namespace nacelle::control {
 /// Longest payload that a client may send.
 inline constexpr std::size_t kLongestRequest = 1U << 20U;
 
-/// A connected client: its descriptor, what it sent and what it has not taken yet.
+/// A connected client: its descriptor, received bytes and pending output.
 class Connection {
  public:
   explicit Connection(int descriptor);
@@ -23,16 +23,16 @@ class Connection {
   ~Connection();
 
   [[nodiscard]] int descriptor() const { return descriptor_; }
-  /// Begins anew with another peer, with the memory of the last one.
+  /// Restarts with another peer, reusing the memory.
   void reuse_for(int descriptor);
-  /// Takes in what has come. False when the peer is gone.
+  /// Reads the available bytes. Returns false if the peer has closed the connection.
   [[nodiscard]] bool read_some();
-  /// Sends what it can without waiting. False when the peer is gone.
+  /// Sends what it can without waiting. Returns false if the peer has closed the connection.
   [[nodiscard]] bool write_some();
   /// Sends the reason for closing the connection, as far as the peer takes it without waiting.
   void say_farewell(std::string_view why);
   [[nodiscard]] bool wants_to_write() const { return sent_ < out.size(); }
-  /// True while so much waits to be sent that no more should be made for this client.
+  /// Returns true while so much output is pending that no more should be produced for this client.
   [[nodiscard]] bool is_slow() const { return out.size() - sent_ > kSlowBytes; }
 
   FrameReader in{kLongestRequest};
@@ -44,8 +44,8 @@ class Connection {
   std::size_t sent_ = 0;
 };
 
-/// A connection without a word, a writer, a subscription or a pending answer is closed after this time. The slowest commands
-/// (`tf echo -r 0.001`) ask more often.
+/// An idle connection without a writer, a subscription or a pending answer is closed after this time. The slowest
+/// commands (`tf echo -r 0.001`) send requests more often.
 inline constexpr Duration kIdleLimit = std::chrono::hours{1};
 
 /// Returns the maximum number of connections for each of the control thread and the main thread: an eighth of the process's limit

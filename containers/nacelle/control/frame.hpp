@@ -15,11 +15,11 @@ namespace nacelle::control {
 
 /// What a frame on the control socket means. Letters, so that a trace can be read.
 enum class FrameKind : std::uint8_t {
-  // For rare things, served by the container's main thread: JSON texts.
+  // For rare requests, served by the container's main thread: JSON texts.
   Request = 'j',  ///< client: one request; what follows on this connection belongs to it
-  Reply = 'r',    ///< container: the last word on it
+  Reply = 'r',    ///< container: the final answer to it
   Item = 'i',     ///< container: one of many (topic echo)
-  // For what runs at a rate, served by the control thread without allocating.
+  // For periodic requests, served by the control thread without allocating.
   OpenWriter = 'w',  ///< client: topic 0 type
   Opened = 'o',      ///< container: u16 handle
   Publish = 'p',     ///< client: u16 handle, CDR bytes; no answer unless it is refused

@@ -22,7 +22,7 @@
 
 namespace nacelle::control {
 
-/// What clients ask for at a rate. Threads: called on the control thread only.
+/// The periodic requests of clients. Threads: called on the control thread only.
 /// Allocates: open_writer() only; the rest must not, since the robot's steady state is measured.
 class FastService {
  public:
@@ -52,8 +52,9 @@ struct ServerLimits {
   Duration without_descriptors = 100ms;    ///< Pause of accept() without a free descriptor.
 };
 
-/// The control socket's own thread, "control": it accepts clients and answers what runs at a rate. Connections that begin with
-/// a JSON request are handed over to the thread that polls handed_over_descriptor() (the main thread), which may take its time.
+/// The control socket's own thread, "control": it accepts clients and answers periodic requests. Connections that begin
+/// with a JSON request are handed over to the thread that polls handed_over_descriptor() (the main thread), which may
+/// take its time.
 ///
 /// Every client is untrusted: other users are refused, frames are bounded, a slow client is not read until it has taken its
 /// answers, and an invalid frame closes its connection. The number of connections is bounded. A few of them, and one
@@ -124,7 +125,8 @@ class ControlServer {
   bool listens_ = true;
   std::optional<MonotonicTime> accept_again_, look_again_;  // after the descriptors ran out
   std::vector<Client> clients_;
-  std::vector<std::unique_ptr<Connection>> spare_;  // so that a client that only looks whether we live costs no heap
+  std::vector<std::unique_ptr<Connection>>
+      spare_;  // so that a client that only checks whether the container is alive costs no heap
   Guarded<std::vector<HandedOver>> handed_over_;
   std::atomic<bool> is_ending_{false};
   std::atomic<std::uint64_t> accepted_{0}, turned_away_{0}, handed_over_count_{0}, faults_{0};

@@ -12,7 +12,7 @@
 
 namespace nacelle::control {
 
-/// What the places depend on; main() takes it from the environment, tests make one up.
+/// The inputs that determine the places; main() takes them from the environment, tests supply their own.
 struct SocketPlaces {
   std::string xdg_runtime_dir;  ///< Empty: not set.
   std::string system_dir = "/run/nacelle";
@@ -41,11 +41,11 @@ struct FoundContainer {
 [[nodiscard]] std::vector<FoundContainer> running_containers(const SocketPlaces& places,
                                                              std::vector<Problem>* ignored = nullptr);
 
-/// The container that is meant: the one named, or the only one. Errors: NameFault::Unknown, Ambiguous. Pure.
+/// Returns the named container, or the only one. Errors: NameFault::Unknown, Ambiguous. Pure.
 [[nodiscard]] Result<FoundContainer, Problem> choose_container(const std::vector<FoundContainer>& running,
                                                                const std::optional<std::string>& wanted);
 
-/// A name that is taken: the lock that proves it, and the listening socket. The destructor removes both.
+/// Claims a name: holds its lock and the listening socket. The destructor removes both.
 class SocketClaim {
  public:
   /// Errors: the name is invalid or in use by a living container, or the folder cannot be used.
@@ -56,7 +56,7 @@ class SocketClaim {
 
   [[nodiscard]] int listening_descriptor() const { return listen_; }
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// The group whose members may ask, too: that of the system's folder. None in a folder of one user.
+  /// The group whose members may connect, too: that of the system's folder. None in a folder of one user.
   [[nodiscard]] std::optional<gid_t> group() const { return group_; }
 
  private:

@@ -12,18 +12,18 @@
 
 namespace nacelle::desk {
 
-/// The answer to a request that has to wait for a component: the main thread goes on with others meanwhile.
-/// Threads: the main thread's, but for the bell.
+/// The pending answer to a request that waits for a component, while the main thread continues with other requests.
+/// Threads: the main thread's, except the bell.
 struct LateReply {
   /// Rung when the answer is ready.
   std::shared_ptr<Bell> bell = std::make_shared<Bell>();
-  /// Called once, when the bell has been rung. Owns what the answer comes from: with it goes the question.
+  /// Called once, after the bell was rung. Owns the source of the answer: destroying it cancels the request.
   std::function<nlohmann::json()> finish;
-  MonotonicTime due;  ///< The caller waits no longer than this ...
-  Problem too_late;   ///< ... and this is the answer then.
+  MonotonicTime due;  ///< The caller waits at most until this time ...
+  Problem too_late;   ///< ... and then gets this answer.
 };
 
-/// What a request is answered: at once, or later.
+/// The answer to a request: immediate, or later.
 using Answer = std::variant<nlohmann::json, std::unique_ptr<LateReply>>;
 
 }  // namespace nacelle::desk

@@ -22,8 +22,8 @@ using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Pr
 /// Calls a service: {"service", "type", "request": message as JSON, "timeout_s"} is answered with "response". "limit_option": the
 /// command's option that allows more time, for the message of a timeout.
 ///
-/// The call is a message to its server. A slow or hanging server delays its caller only.
-/// `see` is where a person finds out why there is no answer: "see `nacelle faults`", or nothing.
+/// The call is a message to its server. A slow or hanging server delays its caller only. `see` is a hint for the case
+/// of no answer: "see `nacelle faults`", or nothing.
 [[nodiscard]] Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types,
                                   const nlohmann::json& request, const std::string& see);
 

@@ -9,15 +9,16 @@
 
 namespace nacelle::desk {
 
-/// A tool's look at a topic: best effort, never in the way of the robot, and not one of the stream's readers in the report.
+/// A tool's reader of a topic: best effort, never delays the robot, and does not count as a reader of the stream in the
+/// report.
 ///
-/// Messages of writers with a history (transient_local) come even if they are older than the tap.
+/// It also receives older messages of writers with a history (transient_local).
 /// Errors: std::system_error if the process has no descriptor left.
-/// Threads: one, but for the writers' wake-up.
+/// Threads: one, except for the writers' wake-up.
 class TopicTap final : private ReadyListener {
  public:
   TopicTap(Transport& transport, const std::string& topic, const msgs::MessageType& type, std::size_t depth);
-  /// As `spec` says: where it is known what the writers offer.
+  /// Uses the QoS of `spec`, for a caller that knows the writers' QoS.
   TopicTap(Transport& transport, const EndpointSpec& spec);
   TopicTap(const TopicTap&) = delete;
   TopicTap& operator=(const TopicTap&) = delete;

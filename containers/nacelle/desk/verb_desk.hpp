@@ -17,15 +17,15 @@
 
 namespace nacelle::desk {
 
-/// What a listener asks for.
+/// A listener's request.
 struct TapWish {
   std::string topic, type;   ///< `type`: of a topic with several; empty: the topic's.
-  bool is_measured = false;  ///< Nothing must be lost; else a person reads it.
-  bool is_raw = false;       ///< As bytes: its values are not wanted.
-  bool needs_values = true;  ///< False: only when it came and how long it is.
+  bool is_measured = false;  ///< No message may be lost; otherwise it is for display.
+  bool is_raw = false;       ///< As bytes, without decoding.
+  bool needs_values = true;  ///< False: only its time and length.
 };
 
-/// Who answers at a desk: a container, or the nodes of the network (remote/).
+/// Answers the requests of a desk: a container, or the nodes of the network (remote/).
 /// Threads: the desk's.
 class Respondent {
  public:
@@ -35,9 +35,9 @@ class Respondent {
   [[nodiscard]] virtual Answer answer(const std::string& verb, const nlohmann::json& request) = 0;
   /// Errors: no such topic; not one of its types; an unknown type.
   [[nodiscard]] virtual Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) = 0;
-  /// Why no message of a topic can come to those who listen to it.
+  /// Returns why listeners of a topic cannot receive messages.
   [[nodiscard]] virtual std::optional<Problem> problem_of(const std::string& /*topic*/) const { return std::nullopt; }
-  /// A frame that is no request; what is to be said to it goes to `from.out`.
+  /// Handles a frame that is not a request; the answer goes to `from.out`.
   virtual void take_frame(control::Connection& from, const control::Frame& frame);
   virtual void has_left(const control::Connection&) {}
 };
@@ -51,7 +51,7 @@ struct DeskLimits {
   Duration makes_room_after = 1s;
 };
 
-/// Serves JSON requests, one at a time, and streams topics to those who listen.
+/// Serves JSON requests, one at a time, and streams topics to listening clients.
 ///
 /// Requests are objects with a "verb"; replies have "ok" and, if that is false, "problem". An exception in a request
 /// becomes its refusal.
@@ -85,7 +85,7 @@ class VerbDesk {
   struct Guest {
     std::unique_ptr<control::Connection> connection;
     std::unique_ptr<TopicTap> tap;
-    std::unique_ptr<LateReply> late;  // its next request is not looked at before this one is answered
+    std::unique_ptr<LateReply> late;  // its next request is not read before this one is answered
     Show show = Show::Yaml;
     std::optional<text::MessageField> field;  // of Yaml and Json: all of the message without it
     std::size_t longest = 128;

@@ -13,11 +13,11 @@
 
 namespace nacelle::drive {
 
-/// A container in a process of its own, and what it said.
+/// A container in its own process, and its output.
 /// Threads: one. The destructor ends the process.
 class ContainerProcess {
  public:
-  /// `show_output`: its lines go to our stderr too.
+  /// `show_output`: also prints its lines to stderr.
   [[nodiscard]] static Result<std::unique_ptr<ContainerProcess>, Problem> start(process::ProgramSpec spec,
                                                                                 std::string container_name,
                                                                                 bool show_output, const Clock& clock);
@@ -27,17 +27,18 @@ class ContainerProcess {
 
   /// Waits until the control socket answers. Errors: the process ended (with its last lines), or the limit passed.
   [[nodiscard]] Result<control::Client, Problem> connect(Duration limit, int stop_descriptor);
-  /// Takes in what it has said, waiting up to `limit` for more, for its end, or for `stop_descriptor`.
+  /// Reads its output, waiting up to `limit` for more, for its end, or for `stop_descriptor`.
   void listen(Duration limit, int stop_descriptor);
   /// "exited with 1"; empty while it runs.
   [[nodiscard]] std::string ended() { return process_->ended(); }
-  /// Waits for the end, listening; kills it after the limit. Returns how it ended.
+  /// Waits for its end while reading its output; kills it after the limit. Returns how it ended.
   std::string wait_for_end(Duration limit);
   /// Asks it to end as Ctrl-C does.
   void interrupt() const;
-  /// What it complained of: its lines that begin with "nacelle: ", each with the indented lines below it. Empty: it did not.
+  /// Returns its error lines, which begin with "nacelle: ", each with the indented lines below it. Empty if there were
+  /// none.
   [[nodiscard]] const std::string& complaints() const { return complaints_; }
-  /// The last lines that it said, each with an indent.
+  /// Returns its last lines of output, indented.
   [[nodiscard]] std::string last_lines() const;
 
  private:

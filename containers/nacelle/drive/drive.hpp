@@ -27,8 +27,8 @@ struct DriveSettings {
   CourseOptions course;
 };
 
-/// Starts the launch file in a process of its own with the simulated robot, drives the course (or only runs), shows how it
-/// goes, takes the robot down in order and shows the figures. Returns the process's exit code.
+/// Starts the launch file with the simulated robot in its own process, drives the course (or only runs), shows the
+/// progress, shuts the robot down in order and prints the figures. Returns the process's exit code.
 [[nodiscard]] int run_drive(const DriveSettings& settings, process::StopSignal& stop, const Clock& clock);
 
 }  // namespace nacelle::drive

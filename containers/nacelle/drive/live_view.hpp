@@ -27,7 +27,7 @@ class RateMeter {
   std::map<std::string, std::deque<Count>> counts_;
 };
 
-/// Shows how a run goes: on a terminal a block that is refreshed in place, elsewhere a line every few seconds.
+/// Shows the progress of a run: on a terminal a block that is refreshed in place, elsewhere a line every few seconds.
 /// Threads: one.
 class LiveView {
  public:
@@ -37,7 +37,7 @@ class LiveView {
   [[nodiscard]] Duration period() const { return on_terminal_ ? 250ms : 1000ms; }
   /// `stats` as the container gives them, `activity` what the drive is doing.
   void show(const nlohmann::json& stats, const std::string& activity, MonotonicTime now);
-  /// Takes the block away.
+  /// Removes the block.
   void clear();
 
   [[nodiscard]] const RateMeter& rates() const { return rates_; }

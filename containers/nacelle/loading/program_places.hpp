@@ -7,7 +7,7 @@
 
 namespace nacelle::loading {
 
-/// Where an installed or freshly built program finds what belongs to it.
+/// The folders of an installed or freshly built program.
 struct ProgramPlaces {
   std::string program;                         ///< The running `nacelle`.
   std::vector<std::string> component_folders;  ///< NACELLE_COMPONENT_PATH first, then ../lib/nacelle.

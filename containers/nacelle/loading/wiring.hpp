@@ -33,9 +33,9 @@ class GraphBefore {
   const Counts before_;
 };
 
-/// What the launch file says of topics that the component does not have, each with file and line. Pure.
+/// Returns the launch file's settings for topics that the component does not have, each with file and line. Pure.
 [[nodiscard]] std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends);
-/// A remap rule that changed no name; `where` of the problem is the rule, as one types it.
+/// A remap rule that changed no name; `where` of the problem is the rule's text.
 struct UnusedRemap {
   std::size_t rule = 0;  ///< Its place.
   Problem problem;

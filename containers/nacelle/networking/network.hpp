@@ -45,16 +45,17 @@ class Network {
   Network& operator=(const Network&) = delete;
   ~Network();
 
-  /// The full name of the container's node, some of whose services callers outside may not use (refused_services.hpp). Before start().
+  /// Sets the full name of the container's node, whose services are partly refused to remote callers
+  /// (refused_services.hpp). Call before start().
   void protect_services_of(std::string node) { node_ = std::move(node); }
-  /// To be told, on the network's thread, instead of `say`, what keeps ends apart. Before start().
+  /// Sets the receiver of problems of endpoints, instead of `say`; called on the network's thread. Call before start().
   void tell_problems_to(std::function<void(const Problem&)> told) { told_ = std::move(told); }
-  /// Joins as launch file and environment ask, and tells what is remarkable.
-  /// Errors: the launch file asks for a network, and this program was built without.
+  /// Joins according to launch file and environment, and reports remarks. Errors: the launch file requests a network,
+  /// and this program was built without.
   [[nodiscard]] Result<void, Problem> start();
-  /// From now on in this mode; who listens meets all nodes anew. Errors: why not; then it is as it was.
+  /// Changes the mode; peers discover all nodes again. On error the previous mode stays in force.
   [[nodiscard]] Result<void, Problem> show(launch::NetworkMode mode, const std::string& because_of);
-  /// What `nacelle export off` means: the launch file's mode, but never Export.
+  /// Returns the mode of `nacelle export off`: the launch file's mode, but never Export.
   [[nodiscard]] launch::NetworkMode unexported() const;
 
   /// Nodes, topics and services of other participants (DdsMirror::look()); not called where the network is not joined.
@@ -67,12 +68,12 @@ class Network {
   /// The settings (network_wish.hpp), `running`, `problem`, and what has crossed so far.
   [[nodiscard]] nlohmann::json state() const;
 
-  /// To be polled for reading; -1: nothing is watched.
+  /// Returns a descriptor to poll for reading; -1: nothing is watched.
   [[nodiscard]] int descriptor() const { return watch_ ? watch_->descriptor() : -1; }
   [[nodiscard]] std::optional<MonotonicTime> next_due() const { return due_; }
-  /// The wall clock has jumped: what was not valid, a certificate, may be now.
+  /// Call after a jump of the wall clock: a certificate that was not valid may be valid now.
   void note_clock_jump();
-  /// `told`: the descriptor is readable. Joins anew when addresses have changed and been at rest for a moment.
+  /// `told`: the descriptor is readable. Rejoins after addresses have changed and then stayed unchanged for a moment.
   void serve(bool told);
 
  private:

@@ -25,9 +25,9 @@ namespace nacelle::networking {
 /// Those of this process that begin with ROS_, RMW_ and CYCLONEDDS_.
 [[nodiscard]] transport_dds::Environment ros_environment();
 
-/// Launch file and environment together, with everything that a person should know among the remarks: also of ports.
-/// Reads the files of security as they are at the clock's wall time, and the kernel's range of ports.
-/// Errors: as transport_dds::network_settings(); security that is to be enforced and cannot be had, with the file.
+/// Combines launch file and environment, with remarks for the user, also about ports. Reads the files of security as
+/// they are at the clock's wall time, and the kernel's range of ports.
+/// Errors: as transport_dds::network_settings(); security that must be enforced but cannot be set up, with the file.
 [[nodiscard]] Result<transport_dds::NetworkSettings, Problem> network_in_force(
     const launch::NetworkPlan& plan, const transport_dds::Environment& environment, const Clock& clock = SystemClock{});
 

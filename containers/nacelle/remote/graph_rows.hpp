@@ -8,12 +8,11 @@
 
 namespace nacelle::remote {
 
-/// "/arm/driver"; of an endpoint whose node is not known, ROS 2's words for that.
+/// Returns "/arm/driver"; for an endpoint of an unknown node, ROS 2's placeholder.
 [[nodiscard]] std::string full_name(const std::string& node_namespace, const std::string& name);
 
-/// The answer of the verb "graph", as answers/graph_verbs.hpp has it, of the nodes outside. They have no "id" (0)
-/// and no known "state"; a node says its "host" and "pid" where it announces them and whether it has "parameters", an
-/// endpoint its "gid".
+/// The answer of the verb "graph", as answers/graph_verbs.hpp has it, for remote nodes. They have no "id" (0) and no
+/// known "state"; a node has "host" and "pid" if it announces them, and "parameters"; an endpoint has a "gid".
 [[nodiscard]] nlohmann::json graph_rows(const transport_dds::RemoteGraph& graph);
 
 /// What a Stats frame has of each topic and type: "name", "type", "writers", "readers".

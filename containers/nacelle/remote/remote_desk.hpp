@@ -15,7 +15,7 @@
 
 namespace nacelle::remote {
 
-/// The nodes of the network, asked as a container is: in this process, over private sockets.
+/// Serves requests for the nodes of the network as a container does, in this process, over private sockets.
 ///
 /// A signal without a handler ends the process as by default, but the network is left first, so that its peers
 /// do not have to wait for this node's lease.

@@ -57,13 +57,13 @@ class RemoteNetwork {
   /// Readable when a problem has been found since the last wait() or drain().
   [[nodiscard]] int descriptor() const { return bell_.descriptor(); }
   void drain();
-  /// Whether `holds` does at last. It is looked at whenever something has happened.
+  /// Returns the final value of `holds()`, which is called after every event.
   [[nodiscard]] bool wait(MonotonicTime until, const std::function<bool()>& holds);
-  /// Waits for what others have to be known: for the time of discovery, counted from now, and a moment more while one who
-  /// was found has not told yet what it has. Whether it does hold at last.
+  /// Waits for discovery: for the spin time, counted from now, and a moment longer while a discovered participant has
+  /// not announced its endpoints. Returns the final value of `holds()`.
   [[nodiscard]] bool find(const std::function<bool()>& holds);
-  /// The same for all that there is, counted from the join: what is not known after it is not there. Returns early when
-  /// `holds` returns true.
+  /// The same for complete lists, counted from the join: what is unknown afterwards counts as absent. Returns early
+  /// when `holds` returns true.
   void find_all(const std::function<bool()>& holds = [] { return false; });
 
   /// Uses nothing else of this class.
@@ -74,16 +74,16 @@ class RemoteNetwork {
     return std::move(*seen);
   }
 
-  /// The ends of a topic's streams here are this node's.
+  /// Returns the specification of an endpoint of this node.
   [[nodiscard]] EndpointSpec spec_of(std::string topic, const msgs::MessageType& type, const QoS& qos) const;
   [[nodiscard]] Transport& transport() { return broker_; }
-  /// Why an end that was made here is not on the network, if it is known by now. `where`: a topic, or "service " and a name.
+  /// Returns why an endpoint made here is not on the network, if known. `where`: a topic, or "service " and a name.
   [[nodiscard]] std::optional<Problem> problem_of(const std::string& where) const;
   /// A type whose messages are bytes. Valid as long as this object.
   [[nodiscard]] const msgs::MessageType& bytes_of(const std::string& type, const std::string& hash);
 
-  /// As runtime::Container::call_service(), for servers outside. Waits for the server at most for the time of discovery,
-  /// and for one that was found a moment more.
+  /// As runtime::Container::call_service(), for remote servers. Waits for the server at most for the spin time, and a
+  /// moment longer for a discovered one.
   /// Errors: no server offers it, or not with that type, or with another middleware's protocol.
   [[nodiscard]] Result<std::unique_ptr<runtime::ServiceCall>, Problem> start_call(const std::string& service,
                                                                                   const msgs::ServiceType& type,

@@ -13,8 +13,8 @@
 
 namespace nacelle::remote {
 
-/// Answers the requests of the command line for ROS 2 nodes of the network, in the words in which a container answers
-/// them for its components. What is asked is asked of the nodes' own services; it waits for them, but for service.call.
+/// Answers the requests of the command line for ROS 2 nodes of the network, in the form in which a container answers
+/// them for its components. It calls the nodes' own services and waits for them, except in service.call.
 /// Threads: the desk's.
 class RemoteNodes final : public desk::Respondent {
  public:
@@ -48,12 +48,12 @@ class RemoteNodes final : public desk::Respondent {
   std::vector<OpenWriter> writers_;
 };
 
-/// The full name of a node outside. Waits for it at most for the time of discovery. Errors: there is none, or it could
-/// be several.
+/// Returns the full name of a remote node. Waits for it at most for the spin time. Errors: no such node, or several.
 [[nodiscard]] Result<std::string, Problem> node_named(RemoteNetwork& network, const std::string& name);
 /// Whether a service is known to be offered: "/lidar/get_state".
 [[nodiscard]] bool offers(const RemoteNetwork& network, const std::string& service);
-/// The container of that name, or the only one. Waits for it at most for the time of discovery. Errors: there is none, or several.
+/// Returns the container of that name, or the only one. Waits for it at most for the spin time. Errors: no container,
+/// or several.
 [[nodiscard]] Result<std::string, Problem> container_named(RemoteNetwork& network, const std::string& name);
 /// The Nacelle container of the process that a node is in, as far as it is known; empty if it is in another one.
 [[nodiscard]] std::string container_of(const RemoteNetwork& network, const std::string& node);

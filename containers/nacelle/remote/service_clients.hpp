@@ -16,7 +16,7 @@
 
 namespace nacelle::remote {
 
-/// A call that is on its way over the network.
+/// A pending call over the network.
 /// Threads: as ServiceCall; push() the network's.
 class RemoteCall final : public runtime::ServiceCall, private AnswerTaker {
  public:
@@ -44,7 +44,7 @@ class RemoteCall final : public runtime::ServiceCall, private AnswerTaker {
   Guarded<Answer> answer_;
 };
 
-/// The graph of services of a process that offers none and calls those of others.
+/// The service graph of a process that offers no services and calls remote ones.
 /// Threads: any.
 class ServiceClients final : public ServiceGraph {
  public:

@@ -9,7 +9,7 @@
 
 namespace nacelle::session {
 
-/// Tells on /diagnostics that the wall clock was set: one message per step, named clock_jump.
+/// Publishes on /diagnostics that the wall clock was set: one message per step, named clock_jump.
 /// Threads: one; not beyond the life of the transport.
 class ClockJumpReport {
  public:

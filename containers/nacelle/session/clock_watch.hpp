@@ -16,23 +16,23 @@ namespace nacelle::session {
 class ClockAlarm {
  public:
   virtual ~ClockAlarm() = default;
-  /// Can be read then, and from time to time for no reason; -1: never.
+  /// Readable then, and occasionally without a reason; -1: never.
   [[nodiscard]] virtual int descriptor() const = 0;
-  /// Takes what made it readable, and waits for the next.
+  /// Resets the descriptor for the next event.
   virtual void take() = 0;
 };
 
 /// The kernel's: a timer of CLOCK_REALTIME that is cancelled when the clock is set (TFD_TIMER_CANCEL_ON_SET).
 [[nodiscard]] std::unique_ptr<ClockAlarm> make_kernel_clock_alarm();
 
-/// Notices that the wall clock was set: it moved against the monotonic one. What NTP slews is no step.
+/// Detects that the wall clock was set, by its offset to the monotonic clock. Slewing by NTP is not a step.
 /// Threads: one. Allocates: nothing after it was made.
 class ClockWatch {
  public:
   ClockWatch(const Clock& clock, ClockAlarm& alarm) : clock_(clock), alarm_(alarm), offset_(offset()) {}
 
   [[nodiscard]] int descriptor() const { return alarm_.descriptor(); }
-  /// To be called when the descriptor can be read. By how much the clock was set since the last call: once per step.
+  /// Call when the descriptor is readable. Returns by how much the clock was set since the last call: once per step.
   [[nodiscard]] std::optional<Duration> look();
 
   /// Less than this is slewing, seen over the alarm's longest period, or the noise of reading two clocks.

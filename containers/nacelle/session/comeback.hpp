@@ -17,7 +17,8 @@ namespace nacelle::session {
 
 class Supervision;
 
-/// What the robot's container holds now, to come back to; with what was left out, unless it was loaded by hand since.
+/// Returns the container's present composition, for a later resume; includes the left-out components, unless they were
+/// loaded by hand since.
 [[nodiscard]] Composition composition_of(answers::Robot& robot, const Supervision& supervision,
                                          const std::vector<ComposedComponent>& left_out);
 

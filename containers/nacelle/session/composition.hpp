@@ -12,14 +12,14 @@
 
 namespace nacelle::session {
 
-/// A component as it stood: what it was loaded with, its parameters as they were set since, and its state.
+/// A saved component: the settings that it was loaded with, its present parameters, and its state.
 struct ComposedComponent {
   launch::ComponentPlan plan;  ///< `target` is the state.
   bool actuator = false;
   friend bool operator==(const ComposedComponent& a, const ComposedComponent& b);
 };
 
-/// What a container held (design D7: the composition outlives the process).
+/// The composition of a container (design D7: it outlives the process).
 struct Composition {
   std::string container;
   std::vector<ComposedComponent> components;  ///< In the order in which they were loaded.
@@ -32,22 +32,23 @@ struct Composition {
 /// Errors: no composition, one of another version, one that was cut off or changed; `where` names the file. Never throws.
 [[nodiscard]] Result<Composition, Problem> parse_composition(std::string_view text, const std::string& where);
 
-/// Nothing: there is no such file. Errors: as parse_composition(); it cannot be read, or is longer than 4 MiB.
+/// Returns nothing if there is no such file. Errors: as parse_composition(); it cannot be read, or is longer than 4
+/// MiB.
 [[nodiscard]] Result<std::optional<Composition>, Problem> read_composition(const std::string& file);
 
-/// Replaces what a launch file says of the components by what a container held: those of the composition, in its order, with its
-/// parameters and states. What moves something comes back inactive, unless its entry says `resume: active`. A component that does
-/// not come up does not take the others down. Pure.
+/// Replaces the components of a launch file by those of the composition, in its order, with its parameters and states.
+/// Components that move something come back inactive, unless their entry has `resume: active`. A component that fails
+/// to come up does not affect the others. Pure.
 [[nodiscard]] launch::Plan resumed(launch::Plan plan, const Composition& composition, const std::string& file);
 
-/// Writes a state file whenever the text is a new one: beside it, then in its place, so that a reader finds the old one or the
-/// new one. Threads: one.
+/// Writes a state file whenever its text changes: to a new file, which is then renamed, so that a reader finds either
+/// the old or the new one. Threads: one.
 class CompositionFile {
  public:
   explicit CompositionFile(std::string path) : path_(std::move(path)) {}
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] Result<void, Problem> write(const Composition& composition);
-  /// An orderly end: there is nothing to come back to.
+  /// Call at an orderly end: removes the file.
   void remove();
 
  private:

@@ -12,18 +12,19 @@
 
 namespace nacelle::session {
 
-/// What a crash record says of the components: one, or all whose library it was.
+/// The components that a crash record names: one, or all whose library it was.
 struct CrashFacts {
   std::string id;  ///< Time and process: another crash has another one.
   std::vector<std::string> nodes;
   bool early = false;  ///< Within EarlyCrashes::kEarly of the component's activation, or before it.
   std::string text;    ///< "SIGSEGV at address 0x0 in /lidar, subscription /cmd, at lidar::Driver::read()".
 };
-/// Returns nothing for a text that is no crash record. Pure.
+/// Returns nothing for a text that is not a crash record. Pure.
 [[nodiscard]] std::optional<CrashFacts> crash_facts(const std::string& record);
 
-/// Counts the crashes of each component that came soon after its activation, over the runs of a container that is resumed, in a small
-/// file beside the state file. A component that reaches kMost is left out, so that it cannot end the robot again and again.
+/// Counts the crashes of each component that came soon after its activation, over the runs of a container that is
+/// resumed, in a small file beside the state file. A component that reaches kMost is left out, so that it cannot end
+/// the robot repeatedly.
 /// Threads: one.
 class EarlyCrashes {
  public:
@@ -32,8 +33,8 @@ class EarlyCrashes {
 
   explicit EarlyCrashes(std::string path) : path_(std::move(path)) {}
 
-  /// Counts the crash that ended the last run. Without `resume` all counts begin anew. `last` is the record that is there; it may be
-  /// of an earlier run.
+  /// Counts the crash that ended the last run. Without `resume` all counts are reset. `last` is the existing record,
+  /// which may be of an earlier run.
   void begin(bool resume, const std::optional<CrashFacts>& last);
   /// Returns whether `last` of begin() was of the last run.
   [[nodiscard]] bool last_run_crashed() const { return last_run_crashed_; }
@@ -41,9 +42,9 @@ class EarlyCrashes {
   /// "2 crashes within 30 s of its activation, the last: SIGSEGV ..."; empty if there was none.
   [[nodiscard]] std::string reason(const std::string& node) const;
   [[nodiscard]] std::vector<std::string> nodes() const;
-  /// A component has run for kEarly: its count begins anew.
+  /// Resets the count of a component that has run for kEarly.
   void forget(const std::string& node);
-  /// An orderly end: there is nothing to count on.
+  /// Call at an orderly end: removes the file.
   void remove();
 
  private:

@@ -20,16 +20,17 @@ namespace nacelle::session {
 
 /// Tracks which emergency stops are set, by any publisher. A container that resumes after a crash publishes them again.
 ///
-/// A stop of a publisher that keeps no history (`ros2 topic pub` without more) is repeated latched, so that a base that is made or
-/// activated later obeys it; the release ends that. The repetition has the time of the stop itself: a release that was said after
-/// the stop counts, also if it was on its way when the stop was repeated, and if the clock of both is behind.
-/// Threads: one, but for set() and release().
+/// A stop of a publisher without history (`ros2 topic pub` without options) is repeated latched until its release, so
+/// that a base that is loaded or activated later obeys it. The repetition has the time of the stop itself. A release
+/// published after the stop therefore takes effect, even if it was in transit when the stop was repeated, and even if
+/// the clock of its publisher is behind.
+/// Threads: one, except set() and release().
 class EmergencyStops {
  public:
   explicit EmergencyStops(runtime::Container& container) : container_(container) {}
 
   void append_waits(std::vector<pollfd>& waits) const;
-  /// Finds topics that have come since, and takes what was said. True: set() is another one now.
+  /// Detects new topics, and reads their messages. Returns true if set() has changed.
   bool look();
   /// The topics on which a stop is set, sorted. Threads: any.
   [[nodiscard]] std::vector<std::string> set() const { return *set_.lock(); }
@@ -41,8 +42,8 @@ class EmergencyStops {
   struct Topic {
     void hear_latched(const Block& block);
     bool hear_passing(const Block& block);
-    std::unique_ptr<desk::TopicTap> latched, passing;  // of publishers with a history, and of the others
-    std::unique_ptr<Writer> again;                     // while what one of the others said holds
+    std::unique_ptr<desk::TopicTap> latched, passing;  // for publishers with a history, and for the others
+    std::unique_ptr<Writer> again;                     // exists while a stop of one of the others is set
     MonotonicTime set_at{}, released_at{};             // the newest of each
     bool is_set = false;
   };

@@ -12,22 +12,22 @@
 
 namespace nacelle::session {
 
-/// What ROS 2's tools hear of faults and states: /diagnostics (diagnostic_msgs/DiagnosticArray) and each managed node's
-/// ~/transition_event (lifecycle_msgs/TransitionEvent). Threads: one.
+/// Publishes faults and states for ROS 2's tools: /diagnostics (diagnostic_msgs/DiagnosticArray) and each managed
+/// node's ~/transition_event (lifecycle_msgs/TransitionEvent). Threads: one.
 class FaultTopics {
  public:
   explicit FaultTopics(runtime::Container& container);
   ~FaultTopics();
 
-  /// Makes the topic of a managed node that has none, and takes away those of nodes that are gone.
+  /// Creates missing topics of managed nodes, and removes those of unloaded nodes.
   void follow(const std::vector<runtime::ComponentInfo>& components);
   void publish(const runtime::StateChange& change);
-  /// A component that is not there though it belongs to the robot, and why.
+  /// A component of the robot that is not loaded, and the reason.
   struct Absent {
     std::string node, plugin, why;
   };
-  /// Publishes an error for each component that is faulted, has an open fault or is absent, and once more OK for one that is well again.
-  /// Returns whether one is faulted or absent.
+  /// Publishes an error for each component that is faulted, has an open fault or is absent, and OK once for one that
+  /// has recovered. Returns whether one is faulted or absent.
   bool publish_diagnostics(const std::vector<runtime::ComponentInfo>& components, const std::vector<Absent>& absent);
 
  private:
@@ -37,7 +37,7 @@ class FaultTopics {
   std::vector<std::string> were_faulted_;
 };
 
-/// lifecycle_msgs' number and label of the step between two states, as rcl_lifecycle tells it. Pure.
+/// lifecycle_msgs' number and label of the step between two states, as in rcl_lifecycle. Pure.
 struct TransitionName {
   std::uint8_t id = 0;
   const char* label = "";

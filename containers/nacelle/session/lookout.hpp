@@ -10,7 +10,7 @@
 
 namespace nacelle::session {
 
-/// Acts on a stop signal though the main thread waits for a component, which may never return.
+/// Handles a stop signal while the main thread waits for a component, which may never return.
 /// Threads: one of its own, which runs both functions.
 class Lookout {
  public:

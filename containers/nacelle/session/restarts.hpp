@@ -12,22 +12,22 @@
 
 namespace nacelle::session {
 
-/// When which faulted component is to be loaded anew: counts, pauses, bounds. Knows nothing of components but their names. Pure.
+/// Decides when to reload a faulted component: counts, back-off, limits. Knows only the names of components. Pure.
 class Restarts {
  public:
-  /// A component that was well for this long begins to count anew.
+  /// The count of a component is reset after this time without a fault.
   static constexpr Duration kWell = 60s;
 
-  /// A fault, or a restart that failed. Returns when the next restart is due, or nothing when there were enough.
+  /// Records a fault, or a failed restart. Returns when the next restart is due, or nothing if the maximum is reached.
   std::optional<MonotonicTime> on_fault(const std::string& node, const FaultHandling& handling, MonotonicTime now);
-  /// The components whose time has come; each once.
+  /// Returns the components whose restart is due; each once.
   [[nodiscard]] std::vector<std::string> take_due(MonotonicTime now);
-  /// When take_due() has something to give; nothing: not before the next fault.
+  /// Returns when take_due() has a result; nothing: not before the next fault.
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
   [[nodiscard]] std::optional<MonotonicTime> due_of(const std::string& node) const;
-  /// Restarts so far, of those in a row that count.
+  /// Returns the number of restarts that count so far.
   [[nodiscard]] std::uint32_t count_of(const std::string& node) const;
-  /// A person took it in hand: nothing is due any more, and the count begins anew.
+  /// Call when a user handles the component: cancels its restart and resets the count.
   void forget(const std::string& node) { of_.erase(node); }
 
  private:

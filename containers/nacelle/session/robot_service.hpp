@@ -28,7 +28,7 @@ namespace nacelle::session {
 using answers::Phase;
 
 inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmergencyStopType = "std_msgs/msg/Bool";
-/// Whether what is written there is an emergency stop, in whatever namespace: latched, and taken in every phase.
+/// Returns whether a topic is an emergency stop, in any namespace: it is latched, and accepted in every phase.
 [[nodiscard]] bool is_emergency_stop(std::string_view topic, std::string_view type);
 
 /// Answers the control thread from the container: publishing, transforms, live figures.
@@ -37,8 +37,8 @@ inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmerg
 /// Allocates: open_writer(); the first answers, until the buffers have their size.
 class RobotService final : public control::FastService {
  public:
-  /// `on_shutdown` is called on the control thread when a client wants the end; it only notes it.
-  /// `bell` is rung when a client publishes an emergency stop, and when descriptors run out or are available again. It outlives
+  /// `on_shutdown` is called on the control thread when a client requests the end; it may only set a flag. `bell` is
+  /// rung when a client publishes an emergency stop, and when descriptors run out or are available again. It outlives
   /// this.
   RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
                void (*on_shutdown)(void*), void* context, Bell& bell);
@@ -48,7 +48,7 @@ class RobotService final : public control::FastService {
   [[nodiscard]] const char* publish(const control::Publication& publication) override;
   [[nodiscard]] control::TransformAnswer lookup(control::NamePair target_and_source) override;
   void append_stats(std::string& out) override;
-  /// As a client would. Before there are clients. Errors: why it is not set.
+  /// Sets a stop like a client; before there are clients. Errors: why it is not set.
   [[nodiscard]] Result<void, std::string> set_emergency_stop(const std::string& topic);
   void request_shutdown() override { on_shutdown_(context_); }
   [[nodiscard]] bool is_emergency_stop(control::NamePair topic_and_type) const override;
@@ -62,7 +62,7 @@ class RobotService final : public control::FastService {
 
   void set_phase(Phase phase) { phase_ = phase; }
   [[nodiscard]] Phase phase() const { return phase_; }
-  /// Names and states as they are now; called when one has changed.
+  /// Sets the present names and states; called when one has changed.
   void set_nodes(const std::vector<runtime::ComponentInfo>& nodes);
 
  private:
@@ -70,7 +70,7 @@ class RobotService final : public control::FastService {
     std::unique_ptr<Writer> writer;
     const msgs::MessageType* type = nullptr;
     std::string
-        latched_topic;  ///< Of an emergency stop: the writer outlives those who asked for it, as what it said does.
+        latched_topic;  ///< For an emergency stop: the writer outlives the client that opened it, as its message does.
   };
 
   runtime::Container& container_;

@@ -51,9 +51,10 @@ struct SessionOptions {
   loading::ProgramPlaces places;
   std::optional<std::int64_t> seed;        ///< For the report only.
   std::string report_file;                 ///< Empty: none.
-  std::vector<std::string> last_messages;  ///< Topics whose last message the report is to hold beside the figures.
+  std::vector<std::string> last_messages;  ///< Topics whose last message the report includes.
   bool verbose = false;                    ///< Each step is a line.
-  /// Moves the streams of components with `isolate: process`, where it can (carriers.hpp). Empty: the links' sockets do.
+  /// The carrier for the streams of components with `isolate: process`, if possible (carriers.hpp). Empty: the links'
+  /// sockets.
   std::string carrier;
   /// Where the composition is kept; the crash record stands beside it with `.crash` behind its name. Empty: in the folder of the
   /// control socket, as NAME.composition (in RAM, as a rule).
@@ -63,8 +64,7 @@ struct SessionOptions {
   ClockAlarm* clock_alarm = nullptr;  ///< Of the session's clock, outlives the session; null: the kernel's.
 };
 
-/// For StopSignal: what a process that was told to end three times still does, stop frames and the end of its programs.
-/// Async-signal-safe.
+/// For StopSignal, after the third signal: writes the stop frames and ends the programs. Async-signal-safe.
 void leave_at_once() noexcept;
 
 /// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
@@ -79,8 +79,8 @@ class Session final : public answers::Robot {
 
   /// Checks that the process may open enough files for a session. Call it before anything is opened.
   [[nodiscard]] static Result<void, Problem> check_descriptor_limit();
-  /// Brings the robot up, runs it until a signal, a request or a program's end, and takes it down again.
-  /// Returns the process's exit code; what went wrong has been said on stderr.
+  /// Brings the robot up, runs it until a signal, a request or a program's end, and takes it down again. Returns the
+  /// process's exit code; errors have been printed to stderr.
   [[nodiscard]] int run();
 
   // answers::Robot
@@ -101,12 +101,12 @@ class Session final : public answers::Robot {
   using Robot::load;
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component,
                                                              const std::shared_ptr<ParameterFaults>& faults) override;
-  /// Shows the states to those who watch, and begins the steady state anew.
+  /// Publishes the states, and restarts the measurement of the steady state.
   void composition_changed() override;
   void request_shutdown() override { stop_.raise_by_request(); }
 
  private:
-  /// A component that hangs holds the others' way down up for no longer.
+  /// The time limit for a hanging component during shutdown.
   static constexpr Duration kShutdownStepLimit = std::chrono::seconds{3};
 
   /// A line on stderr.
@@ -115,13 +115,13 @@ class Session final : public answers::Robot {
   /// Reports exceptions as failures.
   [[nodiscard]] int guarded_run();
   [[nodiscard]] Result<void, Problem> guarded_bring_up();
-  /// What the destructor does but for closing what a thread that hangs may still use.
+  /// Does the work of the destructor, except closing what a hanging thread may still use.
   void end();
-  /// Where the state is kept, and what is there to come back to.
+  /// Determines the place of the state file, and reads the composition to resume.
   [[nodiscard]] Result<void, Problem> look_at_state_file();
-  /// Takes the components out of the plan that ended the last runs.
+  /// Removes the components that ended the last runs from the plan.
   void leave_out_what_crashes();
-  /// Names what moves something and waits to be activated.
+  /// Reports the components that move something and wait to be activated.
   void say_what_rests() const;
   void keep_composition();
   [[nodiscard]] Result<void, Problem> set_held_stops();
@@ -129,10 +129,11 @@ class Session final : public answers::Robot {
   [[nodiscard]] Result<void, Problem> start_programs();
   void start_the_carrier();
   [[nodiscard]] Result<void, Problem> load_components();
-  /// Nothing is activated when the plan is unsound; all that is wrong with it has been said then.
+  /// Checks the plan. If it has errors, nothing is activated, and all errors have been printed.
   [[nodiscard]] Result<void, Problem> check_the_plan();
   [[nodiscard]] Result<void, Problem> activate();
-  /// Why the bring-up is to end, with the wheels at rest: a signal, or a fault whose policy is stop_robot. Empty: it goes on.
+  /// Returns why the bring-up must end, after stopping the wheels: a signal, or a fault with the policy stop_robot.
+  /// Empty: continue.
   [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
@@ -183,7 +184,7 @@ class Session final : public answers::Robot {
   std::vector<proof::LoadedComponent> loaded_;  // until the plan is checked
   std::unique_ptr<CompositionFile> state_;
   std::unique_ptr<EarlyCrashes> crashes_;
-  std::vector<ComposedComponent> left_out_;  // since they crashed again and again
+  std::vector<ComposedComponent> left_out_;  // because they crashed repeatedly
   std::vector<std::string> resting_;         // move something and come back inactive
   bool is_resumed_ = false;
   std::vector<std::string> held_actuators_;  // of the run that is resumed

@@ -21,20 +21,20 @@
 
 namespace nacelle::session {
 
-/// What Supervision needs of a run beside its robot. All of it outlives the Supervision.
+/// What Supervision needs in addition to the robot. All of it must outlive the Supervision.
 struct SupervisedRun {
   answers::Robot& robot;
   const Clock& clock;
   Bell& bell;  ///< Wakes the main thread for work().
   std::function<void(const std::string& line)> say;
-  const std::vector<ComposedComponent>& left_out;  ///< Since they crashed again and again.
+  const std::vector<ComposedComponent>& left_out;  ///< Because they crashed repeatedly.
   EarlyCrashes& crashes;
 };
 
-/// What follows a component's fault: its policy, the topics that tell of it, and the answer to `nacelle faults` (design D7).
+/// Handles a component's fault: its policy, the topics that report it, and the answer to `nacelle faults` (design D7).
 ///
-/// What cannot wait (the stop frames of stop_robot) has been done by the container when this hears of it.
-/// Threads: the main thread, but for report(); the container's hooks only note what happened and wake it.
+/// The container has already done what is urgent (the stop frames of stop_robot) before this class is notified.
+/// Threads: the main thread, except report(); the container's hooks only record the event and wake it.
 class Supervision {
  public:
   explicit Supervision(SupervisedRun run);
@@ -42,24 +42,25 @@ class Supervision {
   Supervision(const Supervision&) = delete;
   Supervision& operator=(const Supervision&) = delete;
 
-  /// Publishes what happened and carries out what is due.
+  /// Publishes events and executes due restarts and stops.
   void work();
-  /// Publishes only: while the robot comes up and goes down nothing is restarted.
+  /// Only publishes: nothing is restarted during bring-up and shutdown.
   void publish();
-  /// When work() has something to do though nothing happens.
+  /// Returns when work() must run even without an event.
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
-  /// A fault has stopped the robot; the run ends with a failure then.
+  /// Returns whether a fault has stopped the robot; the run ends with a failure then.
   [[nodiscard]] bool has_stopped_the_robot() const { return !known_.lock()->stopped_by.empty(); }
-  /// A restart is pending, to this state: what the composition is to come back to. Nothing: the component's own state counts.
+  /// Returns the state that a pending restart leads to, which the composition records. Nothing: the component's own
+  /// state counts.
   [[nodiscard]] std::optional<launch::TargetState> target_of_restart(const std::string& node) const;
-  /// A fault that work() has not seen yet and whose policy is stop_robot; empty: none. For the bring-up, which it ends.
+  /// Returns a fault with the policy stop_robot that work() has not handled yet; empty: none. It ends the bring-up.
   [[nodiscard]] std::string why_to_stop();
-  /// It has registered a stop frame in this run, or had in the run that is resumed.
+  /// Returns whether it has registered a stop frame in this run, or in the resumed run.
   [[nodiscard]] bool was_actuator(const std::string& node) const { return actuators_.count(node) != 0; }
   void note_actuator(const std::string& node) { actuators_.insert(node); }
   /// Sets the fault of the container itself; an empty code clears it.
   void set_own_fault(const FaultReason& fault);
-  /// Returns what went wrong and what is done about it, without the crash of an earlier run. Threads: any.
+  /// Returns the faults and how they are handled, without the crash of an earlier run. Threads: any.
   [[nodiscard]] nacelle_interfaces::srv::GetFaults::Response report() const;
 
  private:

@@ -12,9 +12,9 @@
 
 namespace nacelle::session {
 
-/// What was done to which component, in the plan's order: a line "activate /lidar" or "activate /lidar FAILED: why" for each
-/// step. The same plan gives the same bytes, always. FILE.times beside it says when each line's step ended, in milliseconds of
-/// the monotonic clock since the log was opened, and how long it took.
+/// Logs the steps of each component, in the plan's order: a line "activate /lidar" or "activate /lidar FAILED: why" for
+/// each step. The same plan gives the same bytes, always. FILE.times beside it says when each line's step ended, in
+/// milliseconds of the monotonic clock since the log was opened, and how long it took.
 ///
 /// Threads: one. Each line is on disk (or in RAM) when add() returns.
 class TransitionLog {

@@ -11,16 +11,17 @@
 
 namespace nacelle::text {
 
-/// A message as a person wrote it for `ros2 topic pub` and `ros2 service call`.
+/// A message as typed for `ros2 topic pub` and `ros2 service call`.
 struct MessageText {
   std::string json;         ///< What msgs::from_json() reads.
-  bool has_stamps = false;  ///< It holds the time at which it was read, and is to be read anew for each message.
+  bool has_stamps = false;  ///< It contains the time at which it was parsed, so parse it again for each message.
 };
 
 /// Reads YAML ("{linear: {x: 0.1}}"; JSON is YAML too). The field decides what a scalar is: 5 is a number in a float64 and a text in a
 /// string. `auto` for a std_msgs/Header and `now` for a builtin_interfaces/Time stand for `now`. Nothing at all is a message of
 /// defaults.
-/// Errors: a Problem whose `where` is the line or the path of the value. Whether values fit their fields is from_json()'s to say.
+/// Errors: a Problem whose `where` is the line or the path of the value. from_json() checks whether values fit their
+/// fields.
 /// Source: rosidl_runtime_py, set_message.py (jazzy).
 [[nodiscard]] Result<MessageText, Problem> read_message_text(std::string_view text, const msgs::MessageType& type,
                                                              WallTime now);
