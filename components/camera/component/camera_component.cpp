@@ -106,7 +106,7 @@ void CameraComponent::declare_late_controls() {
 }
 
 CallbackReturn CameraComponent::on_activate(const State&) {
-  // After a deactivation the device was let go, so that others could use it.
+  // After a deactivation the device was released, so that other programs could use it.
   if (!loop_->is_open() && !loop_->is_awaiting()) {
     if (auto opened = loop_->open(); !opened) {
       if (!may_wait(Source::V4l2, options_.video_device)) return refuse(opened.error());

@@ -54,7 +54,7 @@ class CaptureLoop {
     Publisher<sensor_msgs::msg::Image>& images;
     Publisher<sensor_msgs::msg::CameraInfo>& infos;
     std::function<void()> on_reopened;  ///< Sets the controls again. Called before the stream starts.
-    DeviceWatch* watch = nullptr;       ///< Hears whether frames come; may be null.
+    DeviceWatch* watch = nullptr;       ///< Is notified whether frames arrive; may be null.
   };
 
   CaptureLoop(Surroundings surroundings, Settings settings)

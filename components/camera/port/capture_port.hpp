@@ -51,7 +51,7 @@ struct Frame {
 
 /// Why there is no frame.
 enum class CaptureFault : std::uint8_t {
-  NoFrame,  ///< The deadline came, or interrupt() was called. The stream goes on.
+  NoFrame,  ///< The deadline passed, or interrupt() was called. The stream continues.
   Broken,   ///< The driver lost the stream: close(), then open() and start() again.
   Gone      ///< The device was pulled out: close(), then the same when it is back.
 };

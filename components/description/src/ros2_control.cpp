@@ -52,7 +52,7 @@ std::array<double, 3> three_numbers(const std::string& text) {
     number = std::strtod(at, &end);
     at = end;
   }
-  return numbers;  // whether they are numbers is for who reads the tree
+  return numbers;  // the reader of the tree checks whether they are numbers
 }
 
 class Reader {

@@ -321,7 +321,7 @@ class Expander {
       for (const auto& [known, macro] : macros_) names.push_back(known);
       trail_.fail("there is no macro '" + name.substr(0, 60) + "'", suggestion(name.substr(0, 60), names));
     }
-    const Macro macro = found->second;  // a copy: the body may define it anew
+    const Macro macro = found->second;  // a copy: the body may redefine it
     if (++elements_ > kMaxElements)
       trail_.fail("macros are called more than 200000 times", "does a macro call itself?");
     Scope inner(&scope);

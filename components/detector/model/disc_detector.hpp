@@ -29,7 +29,7 @@ struct Disc {
 
 /// Finds discs of one colour: threshold in hue, saturation and brightness, outlines, roundness. Holes do not count.
 ///
-/// Areas that touch the edge of the picture are left out: how large they are cannot be told.
+/// Areas that touch the edge of the picture are left out: their size is unknown.
 /// Source:    the disc's radius is that of a circle of the same area, which averages over all pixels.
 /// Threads:   one at a time. Allocates: OpenCV does.
 class DiscDetector {

@@ -170,8 +170,9 @@ void DiffDriveComponent::on_emergency_stop(const std_msgs::msg::Bool& stop, cons
   if (loop_) loop_->interrupt();
 }
 
-// A stop must not fail for the QoS of who says it (`ros2 topic pub` is volatile): a second subscription asks for nothing, and takes
-// what the first one cannot have. It sets only; who releases has to be one that a late joiner hears, too.
+// A stop must take effect whatever its publisher's QoS (`ros2 topic pub` is volatile): a second subscription requests
+// nothing, and gets what the first one cannot. It only sets the stop; a releasing publisher must reach late joiners,
+// too.
 void DiffDriveComponent::listen_for_emergency_stop() {
   const QoS latched = QoS(KeepAll{}).reliable().transient_local();
   SubscriptionOptions first;
@@ -371,7 +372,7 @@ void DiffDriveComponent::stop_base() {
         "{} cycles ({} skipped, {} not written), {} states of the wheels, {} of {} bytes lost, {} command timeouts",
         loop.cycles, loop.skipped, loop.unwritten, base.states, base.bytes_lost, base.bytes_in, loop.commands.timeouts);
   }
-  // A lost line cannot be told; the board's own watchdog stops the wheels then.
+  // A lost line takes no command; the board's own watchdog stops the wheels then.
   if (base_) static_cast<void>(base_->stop());
 }
 

@@ -85,7 +85,7 @@ class DiffDriveComponent : public LifecycleNode {
   std::shared_ptr<Publisher<diagnostic_msgs::msg::DiagnosticArray>> diagnostics_;
   CommandInbox inbox_;
   EmergencyLatch emergency_;
-  std::string hindrance_;  // as it was told last; empty: none
+  std::string hindrance_;  // as last reported; empty: none
   int ticks_until_told_ = 0;
   CommandStats command_stats_;
   std::array<bool, 3> refusal_told_{};

@@ -92,7 +92,7 @@ void declare_options(Node& node, const DiffDriveOptions& defaults = {});
 [[nodiscard]] std::vector<std::string> names_of_numbers();
 /// Reads the values in force.
 [[nodiscard]] DiffDriveOptions read_options(const Node& node);
-/// Checks them all; `node` is who has them.
+/// Checks all of them; `node` is the node that has them.
 /// Errors: the first Problem, naming parameter, value, what is allowed and the way out.
 [[nodiscard]] Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std::string& node);
 

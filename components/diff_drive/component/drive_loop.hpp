@@ -22,19 +22,19 @@ class DriveObserver {
   virtual ~DriveObserver() = default;
 
   virtual void on_wheel_state(const WheelState& state) = 0;
-  /// A cycle ended; `commanded` is what the wheels were told.
+  /// A cycle ended; `commanded` is the command to the wheels.
   virtual void on_cycle(const BodyTwist& commanded, MonotonicTime now) = 0;
   /// The first frame that carries a new command has been written: so long after the command was published.
   virtual void on_command_written(Duration since_published) = 0;
-  /// Settings::waits_for_board: the board is gone, silent, or takes nothing, and why; then, that it spoke again.
+  /// Settings::waits_for_board: the board is lost, silent, or accepts nothing, with the reason; later, that it is back.
   virtual void on_board_lost(std::string_view) {}
   virtual void on_board_back(MonotonicTime) {}
 };
 
-/// Why the loop cannot go on. The wheels were told to stop, if anything could be told.
+/// Why the loop cannot continue. A stop was sent to the wheels, if possible.
 struct DriveFault {
   enum class Kind : std::uint8_t {
-    SerialLost,    ///< The line is gone or refuses, and did not come back within Settings::reopen_limit.
+    SerialLost,    ///< The line is lost, and was not back within Settings::reopen_limit.
     SerialStuck,   ///< No command got through for longer than Settings::silence_limit.
     FeedbackLost,  ///< The board said nothing for longer than Settings::silence_limit.
   };
@@ -68,11 +68,11 @@ class DriveLoop {
     bool waits_for_board = false;  ///< A lost board is waited for; the two limits below count only without.
     Duration silence_report =
         500ms;  ///< With waits_for_board: after so long without feedback, or a byte taken, it is lost.
-    Duration silence_limit = 1s;  ///< Zero: the board may be silent, and the line stuck, for ever.
+    Duration silence_limit = 1s;  ///< Zero: the board may be silent, and the line stuck, forever.
     Duration reopen_limit{};      ///< Zero: a lost line is a fault at once.
     Duration motor_watchdog{};    ///< After so long without a command the board stops by itself; zero: it does not.
   };
-  /// What the loop is at, for those who only look. Threads: any.
+  /// Returns the loop's state, for observers. Threads: any.
   struct alignas(4) Look {  // one word, so that every compiler makes its atomic without a lock
     CommandInput::State state = CommandInput::State::Waiting;
     std::uint8_t holds = 0;          ///< Bits of Hold.
@@ -97,7 +97,7 @@ class DriveLoop {
   void arm(MonotonicTime now);
   /// After arm(): the board did not answer; it is held and tried as a lost one. Only with waits_for_board.
   void begin_without_board();
-  /// Runs until stop() or a fault. Does not command a stop itself when it was told to end.
+  /// Runs until stop() or a fault. Sends no stop itself when it ends by stop().
   [[nodiscard]] Result<void, DriveFault> run();
   /// One cycle, for run() and for tests.
   [[nodiscard]] Result<void, DriveFault> cycle();

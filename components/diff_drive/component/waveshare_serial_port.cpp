@@ -30,8 +30,8 @@ WaveshareSerialPort::WaveshareSerialPort(std::unique_ptr<io::ByteStream> line, c
 }
 
 Result<void, BaseFault> WaveshareSerialPort::start() {
-  // What waited in the line was said before anybody listened: its time would be a lie. A bounded number of reads, so
-  // that a board that never pauses cannot hold us.
+  // Bytes that waited in the line were sent before it was opened: their time of receipt would be wrong. A bounded
+  // number of reads, so that a board that never pauses cannot hold us.
   for (int reads = 0; reads < 16; ++reads) {
     const auto bytes = line_->read_until({});
     if (!bytes) return err(fault_of(bytes.error()));

@@ -17,7 +17,7 @@ enum class RearmRule : std::uint8_t {
 /// What holds the wheels still, whatever is commanded.
 enum class Hold : std::uint8_t {
   EmergencyStop = 1,  ///< Latched until it is released.
-  LineLost = 2,       ///< The motor board cannot be told anything.
+  LineLost = 2,       ///< The motor board cannot receive commands.
   Unguarded = 4,      ///< The emergency stop has no publisher, and one is required.
   Stopped = 8,        ///< Stopped from outside (MotionStops), until the next activation.
 };
@@ -39,7 +39,7 @@ class CommandInput {
     Duration timeout = 500ms;  ///< Zero: commands stay in force.
     std::uint8_t priority = 0;
   };
-  /// While locked (or not heard for its timeout) inputs of a lower priority command nothing.
+  /// While locked (or silent for its timeout), inputs of a lower priority are ignored.
   struct Lock {
     Duration timeout{};  ///< Zero: a lock that says nothing is open.
     std::uint8_t priority = 0;

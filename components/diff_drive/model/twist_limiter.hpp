@@ -17,8 +17,8 @@ struct TwistLimits {
 /// What happens to a wanted twist (v, w), when its predecessor was u0:
 ///  1. Velocity: both parts are scaled by one ratio, the smaller of the two axes' ratios, so that w/v stays.
 ///  2. Acceleration and jerk: if the base can move with that w/v in this cycle, it does, as fast as both axes allow
-///     (one ratio again). From rest this holds at once, and it goes on to hold until the wanted twist is reached.
-///  3. Otherwise (braking to a stop, reversing, another curve at speed) no twist with that w/v is in reach: both parts
+///     (one ratio again). From rest this is true at once, and stays true until the wanted twist is reached.
+/// 3. Otherwise (braking to a stop, reversing, another curve at speed) no twist with that w/v is in reach: both parts
 ///     move the same share of their way from u0, the smaller share of the two axes. Braking to zero and reversing keep
 ///     the w/v of u0 so; a change of curve passes along the straight line between the two twists.
 /// On one axis alone (the other is zero or constant) this is control_toolbox's limiter exactly.

@@ -14,14 +14,14 @@ namespace nacelle::diff_drive {
 
 /// What the motor board says about the wheels at one instant.
 struct WheelState {
-  double left_rad = 0.0;  ///< Turned since some fixed instant; goes on across restarts of the board.
+  double left_rad = 0.0;  ///< Angle turned since some fixed time; continues across restarts of the board.
   double right_rad = 0.0;
   WheelRates rates;  ///< As the board measured them.
   std::optional<double> voltage_v;
   MonotonicTime captured_at{};
 };
 
-/// Why the base could not be read or told.
+/// Why the base could not be read or commanded.
 enum class BaseFault : std::uint8_t {
   LineLost,     ///< The other end is gone (pulled cable); only reopening may help.
   LineStuck,    ///< The line took no bytes, or only a part, in time; the wheels still do what they did. Try again.
@@ -50,7 +50,7 @@ class BasePort {
     std::uint64_t commands = 0;                  ///< Speed commands that were sent whole, stops included.
     std::uint64_t stuck = 0;                     ///< BaseFault::LineStuck.
     std::uint64_t states = 0;                    ///< Wheel states handed out.
-    std::uint64_t board_restarts = 0;            ///< The board's travel began anew; the positions go on.
+    std::uint64_t board_restarts = 0;            ///< The board's counters restarted; the positions continue.
     std::uint64_t bytes_in = 0, bytes_lost = 0;  ///< Received, and those of them that were no usable line.
   };
 
@@ -79,7 +79,7 @@ class BasePort {
 
   /// rad/s that a command may ask of a wheel; infinity when the base has no limit of its own.
   [[nodiscard]] virtual double max_wheel_rate() const = 0;
-  /// Bytes that stop the wheels when anybody writes them to descriptor() (design D7); empty without a line.
+  /// Bytes that stop the wheels when they are written to descriptor() (design D7); empty without a line.
   [[nodiscard]] virtual ByteView stop_frame() const = 0;
   [[nodiscard]] virtual int descriptor() const noexcept = 0;  ///< -1 without a line.
   [[nodiscard]] virtual Stats stats() const = 0;

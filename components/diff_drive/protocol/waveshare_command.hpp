@@ -23,10 +23,10 @@ namespace nacelle::diff_drive {
 //
 // Fields of T 1 are written with at most four decimals, 0.1 mm/s.
 
-/// The board ignores faster wheel speeds, and goes on with the old one: the host must never ask for more.
+/// The board ignores faster wheel speeds and keeps the old one: the host must never request more.
 inline constexpr double kWaveshareMaxWheelSpeed_mps = 2.0;
 
-/// The command that stops the wheels, ready to be written by anybody: the prepared stop frame.
+/// The prepared stop frame: the command that stops the wheels, ready to be written from any process.
 inline constexpr std::array<std::uint8_t, 20> kWaveshareStopFrame = {'{', '"', 'T', '"', ':', '1', ',', '"', 'L', '"',
                                                                      ':', '0', ',', '"', 'R', '"', ':', '0', '}', '\n'};
 

@@ -62,7 +62,7 @@ EkfComponent::EkfComponent(const NodeOptions& options) : LifecycleNode("ekf", op
   enable_service_ = create_service<std_srvs::srv::Empty>(
       "enable", [this](const std_srvs::srv::Empty::Request&, std_srvs::srv::Empty::Response&) { enable(); });
 
-  // What the parameters name is declared here already; what is wrong with them is said when the node is configured.
+  // Declares here what the parameters name; problems with them are reported when the node is configured.
   const auto read = read_ekf_parameters(*this);
   if (!read) {
     declare_problem(read.error());

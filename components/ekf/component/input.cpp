@@ -73,7 +73,7 @@ void Input::forget() { memory_ = {}; }
 void Input::comes_from(std::uint64_t writer, std::uint64_t sequence) {
   auto known = std::ranges::find(heard_, writer, &Heard::writer);
   if (known == heard_.end()) {
-    known = std::prev(heard_.end());  // heard longest ago
+    known = std::prev(heard_.end());  // the one whose last message is oldest
     *known = {writer, sequence};
   }
   if (sequence > known->sequence + 1) lost_ += sequence - known->sequence - 1;

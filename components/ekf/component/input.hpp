@@ -35,8 +35,8 @@ class Input {
   void take(const geometry_msgs::msg::PoseWithCovarianceStamped& message);
   void take(const geometry_msgs::msg::TwistWithCovarianceStamped& message);
   void take(const sensor_msgs::msg::Imu& message);
-  /// Counts the gap before a message as lost. Call before take(), with the message's MessageInfo. The publishers of one topic are
-  /// told apart; of more than kMostWriters, a gap is seen only in those that were heard last.
+  /// Counts the gap before a message as lost. Call before take(), with the message's MessageInfo. The publishers of one
+  /// topic are told apart; of more than kMostWriters, a gap is detected only in those with the latest messages.
   void comes_from(std::uint64_t writer, std::uint64_t sequence);
   /// Forgets what differential and relative poses refer to.
   void forget();

@@ -6,7 +6,7 @@
 namespace nacelle::ekf {
 namespace {
 
-constexpr int kPatience = 2;  // looks without a fused measurement before anything is said
+constexpr int kPatience = 2;  // checks without a fused measurement before a report
 constexpr int kLooksBetweenLosses = 10;
 constexpr std::uint64_t kSameStamps = 10;  // that many in a row are no coincidence
 constexpr Duration kFarBehind = 1s;        // more than any latency that a filter without history can use

@@ -36,7 +36,7 @@ class Watch {
   };
   struct Losses {
     std::uint64_t told{};
-    int looks{0};  // since it was told
+    int looks{0};  // since it was reported
   };
   void look_at_stamps(const Input& input, const Input::Part& part, const PartStats& now, Seen& seen,
                       const Logger& logger) const;

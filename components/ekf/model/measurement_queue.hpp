@@ -47,7 +47,7 @@ class MeasurementQueue {
 
  private:
   static constexpr std::size_t kChunk = 64;
-  // So that a robot of 150 measurements per second may be paused for 0.8 s without an allocation when it goes on.
+  // So that a robot of 150 measurements per second may be paused for 0.8 s without an allocation when it resumes.
   static constexpr std::size_t kAtFirst = 256;
   struct Entry {
     std::int64_t stamp_ns;

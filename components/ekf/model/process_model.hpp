@@ -36,7 +36,8 @@ void advance(Belief& belief, double dt_s, const ProcessNoise& noise);
   return to;
 }
 
-/// Process noise whose pose block grows with the square of the velocity, so that a robot that stands still stays sure.
+/// Process noise whose pose block grows with the square of the velocity, so that the uncertainty of a stationary robot
+/// does not grow.
 /// Source: robot_localization, FilterBase::computeDynamicProcessNoiseCovariance: V Q V^T, V = |velocity| I.
 [[nodiscard]] ProcessNoise scaled_by_velocity(const ProcessNoise& noise, const StateVector& state);
 

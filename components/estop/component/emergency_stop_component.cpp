@@ -18,7 +18,7 @@ const std::vector<std::string> kLevels{"high", "low"};
 const std::vector<std::string> kBiases{"pull_up", "pull_down", "none"};
 // Changes wake the thread; this only bounds how long a change that the kernel did not tell could stay unseen.
 constexpr Duration kLookPeriod = 500ms;
-// The lifecycle gate opens just after on_activate(): a stop that was said before is said again until it gets through.
+// The lifecycle gate opens just after on_activate(): a stop from before is published again until it gets through.
 constexpr Duration kSayAgain = 5ms;
 
 ParameterDescriptor described(std::string text) {
@@ -51,7 +51,7 @@ EmergencyStopComponent::EmergencyStopComponent(const NodeOptions& options, OpenS
   publisher_ = create_publisher<Bool>("emergency_stop", promised());
   button_publisher_ = create_publisher<Bool>("emergency_stop", promised());
   SubscriptionOptions releases;
-  // Who is not latched releases nothing, and only releases count here.
+  // Publishers that are not latched cannot release, and only releases count here.
   releases.event_callbacks.incompatible_qos_callback = [](const QOSRequestedIncompatibleQoSInfo&) {};
   heard_ = create_subscription<Bool>(
       "emergency_stop", latched(), [this](const Bool& stop) { on_heard(stop); }, releases);
@@ -150,7 +150,7 @@ CallbackReturn EmergencyStopComponent::on_activate(const State&) {
 void EmergencyStopComponent::watch() noexcept {
   ::pthread_setname_np(::pthread_self(), "estop_button");
   bool told = true;
-  io::Backoff backoff{50ms, kLookPeriod};  // it goes on looking, and showing life, meanwhile
+  io::Backoff backoff{50ms, kLookPeriod};  // it keeps reading the button, and asserting liveliness, meanwhile
   while (!ended_) {
     const auto pressed = button_ ? button_->is_pressed() : Result<bool, SwitchFault>{err(SwitchFault::Lost)};
     looked_at_ns_ = steady_clock().now().nanoseconds();

@@ -10,7 +10,7 @@ namespace nacelle::estop {
 
 /// Why a switch cannot be read. Readers then treat it as pressed.
 enum class SwitchFault : std::uint8_t {
-  Lost,  ///< The kernel refuses to read the line: the chip is gone.
+  Lost,  ///< The kernel refuses to read the line: the chip was removed.
 };
 
 /// A switch that stops the robot while it is pressed.

@@ -20,7 +20,7 @@ struct Sample {
 /// Joins the frames of one device cycle into a sample.
 ///
 /// The device sends the frames of its mask in rising order of type; a sample is complete with the last of them. A cycle
-/// with a frame missing is counted and given up: an old acceleration never meets a new angular velocity.
+/// with a missing frame is counted and dropped: an old acceleration is never combined with a new angular velocity.
 /// Threads: one. Allocates: nothing.
 class SampleAssembler {
  public:
@@ -29,7 +29,7 @@ class SampleAssembler {
   struct Stats {
     std::uint64_t frames{};           ///< Of the mask.
     std::uint64_t samples{};          ///< Complete ones.
-    std::uint64_t incomplete{};       ///< Cycles that were given up.
+    std::uint64_t incomplete{};       ///< Cycles that were dropped.
     std::uint64_t given_up_frames{};  ///< Frames in those.
     std::uint64_t foreign_frames{};   ///< Of a type outside the mask; skipped.
   };

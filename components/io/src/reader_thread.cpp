@@ -57,7 +57,7 @@ Result<void, StreamFault> ReaderThread::reopen() {
   return options_.set_up ? options_.set_up() : Result<void, StreamFault>{};
 }
 
-// Power that went and came behind an adapter that stayed: the line never broke, but the device forgot what it was told.
+// The device was power-cycled behind an adapter that stayed on: the line never broke, but the device lost its settings.
 void ReaderThread::set_up_again(MonotonicTime now) {
   if (!options_.set_up || sink_.hears() || now < next_set_up_) return;
   static_cast<void>(options_.set_up());  // a line that breaks says so at the next read

@@ -67,7 +67,7 @@ Result<Descriptor, OpenFault> open_line(const SerialSettings& settings) {
       ::tcsetattr(line.number(), TCSANOW, &options) != 0) {
     return err(OpenFault{OpenStep::Configure, errno});
   }
-  // What waited in the kernel was sent before anybody listened: its receive time would be a lie.
+  // Bytes that waited in the kernel were sent before the line was opened: their time of receipt would be wrong.
   ::tcflush(line.number(), TCIFLUSH);
   return line;
 }

@@ -28,7 +28,7 @@ class Ld06Decoder {
     std::uint64_t bytes{};          ///< Fed so far.
     std::uint64_t frames{};         ///< Handed to the sink.
     std::uint64_t implausible{};    ///< Whole frames with a right checksum that cannot be true.
-    std::uint64_t bad_checksums{};  ///< Frame starts that were given up; their first byte is in skipped_bytes.
+    std::uint64_t bad_checksums{};  ///< Frame starts that were rejected; their first byte is in skipped_bytes.
     std::uint64_t skipped_bytes{};
     friend bool operator==(const Stats&, const Stats&) = default;
   };

@@ -75,7 +75,7 @@ void MonitorComponent::declare_streams() {
     stream.expected = common;
     stream.expected.periodic = plan->periodic;
     stream.expected.rate_hz = rates.empty() ? 0.0 : rates[i];
-    // Who watches names no type to the network: that is left to who publishes, or commands a base.
+    // A monitor announces no type on the network: the publishers, or the base that reads commands, do.
     const Announced announced = plan->types.size() > 1 ? Announced::WithItsPublisher : Announced::Always;
     for (const ReadableType* type : plan->types) {
       stream.type += (stream.type.empty() ? "" : " or ") + std::string(type->name);

@@ -101,7 +101,7 @@ const ReadableType kTypes[] = {
 };
 #undef NACELLE_READABLE
 
-// The robot's own topics, so that a parameter file need not repeat what everybody knows.
+// The robot's standard topics, so that a parameter file need not repeat them.
 struct KnownTopic {
   std::string_view topic, type, second_type;
   bool periodic = true;

@@ -44,7 +44,7 @@ class StreamWatch {
 
   /// `sequence` counts from 1 per writer. `age` is of the header's stamp, for messages that have one.
   void record(MonotonicTime received, std::uint64_t writer, std::uint64_t sequence, std::optional<Duration> age);
-  /// Judges what came since the last look (or start()), and begins anew.
+  /// Evaluates the messages since the last call (or start()), and restarts the interval.
   [[nodiscard]] StreamReport look(MonotonicTime now, const Expectation& expected);
   /// From now on; what a pause has swallowed is no gap.
   void start(MonotonicTime now);

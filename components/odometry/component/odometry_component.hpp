@@ -35,7 +35,7 @@ class OdometryComponent final : public LifecycleNode {
   CallbackReturn on_cleanup(const State&) override;
 
  private:
-  /// The base that has these wheels; the only one, where this node was not told which wheels it reads.
+  /// The base that has these wheels; the only one, if this node's parameters name no wheels.
   [[nodiscard]] std::optional<BaseWheels> find_base() const;
   /// The base's wheels, as far as this node was not given its own.
   void take_wheels_of_base();

@@ -40,7 +40,7 @@ double PositionUnwrap::circle_of(double change_rad, double most_rad, double expe
     const double step_rad = nearest(change_rad, kTurn_rad, expected_rad);
     if (std::abs(step_rad - expected_rad) <= std::min(tolerance_rad, 0.25 * kTurn_rad)) return kTurn_rad;
   }
-  // At the end of a counter the position goes back while the wheel goes on.
+  // When a counter wraps, the position jumps back while the wheel turns on.
   if (!cannot_be || tick_rad_ < kFinest_rad || change_rad * expected_rad > 0.0) return 0.0;
   const double bits = std::round(std::log2(off_rad / tick_rad_));
   const double circle_rad = std::exp2(bits) * tick_rad_;

@@ -7,9 +7,10 @@ namespace nacelle::odometry {
 
 /// How far one wheel turned between two positions of an encoder that may count in a circle.
 ///
-/// A declared range is believed. Without one a change that the wheel cannot have made is taken for the end of a circle if that
-/// leaves a step as expected: a circle of one turn (+-pi, 0 to 2 pi) while every position lay within one turn, or one of 2^n steps
-/// of a counter (n from 8) where every change was a multiple of one step. Anything else is a jump: the counter began anew.
+/// A declared range is believed. Without one a change that the wheel cannot have made is taken for the end of a circle
+/// if that leaves a step as expected: a circle of one turn (+-pi, 0 to 2 pi) while every position lay within one turn,
+/// or one of 2^n steps of a counter (n from 8) where every change was a multiple of one step. Anything else is a jump:
+/// the counter restarted.
 /// Threads: one. Allocates: nothing.
 class PositionUnwrap {
  public:

@@ -15,7 +15,7 @@ void VelocityWindow::add(double distance_m, double turn_rad, double dt_s) {
   steps_[next_] = {distance_m, turn_rad, dt_s};
   next_ = (next_ + 1) % steps_.size();
   used_ = std::min(used_ + 1, steps_.size());
-  // Summed anew: a running sum would keep the rounding of every step that ever left it.
+  // Recomputed, because a running sum would accumulate rounding errors.
   sum_ = {};
   for (std::size_t i = 0; i < used_; ++i) {
     sum_.distance_m += steps_[i].distance_m;

@@ -38,9 +38,9 @@ struct WorldReport {
   std::array<Line, 3> lines{};    ///< In the order of Device: lidar, imu, base.
 };
 
-/// Pulls a device's cable out of a running world, or puts it back: the line hangs up and its link goes, or both come anew.
-/// `device`: "lidar", "imu" or "base". The device itself goes on, as one with a battery does.
-/// Returns when the world has been told; it acts within milliseconds.
+/// Disconnects a device of a running world, or reconnects it: the line hangs up and its link disappears, or both are
+/// made again. `device`: "lidar", "imu" or "base". The device itself keeps running, like one with a battery. Returns
+/// when the world has the request; it acts within milliseconds.
 /// Errors: a Problem that names the directory or the device.
 [[nodiscard]] Result<void, Problem> plug_device(const std::string& directory, const std::string& device, bool in);
 

@@ -18,7 +18,7 @@ inline constexpr std::array kDevices{Device::Lidar, Device::Imu, Device::Base};
   return device == Device::Lidar ? "lidar" : device == Device::Imu ? "imu" : "base";
 }
 
-/// The robot in its room, with its devices: bytes in, bytes out, time told.
+/// The robot in its room, with its devices: bytes in, bytes out; times are arguments.
 ///
 /// The same seed, commands and times give the same bytes. Threads: one. Allocates: yes; it lives in a process of its
 /// own.

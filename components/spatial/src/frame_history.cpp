@@ -12,7 +12,8 @@ constexpr auto kAcquire = std::memory_order_acquire;
 constexpr auto kRelease = std::memory_order_release;
 constexpr auto kRelaxed = std::memory_order_relaxed;
 
-// A reader that outranks a preempted writer on its own CPU would spin for ever: after a while it sleeps instead.
+// A reader with a higher priority than a preempted writer on its CPU would spin forever: after a while it sleeps
+// instead.
 constexpr int kSpinsBeforeSleep = 200;
 constexpr timespec kShortSleep{0, 50'000};
 

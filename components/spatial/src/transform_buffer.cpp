@@ -66,7 +66,7 @@ struct [[gnu::visibility("hidden")]] TransformBuffer::Impl {
   mutable std::mutex writing;                     // inserts, new names, stats and all below
   TransformBufferStats stats;
   std::vector<Listener*> listeners;
-  std::thread::id feeder;  // who inserted last
+  std::thread::id feeder;  // the thread of the last insert
   mutable std::condition_variable inserted;
   mutable int waiting{0};
 };

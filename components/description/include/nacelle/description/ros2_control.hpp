@@ -74,7 +74,7 @@ struct ControlDescription {
 struct Wheels {
   std::vector<std::string> left, right;
 };
-/// Errors: a wheel whose side cannot be told.
+/// Errors: a wheel whose side is ambiguous.
 [[nodiscard]] Result<Wheels, Problem> wheels_of(const ControlDescription& description);
 
 /// What the description says of the wheels' sizes, as far as it does.

@@ -13,7 +13,7 @@ namespace nacelle::io {
 
 /// Why a byte stream could not do what it was asked.
 enum class StreamFault : std::uint8_t {
-  HungUp,       ///< The other end is gone: a pulled cable, a closed pty. reopen() may bring it back.
+  HungUp,       ///< The other end is closed: a pulled cable, a closed pty. reopen() may restore it.
   ReadFailed,   ///< The kernel refused the read for another reason. reopen() may help.
   WriteFailed,  ///< The kernel refused the write for another reason.
   WouldBlock,   ///< The line took only a part of the bytes in time; the rest was not sent.

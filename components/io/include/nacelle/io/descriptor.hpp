@@ -33,7 +33,7 @@ enum class Wake : std::uint8_t {
   Ready,     ///< The descriptor can be read (or written) without waiting.
   TimedOut,  ///< The deadline came.
   Woken,     ///< The bell rang.
-  HungUp     ///< The other end is gone and nothing is left to read.
+  HungUp     ///< The other end is closed and nothing is left to read.
 };
 
 /// Waits until the descriptor can be read.

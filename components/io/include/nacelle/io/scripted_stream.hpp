@@ -29,7 +29,7 @@ class ScriptedStream final : public ByteStream {
   enum class AtEnd : std::uint8_t {
     Silence,  ///< Nothing comes: every read ends at its deadline.
     Blocks,   ///< Reads wait for append() or interrupt(), whatever their deadline: for tests with a reading thread.
-    HangsUp   ///< The other end is gone.
+    HangsUp   ///< The other end is closed.
   };
   using Wait = std::function<void(MonotonicTime until)>;
 

@@ -13,11 +13,11 @@ namespace nacelle::spatial {
 
 /// Why a transform could not be given; names and numbers are those of tf2's TF2Error.
 enum class TransformError : std::uint8_t {
-  Lookup = 1,                  ///< A frame was never heard of.
+  Lookup = 1,                  ///< A frame is unknown.
   Connectivity = 2,            ///< Both frames are known, but no chain joins them.
   Extrapolation = 3,           ///< The general word for the three below; not given by this buffer.
   InvalidArgument = 4,         ///< A frame id is empty or begins with '/'.
-  Timeout = 5,                 ///< Waited in vain.
+  Timeout = 5,                 ///< The wait timed out.
   Transform = 6,               ///< Any other trouble.
   BackwardExtrapolation = 7,   ///< Asked for a time before the oldest sample of a frame on the way.
   ForwardExtrapolation = 8,    ///< Asked for a time after the newest one.

@@ -123,7 +123,7 @@ class TransformBuffer {
                                                              std::string_view source, WallTime source_time,
                                                              std::string_view fixed, Duration timeout) const;
 
-  /// Hears of each insert, in the thread that inserts and with the buffer's lock held: only note it and return.
+  /// Is called at each insert, on the inserting thread and with the buffer's lock held: only set a flag and return.
   class Listener {
    public:
     virtual void on_insert() noexcept = 0;
