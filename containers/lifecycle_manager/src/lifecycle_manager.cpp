@@ -46,7 +46,7 @@ struct LifecycleManager::Entry {
   MonotonicTime began, ended;
   std::atomic<bool> has_ended{false};  // release: `outcome` and `ended` are there
   TransitionOutcome outcome;
-  std::optional<Step> step;  // to be told
+  std::optional<Step> step;  // to be reported
 };
 
 LifecycleManager::LifecycleManager(std::vector<ManagedNode> order, Hooks hooks, const Clock& clock)
@@ -84,7 +84,7 @@ std::size_t LifecycleManager::collect(Transition transition, bool goes_on) {
   for (auto& entry : entries_) {
     if (entry.phase == Entry::Phase::UnderWay && entry.has_ended.load(std::memory_order_acquire)) {
       entry.phase = Entry::Phase::Over;
-      // The node's own word counts, not what was asked for: an error leaves it unconfigured.
+      // The node's reported state counts, not the requested one: an error leaves it unconfigured.
       entry.level = level_of(entry.outcome.state);
       const bool success = entry.outcome.success;
       entry.left_out = !success && !entry.node.required;
@@ -112,7 +112,7 @@ LifecycleManager::Readiness LifecycleManager::readiness(Entry& entry) {
     const Dependency& dependency = entry.node.after[i];
     Entry::Wait& wait = entry.waits[i];
     const Entry* const other = find(dependency.node);
-    // One that was left out, or that shall not be activated, cannot hold anybody up.
+    // A node that was left out, or that will not be activated, delays no other.
     if (other == nullptr || other->left_out || !other->node.activate) continue;
     std::string lacking;
     if (other->level != Level::Active) {

@@ -36,7 +36,7 @@ desk::Answer OwnContainer::answer(const std::string& verb, const nlohmann::json&
 Result<std::unique_ptr<desk::TopicTap>, Problem> OwnContainer::tap(const desk::TapWish& wish) {
   auto type = type_of(wish);
   if (!type) return err(type.error());
-  // A person reads text slower than a sensor writes it; only what is measured must not be lost.
+  // Text for display may lose messages; measurements must not.
   return std::make_unique<desk::TopicTap>(robot_.container().transport(), wish.topic, *type.value(),
                                           wish.is_measured ? kMeasuredDepth : kReadDepth);
 }

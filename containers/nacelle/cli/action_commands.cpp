@@ -62,7 +62,7 @@ int list(const ActionWish& wish) {
   return kDone;
 }
 
-/// The action that is meant. Errors: the exit code; the nearest name has been said on stderr.
+/// Returns the named action. Errors: the exit code; the nearest name has been printed to stderr.
 Result<ActionEnds, int> ends_of(const ActionWish& wish) {
   auto graph = graph_of(wish.whom);
   if (!graph) return err(graph.error());

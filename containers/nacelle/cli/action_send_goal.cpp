@@ -41,7 +41,7 @@ class Errand {
   int run();
 
  private:
-  // Errors of the following: the exit code; what is wrong has been said.
+  // Errors of the following: the exit code; the error has been printed.
   [[nodiscard]] Result<json, int> read_goal();
   [[nodiscard]] Result<void, int> wait_for_server();
   void warn_of_waiting(const std::map<std::string, ActionEnds>& actions, bool is_known) const;

@@ -69,7 +69,7 @@ int tell(const EstopWish& wish, bool set, const std::string& topic) {
   std::vector<Listener> listeners = listeners_in(stats.value());
   if (!topic.empty()) {
     std::erase_if(listeners, [&](const Listener& listener) { return listener.topic != topic; });
-    // Said all the same: who joins later learns of it.
+    // Published nevertheless: a reader that joins later gets it.
     if (listeners.empty()) listeners.push_back({topic, 0});
   }
   if (listeners.empty()) {

@@ -14,7 +14,7 @@ std::optional<std::map<std::string, std::string>> parse_or_complain(const std::v
 
 Result<std::unique_ptr<InertLaunch>, std::vector<Problem>> load_inert_launch(
     const std::string& file, const std::map<std::string, std::string>& arguments) {
-  // What components remark while they are made is said by the findings, with file and line.
+  // The findings report the components' remarks during construction, with file and line.
   set_log_level(LogLevel::Error);
   auto robot = std::make_unique<InertLaunch>();
   robot->places = program_places();

@@ -74,7 +74,7 @@ bool LiveText::wait(Duration limit, int descriptor) {
 void LiveText::read_keys() {
   std::array<char, 64> typed{};
   const ssize_t got = ::read(STDIN_FILENO, typed.data(), typed.size());
-  if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) keys_.reset();  // the terminal is gone
+  if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) keys_.reset();  // the terminal was closed
   for (ssize_t i = 0; i < got; ++i) {
     const char key = typed[static_cast<std::size_t>(i)];
     has_typed_q_ = has_typed_q_ || key == 'q' || key == 'Q';

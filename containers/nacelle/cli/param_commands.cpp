@@ -67,7 +67,7 @@ int list(const ParamWish& wish) {
   const auto has_parameters = [](const json& row) { return row["id"] != 0 || row.value("parameters", false); };
   int result = kDone;
   json all = json::object();
-  // One that hangs, or that runs elsewhere, does not hide the others'.
+  // A node that hangs, or runs in another process, does not hide the parameters of others.
   for (const auto& node : texts_of(graph.value()["nodes"], "node", has_parameters)) {
     auto reply = parameters_of(client.value(), node);
     if (!reply) {
@@ -83,7 +83,7 @@ int list(const ParamWish& wish) {
   return result;
 }
 
-/// Errors: the exit code; the nearest name has been said.
+/// Errors: the exit code; the nearest name has been printed.
 Result<json, int> parameter_of(const json& reply, const std::string& name) {
   for (const auto& row : reply["parameters"]) {
     if (row["name"] == name) return json(row);

@@ -61,7 +61,7 @@ bool is_named_for(const std::string& path, const char* format) {
   return false;
 }
 
-/// A line for each machine whose stamps do not fit ours, with what it sends.
+/// Returns a line for each machine whose clock differs, with the frames that it sends.
 std::string skews_text(const json& frames) {
   std::map<std::string, std::vector<std::string>> sent;
   for (const auto& frame : frames) {
@@ -143,7 +143,7 @@ int echo(const TfWish& wish) {
     } else if (wish.once ? clock.now() > patience : reply.error().text() != last_trouble) {
       last_trouble = reply.error().text();
       complain(reply.error());
-      // A container that is gone does not come back on this connection.
+      // A container that has ended does not come back on this connection.
       if (wish.once || !nodes.container(wish.whom.container)) return kFailed;
     }
   } while (live.wait(wish.once ? 50ms : from_seconds(1.0 / wish.rate_hz)));
@@ -247,7 +247,7 @@ std::string monitor_text(const json& figures) {
   return out;
 }
 
-/// Notes what has come. Errors: the container is gone.
+/// Records the received messages. Errors: the container has ended.
 Result<void, Problem> take_in(control::Client& listener, report::FrameDelays& delays) {
   while (true) {
     auto frame = listener.receive(0ns);
@@ -280,7 +280,7 @@ int monitor(const TfWish& wish) {
     if (auto taken = take_in(listener.value(), delays); !taken) return complain(taken.error());
     if (clock.now() < next) continue;
     next += from_seconds(wish.interval_s);
-    tree = ask::list_frames(nodes, wish.whom.container);  // frames come and go, and change hands
+    tree = ask::list_frames(nodes, wish.whom.container);  // frames may be added and removed, and change owners
     if (!tree) return complain(tree.error());
     const auto watched = watched_by(wish.frames, tree.value()["frames"]);
     if (!watched) return complain(watched.error());

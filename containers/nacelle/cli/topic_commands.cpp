@@ -29,7 +29,7 @@ std::vector<std::string> types_of(const json& endpoints, const std::string& topi
   return texts_of(endpoints, "type", [&](const json& end) { return end["topic"] == topic; });
 }
 
-/// ros2's second form of the list: who publishes, who reads.
+/// ros2's second form of the list: published and subscribed topics.
 void print_both_sides(const json& endpoints, bool all) {
   for (const bool publisher : {true, false}) {
     print_text(publisher ? "Published topics:\n" : "\nSubscribed topics:\n");

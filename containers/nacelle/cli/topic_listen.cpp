@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// What comes on a topic: its messages, and what is measured of them.
+// SPDX-License-Identifier: Apache-2.0 Commands that read a topic: its messages, and measurements of them.
 #include <array>
 #include <cctype>
 #include <charconv>

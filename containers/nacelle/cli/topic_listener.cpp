@@ -86,7 +86,7 @@ Problem why_silent(const Listening& wish, const std::string& topic, const Heard&
           wish.whom.is_remote() ? look : "see `nacelle faults` and `nacelle streams`"};
 }
 
-/// Takes what is here already. Returns the exit code when it is over.
+/// Reads the available items. Returns the exit code at the end.
 template <typename Take>
 std::optional<int> take_all(Heard& heard, std::size_t index, const process::StopSignal& stop, const Take& take) {
   while (true) {

@@ -45,7 +45,7 @@ Result<json, Problem> readers_of(control::Client& asking, const TopicWish& wish,
 
 /// A reader that stops when messages stop, and these come too seldom for it, stops and goes.
 void warn_if_too_slow(const TopicWish& wish) {
-  // A container that is busy is not waited for: what is published may be what stops the robot.
+  // Does not wait for a busy container: the message may be one that stops the robot.
   constexpr Duration kPatience = 200ms;
   auto asking = connect(wish.whom);
   if (!asking) return;
@@ -109,7 +109,7 @@ std::optional<int> wait_for_readers(const TopicWish& wish, const process::StopSi
   }
 }
 
-/// The message as it is to be sent now. Errors: what is wrong with the text.
+/// Returns the message to send now. Errors: the mistake in the text.
 Result<bool, Problem> fill(msgs::AnyMessage& message, const std::string& text, const Clock& clock) {
   auto read = text::read_message_text(text, message.type(), clock.wall_now());
   if (!read) return err(read.error());

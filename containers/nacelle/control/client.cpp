@@ -23,11 +23,11 @@
 namespace nacelle::control {
 namespace {
 
-// An image as JSON is a few megabytes; nothing that a container says is longer than this.
+// An image as JSON is a few megabytes; no answer of a container is longer than this.
 constexpr std::size_t kLongestReply = 64U << 20U;
 // For a place in the queue of the socket, and for room in its buffer.
 constexpr Duration kSocketLimit = 10s;
-// A container that is at work may take its time; one that is stopped never answers.
+// A busy container may need time; a suspended one never answers.
 constexpr Duration kLookPeriod = 2s;
 
 void limit_sending(int socket) {

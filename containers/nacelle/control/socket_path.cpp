@@ -70,7 +70,7 @@ std::vector<Candidate> candidates(const SocketPlaces& places) {
   return folders;
 }
 
-/// Makes the folder, or says why no socket can be put there.
+/// Makes the folder, or returns why no socket can be put there.
 std::optional<std::string> refusal_of(const Candidate& candidate) {
   if (::mkdir(candidate.folder.c_str(), 0700) != 0 && errno != EEXIST) return std::strerror(errno);
   if (auto distrust = distrust_of_folder(candidate.folder, candidate.kind)) return distrust;
@@ -197,7 +197,7 @@ Result<SocketClaim, Problem> SocketClaim::take(const SocketPlaces& places, const
                        "use a shorter container name or another XDG_RUNTIME_DIR"});
   }
   const std::string lock_path = folder + "/" + name + ".lock";
-  // The lock, not the socket's file, says whether the owner lives: a file survives kill -9, a lock does not.
+  // The lock, not the socket's file, shows whether the owner is alive: a file survives kill -9, a lock does not.
   while (claim.lock_ < 0) {
     const int fd = ::open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return err(Problem{lock_path, std::strerror(errno), "is the folder yours?"});

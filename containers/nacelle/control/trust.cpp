@@ -59,7 +59,7 @@ bool may_ask(int socket, const Peer& peer, std::optional<gid_t> group) {
   auto size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
   if (::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) {
     if (errno != ERANGE) return false;
-    groups.resize(size / sizeof(gid_t));  // the kernel has said how many there are
+    groups.resize(size / sizeof(gid_t));  // the kernel has returned their number
     if (::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
   }
   groups.resize(size / sizeof(gid_t));

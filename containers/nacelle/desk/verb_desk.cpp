@@ -270,7 +270,7 @@ void VerbDesk::answer(Guest& guest, const std::string& request_text) {
       reply = control::reply_of({"request", "is not a JSON object", ""});
     }
   } catch (const json::exception& e) {
-    // A field of another type than it should be: the client's fault, told to the client.
+    // A field of a wrong type is the client's mistake, and reported to it.
     const std::string_view text = e.what();  // "[json.exception.type_error.302] type must be ..."
     const auto end = text.find("] ");
     reply = control::reply_of({"request", std::string{text.substr(end == std::string_view::npos ? 0 : end + 2)},

@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// Who else is on the network's ports of ROS 2.
+// SPDX-License-Identifier: Apache-2.0 Other programs on ROS 2's network ports.
 #include <fmt/format.h>
 
 #include <cstdint>

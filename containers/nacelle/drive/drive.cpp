@@ -31,7 +31,7 @@ constexpr Duration kBringUpLimit = 60s;
 constexpr Duration kShutdownLimit = 30s;
 constexpr Duration kControlPeriod = 20ms;
 constexpr Duration kStaleLimit = 1s;
-constexpr int kInterrupted = 130;  // what a shell says of a program that SIGINT ended
+constexpr int kInterrupted = 130;  // the shell's exit code of a program that SIGINT ended
 
 /// A folder for one run's device links, truth and report; gone with the object.
 class RunFolder {
@@ -141,7 +141,7 @@ class Run {
       const std::string activity = for_ever ? fmt::format("until Ctrl-C; container '{}'", name_)
                                             : fmt::format("{:.0f} s left", to_seconds(*settings_.duration - ran));
       if (auto stats = look(activity); !stats) return stats;
-      // A robot that only waits goes on with what it has, as under `launch`.
+      // With --stay, the robot continues with the remaining components, as under `launch`.
       if (for_ever) tell_faults();
       if (auto fine = for_ever ? check_runs() : check_faults(); !fine) return fine;
       container_->listen(for_ever ? view_.period() : std::min(view_.period(), *settings_.duration - ran),
@@ -188,7 +188,7 @@ class Run {
           return fine;
         }
       }
-      // A steady grid; after a delay it begins anew, so that no burst of commands follows.
+      // A fixed rate; after a delay the schedule restarts, so that no burst of commands follows.
       next = std::max(next + kControlPeriod, clock_.now());
       container_->listen(next - clock_.now(), stop_.descriptor());
       while (clock_.now() < next && !stop_.is_raised() && container_->ended().empty())
@@ -273,7 +273,7 @@ class Run {
     return {X.translation_m[0], X.translation_m[1], std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
   }
 
-  /// What broke the connection: our own Ctrl-C, the container's end, or the problem itself.
+  /// Returns what broke the connection: this program's own Ctrl-C, the container's end, or the problem itself.
   [[nodiscard]] Problem interrupted_or(Problem problem) const {
     if (stop_.is_raised()) return {"", "interrupted", ""};
     container_->wait_for_end(200ms);

@@ -57,7 +57,7 @@ Result<process::ProgramSpec, Problem> program_spec_of(const launch::ProgramPlan&
     spec.arguments = plan.arguments;  // it is no node, whatever namespace it stands in
     const bool is_world = spec.arguments.size() >= 2 && spec.arguments[0] == "sim" && spec.arguments[1] == "world";
     if (is_world) {
-      // The robot's devices are there when the world says so.
+      // The robot's devices exist once the world reports it.
       if (const std::string folder = option_value(spec.arguments, "--dir"); !folder.empty())
         spec.ready_file = folder + "/ready";
       spec.arguments.insert(spec.arguments.end(), {"--parent", std::to_string(::getpid())});

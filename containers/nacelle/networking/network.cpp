@@ -285,7 +285,7 @@ void Network::serve(bool told) {
   }
 }
 
-// A small computer without a battery starts years ago, and hears the time later.
+// A small computer without a clock battery starts years in the past, and gets the time later.
 void Network::note_clock_jump() {
   if (joined_ || !why_not_ || !network_is_built_in()) return;
   if (auto joined = join(); joined && joined_) say_("nacelle: " + line());

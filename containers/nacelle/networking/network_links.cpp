@@ -79,7 +79,7 @@ LinkWatch::~LinkWatch() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-// What was told is not read: after it, or after a loss of it (ENOBUFS), the kernel is asked for the whole.
+// The notifications are not parsed: after any, or after a loss (ENOBUFS), the complete state is read from the kernel.
 void LinkWatch::drain() const {
   std::array<char, 8192> ignored{};
   ssize_t got = 0;

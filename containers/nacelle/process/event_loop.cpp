@@ -62,7 +62,7 @@ int EventLoop::limit_ms(std::optional<Duration> limit) const {
     if (entry.due) shorten(*entry.due - clock_.now());
   }
   if (!limit) return -1;
-  // Rounded up: what is due in half a millisecond is not looked at twice.
+  // Rounded up, so that a task that is due in half a millisecond is not checked twice.
   return *limit == Duration::zero() ? 0 : static_cast<int>(*limit / 1ms) + 1;
 }
 

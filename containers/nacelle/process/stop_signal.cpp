@@ -15,7 +15,7 @@
 namespace nacelle::process {
 namespace {
 
-// A handler has no argument of ours: what it touches is static, and lock-free.
+// A signal handler has no user argument, so its data is static, and lock-free.
 constexpr int kRequest = -1;
 std::atomic<int> first_signal{0};
 std::atomic<int> signals_seen{0};
@@ -36,7 +36,7 @@ void wake(int number) noexcept {
   errno = saved;
 }
 
-/// A write() that the signal interrupts begins anew (SA_RESTART), with what the descriptor is by then.
+/// A write() that the signal interrupts is restarted (SA_RESTART), with the new target of the descriptor.
 void drop_full_output() noexcept {
   const int sink = null_device.load();
   if (sink < 0) return;
@@ -69,7 +69,7 @@ StopSignal::StopSignal(void (*emergency)() noexcept, FullOutput output) {
   sigemptyset(&action.sa_mask);
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     ::sigaction(kSignals[i], &action, &before[i]);
-    // Under nohup the end of the terminal is not to be the robot's.
+    // Under nohup the end of the terminal must not end the robot.
     if (kSignals[i] == SIGHUP && before[i].sa_handler == SIG_IGN) ::sigaction(SIGHUP, &before[i], nullptr);
   }
   struct sigaction ignore {};

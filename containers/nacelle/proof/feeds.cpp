@@ -63,7 +63,7 @@ bool is_any_missing(const Evidence& evidence) {
   return std::ranges::any_of(evidence.loaded, [](const auto& component) { return component.failure.has_value(); });
 }
 
-/// What a container has by itself: not to be seen among the components.
+/// Topics of the container itself, which no component has.
 bool is_of_the_container(const std::string& name) {
   return is_standard_topic(name) || name == "/diagnostics" || name.find("/_container/") != std::string::npos;
 }

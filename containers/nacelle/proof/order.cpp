@@ -24,7 +24,7 @@ struct Wait {
   const ComponentPlan* waiter = nullptr;
   const AfterCondition* condition = nullptr;
   std::string what;              ///< "a message on '/scan'"
-  std::string gives;             ///< How the others give it: "publishes"; empty: by being active.
+  std::string gives;             ///< How the others provide it: "publishes"; empty: by being active.
   std::set<std::string> givers;  ///< Nodes; any of them is enough.
 };
 
@@ -34,13 +34,13 @@ class Order {
     for (const auto& endpoint : evidence.endpoints) {
       if (!endpoint.publishes) continue;
       publishers_[endpoint.topic].insert(endpoint.node);
-      // What everybody has would hide the topic that is meant.
+      // Topics that every node has would hide the intended one.
       if (!is_standard_topic(endpoint.topic)) topics_.push_back(endpoint.topic);
     }
     topics_.erase(std::unique(topics_.begin(), topics_.end()), topics_.end());  // they come by topic
     for (const auto& component : evidence.loaded) {
       if (!component.declared) {
-        free_.insert(component.plan->full_name());  // why it could not be made has been told
+        free_.insert(component.plan->full_name());  // the reason why it could not be made is reported already
         continue;
       }
       for (const auto& service : component.declared->services) {
@@ -152,7 +152,7 @@ class Order {
     return path;
   }
 
-  /// False, and told, if those who could give it will not be active.
+  /// Returns false, and reports it, if the nodes that could provide it will not be active.
   bool take(Wait wait) {
     if (std::ranges::all_of(wait.givers, [&](const auto& node) { return never_active(node); }) &&
         !wait.givers.empty()) {
@@ -239,7 +239,7 @@ class Order {
   std::map<std::string, Link> links_;  // by child
   std::vector<std::string> topics_, services_, frames_;
   std::vector<Wait> waits_;
-  std::set<std::string> free_;  // nodes that will be active whatever happens, or about whom the question is open
+  std::set<std::string> free_;  // nodes that will be active in any case, or for which it is unknown
 };
 
 }  // namespace

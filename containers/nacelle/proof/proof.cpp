@@ -10,7 +10,7 @@
 namespace nacelle::proof {
 namespace {
 
-/// What an isolated component would only find among components of its own process: told without starting that process.
+/// Finds ties of an isolated component to components of its own process, without starting that process.
 std::optional<Problem> tied(const launch::ComponentPlan& plan, const loading::ProgramPlaces& places,
                             const Clock& clock) {
   runtime::ContainerOptions options;
@@ -19,7 +19,7 @@ std::optional<Problem> tied(const launch::ComponentPlan& plan, const loading::Pr
   runtime::Container alone{std::move(options), clock};
   auto request = loading::load_request_of(plan);
   request.faults = std::make_shared<ParameterFaults>();
-  if (!alone.load(request)) return std::nullopt;  // told by the load that counts
+  if (!alone.load(request)) return std::nullopt;  // the actual load reports it
   const auto ties = alone.ties();
   if (ties.empty()) return std::nullopt;
   return Problem{plan.where,
@@ -47,7 +47,7 @@ std::vector<Finding> copies_between_processes(const launch::Plan& plan, runtime:
     }
     const std::uint64_t here = container.wiring(budget.topic, Duration::max()).copies;
     if (here > *budget.max_copies || here + apart.size() <= *budget.max_copies)
-      continue;  // told without isolation, or kept
+      continue;  // reported without isolation, or met
     findings.push_back(
         {severity_of_budget(plan, budget.where),
          {budget.where,

@@ -23,7 +23,7 @@ void check_shared_remaps(Evidence& evidence) {
   for (const auto& shared : evidence.plan.shared_remaps) {
     const auto uses = [&](const LoadedComponent& component) {
       const launch::ComponentPlan& plan = *component.plan;
-      if (!component.declared) return true;  // who knows
+      if (!component.declared) return true;  // unknown
       for (std::size_t i = 0; i < plan.shared_remaps && i < component.declared->used_remaps.size(); ++i) {
         if (component.declared->used_remaps[i] && plan.remap_lines[i] == shared.where) return true;
       }

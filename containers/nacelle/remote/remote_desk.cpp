@@ -22,7 +22,7 @@
 namespace nacelle::remote {
 namespace {
 
-// A handler has no argument of ours.
+// A signal handler has no user argument.
 std::atomic<int> signal_event{-1};
 std::atomic<int> signal_number{0};
 constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};

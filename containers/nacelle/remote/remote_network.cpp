@@ -41,7 +41,7 @@ Result<launch::NetworkPlan, Problem> plan_of(const RemoteOptions& options, trans
   if (plan.mode) return plan;
   auto asked = networking::network_in_force(plan, environment);
   if (!asked) return err(asked.error());
-  // A robot keeps to its machine by default; who asks for the network means the others.
+  // A robot is local by default, but a user of --remote usually means other machines.
   if (asked.value().because_of.empty()) plan.mode = launch::NetworkMode::Export;
   return plan;
 }
@@ -109,7 +109,7 @@ bool RemoteNetwork::find_until(MonotonicTime until, const std::function<bool()>&
   if (wait(until, holds)) return true;
   const auto awaits_endpoints = [&] { return look([](const auto& graph) { return graph.awaits_endpoints(); }); };
   if (!awaits_endpoints()) return false;
-  // Once they begin to come, the others of theirs are on the way.
+  // Once the first endpoints of a participant have arrived, the others follow.
   constexpr Duration kRest = 200ms;
   const bool came = wait(std::max(until, found_by_ + kMeeting), [&] { return holds() || !awaits_endpoints(); });
   return came ? wait(clock_.now() + kRest, holds) : holds();
@@ -173,7 +173,7 @@ Result<std::unique_ptr<runtime::ServiceCall>, Problem> RemoteNetwork::start_call
                                                                                  std::function<void()> on_answer) {
   const std::uint64_t client = clients_.client_of(service, type);
   const auto is_settled = [&] { return clients_.is_ready(client) || problem_of("service " + service); };
-  // Who has been found, and may need a moment more to meet us.
+  // A discovered server that may need a moment more to match.
   const auto is_offered = [&] {
     return look([&](const auto& graph) {
       return std::ranges::any_of(graph.ends_of_service(service), [&](const auto& end) {

@@ -83,7 +83,7 @@ bool offers(const RemoteNetwork& network, const std::string& service) {
 
 desk::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
   if (verb == "graph") {
-    // Complete is what is asked for, so all have their time.
+    // The answer must be complete, so wait the full time.
     network_.find_all();
     return network_.look(graph_rows);
   }

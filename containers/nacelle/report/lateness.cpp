@@ -11,7 +11,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kBusy = 0.9;  // of the time: from here on what comes waits for what is there
+constexpr double kBusy = 0.9;  // of the time: above this, messages wait for earlier ones
 
 /// What a callback did in the interval.
 struct Work {
@@ -55,7 +55,7 @@ std::string why_it_waits(const Interval& interval, const json& component, const 
     threads += thread.value("state", "") == "serving" ? 1 : 0;
     cpu_us += interval.growth(thread, interval.earlier("threads", thread, {"id", "executor"}), "cpu_us");
   }
-  // A callback that waits costs no CPU, and one whose timer is gone is in no report.
+  // A waiting callback uses no CPU, and one whose timer was destroyed is in no report.
   const double share = std::max(busy_us, cpu_us) * 1e-6 / (interval.seconds * std::max(threads, 1.0));
   if (share < kBusy) return {};
   std::string why = fmt::format("its thread '{}' is busy {:.0f} % of the time",

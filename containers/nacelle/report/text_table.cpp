@@ -45,7 +45,7 @@ std::string TextTable::text(std::size_t width) const {
       if (!line.cells.empty()) wide[i] = std::max(wide[i], line.cells[i].size());
     }
   }
-  // What the last column has too much of goes on below it.
+  // The text that exceeds the last column continues below it.
   const bool last_wraps = width != 0 && !columns_[last].right;
   std::vector<bool> shown(columns_.size(), true);
   const auto needed = [&] {

@@ -145,7 +145,7 @@ Result<void, Problem> Session::activate() {
     lifecycle_manager::ManagedNode node{
         component.full_name(), {}, component.target == launch::TargetState::Active, component.required};
     for (const auto& after : component.after) {
-      // One that was left out, or that has no state to wait for, cannot hold anybody up.
+      // A component that was left out, or that has no state to wait for, delays no other.
       if (!takes_part(after.node)) continue;
       node.after.push_back({after.node, after.where, words_of(after), missing_of(after, *container_),
                             after.timeout.value_or(lifecycle_manager::kReadinessLimit)});

@@ -27,7 +27,7 @@ class KernelClockAlarm final : public ClockAlarm {
   }
   int descriptor() const override { return timer_; }
   void take() override {
-    // Either it ran out, or the read says ECANCELED: the clock was set. ClockWatch sees by itself which of them it was.
+    // Either it expired, or the read fails with ECANCELED: the clock was set. ClockWatch determines which.
     std::uint64_t expirations = 0;
     static_cast<void>(!::read(timer_, &expirations, sizeof expirations));
     arm();

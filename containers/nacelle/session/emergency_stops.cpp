@@ -57,7 +57,8 @@ bool EmergencyStops::Topic::hear_passing(const Block& block) {
   return true;
 }
 
-// Each newer one: a release that was said before it must not release it for a late joiner. Only the newest is kept.
+// Each newer stop is repeated, because an earlier release must not release it for a late joiner. Only the newest is
+// kept.
 void EmergencyStops::repeat_stop(Topic& topic, const std::string& name) {
   if (!topic.again) {
     const EndpointSpec spec{name, &topic.latched->type(), QoS(1).reliable().transient_local(),
@@ -124,7 +125,7 @@ Result<std::vector<answers::ReleasedStop>, Problem> EmergencyStops::release(cons
       if (!is_emergency_stop(topic, kEmergencyStopType) || !validate_full_topic_name(topic))
         return err(Problem{"topic " + topic, "is not an emergency stop", "give one whose last name is emergency_stop"});
       const auto found = std::ranges::find(released, topic, &answers::ReleasedStop::topic);
-      // Without a reader, too: one that joins later hears of it.
+      // Even without a reader: one that joins later receives it.
       wanted.push_back(found == released.end() ? answers::ReleasedStop{topic, 0} : *found);
     }
     released = std::move(wanted);

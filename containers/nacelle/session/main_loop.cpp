@@ -19,7 +19,7 @@ process::Task Session::services_task() {
   return process::on_readable("services", answers_->descriptor(), [this] { answers_->serve(); });
 }
 
-// Those who ask over the control socket. Their descriptors are theirs to close.
+// The clients of the control socket. The desk closes some of them if poll() rejects the list of descriptors.
 process::Task Session::requests_task() {
   return {.name = "requests",
           .watch =
@@ -159,7 +159,7 @@ std::optional<Problem> Session::serve() {
   return failure;
 }
 
-// A person who asks what a bring-up waits for is answered while it waits.
+// Requests are answered while the bring-up waits, so that a user can see what it waits for.
 void Session::answer_guests() {
   process::EventLoop loop{clock_};
   loop.add(services_task());

@@ -118,7 +118,7 @@ int Session::run_robot() {
     return 1;
   }
   const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
-  // Where they are wrong, check_the_plan() says so with the rest.
+  // check_the_plan() reports mistakes in them with the rest.
   const auto asked = loading::container_options_of(plan_.container.parameters, plan_.container.where);
   runtime::ContainerOptions container_options = asked ? *asked : runtime::ContainerOptions{};
   container_options.name = options_.container_name;
@@ -258,7 +258,7 @@ void Session::say_what_rests() const {
   }
 }
 
-// An emergency stop is latched: neither the end of who set it nor that of the container releases it.
+// An emergency stop is latched: neither the end of its publisher nor that of the container releases it.
 Result<void, Problem> Session::set_held_stops() {
   for (const auto& topic : held_stops_) {
     if (auto set = service_->set_emergency_stop(topic); !set)

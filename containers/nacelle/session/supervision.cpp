@@ -151,7 +151,7 @@ std::optional<TargetState> Supervision::target_of_restart(const std::string& nod
 
 FaultHandling Supervision::handling_of(const runtime::ComponentInfo& info) const {
   if (auto request = container().request_of(info.id)) return request->on_fault;
-  // Of another process: what the launch file says.
+  // For another process: the settings of the launch file.
   const auto* const plan = run_.robot.plan().find(info.node);
   return plan != nullptr ? plan->on_fault : FaultHandling{};
 }

@@ -28,7 +28,7 @@ void Session::take_down() {
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
   if (was_running) report_.process = steady_.end(clock_.now());
-  // First of all the wheels: components that hang may keep the base waiting for its turn. What it measures goes on meanwhile.
+  // Stops the wheels first, because hanging components may delay the base's turn. Its measurements continue meanwhile.
   container_->write_safe_stops();
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);
@@ -42,7 +42,7 @@ void Session::take_down() {
   }
   if (manager_ && was_running) {
     const auto at_rest = manager_->deactivate();
-    // The first clean-up takes the endpoints away: what is to be counted is counted before it.
+    // The first clean-up removes the endpoints, so figures are collected before it.
     take_final_figures();
     const auto clean = manager_->cleanup();
     for (const auto& outcome : {at_rest, clean}) {

@@ -53,7 +53,7 @@ class StopWatch {
     }
     if (!is_asked_) return false;
     const auto frame = client_.receive(0ns);
-    is_lost_ = !frame.has_value();  // the connection of the commands says why
+    is_lost_ = !frame.has_value();  // the connection of the commands reports the reason
     if (is_lost_ || !frame.value()) return false;
     is_asked_ = false;
     const auto reply = parse_json_or_discard(as_text(frame.value()->payload));
@@ -113,7 +113,7 @@ int run_teleop(control::Client& client, control::Client& asking, const TeleopSet
     if (waits[0].revents != 0) {
       std::array<char, 64> typed{};
       const ssize_t got = ::read(STDIN_FILENO, typed.data(), typed.size());
-      if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) ended = true;  // the terminal is gone
+      if (got == 0 || (got < 0 && errno != EINTR && errno != EAGAIN)) ended = true;  // the terminal was closed
       for (ssize_t i = 0; i < got; ++i) {
         const KeyEffect effect = keys.press(typed[static_cast<std::size_t>(i)], clock.now());
         show(keys, stops.set(), effect == KeyEffect::Holonomic ? "   (this base can neither slide nor lift)" : "");
@@ -139,7 +139,7 @@ int run_teleop(control::Client& client, control::Client& asking, const TeleopSet
   for (int i = 0; i < 3 && (!failure || i == 0); ++i) {
     if (auto sent = sender.value().send(0, 0, clock.wall_now()); !sent && !failure) failure = sent.error();
   }
-  // An answer to a question asked behind them says that they have arrived.
+  // The answer to a request sent after them shows that they have arrived.
   if (!failure) static_cast<void>(client.lookup("odom", "base_link", 500ms));
   std::printf("\n");
   if (!failure) return 0;

@@ -87,7 +87,7 @@ ddsi_serdata* lend(const ddsi_serdata* data, std::size_t offset, std::size_t siz
   piece->iov_len = static_cast<ddsrt_iov_len_t>(size);
   return ddsi_serdata_ref(data);
 }
-// The datagram with this piece has gone.
+// The datagram with this piece was sent.
 void end_lending(ddsi_serdata* data, const ddsrt_iovec_t* /*piece*/) noexcept {
   ddsi_serdata_unref(data);
   Pacing::after_datagram();
@@ -113,7 +113,7 @@ void key_hash(const ddsi_serdata* /*data*/, ddsi_keyhash* out, bool /*force_md5*
 }
 
 #ifdef DDS_HAS_SHM
-// Shared memory stays off (participant.cpp): without a size no chunk is ever asked for.
+// Shared memory stays off (participant.cpp): without a size no chunk is ever requested.
 std::uint32_t no_chunk_size(const ddsi_serdata* /*data*/) noexcept { return 0; }
 ddsi_serdata* from_chunk(const ddsi_sertype* /*type*/, ddsi_serdata_kind /*kind*/, void* /*reader*/,
                          void* /*chunk*/) noexcept {

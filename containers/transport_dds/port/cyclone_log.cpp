@@ -16,10 +16,11 @@ namespace {
 
 thread_local std::string* captured = nullptr;
 
-/// How much has been said of late. Cyclone logs from any thread.
+/// Counts recent log lines. Cyclone logs from any thread.
 class Flow {
  public:
-  /// False: too much already, or said a moment ago. `silent`: lines that were left out before this one.
+  /// Returns false if there were too many lines, or the same line was logged just before. `silent`: lines that were
+  /// left out before this one.
   [[nodiscard]] bool admits(std::string_view line, MonotonicTime now, unsigned& silent) {
     const std::lock_guard lock(mutex_);
     if (is_repeated(std::hash<std::string_view>{}(line), now)) {
@@ -46,7 +47,7 @@ class Flow {
     MonotonicTime when{};
   };
 
-  // A stranger who asks to be let in is refused once a second, for as long as he asks.
+  // A participant with a foreign certificate is refused once a second, as long as it retries.
   [[nodiscard]] bool is_repeated(std::size_t line, MonotonicTime now) {
     for (const Said& one : recent_) {
       if (one.line == line && one.when != MonotonicTime{} && now - one.when < 60s) return true;

@@ -46,7 +46,7 @@ DiscoveryEvent event_of(const void* sample, const dds_sample_info_t& info, std::
 struct Discovery::Impl {
   std::shared_ptr<ParticipantCore> core;
   DiscoveryListener* listener = nullptr;
-  std::array<Entity, kTopics.size()> readers;  // their listeners touch what is above
+  std::array<Entity, kTopics.size()> readers;  // their listeners use the members above
 };
 
 Result<std::unique_ptr<Discovery>, Problem> Discovery::create(std::shared_ptr<ParticipantCore> core,

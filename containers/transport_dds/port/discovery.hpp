@@ -21,7 +21,7 @@ struct DiscoveryEvent {
   std::variant<DiscoveredParticipant, DiscoveredEndpoint> what;
 };
 
-/// Told that take() has something. Threads and rules: as EndpointListener.
+/// Called when take() has something. Threads and rules: as EndpointListener.
 class DiscoveryListener {
  public:
   virtual ~DiscoveryListener() = default;

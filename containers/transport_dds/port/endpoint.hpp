@@ -54,9 +54,9 @@ struct ReaderStatus {
   std::uint64_t lost = 0;                  ///< Messages that never came: the writer no longer had them.
 };
 
-/// Told that something has happened to an endpoint. Threads: Cyclone's (receiving, events), or that of a writer in this
-/// process; until the endpoint's destructor has returned, and possibly before its create function has. Only note it and
-/// return: an endpoint must not be made or ended from within.
+/// Called at events of an endpoint. Threads: Cyclone's (receiving, events), or that of a writer in this process; until
+/// the endpoint's destructor has returned, and possibly before its create function has. Only note it and return: an
+/// endpoint must not be made or ended from within.
 class EndpointListener {
  public:
   virtual ~EndpointListener() = default;

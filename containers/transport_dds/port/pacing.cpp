@@ -49,7 +49,7 @@ void Pacing::after_datagram() noexcept {
   Duration nap = kFirstNap, waited{};
   for (int before = 0; waited < kPatience; nap = std::min(2 * nap, kLongestNap)) {
     const int queued = queued_of(domain);
-    // Muted: the participant is leaving, and what is sent goes nowhere.
+    // Muted: the participant is leaving, and nothing is sent any more.
     if (queued <= kMostQueued || domain.mute != 0) return;
     waited = queued < before ? Duration{} : waited + nap;
     before = queued;

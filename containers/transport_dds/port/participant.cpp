@@ -21,7 +21,7 @@ namespace {
 constexpr const char* kBefore =
     "<Internal><Watermarks><WhcHigh>1 GB</WhcHigh></Watermarks><SocketReceiveBufferSize max=\"8 MiB\"/>"
     "<WriterLingerDuration>100 ms</WriterLingerDuration></Internal>";
-// Not to be had: facts of Debian's 0.10. Of several receiving threads all but one wait in recv(), and are woken by a packet
+// Not available with Debian's 0.10: of several receiving threads all but one wait in recv(), and are woken by a packet
 // to this machine's own address: once that address is gone they never end, and the participant's end never returns.
 constexpr const char* kAfter =
     "<SharedMemory><Enable>false</Enable></SharedMemory>"

@@ -27,7 +27,7 @@ struct ParticipantOptions {
   /// Cyclone's configuration as XML: one or more fragments (`<General>...</General>`), or several joined by commas, of
   /// which the later ones win. The environment is not looked at.
   std::string config;
-  /// Nothing it says leaves this machine, and nothing from elsewhere is heard, whatever the configuration says.
+  /// Nothing is sent to or received from other machines, whatever the configuration says.
   bool stays_on_this_machine = false;
   Bytes user_data;                                          ///< "enclave=/;"
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.

@@ -14,7 +14,7 @@
 namespace nacelle::transport_dds {
 namespace {
 
-/// A message in the queue. Who wrote it is asked by the thread that takes it.
+/// A message in the queue. The thread that takes it looks up its writer.
 struct Waiting {
   Payload payload;
   WallTime source_time;
@@ -105,7 +105,7 @@ void Reader::Impl::fetch(dds_entity_t from) noexcept {
     const dds_return_t count = dds_takecdr(from, blobs.data(), kFetchedAtOnce, infos.data(), DDS_ANY_STATE);
     for (dds_return_t i = 0; i < count; ++i) {
       Payload payload{static_cast<Blob*>(blobs[i])};
-      // Without data it says that a writer has gone, which the status says too.
+      // A sample without data means that a writer has ended, which the status shows too.
       if (!infos[i].valid_data) continue;
       any = true;
       enqueue({std::move(payload), {Duration{infos[i].source_timestamp}}, infos[i].publication_handle});

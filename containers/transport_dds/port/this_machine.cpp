@@ -188,7 +188,7 @@ Result<Home, Problem> keep_domain_to_this_machine(dds_entity_t domain, std::uint
     drain(*gv);
     if (has_met_others(scout.get())) return Home::Visited;
   }
-  if (!await_end_of_participants(*gv)) return Home::Visited;  // to be made anew, on a machine that is that busy
+  if (!await_end_of_participants(*gv)) return Home::Visited;  // must be made anew, on such a busy machine
   dds_domain_set_deafmute(domain, false, false, DDS_INFINITY);
   return Home::Alone;
 }

@@ -110,7 +110,7 @@ Writer::Sent Writer::write(OutgoingPayload payload, WallTime source_time) {
   Impl& self = *impl_;
   Blob* const blob = payload.release();
   NACELLE_EXPECT(blob != nullptr && blob->type == self.topic.type, "a payload that this writer has lent");
-  // A reader throws a packet away whose representation it does not know, and asks for it again for ever.
+  // A reader drops a packet with an unknown representation, and requests it again forever.
   if (blob->size < 4 || blob->data()[0] != 0 || blob->data()[1] > 1) {
     ddsi_serdata_unref(blob);
     self.failed.fetch_add(1, std::memory_order_relaxed);

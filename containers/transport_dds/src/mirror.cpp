@@ -161,7 +161,7 @@ void DdsMirror::Impl::turn() {
   }
   if (now.discovery) take_discovery();
   if (now.snapshots) take_snapshots();
-  // Before the topics: an action's client learns of its goal before it hears of the goal's status and feedback.
+  // Before the topics, so that an action's client gets the goal response before the goal's status and feedback.
   if (services) services->turn();
   for (const auto id : now.ready) {
     if (const auto writer = writers.find(id); writer != writers.end()) {

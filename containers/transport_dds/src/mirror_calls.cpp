@@ -8,7 +8,7 @@
 namespace nacelle {
 namespace {
 
-// Then it is the turn of the others.
+// After so many, others get their turn.
 constexpr int kMostRepliesAtOnce = 256;
 // The most unanswered calls of one client. Beyond it, the oldest calls get a notice that there will be no answer.
 constexpr std::size_t kMostWaitingCalls = 1000;

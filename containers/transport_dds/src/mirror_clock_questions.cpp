@@ -12,12 +12,12 @@ using rcl_interfaces::srv::GetParameterTypes;
 
 constexpr const char* kService = "rcl_interfaces/srv/GetParameterTypes";
 constexpr std::size_t kMostOpen = 4, kMostQueued = 32;
-// The least of several round trips says most, and on a lossy way some have no end.
+// The shortest of several round trips is the most accurate, and on a lossy link some get no answer.
 constexpr std::size_t kMostSent = 5, kAnswersEnough = 3;
 constexpr Duration kBetween = 1s, kPatience = 6s;
-// As with other calls (mirror_calls.cpp); what is lost all the same is followed by the next.
+// As with other calls (mirror_calls.cpp); a query that is lost nevertheless is followed by the next one.
 constexpr Duration kUntilMet = 100ms;
-// Then it is the turn of the others.
+// After so many, others get their turn.
 constexpr int kMostTakenAtOnce = 64;
 
 }  // namespace
@@ -34,13 +34,13 @@ struct DdsMirror::Impl::Services::Questions::Question final : End {
   dds::Gid peer;
   std::vector<Sent> sent;  // and not answered
   std::size_t asked = 0, answered = 0;
-  MonotonicTime next = kNeverExpires, ends;  // the next one is to be sent; it is given up
+  MonotonicTime next = kNeverExpires, ends;  // when to send the next query; when to give up
 };
 
 std::vector<std::string> DdsMirror::Impl::Services::Questions::services_of(const dds::Gid& peer) const {
   const msgs::MessageType& request = GetParameterTypes::Request::message_type();
   auto names = services_.mirror.remote.lock()->services_of(peer, kService, request.hash);
-  // A list of what others may see holds for our clients too.
+  // The export list applies to these clients too.
   const auto& exports = services_.mirror.options.exports;
   if (!exports.empty())
     std::erase_if(names, [&](const std::string& name) { return dds::rule_of(exports, name, kService) == nullptr; });

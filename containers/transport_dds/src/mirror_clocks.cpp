@@ -35,7 +35,7 @@ DdsMirror::Impl::Peer& DdsMirror::Impl::peer_of(const dds::RemoteEndpoint& write
   return peer;
 }
 
-// Of what was said before we listened the age says nothing; that it comes from the future says something all the same.
+// The age of messages from before this reader existed is meaningless; a stamp from the future is not.
 void DdsMirror::Impl::note_stamp(StandIn& from, WallTime source, WallTime came, MonotonicTime at) {
   const bool is_history = from.end.qos.durability() != Durability::Volatile && source <= came;
   if (from.peer == nullptr || is_history) return;

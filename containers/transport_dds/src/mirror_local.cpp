@@ -89,7 +89,7 @@ void DdsMirror::Impl::make_writer(const EndpointInfo& info) {
   auto end = std::make_unique<LocalWriter>(*this, info);
   auto with = options_for(info);
   if (with && with->qos.history == dds::DdsHistory::KeepAll) {
-    // A reader that does not acknowledge must not hold up the streams of the others: we try again.
+    // A reader that does not acknowledge must not delay other streams: retry later.
     with->qos.max_blocking = Duration::zero();
     with->most_out = static_cast<std::uint32_t>(std::min<std::size_t>(info.spec.qos.max_samples(), 1U << 20U));
   }

@@ -8,7 +8,7 @@
 namespace nacelle {
 namespace {
 
-// Then it is the turn of the others.
+// After so many, others get their turn.
 constexpr int kMostSentAtOnce = 16, kMostReceivedAtOnce = 256;
 // More than one datagram: what a slow wire holds up, and then whatever comes behind it on the same thread.
 constexpr std::size_t kLarge = std::size_t{16} << 10U;
@@ -163,7 +163,7 @@ DdsMirror::Impl::StandIn* DdsMirror::Impl::stand_in_of(const dds::Sample& sample
   }
   auto found = stand_ins.find(writer);
   if (found == stand_ins.end()) {
-    // Its message may be here before we have looked who it is.
+    // Its message may arrive before the writer was looked up.
     take_discovery();
     found = stand_ins.find(writer);
   }
@@ -228,7 +228,7 @@ void DdsMirror::Impl::hand_on(const std::vector<LocalReader*>& to, StandIn& from
   ++decoded;
   targets.clear();
   for (const LocalReader* end : to) targets.push_back(end->info.id);
-  // By the writer's clock; one that is ahead of ours must not make a message from the future.
+  // By the writer's clock; a clock that is ahead must not produce a stamp in the future.
   const WallTime came = clock.wall_now();
   const Duration age = std::max(came - sample.source_time, Duration::zero());
   const MonotonicTime at = clock.now();

@@ -109,7 +109,7 @@ void DdsMirror::Impl::tell_other_types(const dds::RemoteEndpoint& end) {
 
 // --- readers elsewhere that ask for more ----------------------------------------------------------------------------
 
-// A node that hears the writer by another subscription misses nothing.
+// A node that receives the writer by another subscription misses nothing.
 std::vector<const EndpointInfo*> DdsMirror::Impl::those_that_do_not_serve(const dds::RemoteEndpoint& reader) const {
   std::vector<const EndpointInfo*> out;
   const auto use = topics.find(reader.name);

@@ -14,7 +14,7 @@
 namespace nacelle {
 namespace {
 
-// A peer may announce what it likes; each stand-in has a pool or a queue.
+// A peer may announce any number of endpoints, and each proxy has a pool or a queue.
 constexpr std::size_t kMostStandIns = 4096;
 
 // Unlike those of a broker (its pid times 2^40) these have the highest bit set.
@@ -149,7 +149,7 @@ std::string DdsMirror::Impl::node_of(const dds::Gid& endpoint) const {
   return known ? node_name_of(*known) : "participant " + endpoint.participant().text();
 }
 
-// Makes, keeps or drops the stand-in, as this side has a use for it now.
+// Makes, keeps or destroys the proxy, depending on whether this side uses it now.
 void DdsMirror::Impl::consider(const dds::RemoteEndpoint& end) {
   if (end.kind != dds::WireKind::Topic) return;
   const auto found = topics.find(end.name);

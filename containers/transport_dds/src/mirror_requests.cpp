@@ -8,7 +8,7 @@
 namespace nacelle {
 namespace {
 
-// Then it is the turn of the others.
+// After so many, others get their turn.
 constexpr int kMostRequestsAtOnce = 64;
 // Requests from outside to one server that it has not answered. An action's results are such answers, as long as its
 // goals take.
@@ -29,7 +29,7 @@ bool DdsMirror::Impl::Services::receive(Server& server) {
 void DdsMirror::Impl::Services::take_request(Server& server, const dds::Sample& sample) {
   auto client = server.writers.find(sample.writer);
   if (client == server.writers.end()) {
-    // Its request may be here before we have looked who it is.
+    // Its request may arrive before the client was looked up.
     server.writers = peers_of(server, true);
     client = server.writers.find(sample.writer);
   }
@@ -69,7 +69,7 @@ void DdsMirror::Impl::Services::take_request(Server& server, const dds::Sample& 
     ++requests;
     return;
   }
-  // As with a server that has gone: DDS has no word for "not now".
+  // As with a server that has ended: DDS cannot express "not now".
   server.waiting.erase(server.last);
   ++requests_refused;
   if (did == ServiceGraph::Sent::Closed)

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Servers and clients of this side, their endpoints and whom these have met.
+// SPDX-License-Identifier: Apache-2.0 Servers and clients of this side, their endpoints, and the matched remote
+// endpoints.
 #include "mirror_services.hpp"
 
 #include <algorithm>
@@ -155,7 +155,7 @@ void DdsMirror::Impl::Services::look_at(std::uint64_t id) {
     Client& client = *asks->second;
     client.queued = false;
     const bool is_status_new = client.is_status_new.exchange(false);
-    // Before what has gone is known to have gone: its last words.
+    // Before ends are processed: the last messages of endpoints that have ended.
     const bool is_more_there = receive(client);
     if (!is_status_new) return;
     if (is_more_there) {

@@ -93,7 +93,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   void on_gone(std::uint64_t id) noexcept override;
   void note_ready(End& end) noexcept;
 
-  /// Looks at what has been noted, and at what is due.
+  /// Handles recorded events and due actions.
   void turn();
   /// When to look again at the latest.
   [[nodiscard]] MonotonicTime due() const;
@@ -137,7 +137,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
 
   struct Event {
     bool made;
-    ServiceEndInfo info;  // of one that has gone, the id
+    ServiceEndInfo info;  // for one that has ended, only the id
   };
   struct Answer {
     std::uint64_t server;
@@ -171,7 +171,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
 
   Figure requests{0}, requests_refused{0}, replies{0}, replies_dropped{0}, calls{0}, answers{0}, calls_failed{0},
       late{0}, server_count{0}, client_count{0}, clock_questions{0}, clock_answers{0};
-  std::unique_ptr<Questions> questions;  // the last member: what its ends tell goes to what is above
+  std::unique_ptr<Questions> questions;  // the last member: its endpoints' callbacks use the members above
 };
 
 }  // namespace nacelle

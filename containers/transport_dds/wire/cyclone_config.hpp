@@ -16,7 +16,8 @@ namespace nacelle::transport_dds {
 /// of them. rmw_cyclonedds' number: both sides must have the same.
 inline constexpr int kMostParticipantIndex = 32;
 
-/// What dds_create_domain() gets: our settings, then CYCLONEDDS_URI's, separated by ',' as Cyclone wants it.
+/// The argument of dds_create_domain(): Nacelle's settings, then CYCLONEDDS_URI's, separated by ',' as Cyclone
+/// requires.
 /// Precondition: the mode is not Off.
 /// Source: check_create_domain of rmw_node.cpp (jazzy) for Unicast; docs/manual/options.md of Cyclone 0.10.
 [[nodiscard]] std::string cyclone_config(const NetworkSettings& settings);

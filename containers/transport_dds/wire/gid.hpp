@@ -13,7 +13,7 @@
 
 namespace nacelle::transport_dds {
 
-/// Who a participant, writer or reader is: a DDS GUID, in the order of the wire.
+/// The identifier of a participant, writer or reader: a DDS GUID, in wire order.
 ///
 ///   offset  bytes  field
 ///        0     12  prefix     of the participant

@@ -19,7 +19,7 @@ using Snapshot = ::rmw_dds_common::msg::ParticipantEntitiesInfo;
 [[nodiscard]] Gid from_message(const ::rmw_dds_common::msg::Gid& message);
 [[nodiscard]] ::rmw_dds_common::msg::Gid to_message(const Gid& gid);
 
-/// The snapshot of our own participant, kept up to date: every change makes a new one, which is to be sent as a whole.
+/// The snapshot of this participant, kept up to date: every change makes a new one, which must be sent completely.
 ///
 /// Nodes and gids are in the order in which they came, as with rmw. Of nodes with one name the first is meant.
 /// Threads: one at a time. Source: context.cpp, graph_cache.cpp of rmw_dds_common (jazzy).

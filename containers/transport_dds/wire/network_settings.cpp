@@ -38,7 +38,7 @@ Result<void, Problem> validate(const NetworkWish& wish) {
   return {};
 }
 
-/// A mode, and who asked for it.
+/// A mode, and its origin.
 struct Asked {
   NetworkMode mode = NetworkMode::Local;
   std::string because_of;
@@ -110,7 +110,7 @@ void remark_on_difference(const char* variable, const std::string& says, const s
       {variable, "it says " + says + ", the launch file says " + in_force + ", which is in force", ""});
 }
 
-// A robot whose launch file asks for security has it whatever the shell says.
+// If the launch file requests security, the environment cannot disable it.
 SecurityWish security_of(const NetworkWish& launch, const EnvironmentWish& asked, const Environment& environment,
                          NetworkSettings& settings) {
   if (!launch.security) return asked.security;

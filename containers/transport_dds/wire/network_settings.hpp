@@ -16,7 +16,7 @@
 
 namespace nacelle::transport_dds {
 
-/// Who may see the container.
+/// The programs that can see the container.
 enum class NetworkMode : std::uint8_t {
   Off,    ///< No network: no participant is made.
   Local,  ///< This machine.
@@ -57,19 +57,19 @@ struct NetworkSettings {
   std::vector<std::string> peers;       ///< With Unicast and Multicast.
   std::vector<ExportRule> exports;      ///< Empty: every topic.
   bool allow_load = false, remote_control = false;
-  SecurityWish security;             ///< What was asked for.
-  std::optional<SecuredBy> secured;  ///< What is had; set by who can read the files. Without: in the clear.
-  std::string cyclonedds_uri;        ///< Read by Cyclone after our own configuration: it has the last word.
+  SecurityWish security;             ///< The requested security.
+  std::optional<SecuredBy> secured;  ///< The actual security; set by the code that reads the files. Nothing: unsecured.
+  std::string cyclonedds_uri;        ///< Read by Cyclone after Nacelle's configuration, so it takes precedence.
   std::string because_of;            ///< What set the mode: "network: mode", "ROS_LOCALHOST_ONLY"; empty: the default.
-  /// One line each about what was asked for and is not so, for the bring-up and `nacelle doctor net`.
+  /// One line for each request that is not met, for the bring-up and `nacelle doctor net`.
   std::vector<Problem> remarks;
 };
 
 /// Puts launch file and environment together. The launch file wins; where they differ there is a remark.
 ///
-/// Neither says anything: Local, for the programs of this machine. Peers without a mode or a range mean Export to them alone.
-/// In mode Local and Off peers are not asked, and interfaces are not chosen. In mode Export a launch file keeps the
-/// environment's way to find others, since two programs of one machine meet only if both do it alike.
+/// If neither sets a mode: Local, for the programs of this machine. Peers without a mode or a range mean Export to them
+/// only. In mode Local and Off peers are not asked, and interfaces are not chosen. In mode Export a launch file keeps
+/// the environment's way to find others, since two programs of one machine meet only if both do it alike.
 /// Errors: a domain, a peer, an interface or a rule that is none; `where` is "network: ..." or the variable.
 [[nodiscard]] Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch,
                                                                 const Environment& environment);

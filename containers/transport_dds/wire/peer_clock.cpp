@@ -54,7 +54,7 @@ void PeerClock::note_answer(const Answer& answer) {
   bounds_[next_bound_++ % bounds_.size()] = {answer.source - answer.asked, answer.came_at};
 }
 
-// Who is ahead of what it could be at most has been put right since.
+// A clock whose estimate exceeds its upper bound has been corrected since.
 void PeerClock::drop_what_is_over(MonotonicTime at) {
   for (Bound& bound : bounds_) {
     if (bound.most_ahead == Duration::max()) continue;
@@ -76,7 +76,7 @@ std::optional<Duration> PeerClock::most_ahead(MonotonicTime at) const {
   return most;
 }
 
-// --- what is to be told ----------------------------------------------------------------------------------------------
+// --- reporting ----------------------------------------------------------------------------------------------
 
 bool PeerClock::is_in_window(const Slice& slice) const {
   return slice.number >= 0 && slice.number > current_ - static_cast<std::int64_t>(kSlices);

@@ -44,7 +44,8 @@ class PeerClock {
   void begin_asking() { is_asked_ = true; }
   /// With or without answers; not again for a while.
   void end_asking(MonotonicTime at);
-  /// One answer, by our clocks when we asked and when it came, and its stamp. The end of the slice looks at it.
+  /// One answer: the times of query and arrival by this machine's clocks, and its stamp. Evaluated at the end of the
+  /// slice.
   struct Answer {
     WallTime asked;
     MonotonicTime asked_at;
@@ -81,7 +82,7 @@ class PeerClock {
   std::array<Bound, 6> bounds_{};  // of the last answers
   std::size_t next_bound_ = 0;
   std::int64_t current_ = -1;
-  Duration ours_{};  ///< Our wall clock less our monotonic one.
+  Duration ours_{};  ///< This machine's wall clock minus its monotonic clock.
   Belief told_;
   bool is_in_doubt_ = false, is_asked_ = false;
   MonotonicTime ask_at_;

@@ -19,8 +19,8 @@
 
 namespace nacelle::transport_dds {
 
-/// How much the cache keeps of what anybody on the network may announce. What is beyond is refused and counted, and
-/// stays out until it is announced anew.
+/// Limits of the cache, because any program on the network may announce anything. Further entries are refused and
+/// counted, and stay out until they are announced again.
 struct RemoteGraphLimits {
   std::size_t participants = 256;
   std::size_t endpoints = 16384;        ///< Of all participants together ...
@@ -88,7 +88,7 @@ class RemoteGraph {
   void participant_has_gone(const Gid& gone);  ///< With all that was its.
   void endpoint_is_there(const DiscoveredEndpoint& told);
   void endpoint_has_gone(const Gid& gone);
-  /// A sample of ros_discovery_info, with its encapsulation, and who wrote it.
+  /// A sample of ros_discovery_info, with its encapsulation, and its writer.
   void snapshot_came(const Gid& writer, ByteView payload);
 
   /// `ros2 node list`: one entry per node, equal names included.
@@ -108,9 +108,9 @@ class RemoteGraph {
   /// from here: both ends are there, with the protocol of rmw_cyclonedds and no other definition of the request.
   [[nodiscard]] std::vector<std::string> services_of(const Gid& participant, std::string_view type,
                                                      std::string_view request_hash) const;
-  /// Whether a participant has been found that has not told yet what it writes and reads.
+  /// Returns whether a discovered participant has not announced its endpoints yet.
   [[nodiscard]] bool awaits_endpoints() const;
-  /// The machine that the participant says it runs on; empty if it does not, or is not known.
+  /// Returns the host that the participant announces; empty if it announces none, or is unknown.
   [[nodiscard]] std::string host_of(const Gid& participant) const;
 
   /// Has grown if an answer above is another than before.

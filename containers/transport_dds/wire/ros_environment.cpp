@@ -26,7 +26,7 @@ const std::vector<std::string> kObeyed{
     "ROS_SECURITY_KEYSTORE", "ROS_SECURITY_ENCLAVE_OVERRIDE", "ROS_HOME",
     "RMW_IMPLEMENTATION"};
 
-// What a ROS 2 shell says of itself: no wish in it.
+// Variables that only describe a ROS 2 installation.
 constexpr std::array<std::string_view, 6> kDescriptions{"ROS_DISTRO",       "ROS_VERSION", "ROS_PYTHON_VERSION",
                                                         "ROS_PACKAGE_PATH", "ROS_ROOT",    "ROS_ETC_DIR"};
 

@@ -27,7 +27,7 @@ class Daemon {
   /// Connects if that has not been done. Errors: see IceoryxCarrier::start().
   [[nodiscard]] static Result<Daemon*, Problem> connect(Duration patience);
 
-  /// False for good once the daemon is gone.
+  /// False forever once the daemon has ended.
   [[nodiscard]] bool is_alive() const { return alive_.load(std::memory_order_acquire); }
 
   /// What the daemon makes for this process; null with a reason. The port is the caller's to destroy.

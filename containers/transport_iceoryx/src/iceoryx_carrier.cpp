@@ -78,7 +78,7 @@ Result<std::unique_ptr<IceoryxCarrier>, Problem> IceoryxCarrier::start(Duration 
 bool IceoryxCarrier::is_alive() const { return impl_->daemon_.is_alive(); }
 
 std::unique_ptr<CarrierWriter> IceoryxCarrier::create_writer(const CarriedStream& stream) {
-  if (!is_alive()) return nullptr;  // that has been said
+  if (!is_alive()) return nullptr;  // that was logged before
   const Daemon::Made made = impl_->daemon_.make_writer(service_of(stream));
   if (made.port == nullptr) {
     logger().warn("{}: no writer in shared memory: {}", stream.name, made.why);
@@ -113,7 +113,7 @@ std::unique_ptr<CarrierReader> IceoryxCarrier::create_reader(const CarriedStream
   const auto place = impl_->thread_->add(reader);
   if (!place) return refuse("a process has " + std::to_string(ReadingThread::kMostReaders) + " of them at most");
   port->notify(impl_->thread_->condition(), *place);
-  // What came before it could be told of.
+  // Messages from before the listener was set.
   reader->deliver();
   return std::make_unique<Reader>(std::move(reader), impl_->thread_, *place);
 }

@@ -6,7 +6,7 @@
 // iceoryx talks to the terminal and stops the process by itself; here it is taught neither.
 namespace nacelle::transport_iceoryx {
 
-/// From now on iceoryx's errors are lines of our log, each kind once, and none ends the process. Threads: any.
+/// Redirects iceoryx's errors to Nacelle's log, each kind once, and keeps them from ending the process. Threads: any.
 void take_over_errors();
 /// The name of the last error that iceoryx raised on this thread; empty when none since the last call. Threads: any.
 [[nodiscard]] const char* last_error();

@@ -30,7 +30,7 @@ namespace nacelle::transport_iceoryx {
 inline constexpr std::size_t kHeadBytes = 48, kPlaceBytes = 8;
 inline constexpr std::size_t kPartAlignment = 64;
 
-/// Why a chunk holds no message of ours.
+/// Why a chunk does not hold a message of Nacelle.
 enum class ChunkFault : std::uint8_t {
   Truncated,   ///< Shorter than its head or what the head announces.
   Misaligned,  ///< The chunk or a part does not lie where numbers of eight bytes may.

@@ -33,7 +33,7 @@ struct ManagedNode {
   std::string name;
   std::vector<Dependency> after;
   bool activate = true;  ///< False: it is only configured.
-  bool required = true;  ///< False: if it fails, the bring-up goes on without it, and no node waits for it.
+  bool required = true;  ///< False: if it fails, the bring-up continues without it, and no node waits for it.
 };
 
 /// The order of bring-up: dependencies first, else as listed. The same plan gives the same order, always.
@@ -50,7 +50,7 @@ struct Step {
       reason;  ///< Why it was done ("bring-up", "undo: /lidar failed to configure") or, on failure, why it failed.
   MonotonicTime ended;
   Duration took{};
-  bool left_out = false;  ///< It failed, and the bring-up goes on without the node.
+  bool left_out = false;  ///< It failed, and the bring-up continues without the node.
 };
 
 struct Outcome {
@@ -98,7 +98,7 @@ class LifecycleManager {
 
   [[nodiscard]] Entry* find(const std::string& name);
   void begin(Entry& entry, Transition transition, Crew& crew);
-  /// Takes in what has ended, tells what can be told. Returns how many steps are under way.
+  /// Collects finished steps, and reports those that are next in the plan's order. Returns the number of running steps.
   std::size_t collect(Transition transition, bool goes_on);
   void tell(Entry& entry);
   [[nodiscard]] Readiness readiness(Entry& entry);
