@@ -211,8 +211,9 @@ bool MirroredBrokers::has_met() const {
          there.stand_ins == writers_used;
 }
 
-// Who has gone is told by threads of Cyclone's in their own time, so that all is counted. Who was made before the mark is known to the
-// readers' side of Cyclone once that is, not to the mirror only: an end's announcements are told in order.
+// The end of an endpoint is reported by threads of Cyclone's in their own time, so that all is counted. Who was made
+// before the mark is known to the readers' side of Cyclone once that is, not to the mirror only: an end's announcements
+// are told in order.
 void MirroredBrokers::settle_graph() const {
   until("who should have met", [&] { return has_met(); });
   until("what was announced is known", [&] {

@@ -76,7 +76,7 @@ TEST_F(MirroredTransport, what_crosses_is_encoded_once_and_an_adopted_message_go
 
 TEST_F(MirroredTransport, no_publisher_waits_for_a_full_keep_all_reader_that_counts_what_it_refuses) {
   auto reader = transport.create_reader(spec(QoS(KeepAll{}).max_samples(1)), Taking::Share, nullptr);
-  // Longer than the test may take: whoever waited would be seen.
+  // Longer than the test may take, so that a wait would be noticed.
   auto writer = transport.create_writer(spec(QoS(10).max_blocking_time(1h)));
   for (const char* text : {"a", "b", "c"}) EXPECT_EQ(send(*writer, text), PublishResult::Published);
   EXPECT_EQ(receive(*reader), Texts{"a"});
@@ -174,7 +174,7 @@ TEST_F(MirroredInTime, reports_another_type_once_on_each_side_but_not_for_a_node
   auto odd = here.writer("/odd");
   auto reader = read_header("/odd", "/listener");
   ASSERT_TRUE(until([&] { return !here.problems.lock()->empty() && !there.problems.lock()->empty(); }));
-  // All that was known before it is told of when the next end has been looked at.
+  // Everything known before it is reported once the next endpoint has been processed.
   auto again = there.reader("/behind");
   auto more = here.writer("/odd");
   ASSERT_TRUE(until([&] { return there.stats().readers == 4 && here.stats().writers == 3; }));

@@ -32,7 +32,7 @@ MUTANTS = [
     ("history is given once", "broker_writer.cpp", r"block->info\.sequence <= reader\.seen\(id_\) \|\| ", "", "nothing_twice"),
     ("history holds depth messages", "broker_writer.cpp", r"history_\.size\(\) <= history_limit_\)", "history_.size() <= history_limit_ + 1)", "QosMatrix"),
     ("a volatile reader gets no history", "reader_queue.cpp", r"(?<=wants_history_\()[^\n]*(?=\),\n)", "true", "QosMatrix"),
-    ("a refusal is told to a reliable writer", "broker_writer.cpp", r"return PublishResult::WouldBlock;", "return PublishResult::Published;", "keep_all_refuses"),
+    ("a refusal is reported to a reliable writer", "broker_writer.cpp", r"return PublishResult::WouldBlock;", "return PublishResult::Published;", "keep_all_refuses"),
     ("a closed gate lets nothing out", "broker_writer.cpp", r"if \(!is_open\(\)\) \[\[unlikely\]\] \{", "if (false) {", "closed_gate_lets_nothing_out"),
     ("a closed gate stops the deadline", "broker_writer.cpp", r"if \(!is_open\(\)\) deadline_\.stop\(\);", "", "closed_gate_stops_the_deadline"),
     ("an assertion shows life", "broker_writer.cpp", r"!lease_\.show_life\(broker_\.clock_\.now\(\)\)", "true", "manual_liveliness"),
@@ -40,7 +40,7 @@ MUTANTS = [
     ("a lease ends with the lease", "contract.hpp", r"> lease_ &&", "> lease_ * 2 &&", "manual_liveliness"),
     ("automatic liveliness has no lease of its own", "broker_writer.cpp", r"qos\.liveliness\(\) == Liveliness::ManualByTopic \?", "true ?", "automatic_liveliness"),
     ("an error is no match", "broker_topic.hpp", r"!= Verdict::Error;", "!= Verdict::Error || true;", "incompatible_pair_exchanges_nothing"),
-    ("a clash is told to the writer", "broker_writer.cpp", r"\+\+\(policy == kTypePolicy[^;]*;", "", "reports_an_incompatible_pair"),
+    ("a clash is reported to the writer", "broker_writer.cpp", r"\+\+\(policy == kTypePolicy[^;]*;", "", "reports_an_incompatible_pair"),
     ("a message carries its source stamp", "broker_writer.cpp", r"block\.info = \{id_, sequence, now, now\};", "block.info = {id_, sequence, MonotonicTime{}, now};", "stamps_each_message"),
 ]  # fmt: skip
 

@@ -9,7 +9,7 @@
 
 namespace nacelle {
 
-/// Counts the changes of status that it is told.
+/// Counts the reported changes of status.
 struct Told final : StatusListener {
   void on_status() noexcept override { ++times; }
   std::atomic<int> times{0};

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// The executor's real code under simulated threads: thousands of seeded interleavings of whoever posts, fires, closes, forgets,
-// overstays and watches. What must hold is in docs/wake_up.md.
+// SPDX-License-Identifier: Apache-2.0 The executor's real code under simulated threads: thousands of seeded
+// interleavings of threads that post, fire, close, forget, overstays and watches. What must hold is in docs/wake_up.md.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -71,8 +70,8 @@ struct Note final : Block, private BlockHome {
   const int value;
 };
 
-// A subscription, whose queue is the real one under the executor's lock; or, as services have it, a queue with a lock of its
-// own that tells of what is ready: rule 2 of docs/wake_up.md.
+// A subscription, whose queue is the real one under the executor's lock; or, as services have it, a queue with a lock
+// of its own that reports what is ready: rule 2 of docs/wake_up.md.
 class Stream final : public Executable {
  public:
   Stream(World& world, NodeModel& node, CallbackGroup& group, int& in_group)

@@ -56,7 +56,7 @@ BROKEN = {
         "libudev-dev is not in",
     ),
     "a listed folder that is gone": (".ci/packages.txt", "interfaces/base: libfmt-dev\na/b: cmake\n", "no folder 'a/b'"),
-    "a listed package nobody names": (".ci/packages.txt", "interfaces/base: libfmt-dev cmake\n", "its package.xml does not"),
+    "a listed package without a dependency": (".ci/packages.txt", "interfaces/base: libfmt-dev cmake\n", "its package.xml does not"),
     "a link to nowhere": ("docs/a.md", "see [b](b.md#there)\n", "links to b.md"),
     "a test without assertion": ("test/unit/lidar/a_test.cpp", "// " + SPDX, "assertion"),
     "a check switched off without a reason": (".clang-tidy", "Checks: >\n  bugprone-*,\n  -bugprone-x-y,\n", "no heading"),

@@ -363,7 +363,7 @@ EndpointStatus FakeTransport::FakeReader::status() const {
   return status;
 }
 
-// A clash of types is told by watch(), when all of a node's endpoints are there: it may read both types.
+// watch() reports a clash of types, when all of a node's endpoints are there: it may read both types.
 void FakeTransport::State::introduce(FakeWriter& writer, FakeReader& reader) {
   if (writer.spec().topic != reader.spec().topic) return;
   if (writer.spec().type == reader.spec().type && leaves_to_another(reader.spec(), writer.spec())) return;

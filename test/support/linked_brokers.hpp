@@ -10,8 +10,8 @@ namespace nacelle::test {
 
 /// Two brokers joined by links over a real socket in one process: writers are on one side, readers on the other.
 ///
-/// Nobody waits: after each call both links are pumped until nothing moves, so that the suites of test/conformance see the
-/// same sequence of events each time. Threads: as Transport.
+/// No thread waits: after each call both links are pumped until nothing moves, so that the suites of test/conformance
+/// see the same sequence of events each time. Threads: as Transport.
 class LinkedBrokers : public Transport {
  public:
   /// `carrier`: of both links; must outlive this.

@@ -7,8 +7,8 @@
 
 namespace nacelle::test {
 
-/// Time is told: it stands still until a test moves it. Starts at one second, so that "a while ago" exists; the wall clock starts
-/// in November 2023. Threads: any.
+/// Simulated time: it stands still until a test advances it. Starts at one second, so that "a while ago" exists; the
+/// wall clock starts in November 2023. Threads: any.
 class ManualClock final : public Clock {
  public:
   [[nodiscard]] MonotonicTime now() const override { return {Duration{monotonic_ns_.load()}}; }

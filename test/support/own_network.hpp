@@ -12,8 +12,8 @@ namespace nacelle::test {
 /// Gives lo of this process's own network one more address ("10.9.9.1"). Errors: false without such a network.
 [[nodiscard]] bool add_to_loopback(const char* address);
 
-/// Gives this process's own network a LAN with nobody on it: an interface with this address and 24 bits of network, that
-/// carries multicast. Errors: false without such a network, or without iproute2.
+/// Gives this process's own network an empty LAN: an interface with this address and 24 bits of network, that carries
+/// multicast. Errors: false without such a network, or without iproute2.
 [[nodiscard]] bool add_lan(const char* address);
 
 }  // namespace nacelle::test

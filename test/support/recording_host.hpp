@@ -18,7 +18,7 @@ namespace nacelle::test {
 
 class RecordingHost;
 
-/// A container for one component under test: no executor, no thread, and time that is told.
+/// A container for one component under test: no executor, no thread, simulated time.
 ///
 ///     RecordingContext context;
 ///     LidarComponent lidar{NodeOptions{context}.append_parameter_override("port_name", path)};
@@ -74,7 +74,7 @@ class RecordingContext final : public Context {
   [[nodiscard]] std::vector<Claimed> frames() const;
   /// Type name and announcement of each subscription that was made of a topic, in their order.
   [[nodiscard]] std::vector<std::pair<std::string, Announced>> announced(const std::string& topic) const;
-  /// Who owns a claimed frame: true (the default) for every claim until a test says that somebody else does.
+  /// Who owns a claimed frame: true (the default) for every claim until a test gives the frame another owner.
   void set_frame_owner(const std::string& child, const std::string& other_node);
   /// The registered stop frame; empty when there is none.
   [[nodiscard]] std::vector<std::uint8_t> safe_stop() const;

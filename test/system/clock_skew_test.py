@@ -42,7 +42,7 @@ class ClockSkew(NetworkTest):
     def test_a_clock_that_is_ahead(self):
         robot = self.start_robot("network:=export")
         self.sends_commands(150)
-        line = robot.wait_for("the clock is told", is_skew)
+        line = robot.wait_for("the clock is reported", is_skew)
         self.assertIn("clock skew: host laptop is ", line)
         self.assertIn(" ms ahead; ", line)
         self.assertIn("chrony", line)
@@ -56,13 +56,13 @@ class ClockSkew(NetworkTest):
         # A second program of that host is no news, one of another is.
         self.sends_commands(150)
         self.sends_commands(400, host="tablet")
-        self.assertIn("host tablet is ", robot.wait_for("the other clock is told", is_skew))
+        self.assertIn("host tablet is ", robot.wait_for("the other clock is reported", is_skew))
 
     @nightly
     def test_a_clock_that_is_behind(self):
         robot = self.start_robot("network:=export")
         self.sends_commands(-150)
-        line = robot.wait_for("the clock is told", is_skew)
+        line = robot.wait_for("the clock is reported", is_skew)
         self.assertIn("clock skew: host laptop is ", line)
         self.assertIn(" ms behind, or its messages come that late", line)
         self.assertGreaterEqual(milliseconds_of(line), 150)
@@ -78,7 +78,7 @@ class ClockSkew(NetworkTest):
         self.assertEqual([line for line in robot.read() if is_skew(line)], [])
         self.assertEqual(self.clocks(), [])
         self.sends_commands(150 - 50, host="tablet")
-        self.assertIn("host tablet is ", robot.wait_for("the clock is told", is_skew))
+        self.assertIn("host tablet is ", robot.wait_for("the clock is reported", is_skew))
 
 
 class TwoRobots(NetworkTest):

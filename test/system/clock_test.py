@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Clocks: the wall clock is set, simulated time, and simulated time that jumps.
 
-The wall clock is set while the robot drives: no control cycle is missed, one event tells of it, stamps keep their order.
+The wall clock is set while the robot drives: no control cycle is missed, one event reports it, stamps keep their order.
 
 The container's clock is set through its --test-clock; the machine's own stays as it is.
 """

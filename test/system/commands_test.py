@@ -200,21 +200,21 @@ class Teleop(RunningRobotTest):
         reader.start()
         try:
             self.expect_exit(self.run_program("estop", "set"), 0)
-            wait_for("teleop tells of the stop", lambda: b"/emergency_stop is set: stands still" in said)
+            wait_for("teleop shows the stop", lambda: b"/emergency_stop is set: stands still" in said)
             before = len(said)
             os.write(self.keyboard, b"i")
             wait_for("the key is answered", lambda: b"\r" in said[before:])
             self.assertNotIn(b"now", said[before:])
         finally:
             self.expect_exit(self.run_program("estop", "release"), 0)
-        wait_for("teleop tells of the release", lambda: b"now" in said[before:])
+        wait_for("teleop shows the release", lambda: b"now" in said[before:])
         self.teleop.send_signal(signal.SIGTERM)
         self.assertEqual(self.teleop.wait(10 * SLOW), 0)
         reader.join(10)
 
     def test_a_released_key_stops_the_robot(self):
         self.drive_forward()
-        wait_for("the robot is told to stop", self.ends_with_zero)
+        wait_for("the robot gets a stop", self.ends_with_zero)
         self.assertIsNone(self.teleop.poll())
 
     def test_without_a_terminal_it_is_wrong_usage(self):
@@ -226,13 +226,13 @@ class Teleop(RunningRobotTest):
         os.close(self.keyboard)
         self.keyboard = None
         self.assertEqual(self.teleop.wait(10 * SLOW), 0)
-        wait_for("the robot is told to stop", self.ends_with_zero)
+        wait_for("the robot gets a stop", self.ends_with_zero)
 
     def test_a_signal_stops_the_robot(self):
         self.drive_forward()
         self.teleop.send_signal(signal.SIGTERM)
         self.assertEqual(self.teleop.wait(10 * SLOW), 0)
-        wait_for("the robot is told to stop", self.ends_with_zero)
+        wait_for("the robot gets a stop", self.ends_with_zero)
 
 
 class Rates(RunningRobotTest):

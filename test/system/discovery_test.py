@@ -69,7 +69,7 @@ class DiscoveryTest(RobotTest):
         container = self.container = Lines(self.machine.within(PROGRAM, "container"), self.environment)
         self.addCleanup(container.interrupt)
         container.wait_for("the container is up", lambda line: line.startswith("network: "))
-        # Endpoints are told to who is there: as when it was recorded, a plain Cyclone program listens.
+        # Endpoints are announced to present participants: as in the recording, a plain Cyclone program listens.
         peer = Lines(self.machine.within(PEER, "echo", "--topic", "rt/nothing"), self.environment)
         self.addCleanup(peer.close)
         peer.wait_for("the peer is ready", lambda line: line == "ready")
@@ -110,7 +110,7 @@ class DiscoveryTest(RobotTest):
     def test_a_lifecycle_node(self):
         """lifecycle_talker of ROS 2's demos. What it says is not of its kind of node: any component stands for it."""
         self.load("nacelle::test::Chaos", "--name", "lc_talker")
-        # rclcpp hears of use_sim_time that way, also a node's own; here nodes are told within the process.
+        # rclcpp gets use_sim_time that way, also a node's own; here nodes get it within the process.
         self.expect_equal("lc", "lc_talker", only_recorded=[("SEDP-pub", "rt/lifecycle_chatter"), ("SEDP-sub", "rt/parameter_events")])
 
     def test_an_action_server(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the command line tells of a running robot: nodes, topics, services, parameters; as ros2 prints it, and as JSON."""
+"""The command line's output about a running robot: nodes, topics, services, parameters; as ros2 prints it, and as JSON."""
 import fcntl
 import json
 import pathlib
@@ -296,7 +296,7 @@ class Publishing(OnRobot):
         self.assertIn("leaves no room for a late one", said)
         for words in (["-t", "2", "-r", "4"], ["--once"]):
             self.assertEqual(self.expect_exit(self.run_program("topic", "pub", *words, "/cmd_vel", TWIST), 0).stderr, "")
-        # Where nobody stops, nobody warns.
+        # Without a reader that stops there is no warning.
         self.assertEqual(self.expect_exit(self.run_program("topic", "pub", "-t", "2", "-r", "3", "/x", TWIST), 0).stderr, "")
 
     def test_shows_the_timeout_with_the_topic(self):

@@ -79,7 +79,7 @@ class Isolated(IsolatedRobot):
                 return {(e["start_state"]["label"], e["goal_state"]["label"]) for e in events} >= {
                     ("inactive", "activating"), ("activating", "active"), ("active", "deactivating"), ("deactivating", "inactive")}
 
-            wait_for("its transitions are told", steps_have_come)
+            wait_for("its transitions are published", steps_have_come)
         finally:
             listening.kill()
             listening.wait()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Machines on a LAN of their own, made of network namespaces and veth pairs: what they send reaches nobody else."""
+"""Machines on a LAN of their own, made of network namespaces and veth pairs: their packets stay there."""
 import contextlib
 import ctypes
 import os
@@ -25,7 +25,7 @@ def need_namespaces():
 
 
 def enter_own_network():
-    """Takes this process, and what it starts, to a machine with a LAN on which nobody else is. False where that is not allowed."""
+    """Takes this process, and what it starts, to a machine with an empty LAN. False if that is not permitted."""
     clone_newnet, clone_newns = 0x40000000, 0x20000  # sched.h; os.unshare() came with Python 3.12
     libc = ctypes.CDLL(None)
     if os.geteuid() != 0 or libc.unshare(clone_newnet) != 0:

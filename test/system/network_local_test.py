@@ -70,7 +70,7 @@ class Kept(NetworkTest):
             with self.subTest(vendor=vendor):
                 reader = self.reads_odometry(vendor, self.robot_machine)
                 reader.wait_for("odometry", is_odometry)
-                driver = drive_until(lambda limit_s: reader.wait_for("the robot drives as it is told", lambda line: speed_of(line) > 0.1, limit_s),
+                driver = drive_until(lambda limit_s: reader.wait_for("the robot follows the command", lambda line: speed_of(line) > 0.1, limit_s),
                                      lambda: self.drives(vendor, self.robot_machine), robot)  # fmt: skip
                 driver.close()
                 images = self.peer(vendor, self.robot_machine, "echo", "--topic", "rt/camera/image_raw", "--type", "image", "--best-effort",

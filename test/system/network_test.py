@@ -60,7 +60,7 @@ class Exported(NetworkTest):
                                "add rule ip wifi out oifname lan0 ip daddr 224.0.0.0/4 counter drop")
 
     def check_by_static_peers(self, vendor, of_robot, **variables):
-        """What the peer is told is what rmw_cyclonedds makes of ROS_STATIC_PEERS."""
+        """The peer gets what rmw_cyclonedds makes of ROS_STATIC_PEERS."""
         self.drop_multicast()
         self.start_robot("network:=export", **of_robot)
         self.reads_odometry(vendor, self.laptop, **variables).wait_for("odometry on the laptop", is_odometry)
@@ -136,7 +136,7 @@ class TwoRobots(NetworkTest):
         for line in lines():
             self.assertRegex(line, r"two of [^:]*/ekf, [^:]*/lidar[^:]*: also in nacelle \(process \d+ on [^)]+\); put one into a namespace or ")
         self.assertIn("received", self.crossed("one"))
-        self.assertEqual([len(self.clashes_of(robot)) for robot in robots], [1, 1], "it is told once, and not for each node")
+        self.assertEqual([len(self.clashes_of(robot)) for robot in robots], [1, 1], "it is reported once, and not for each node")
 
     @staticmethod
     def clashes_of(robot):

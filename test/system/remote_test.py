@@ -24,7 +24,7 @@ class Robot(RemoteRobotTest):
         self.assertEqual(self.ask("node", "list").stdout, self.run_program("node", "list").stdout)
         typed = self.ask("topic", "list", "-t").stdout.splitlines()
         self.assertIn("/scan [sensor_msgs/msg/LaserScan]", typed)
-        self.assertIn("/cmd_vel [geometry_msgs/msg/TwistStamped]", typed, "what nobody publishes has the type that use_stamped_vel names")
+        self.assertIn("/cmd_vel [geometry_msgs/msg/TwistStamped]", typed, "a topic without publishers has the type that use_stamped_vel selects")
         # The odometry's topic is as the robot has it, but for what tools there read.
         self.assertEqual(self.ask("topic", "type", "/odom").stdout, "nav_msgs/msg/Odometry\n")
         self.assertIn("/odom\n", self.ask("topic", "find", "nav_msgs/msg/Odometry").stdout)
@@ -240,7 +240,7 @@ class Actions(RemoteTest):
 
 
 class Kept(RemoteTest):
-    """Nodes that nobody has exported, asked on their own machine without the container's socket."""
+    """Nodes that are not exported, queried on their own machine without the container's socket."""
 
     @classmethod
     def setUpClass(cls):

@@ -147,7 +147,7 @@ class Interrupted(RobotTest):
         robot = self.start_program("launch", LAUNCH_FILE, "--name", "robot", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
         wait_for("it runs", lambda: "active" in robot.stdout.readline(), 60)
         robot.send_signal(signal.SIGHUP)
-        # A request behind the signal: were it obeyed, nobody would answer this any more.
+        # A request after the signal: if the signal were obeyed, there would be no answer.
         self.expect_exit(self.run_program("topic", "hz", "/odom", "--once"), 0)
         robot.send_signal(signal.SIGTERM)
         said, _ = robot.communicate(timeout=30 * SLOW)

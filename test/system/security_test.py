@@ -174,7 +174,7 @@ class Secured(NetworkTest):
         known = self.known_reader()
         known.wait_for("odometry for who has keys", is_odometry)
         known.seen.clear()
-        self.assertFalse(known.within(SILENCE_S, lambda line: abs(speed_of(line)) > 0.01), "nobody who counts says drive")
+        self.assertFalse(known.within(SILENCE_S, lambda line: abs(speed_of(line)) > 0.01), "no accepted participant says drive")
         self.assertGreater(sum(map(is_odometry, known.read())), 20)
         for stranger in strangers:
             self.assertEqual(list(filter(is_odometry, stranger.read())), [])

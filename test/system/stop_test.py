@@ -113,7 +113,7 @@ class StopTest(RobotTest):
 
     def zero_after(self, cause_ns, limit_s, case):
         """The motor side is at zero no later than this after the cause; the time goes into the table."""
-        wait_for("the wheels are told zero", lambda: not self.truth.moves(), limit_s + 5)
+        wait_for("the wheels get zero", lambda: not self.truth.moves(), limit_s + 5)
         took_s = (self.truth.last_stop_ns - cause_ns) * 1e-9
         TABLE.append((case, took_s, limit_s))
         self.assertLessEqual(took_s, limit_s * SLOW + MACHINE_S * SLOW, case)
@@ -210,7 +210,7 @@ class Input(StopTest):
         wait_for("navigation drives", lambda: self.truth.left_command_mps == SPEED, 5)
         before = time.monotonic_ns()
         operator = self.sender(lambda: twist(-0.1), topic="/cmd_vel_teleop")
-        wait_for("the wheels are told something else", lambda: self.truth.left_command_mps != SPEED, 5)
+        wait_for("the wheels get another command", lambda: self.truth.left_command_mps != SPEED, 5)
         took_s = (time.monotonic_ns() - before) * 1e-9
         TABLE.append(("operator takes over", took_s, 0.1))
         self.assertLess(took_s, 0.1 * SLOW)
@@ -261,7 +261,7 @@ class EmergencyStop(StopTest):
 
 
 class Guarded(StopTest):
-    """emergency_stop_required: the base moves only while somebody is there who could stop it. He has a process of his own here."""
+    """emergency_stop_required: the base moves only while an emergency stop component is alive, which has its own process here."""
 
     @classmethod
     def plan(cls, text):
@@ -299,7 +299,7 @@ class Guarded(StopTest):
         sender.say(lambda: twist(SPEED))
         self.nothing_moves(2 * TIMEOUT_S)
         self.assertIn("emergency_stop_required", (self.folder / "log").read_text())
-        self.expect_exit(self.run_program("estop", "release"), 0)  # said by somebody who promises no life: not enough
+        self.expect_exit(self.run_program("estop", "release"), 0)  # from a publisher without liveliness: not enough
         self.nothing_moves(TIMEOUT_S)
         self.load_it_anew()
         self.rests_and_moves_again(sender, lambda: twist(SPEED))
@@ -336,7 +336,7 @@ class Line(StopTest):
             cause = time.monotonic_ns()
             control.write("unplug base\n")
         self.zero_after(cause, WATCHDOG_S + CYCLE_S, "cable pulled (board's watchdog)")
-        self.assertEqual(self.truth.watchdog_stops, watchdog_stops + 1, "nobody else can have stopped it")
+        self.assertEqual(self.truth.watchdog_stops, watchdog_stops + 1, "nothing else can have stopped it")
         self.assertEqual(self.state_of_the_base(), "active")
 
         heard, back = self.truth.motion_commands, time.monotonic_ns()

@@ -148,7 +148,7 @@ class Faults(ChaosTest):
                     self.expect_exit(self.run_program("lifecycle", "set", "chaos", transition), 0)
                 return select.select([listening.stdout], [], [], 0)[0]
 
-            wait_for("somebody listens", events_have_come)
+            wait_for("a listener is there", events_have_come)
             self.expect_exit(self.run_program("lifecycle", "set", "chaos", "deactivate"), 0)
             self.expect_exit(self.run_program("lifecycle", "set", "chaos", "activate"), 0)
             events = [json.loads(listening.stdout.readline()) for _ in range(4)]
@@ -286,7 +286,7 @@ class Crashes(ChaosTest):
         self.assertEqual(self.state_of("/crane")["state"], "inactive")
         self.assertEqual(self.state_of("/diff_drive")["state"], "inactive")
         self.assertEqual(self.state_of("/lidar")["state"], "active")
-        # An exception that nobody catches, in a thread of the component's own.
+        # An uncaught exception, in a thread of the component's own.
         record = self.crash_of_a_thread()
         self.assertEqual(record["signal"], "SIGABRT")
         self.assertEqual(sorted(record["component"].split(" or ")), ["/chaos", "/crane", "/patient"])

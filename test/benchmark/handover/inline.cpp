@@ -10,7 +10,7 @@
 namespace nacelle::bench {
 namespace {
 
-// Publishes when it is told to; everything runs on the shared executor.
+// Publishes on request; everything runs on the shared executor.
 template <typename T>
 class Sender final : public Recipe {
  public:

@@ -102,5 +102,5 @@ int main(int count, char** words) {
                                  {"switches", static_cast<double>(used.switches)},
                                  {"ns", static_cast<double>(used.at.nanoseconds())}});
   std::fflush(stdout);
-  std::_Exit(0);  // the queue's thread waits for a buffer that nobody sends
+  std::_Exit(0);  // the queue's thread waits for a buffer that never arrives
 }

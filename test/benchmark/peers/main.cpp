@@ -182,5 +182,5 @@ int main(int count, char** words) {
                  {"switches", static_cast<double>(used.switches)},
                  {"ns", static_cast<double>(used.at.nanoseconds())}});
   std::fflush(stdout);
-  std::_Exit(0);  // ZeroMQ's context waits for its sockets, which nobody closes here
+  std::_Exit(0);  // ZeroMQ's context waits for its sockets, which are not closed here
 }

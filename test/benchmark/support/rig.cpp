@@ -26,7 +26,7 @@ runtime::ContainerOptions options(Duration patience, runtime::NodeInterfaces int
 }  // namespace
 
 Rig::Rig(Duration patience, runtime::NodeInterfaces interfaces) : container_(options(patience, interfaces), clock_) {
-  // A faulted component is gated: whoever waits for its messages would wait for ever.
+  // A faulted component is gated: a wait for its messages would never end.
   container_.on_fault([](const runtime::ComponentInfo& info) {
     std::fprintf(stderr, "benchmark: %s: %s: %s\n", info.node.c_str(), info.fault.code.c_str(),
                  info.fault.text.c_str());

@@ -19,8 +19,8 @@ struct Run {
   std::uint64_t dropped = 0;  ///< Overwritten or refused in queues, of the whole run.
 };
 
-/// Shows the container's nodes on a network that nobody else is on, for as long as the result lives. In the program without a
-/// network (`topology`, whose memory is what a robot without DDS takes) null: there is none.
+/// Shows the container's nodes on a network without other participants, for as long as the result lives. In the program
+/// without a network (`topology`, whose memory is what a robot without DDS takes) null: there is none.
 [[nodiscard]] std::shared_ptr<void> go_on_the_network(runtime::Container& container);
 
 /// The graph as components of one container, all on the shared executor. `patience`: see Rig. `on_network`: each node has the

@@ -7,8 +7,8 @@
 
 namespace nacelle::bench {
 
-/// A mirror on a loopback interface that nobody else is on; returns when it has announced itself. Errors: the program ends with
-/// the words and code 1.
+/// A mirror on a loopback interface without other participants; returns when it has announced itself. Errors: the
+/// program ends with the words and code 1.
 [[nodiscard]] std::unique_ptr<DdsMirror> start_lonely_mirror(nacelle::Graph& graph, const Clock& clock,
                                                              ServiceGraph* services = nullptr);
 

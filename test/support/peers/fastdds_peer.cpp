@@ -244,7 +244,7 @@ class FastDds {
       if (!writer_->write(&message)) std::exit(1);
 #endif
     }
-    /// Any number that is nobody else's.
+    /// Any unique number.
     [[nodiscard]] std::uint64_t handle() const {
       std::uint64_t out = 0;
       std::memcpy(&out, writer_->guid().guidPrefix.value + 4, sizeof(out));

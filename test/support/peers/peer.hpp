@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// A program that speaks ROS 2's topics and services with somebody else's DDS: what is the same for each DDS.
+// SPDX-License-Identifier: Apache-2.0 A program that uses ROS 2's topics and services with another DDS: the parts that
+// are the same for each DDS.
 #pragma once
 
 #include <unistd.h>
@@ -118,7 +118,8 @@ inline void tell_message(const Odometry& message) {
 ///   serve  answers --topic's requests (add_two_ints)
 ///   call   asks once for --a plus --b when a line has come
 /// All stay until their standard input ends. The line is for the other side to say that it has found them: what is
-/// written before that is lost, if nobody keeps it. echo and serve answer it with "met" once they have found the other side, too.
+/// written before that is lost, unless it is kept. echo and serve answer it with "met" once they have found the other
+/// side, too.
 struct Options {
   std::string verb, topic = "rt/chatter", type = "string", text = "hello";
   unsigned domain = 0;

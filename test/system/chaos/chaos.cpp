@@ -8,7 +8,7 @@
 //   blocked abort       abort() in a thread that blocks all signals
 //   overflow            a thread that blocks all signals overflows its stack
 //   exit, quick exit, _exit
-//   leak                64 MiB that nobody frees
+//   leak                64 MiB that are never freed
 //   flood               as many messages as fit into half a second, from a callback
 //   lie                 a publisher of /scan with another type
 //   spin                a callback that takes 100 ms of CPU, again and again

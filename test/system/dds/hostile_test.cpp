@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// A robot on the network beside somebody who means it harm: participants that announce anything and write anything, and
-// datagrams that are anything. Meanwhile an honest laptop is served, and in the end no memory stays with what came.
+// SPDX-License-Identifier: Apache-2.0 A robot on the network beside an attacker: participants that announce anything
+// and write anything, and datagrams that are anything. Meanwhile an honest laptop is served, and in the end no memory
+// stays with what came.
 //
 // A few seconds each; NACELLE_HOSTILE_SECONDS says otherwise. The seed is printed and can be given: NACELLE_HOSTILE_SEED.
 #include <arpa/inet.h>
@@ -146,7 +146,7 @@ void be_a_hostile_participant(Dice& dice, const std::vector<Model>& all) {
     }
     auto writer = participant->create_writer(end, &told);
     if (!writer) continue;  // a name that Cyclone itself refuses
-    // The robot reads it, if it is told as honest ones tell it: replies are read by none of its clients.
+    // The robot reads it, if it is announced like a valid one: replies are read by none of its clients.
     const bool is_read = what >= 2 && model.topic != "rr/addReply";
     if (is_read) {
       EXPECT_TRUE(told.until([&] { return (*writer)->matched_count() != 0; })) << end.topic;
@@ -205,7 +205,7 @@ class Wiretap {
     const Datagram& one = heard_[dice.below(heard_.size())];
     Bytes bytes = dice.spoilt(one.bytes);
     if (dice.below(16) == 0) bytes = dice.bytes(1000);
-    // Sent where it went, or to somebody whom it was not meant for.
+    // Sent to its receiver, or to another one.
     const auto& to = dice.below(4) == 0 ? heard_[dice.below(heard_.size())].to : one.to;
     static_cast<void>(
         ::sendto(sends_, bytes.data(), bytes.size(), MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&to), sizeof to));
@@ -224,7 +224,7 @@ class Hostile : public ::testing::Test {
  public:
   Hostile() { robot.load(adding, "adder"); }
 
-  /// Somebody who comes now is served: its calls are answered, what it says is heard and it hears what is said.
+  /// A new participant is served: its calls are answered, its messages are received and it receives messages.
   void serve_an_honest_laptop() {
     test::MirroredContainer laptop{"laptop"};
     test::Calling<AddTwoInts> calling{"/add"};

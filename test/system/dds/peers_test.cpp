@@ -229,7 +229,7 @@ TEST_P(EveryVendor, is_received_when_it_publishes) {
 
 TEST_P(EveryVendor, is_received_when_it_publishes_best_effort) {
   const auto reader = make_reader(test::string_topic("sensor", QoS(5).best_effort()));
-  // That both have found each other does not save the first ones: nobody sends them again.
+  // Mutual discovery does not save the first ones: they are not sent again.
   const auto peer = start({"pub", "--topic", "rt/sensor", "--best-effort", "--count", "1000", "--every", "20"});
   let_go(*peer, *reader);
   EXPECT_THAT(next(*reader), StartsWith("hello "));

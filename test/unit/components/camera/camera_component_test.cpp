@@ -158,7 +158,7 @@ TEST_F(CameraControls, are_set_from_the_launch_file_and_again_when_the_device_is
   EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
   ASSERT_TRUE(camera.trigger(Transition::Activate).success);
   ASSERT_TRUE(camera.trigger(Transition::Deactivate).success);
-  device->control_values[V4L2_CID_BRIGHTNESS] = 1;  // somebody else used it meanwhile
+  device->control_values[V4L2_CID_BRIGHTNESS] = 1;  // another program used it meanwhile
   ASSERT_TRUE(camera.trigger(Transition::Activate).success);
   EXPECT_EQ(device->control_values[V4L2_CID_BRIGHTNESS], 200);
 }

@@ -73,7 +73,7 @@ TEST(BringUpOrder, keeps_every_dependency_for_random_acyclic_plans) {
   }
 }
 
-/// Nodes that do as they are told, but for one step.
+/// Nodes that follow every request except one step.
 struct Robot {
   std::map<std::string, StateId> states;
   Names log;
@@ -96,7 +96,7 @@ struct Robot {
   }
 };
 
-/// Work that has been started ends when the manager waits: the last piece first, one at each wait. Time is told.
+/// Work that has been started ends when the manager waits: the last piece first, one at each wait. Time is simulated.
 class BackwardCrew final : public Crew {
  public:
   explicit BackwardCrew(test::ManualClock& clock) : clock_(clock) {}

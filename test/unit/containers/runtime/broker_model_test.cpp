@@ -135,7 +135,7 @@ TEST(BrokerModel, readers_that_come_and_go_while_others_write_see_every_writer_i
         for (unsigned n = 1 + random() % 200; n > 0;) {
           Block* const block = reader->take();
           if (block == nullptr) continue;
-          // Nobody else has released what we hold: its text is that of its number.
+          // The held message was not released by others: its text is that of its number.
           const auto& info = block->info;
           if (static_cast<const String*>(block->message)->data != std::to_string(info.sequence)) ++wrong;
           if (last.count(info.writer_id) != 0 && info.sequence != last[info.writer_id] + 1) ++wrong;

@@ -45,7 +45,7 @@ class Tick final : public TimerBase {
   std::function<void()> what_;
 };
 
-/// Opens when told; whoever waits too long (a test that would hang otherwise) learns that it did not.
+/// Opens on request; a thread that waits too long (a test that would hang otherwise) gets false.
 class Door {
  public:
   void open() {

@@ -182,7 +182,7 @@ TEST_F(ExecutorTest, a_transition_takes_no_time_from_the_other_nodes) {
       Executable::Kind::Transition);
   executor.post(transition);
   ASSERT_TRUE(entered.wait());
-  drain(b);  // nobody supervises here: the place was given away before the transition began
+  drain(b);  // there is no supervisor here: the queue was handed over before the transition began
   EXPECT_EQ(executor.handovers(), 0U);
   release.open();
   drain(a);

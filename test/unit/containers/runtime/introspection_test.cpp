@@ -74,7 +74,7 @@ TEST_F(ContainerTest, a_blocked_server_delays_no_other_and_its_late_answer_is_di
     EXPECT_EQ(asking.call->response(), nullptr);
   }
   ASSERT_EQ(::write(release[1], &byte, 1), 1);
-  // The first answer had nobody to go to; the next call has.
+  // The first answer had no receiver any more; the next call has one.
   ASSERT_EQ(::write(release[1], &byte, 1), 1);
   Asking again{container, "/sleeper/enable"};
   ASSERT_TRUE(again.wait());

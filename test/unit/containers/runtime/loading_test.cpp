@@ -318,7 +318,7 @@ struct HangingTest : ContainerFixture<test::ManualClock> {
     ASSERT_EQ(::read(entered[0], &byte, 1), 1);
   }
   void wake() const { ASSERT_EQ(::write(release[1], "w", 1), 1); }
-  // What came back is noticed by whoever looks.
+  // A return is noticed at the next check.
   void wait_until_nothing_is_kept() {
     const auto limit = std::chrono::steady_clock::now() + 20s;
     while (!container.kept_images().empty() && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
@@ -427,7 +427,7 @@ TEST_F(HangingTest, a_slow_transition_delays_no_other_node) {
   auto configuring =
       std::async(std::launch::async, [&] { return container.trigger(sleeper.id, Transition::Configure); });
   wait_until_it_sleeps();
-  // No time has passed: nobody was late, so nothing but the transition itself can have made way.
+  // No time has passed, so no callback was late: only the transition itself can have handed the queue over.
   say("/words", "go on");
   EXPECT_EQ(heard.next(), "go on");
   wake();

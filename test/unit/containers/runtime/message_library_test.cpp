@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kLibrary = "libnacelle_msgs_std_srvs.so";
 
-/// Keeps what it is told, as a link's thread does until it comes to it.
+/// Keeps its notifications, as a link's thread does until it handles them.
 struct Ends final : ServiceListener {
   void on_made(const ServiceEndInfo& end) noexcept override { made.push_back(end); }
   void on_gone(std::uint64_t) noexcept override {}

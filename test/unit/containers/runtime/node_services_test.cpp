@@ -411,7 +411,7 @@ TEST_F(NodeServicesTest, publishes_parameter_changes_on_parameter_events) {
             "/base new empty:0 loose:4 pid.limits.high:2 pid.p:3 recipe:2 use_sim_time:1 changed deleted");
   ASSERT_TRUE(set("/base", {number("pid.p", 2.0)}).front().successful);
   EXPECT_EQ(events.next(), "/base new changed pid.p:3 deleted");
-  ASSERT_FALSE(set("/base", {number("pid.limits.high", 2.0)}).front().successful);  // told to nobody else
+  ASSERT_FALSE(set("/base", {number("pid.limits.high", 2.0)}).front().successful);  // no other node is notified
   ASSERT_TRUE(set("/base", {parameter("loose", kNotSet)}).front().successful);
   EXPECT_EQ(events.next(), "/base new changed deleted loose:0");
   auto high = parameter("pid.limits.high", kInteger);
@@ -504,7 +504,8 @@ TEST_F(NodeServicesTest, get_state_has_the_bytes_of_ros_2) {
   EXPECT_TRUE(std::ranges::equal(tail, recorded));
 }
 
-// --- nobody waits for somebody else ---------------------------------------------------------------------------------------
+// --- nodes do not wait for each other
+// ---------------------------------------------------------------------------------------
 
 TEST_F(NodeServicesTest, a_slow_transition_holds_up_no_question) {
   const Doors doors;
@@ -560,7 +561,7 @@ TEST_F(NodeServicesTest, notifies_callers_that_wait_for_an_unloaded_node) {
   EXPECT_THAT(late.problem(), HasSubstr("no node of this process offers it"));
 }
 
-/// Asks for its own transition in a callback, and waits for the answer there if it is told to.
+/// Requests its own transition in a callback, and waits there for the answer if requested.
 class ChangingItself final : public bench::Recipe {
  public:
   std::shared_ptr<void> build(LifecycleNode& node) override {

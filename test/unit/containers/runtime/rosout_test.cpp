@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// The log on /rosout: whose line it is, what is in it, and that whoever logs never waits for who reads.
+// SPDX-License-Identifier: Apache-2.0 The log on /rosout: the node of a line, its content, and that logging never waits
+// for readers.
 #include "runtime/src/rosout.hpp"
 
 #include <gmock/gmock.h>
@@ -63,7 +63,7 @@ TEST_F(RosoutTest, a_line_is_published_by_the_node_that_has_written_it) {
   EXPECT_EQ(node_of(lines.writer()), "/talker");
 }
 
-/// Says something in its constructor, and fails if it is told to.
+/// Logs a line in its constructor, and fails on request.
 class Saying final : public bench::Recipe {
  public:
   std::shared_ptr<void> build(LifecycleNode& node) override {

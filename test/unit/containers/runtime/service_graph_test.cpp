@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// What a link to other processes is told of services, and what it may do with them.
+// SPDX-License-Identifier: Apache-2.0 The reports about services to a link to other processes, and its operations on
+// them.
 #include "nacelle/host/service_graph.hpp"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using Texts = std::vector<std::string>;
 
-/// Writes down what it is told.
+/// Records its notifications.
 class Diary final : public ServiceListener {
  public:
   void on_made(const ServiceEndInfo& end) noexcept override {

@@ -115,7 +115,7 @@ TEST_F(Mirror, makes_one_snapshot_of_many_changes) {
   EXPECT_LT(here.stats().snapshots - before, 100U);
 }
 
-// Context switches of the threads of that name that nobody forced.
+// Voluntary context switches of the threads of that name.
 std::uint64_t sleeps_of_threads(const std::string& name) {
   std::uint64_t count = 0;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {

@@ -130,13 +130,13 @@ TEST_F(MirrorServices, count_what_is_no_reply_and_go_on) {
     server->say(bytes);
   }
   server->say({first.client + 1, first.sequence}, response_of(1));  // another client's
-  server->say({first.client, first.sequence + 1}, response_of(2));  // nobody has asked that
+  server->say({first.client, first.sequence + 1}, response_of(2));  // without such a request
   server->say(first, response_of(3));
   server->say(first, response_of(4));  // and once more
   EXPECT_EQ(calling.answer_to(std::move(pending))->sum, 3) << "seed " << seed;
   EXPECT_TRUE(until([&] { return here.stats().late == 2; }));
 
-  // Its header is right and its body is not: nobody else will answer.
+  // Its header is valid and its body is not: no other answer will come.
   pending = calling.client->async_send_request(request_of(1, 2));
   const auto second = asked();
   const AddTwoInts::Response body = response_of(5);

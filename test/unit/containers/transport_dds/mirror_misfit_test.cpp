@@ -83,7 +83,7 @@ TEST_F(Mirror, tells_once_of_a_viewer_that_asks_for_more_and_does_not_count_it) 
   EXPECT_EQ(readers(), 0U);
   auto fitting = there.reader("/scan", QoS(5).best_effort());
   EXPECT_TRUE(until([&] { return readers() == 1 && writer->reader_count() == 1; }));
-  // A writer that comes later is another pair of one that is known; the same node is told of once.
+  // A writer that comes later is another pair of one that is known; the same node is reported once.
   auto later = here.writer("/scan", QoS(5).best_effort());
   ASSERT_TRUE(until([&] { return later->status().matched == 1; }));
   EXPECT_EQ(here.problems.lock()->size(), 1U);

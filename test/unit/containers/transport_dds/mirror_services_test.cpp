@@ -165,7 +165,7 @@ TEST_F(MirrorServices, take_a_bounded_number_of_requests_and_their_callers_a_bou
       << there.stats().stray;
   EXPECT_EQ(there.stats().requests, kServed);
   EXPECT_THAT(*there.problems.lock(), ElementsAre(HasSubstr("wait for an answer")));
-  // Those that have room again are served, and an answer to a call that nobody waits for any more harms nobody.
+  // Calls that have room again are served, and an answer to a call that no longer waits does no harm.
   for (const auto& id : pondering.asked()) EXPECT_TRUE(pondering.service->send_response(id, response_of(5)));
   EXPECT_EQ(calling.answer_to(std::move(pending[kMore]))->sum, 5);
   EXPECT_TRUE(until([&] { return here.stats().late == kMore; }));

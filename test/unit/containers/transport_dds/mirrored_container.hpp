@@ -121,7 +121,7 @@ class Calling final : public bench::Recipe {
   }
   using Future = typename Client<S>::Future;
   using Answer = typename Client<S>::SharedResponse;
-  /// The response; null if there is none, or nobody to ask.
+  /// The response; null if there is none, or no server.
   [[nodiscard]] Answer call(typename S::Request request) {
     return answer_to(client->async_send_request(std::move(request)));
   }

@@ -45,7 +45,7 @@ class DriveTest : public ::testing::Test {
     options.append_parameter_override("port_timeout", 0.0);  // the tiny board speaks when a test says so
     options.append_parameter_override("motor_watchdog", 0.0);
     options.append_parameter_override("cmd_vel_timeout", 60.0);  // a busy machine must not look like a dead sender
-    options.append_parameter_override("rearm", std::string("fresh"));  // nobody waits for a minute of silence
+    options.append_parameter_override("rearm", std::string("fresh"));  // without a minute of silence
     options.append_parameter_override("reopen_timeout", 0.0);
     options.append_parameter_override("device_lost", std::string("fault"));
     return options;
@@ -61,7 +61,7 @@ class DriveTest : public ::testing::Test {
     const auto activated = drive.trigger(Transition::Activate);
     ASSERT_TRUE(activated.success) << activated.reason;
   }
-  /// Reads speed commands until the wheels are told this; false after a few seconds of other commands.
+  /// Reads speed commands until this one arrives; false after a few seconds of other commands.
   bool board_is_told(double left_mps, double right_mps) {
     for (int lines = 0; lines < 200; ++lines) {
       if (!board_.take_until(1)) return false;
@@ -214,7 +214,7 @@ TEST_F(DriveTest, leaves_the_board_with_a_stop_and_moves_again_only_on_a_new_com
   ASSERT_TRUE(board_is_told(0.2, 0.2));
 
   ASSERT_TRUE(drive.trigger(Transition::Deactivate).success);
-  context_.inject("/cmd_vel", twist(0.3));  // nobody listens
+  context_.inject("/cmd_vel", twist(0.3));  // it is not read
   drain_board();
   EXPECT_EQ(board_.lines.back(), kStopLine);
 
@@ -382,7 +382,7 @@ TEST_F(DriveTest, a_required_emergency_stop_that_is_not_there_holds_the_wheels) 
   options.append_parameter_override("emergency_stop_required", true);
   DiffDriveComponent drive{options};
   activate(drive);
-  context_.inject("/emergency_stop", emergency(false));  // from somebody who promises no life
+  context_.inject("/emergency_stop", emergency(false));  // from a publisher without liveliness
   context_.inject("/cmd_vel", twist(0.2));
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(board_.take_until(1));
   for (const auto& line : board_.lines) EXPECT_THAT(line, ::testing::Not(HasSubstr("\"L\":0."))) << line;

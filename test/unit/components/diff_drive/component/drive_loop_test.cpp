@@ -13,7 +13,7 @@
 namespace nacelle::diff_drive {
 namespace {
 
-/// Remembers commands, fails when it is told to, and lets time pass without anybody waiting.
+/// Records commands, fails on request, and advances time without waiting.
 class RecordingPort final : public BasePort {
  public:
   explicit RecordingPort(ToldClock& clock) : clock_(clock) {}
@@ -206,7 +206,7 @@ TEST(DriveLoop, a_stop_from_outside_holds_until_it_is_armed_anew) {
   EXPECT_NE(rig.port.commands.back(), WheelRates{});
 }
 
-// A stopped process, a suspended machine: commands that lay in the queues meanwhile are no sign that somebody wants motion now.
+// A stopped process, a suspended machine: commands that queued up meanwhile do not express a present wish to move.
 TEST(DriveLoop, after_an_absence_the_inputs_must_have_been_neutral) {
   DriveLoop::Settings settings;
   settings.input.rearm = RearmRule::Neutral;

@@ -10,7 +10,7 @@ namespace {
 
 using State = CommandInput::State;
 
-/// An input whose time is told; every step is one control cycle.
+/// An input with simulated time; every step is one control cycle.
 struct Rig {
   explicit Rig(CommandInput::Settings settings)
       : inbox(settings.sources.size(), settings.locks.size()), input(std::move(settings)) {

@@ -367,8 +367,8 @@ TEST_F(ControlServerTest, answering_at_a_rate_allocates_nothing_on_its_thread) {
   process::AllocationSnapshot before, after;
   process::take_snapshot(before);
   for (int i = 0; i < 200; ++i) ask();
-  // Whoever looks for containers connects to each, and goes again. Asking in between makes sure that the server saw it go:
-  // a crowd that comes at once may cost heap, one after the other must not.
+  // A command that searches for containers connects to each, and disconnects again. Asking in between makes sure that
+  // the server saw it go: a crowd that comes at once may cost heap, one after the other must not.
   for (int i = 0; i < 50; ++i) {
     ::close(raw());
     ask();

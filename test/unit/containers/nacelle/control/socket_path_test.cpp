@@ -48,7 +48,7 @@ TEST_F(SocketPath, the_name_of_a_living_container_is_refused) {
 
 TEST_F(SocketPath, what_a_killed_container_left_is_replaced) {
   ASSERT_TRUE(folder_for_socket(places()));
-  // As after kill -9: the files are there, nobody listens, nobody holds the lock.
+  // As after kill -9: the files exist, without a listener and without the lock.
   const std::string path = places().fallback_dir + "/robot.sock";
   const std::ofstream lock{places().fallback_dir + "/robot.lock"};
   sockaddr_un address{};

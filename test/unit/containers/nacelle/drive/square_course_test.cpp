@@ -17,7 +17,7 @@ struct Robot {
   std::size_t delayed_steps = 3;  // from a pose to the moment that its command acts
   double speed_scale = 1.0, yaw_scale = 1.0;
   double stopped_at_s =
-      1e9;  // from then on it follows nobody before commands were zero for half a second (rearm: neutral)
+      1e9;  // from then on it follows no command until commands were zero for half a second (rearm: neutral)
 };
 
 struct Outcome {

@@ -101,7 +101,7 @@ TEST_F(ForeignPrograms, get_no_descriptor_that_is_not_meant_for_them) {
   auto program = ForeignProgram::start(shell("exec cat /dev/zero > /dev/null"));
   ASSERT_TRUE(program);
   ::close(leaky[1]);
-  // The end of the pipe comes only if nobody has its other side any more.
+  // The pipe ends only if no process has its other side any more.
   std::array<char, 1> room{};
   EXPECT_EQ(::read(leaky[0], room.data(), room.size()), 0);
   ::close(leaky[0]);

@@ -209,7 +209,7 @@ TEST_F(Keystore, tells_what_keeps_an_enclave_from_being_used_with_file_and_way_o
     EXPECT_THAT(refusal("/robot"),
                 HasSubstr(std::string(file) + ": cannot be read: it is a folder; bring back the file that was there"));
     fs::remove(robot / file);
-    ASSERT_EQ(::mkfifo((robot / file).c_str(), 0600), 0);  // nobody ever writes to it
+    ASSERT_EQ(::mkfifo((robot / file).c_str(), 0600), 0);  // without a writer
     EXPECT_THAT(refusal("/robot"), HasSubstr(std::string(file) + ": cannot be read: it is a FIFO; bring back"));
     fs::remove(robot / file);
     ASSERT_TRUE(write_file(robot / file, "", Secrecy::Private));
@@ -231,7 +231,7 @@ TEST_F(Keystore, makes_no_enclave_for_a_domain_that_it_does_not_govern) {
   EXPECT_THAT(create_permission({keystore, "/robot", 9}, folder / "any").error().text(), HasSubstr("govern domain 9"));
   EXPECT_TRUE(create_enclave({keystore, "/robot", 9}, kNow)) << "nothing is made of the domain";
 
-  // The way out, as it is told.
+  // Follows the suggested fix.
   add_domain(keystore / "enclaves/governance.xml", 9);
   fs::rename(keystore / "enclaves/governance.p7s", folder / "away");
   ASSERT_TRUE(create_keystore(keystore, 0, kNow));

@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// DDS Security by Debian's plugins: who has keys hears who has, and nobody else.
+// SPDX-License-Identifier: Apache-2.0 DDS Security by Debian's plugins: only participants with keys receive each other.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -64,7 +63,7 @@ std::unique_ptr<Participant> participant_with(const SecurityFiles& files) {
   return test::make_participant(options);
 }
 
-/// A reader of /chatter and what tells of it.
+/// A reader of /chatter and its listener.
 struct Listening {
   explicit Listening(Participant& participant, const std::string& topic = "chatter")
       : reader(participant.create_reader(test::string_topic(topic), &told).value()) {}

@@ -87,7 +87,7 @@ class Announced {
   Announced& operator=(const Announced&) = delete;
   ~Announced() { ::close(socket_); }
 
-  /// Who sent the next datagram: the GUID's prefix. Empty: nobody for ten seconds.
+  /// Returns the sender of the next datagram: the GUID's prefix. Empty: none for ten seconds.
   [[nodiscard]] std::string next() const {
     std::array<char, 20> header{};  // "RTPS", version, vendor, prefix
     const auto size = ::recv(socket_, header.data(), header.size(), MSG_TRUNC);
