@@ -48,7 +48,7 @@ class NodeServices {
   void end(Record& record, bool returned);
   /// Returns the services of a node; null if they are disabled.
   [[nodiscard]] std::shared_ptr<NodeFace> offer(std::uint64_t id, const std::string& node, bool managed);
-  /// Withdraws them at once; waiting callers are told that there will be no answer.
+  /// Withdraws them at once; waiting callers get a notice that there will be no answer.
   void withdraw(std::uint64_t id, const std::shared_ptr<NodeFace>& face);
   static void report_services(const NodeFace* face, std::vector<ServiceReport>& out);
   void report_own_services(std::vector<ServiceReport>& out) const { report_services(own_face_.get(), out); }
