@@ -136,7 +136,7 @@ class Reading {
     const auto number = number_in(param.value);
     if (!number || (name == "baud_rate" && *number != std::trunc(*number))) {
       base_.problems.push_back({param.where,
-                                fmt::format("'{}' is no {} for the parameter '{}'", param.value,
+                                fmt::format("'{}' is not a {} for the parameter '{}'", param.value,
                                             name == "baud_rate" ? "whole number" : "number", param.name),
                                 ""});
     } else if (field != nullptr) {

@@ -363,7 +363,7 @@ INSTANTIATE_TEST_SUITE_P(All, OpenFaults,
 
 TEST_F(V4l2CaptureTest, refuses_a_node_that_is_no_camera) {
   camera->capabilities = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
-  EXPECT_THAT(capture.open({}).error().text(), HasSubstr("no camera that streams"));
+  EXPECT_THAT(capture.open({}).error().text(), HasSubstr("not a camera that streams"));
   EXPECT_TRUE(camera->open_descriptors.empty());
 }
 

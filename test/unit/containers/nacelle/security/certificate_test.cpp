@@ -38,8 +38,8 @@ TEST(Certificate, fits_its_own_key_and_no_other) {
   const auto one = made_by(authority, "/one"), other = made_by(authority, "/other");
   EXPECT_TRUE(check_key(one.key, one.certificate));
   EXPECT_EQ(check_key(other.key, one.certificate).error().what, "the key is not the certificate's");
-  EXPECT_THAT(check_key("rubbish", one.certificate).error().what, HasSubstr("no private key"));
-  EXPECT_THAT(check_key(one.key, one.key).error().what, HasSubstr("no certificate"));
+  EXPECT_THAT(check_key("rubbish", one.certificate).error().what, HasSubstr("not a private key"));
+  EXPECT_THAT(check_key(one.key, one.key).error().what, HasSubstr("not a certificate"));
 }
 
 TEST(Certificate, is_known_to_the_authority_that_signed_it_alone) {
@@ -71,7 +71,7 @@ TEST(SignedDocument, is_refused_with_a_changed_word_or_of_another_authority) {
   EXPECT_THAT(read_signed_document(document, stranger.certificate).error().what, HasSubstr("did not sign"));
   document.replace(document.find("DENY"), 4, "DANY");
   EXPECT_THAT(read_signed_document(document, authority.certificate).error().what, HasSubstr("did not sign"));
-  EXPECT_THAT(read_signed_document("rubbish", authority.certificate).error().what, HasSubstr("no signed document"));
+  EXPECT_THAT(read_signed_document("rubbish", authority.certificate).error().what, HasSubstr("not a signed document"));
 }
 
 TEST(UtcText, is_read_as_it_is_written_with_and_without_a_zone) {

@@ -94,7 +94,7 @@ TEST(Policy, tells_mistakes_with_their_line) {
   EXPECT_EQ(mistake_in(enclave_with(""), "/robott"),
             "p.xml: it has no enclave with the path '/robott'; did you mean '/robot'?");
   EXPECT_THAT(mistake_in("<policy"), HasSubstr("p.xml:1: "));
-  EXPECT_THAT(mistake_in("<dds/>"), HasSubstr("no policy file"));
+  EXPECT_THAT(mistake_in("<dds/>"), HasSubstr("not a policy file"));
   EXPECT_EQ(with("<profile ns=\"/\"/>"), "p.xml:2: a profile needs 'ns' and 'node'");
   EXPECT_EQ(with("<profile ns=\"/\" node=\"n\"><topic/></profile>"),
             "p.xml:2: unexpected element 'topic'; did you mean 'topics'?");
