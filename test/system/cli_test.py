@@ -230,7 +230,7 @@ class WithoutContainer(RobotTest):
         rate = self.expect_exit(self.run_program("topic", "hz", "--help"), 0).stdout
         self.assertIn("NUMBER (2 to 100000)", rate)
         for command in ("launch", "container", "drive"):
-            self.assertIn("ends with: kill", self.expect_exit(self.run_program(command, "--help"), 0).stdout)
+            self.assertIn(", use: kill", self.expect_exit(self.run_program(command, "--help"), 0).stdout)
         load = self.expect_exit(self.run_program("component", "load", "--help"), 0).stdout
         self.assertIn("--parameter NAME:=VALUE", load)
         every = self.expect_exit(self.run_program("--help"), 0).stdout
