@@ -68,6 +68,7 @@ class OnRobot(RunningRobotTest):
         return took
 
 
+@of_words
 class Graph(OnRobot):
     def test_nodes_are_listed(self):
         nodes = self.out("node", "list").split()
