@@ -39,6 +39,7 @@ class Kept(NetworkTest):
         self.assertLess(speed_of(reader.wait_for("odometry again", is_odometry)), 0.01)
         self.assertEqual(self.figures()["others"], 1, "the reader of its own machine")
 
+    @nightly
     def test_cyclonedds_uri_does_not_take_a_local_robot_to_the_lan(self):
         """Neither with a peer there, nor with the LAN's interface alone."""
         peer = '<Discovery><Peers><Peer address="10.77.0.2"/></Peers></Discovery>'
@@ -102,12 +103,14 @@ class Kept(NetworkTest):
         if "fastdds" in PEERS:
             self.sees("fastdds", self.robot_machine, "--on-loopback")
 
+    @nightly
     def test_programs_that_were_there_before_a_local_robot_see_it_at_once(self):
         readers = {vendor: self.reads_odometry(vendor, self.robot_machine) for vendor in PEERS}
         self.start_robot()
         for vendor, reader in readers.items():
             reader.wait_for(f"{vendor}, long before it announces itself again (30 s)", is_odometry, 10)
 
+    @nightly
     def test_programs_with_the_range_localhost_see_a_local_robot_however_local_was_set(self):
         for name, variables in (("default", {}), ("localhost", {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": "1"})):
             robot = self.start_robot(name=name, **variables)

@@ -70,6 +70,7 @@ class Exported(NetworkTest):
     def test_where_multicast_is_blocked_a_cyclone_laptop_is_found_by_static_peers(self):
         self.check_by_static_peers("cyclone", {"ROS_STATIC_PEERS": "10.77.0.2"}, CYCLONEDDS_URI=ASKS_THE_ROBOT)
 
+    @nightly
     def test_where_multicast_is_blocked_it_is_enough_that_the_laptop_knows_the_robot(self):
         self.check_by_static_peers("cyclone", {}, CYCLONEDDS_URI=ASKS_THE_ROBOT)
         environment = {**self.environment, "ROS_STATIC_PEERS": "10.77.0.1"}
@@ -155,6 +156,7 @@ class TwoRobots(NetworkTest):
             self.assertEqual(self.on_the_network()[name]["namesakes"], [])
 
 
+    @nightly
     def test_in_two_namespaces_of_one_domain_they_do_not_meet(self):
         self.start_both(**{name: {"arguments": [f"namespace:={name}"]} for name in ("one", "other")})
         reader = self.peer("cyclone", self.laptop, "echo", "--topic", "rt/one/odom", "--type", "odometry", "--count", 1000000)
