@@ -133,6 +133,15 @@ TEST_F(SupervisionTest, leaves_alone_what_was_mended_or_taken_out_by_hand) {
 }
 
 TEST_F(SupervisionTest, stops_the_robot_for_a_component_whose_policy_is_that) {
+  std::vector<std::string> deactivated;
+  const auto record = [&deactivated](test::ScriptedComponent& component, const std::string& name) {
+    component.script = [&deactivated, name](Transition transition) {
+      if (transition == Transition::Deactivate) deactivated.push_back(name);
+      return "";
+    };
+  };
+  record(base_, "base");
+  record(lidar_, "lidar");
   robot_.start("base", base_);
   robot_.start("lidar", lidar_);
   robot_.start("imu", imu_, stops());
@@ -143,6 +152,7 @@ TEST_F(SupervisionTest, stops_the_robot_for_a_component_whose_policy_is_that) {
   EXPECT_TRUE(supervision_->has_stopped_the_robot());
   EXPECT_EQ(supervision_->report().robot_stopped_by, "/imu");
   for (const char* name : {"/base", "/lidar"}) EXPECT_EQ(robot_.find(name).state, StateId::Inactive) << name;
+  EXPECT_THAT(deactivated, ElementsAre("base", "lidar")) << "actuators first, though it became active before";
   char stop = 0;
   EXPECT_EQ(::read(line_[0], &stop, 1), 1) << "its stop frame was written";
   EXPECT_THAT(said_.back(), HasSubstr("the robot is stopped: /imu is faulted"));
