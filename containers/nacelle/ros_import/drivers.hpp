@@ -1,43 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
+#include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "nacelle/base/problem.hpp"
+#include "nacelle/base/result.hpp"
+#include "nacelle/launch/parameter_value.hpp"
 #include "ros_import/ros_import.hpp"
 
 namespace nacelle::ros_import {
 
-/// A key of a ROS 2 driver and what Nacelle has for it: the tables are the translation.
+/// A key of a ROS 2 driver and what Nacelle has for it. The head of drivers.yaml explains the fields.
 struct Key {
-  std::string_view name;  ///< "wheel_radius"; "odom#_config" for any number; "linear.x.*" for any end.
+  std::string name;  ///< "wheel_radius"; "odom#_config" for any number; "linear.x.*" for any end.
   Fate fate = Fate::Kept;
-  /// "diff_drive odometry": the Nacelle nodes that get it; empty with Fate::Kept: the driver's own.
-  std::string_view nodes{};
-  std::string_view to{};    ///< Its name there; empty: the same.
-  std::string_view text{};  ///< For people.
-};
-
-/// Something that the driver does unless it is told, and Nacelle does not.
-struct Default {
-  std::string_view node, name, value;  ///< value as YAML
-  std::string_view text;
+  std::vector<std::string> nodes;  ///< Empty with Fate::Kept: the driver's own.
+  std::string to;                  ///< Its name there; empty: the same.
+  std::string text, usual_text, absent_text, otherwise, also, form;
+  ParameterValue usual, absent, refused, most, joined;  ///< Not set: none.
+  std::map<std::string, ParameterValue, std::less<>> values;
+  bool any_case = false;
 };
 
 struct Driver {
-  std::string_view name;        ///< "robot_localization"
-  std::string_view full_names;  ///< What only names of its nodes hold, in lower case: "ekf_filter ukf_filter"
-  std::string_view node_words;  ///< What names of its nodes hold, and of others': "ekf ukf"
-  std::string_view nacelle_node;
-  std::span<const Key> keys;
-  std::span<const Default> defaults{};
+  std::string name;                        ///< "robot_localization"
+  std::vector<std::string> named, hinted;  ///< In lower case.
+  std::string node;                        ///< Nacelle's.
+  bool shared = false;
+  std::string controls;
+  std::vector<Key> keys;
 };
 
-[[nodiscard]] std::span<const Driver> drivers();
+/// The translation as data.
+struct Table {
+  std::vector<Key> every_node;
+  std::vector<std::string> generic, double_lists;
+  std::vector<Driver> drivers;
+};
 
-/// The key's row, or null. '#' in a row stands for digits, a '*' at its end for anything.
+/// Reads drivers.yaml.
+/// Errors: each row that does not say one fate, gives no reason where one is needed, or has a word that no row has; with file:line.
+[[nodiscard]] Result<Table, std::vector<Problem>> read_table(std::string_view yaml, const std::string& file_name);
+
+/// drivers.yaml as it was when the program was built.
+extern const std::string_view kDriversYaml;
+/// Returns the table of kDriversYaml, which is read at the first call. Threads: any.
+[[nodiscard]] const Table& table();
+[[nodiscard]] const std::vector<Driver>& drivers();
+
+/// The key's row, or null. '#' in a row stands for digits, a '*' for anything.
 [[nodiscard]] const Key* find_key(const Driver& driver, std::string_view name);
 /// Keys of any node.
 [[nodiscard]] const Key* find_common_key(std::string_view name);

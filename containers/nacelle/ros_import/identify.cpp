@@ -3,87 +3,17 @@
 #include "ros_import/identify.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 namespace nacelle::ros_import {
 namespace {
 
-/// Keys that many drivers have. They are translated like any other, and prove nothing.
-constexpr std::array<std::string_view, 49> kGeneric{"frequency",
-                                                    "delay",
-                                                    "sensor_timeout",
-                                                    "transform_timeout",
-                                                    "map_frame",
-                                                    "odom_frame",
-                                                    "world_frame",
-                                                    "base_link_frame",
-                                                    "publish_tf",
-                                                    "debug",
-                                                    "frame",
-                                                    "frame_id",
-                                                    "odom_frame_id",
-                                                    "base_frame_id",
-                                                    "tf_prefix",
-                                                    "update_rate",
-                                                    "type",
-                                                    "publish_rate",
-                                                    "cmd_vel_timeout",
-                                                    "open_loop",
-                                                    "dev",
-                                                    "device_id",
-                                                    "device_name",
-                                                    "topic_name",
-                                                    "port_name",
-                                                    "port_baudrate",
-                                                    "serial_port",
-                                                    "serial_baudrate",
-                                                    "lidar_frame",
-                                                    "range_min",
-                                                    "range_max",
-                                                    "server_ip",
-                                                    "server_port",
-                                                    "bins",
-                                                    "video_device",
-                                                    "pixel_format",
-                                                    "framerate",
-                                                    "image_width",
-                                                    "image_height",
-                                                    "camera_name",
-                                                    "camera_info_url",
-                                                    "brightness",
-                                                    "contrast",
-                                                    "saturation",
-                                                    "hue",
-                                                    "gain",
-                                                    "sharpness",
-                                                    "transform_time_offset",
-                                                    "initial_state"};
-
-/// Parameters whose type is double[].
-constexpr std::array<std::string_view, 10> kDoubleLists{
-    "process_noise_covariance", "initial_estimate_covariance", "initial_state",      "acceleration_limits",
-    "acceleration_gains",       "deceleration_limits",         "deceleration_gains", "datum",
-    "pose_covariance_diagonal", "twist_covariance_diagonal"};
-
-template <std::size_t Count>
-bool holds(const std::array<std::string_view, Count>& names, std::string_view name) {
+bool holds(const std::vector<std::string>& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-std::string lower_case(std::string_view text) {
-  std::string out{text};
-  std::ranges::transform(out, out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
-}
-
-bool has_a_word_of(std::string_view name, std::string_view words) {
-  for (std::size_t at = 0; at < words.size();) {
-    const std::size_t end = std::min(words.find(' ', at), words.size());
-    if (end > at && name.find(words.substr(at, end - at)) != std::string_view::npos) return true;
-    at = end + 1;
-  }
-  return false;
+bool has_a_part_of(std::string_view name, const std::vector<std::string>& parts) {
+  return std::ranges::any_of(parts, [&](const auto& part) { return name.find(part) != std::string_view::npos; });
 }
 
 /// How much of a section a driver would read.
@@ -99,7 +29,7 @@ Fit fit_of(const Driver& driver, const launch::ParameterSection& section) {
       if (find_common_key(parameter.name) == nullptr) ++fit.unknown;
     } else if (key->name.front() != '*') {  // a row for anything proves nothing
       ++fit.known;
-      if (!holds(kGeneric, parameter.name)) ++fit.telling;
+      if (!holds(table().generic, parameter.name)) ++fit.telling;
     }
   }
   return fit;
@@ -129,14 +59,20 @@ Numbers numbers_of(const YamlNode& list) {
 
 }  // namespace
 
+std::string lower_case(std::string_view text) {
+  std::string out{text};
+  std::ranges::transform(out, out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
+}
+
 const Driver* driver_of(const launch::ParameterSection& section, std::string_view node_name) {
   const std::string name = lower_case(node_name);
   const Driver* best = nullptr;
   std::size_t best_score = 0;
   for (const Driver& driver : drivers()) {
     const Fit fit = fit_of(driver, section);
-    const bool is_named = has_a_word_of(name, driver.full_names);
-    const bool is_hinted = is_named || has_a_word_of(name, driver.node_words);
+    const bool is_named = has_a_part_of(name, driver.named);
+    const bool is_hinted = is_named || has_a_part_of(name, driver.hinted);
     const bool most = fit.known >= fit.unknown;
     if (!is_named && !(most && (is_hinted ? fit.known > 0 : fit.telling > 1))) continue;
     const std::size_t score = 2 * fit.known + (is_named ? 1000 : 0) + (is_hinted ? 5 : 0) + 1;
@@ -160,7 +96,7 @@ std::string last_part_of(std::string_view name) {
 void widen_lists(YamlNode& node, std::set<ListPlace>& changed) {
   for (YamlNode& item : node.items) {
     if (item.is_map()) widen_lists(item, changed);  // as deep as the document, which parse_yaml() bounds
-    if (!item.is_sequence() || !holds(kDoubleLists, last_part_of(item.key))) continue;
+    if (!item.is_sequence() || !holds(table().double_lists, last_part_of(item.key))) continue;
     const Numbers numbers = numbers_of(item);
     if (!numbers.only || numbers.whole == 0) continue;
     for (YamlNode& number : item.items) {

@@ -18,13 +18,15 @@ namespace nacelle::ros_import {
 /// other drivers do not share; and the driver has to know half of the keys at least. Pure.
 [[nodiscard]] const Driver* driver_of(const launch::ParameterSection& section, std::string_view node_name);
 
+/// Returns the text with small letters for A to Z. Pure.
+[[nodiscard]] std::string lower_case(std::string_view text);
 /// Returns whether the section holds only what every node has (`use_sim_time`). Pure.
 [[nodiscard]] bool is_of_every_node(const launch::ParameterSection& section);
 
 /// A list of a file: its line, and the last part of its parameter's name.
 using ListPlace = std::pair<int, std::string>;
 /// Rewrites whole numbers as 1.0 in lists of parameters that are double[]. ROS 2 refuses such lists. `changed`: where it did so.
-void widen_lists(YamlNode& root, std::set<ListPlace>& changed);
+void widen_lists(YamlNode& node, std::set<ListPlace>& changed);
 /// Returns the last part of a parameter's name: "initial_state". Pure.
 [[nodiscard]] std::string last_part_of(std::string_view name);
 

@@ -23,21 +23,6 @@ using launch::ParameterSection;
 // Recursion of patterns and distances of names cost more for longer ones; no parameter has such a name.
 constexpr std::size_t kLongestName = 200;
 
-std::vector<std::string> words_of(std::string_view text) {
-  std::vector<std::string> words;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
-    if (end > at) words.emplace_back(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return words;
-}
-
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// "/robot1/ekf_filter_node" is "/robot1/" and "ekf_filter_node".
 std::pair<std::string, std::string> split_name(const std::string& pattern) {
   const std::size_t slash = pattern.rfind('/');
@@ -53,14 +38,14 @@ class Translator {
   Translator(const Driver& driver, const ParameterSection& section, Imported& into)
       : driver_(driver), section_(section), into_(into), prefix_(split_name(section.pattern).first) {
     // The base is made of several sections; of filters, cameras and LiDARs each one is a node.
-    source_ = driver.nacelle_node == "diff_drive" ? "base" : section.where.text();
+    source_ = driver.shared ? "base" : section.where.text();
     own_node_ = free_name();
   }
 
   void run() {
     for (const Parameter& parameter : section_.parameters) translate(parameter);
-    write_image_size();
-    for (const Default& standard : driver_.defaults) add_default(standard);
+    write_joined();
+    for (const Key& key : driver_.keys) add_absent(key);
   }
 
  private:
@@ -73,7 +58,7 @@ class Translator {
   }
   /// Nacelle's name for the first such node; its own for a second one, which needs a component of that name.
   [[nodiscard]] std::string free_name() const {
-    std::string name{driver_.nacelle_node};
+    std::string name = driver_.node;
     if (name.empty() || is_free(name)) return name;
     std::string own = split_name(section_.pattern).second;
     if (validate_node_name(own) && is_free(own)) return own;
@@ -99,7 +84,8 @@ class Translator {
     }
   }
   [[nodiscard]] std::vector<std::string> nodes_of(const Key& key) const {
-    return words_of(key.nodes.empty() ? std::string_view{own_node_} : key.nodes);
+    if (!key.nodes.empty() || own_node_.empty()) return key.nodes;
+    return {own_node_};
   }
 
   void translate(const Parameter& parameter) {
@@ -107,21 +93,24 @@ class Translator {
     if (key == nullptr) key = find_common_key(parameter.name);
     if (key == nullptr && is_control(parameter)) {
       put(own_node_, {parameter.name, parameter.value, ""});
-      return note(
-          Fate::Kept, parameter,
-          own_name(parameter.name) + ": " + launch::to_text(parameter.value) + " (" + std::string{kControlText} + ")");
+      return note(Fate::Kept, parameter,
+                  fmt::format("{}{}.{}: {} ({})", prefix_, own_node_, parameter.name, launch::to_text(parameter.value),
+                              driver_.controls));
     }
     if (key == nullptr) return unknown(parameter);
-    if (const std::string input = input_not_given(parameter.name); !input.empty())
+    if (const std::string input = input_not_given(*key, parameter.name); !input.empty())
       return note(Fate::Dropped, parameter, fmt::format("belongs to {}, which the file does not give", input));
-    if (key->fate == Fate::Dropped) return note(Fate::Dropped, parameter, std::string{key->text});
-    const bool is_kept = key->fate == Fate::Kept || key->fate == Fate::Translated || !key->nodes.empty();
-    if (!is_kept) return doubt(*key, parameter);
-    if (driver_.name == "robot_localization" && key->fate == Fate::Kept && key->text.starts_with("Nacelle's filter") &&
-        parameter.value == ParameterValue{true}) {
-      return note(Fate::Doubted, parameter, std::string{key->text} + ": left out");
+    if (key->fate == Fate::Dropped) return note(Fate::Dropped, parameter, key->text);
+    const bool is_doubt = key->fate == Fate::Doubted && key->nodes.empty();
+    const ParameterValue none, no_text{std::string{}};
+    if ((key->usual != none && parameter.value == key->usual) || (is_doubt && parameter.value == no_text)) {
+      return note(Fate::Dropped, parameter,
+                  key->usual_text.empty() ? "at its default, which is what Nacelle does" : key->usual_text);
     }
-    if (std::holds_alternative<std::monostate>(parameter.value)) return note(Fate::Dropped, parameter, "has no value");
+    if (is_doubt) return note(Fate::Doubted, parameter, key->text);
+    if (key->refused != none && parameter.value == key->refused)
+      return note(Fate::Doubted, parameter, key->text + ": left out");
+    if (parameter.value == none) return note(Fate::Dropped, parameter, "has no value");
     Line line{name_in_nacelle(*key, parameter.name), parameter.value, ""};
     if (!change_form(*key, parameter, line)) return;
     std::vector<std::string> targets = nodes_of(*key);
@@ -140,42 +129,21 @@ class Translator {
     note(fate, parameter, std::move(said));
   }
 
-  /// v4l2_camera makes a parameter of each control of the camera.
+  /// Such a driver makes a parameter of each control of its device.
   [[nodiscard]] bool is_control(const Parameter& parameter) const {
-    if (driver_.name != "v4l2_camera" || parameter.name.size() > kLongestName) return false;
+    if (driver_.controls.empty() || parameter.name.size() > kLongestName) return false;
     const bool is_number =
         std::get_if<std::int64_t>(&parameter.value) != nullptr || std::get_if<bool>(&parameter.value) != nullptr;
     return is_number && nearest_name(parameter.name, names_near(parameter.name)).empty();
   }
 
   /// robot_localization reads imu0_config where imu0 is given only: "imu0"; empty for any other key.
-  [[nodiscard]] std::string input_not_given(const std::string& name) const {
-    if (driver_.name != "robot_localization") return {};
-    for (const std::string_view stem : {"odom", "pose", "twist", "imu"}) {
-      if (!name.starts_with(stem)) continue;
-      const std::size_t end = std::min(name.find_first_not_of("0123456789", stem.size()), name.size());
-      if (end == stem.size() || end == name.size() || name[end] != '_') continue;
-      std::string input = name.substr(0, end);
-      const bool given =
-          std::ranges::any_of(section_.parameters, [&](const auto& other) { return other.name == input; });
-      return given ? std::string{} : input;
-    }
-    return {};
-  }
-
-  [[nodiscard]] std::string own_name(const std::string& parameter) const {
-    return prefix_ + own_node_ + "." + parameter;
-  }
-
-  /// Keys that are harmless at their usual value and matter at the other one.
-  void doubt(const Key& key, const Parameter& parameter) {
-    const bool usual =
-        (key.name == "open_loop" && parameter.value == ParameterValue{false}) ||
-        (key.name == "position_feedback" && parameter.value == ParameterValue{true}) ||
-        (key.name == "disabled_at_startup" && parameter.value == ParameterValue{false}) ||
-        (std::get_if<std::string>(&parameter.value) != nullptr && std::get<std::string>(parameter.value).empty());
-    note(usual ? Fate::Dropped : Fate::Doubted, parameter,
-         usual ? "at its default, which is what Nacelle does" : std::string{key.text});
+  [[nodiscard]] std::string input_not_given(const Key& key, const std::string& name) const {
+    const std::size_t hash = key.name.find('#');
+    if (hash == std::string::npos || hash + 1 == key.name.size()) return {};
+    std::string input = name.substr(0, name.find_first_not_of("0123456789", hash));
+    const bool given = std::ranges::any_of(section_.parameters, [&](const auto& other) { return other.name == input; });
+    return given ? std::string{} : input;
   }
 
   /// The driver's keys as they would be written here: odom# with the number of the misspelt key.
@@ -183,7 +151,7 @@ class Translator {
     std::vector<std::string> names;
     for (const Key& key : driver_.keys) {
       if (key.name.find('*') != std::string_view::npos || key.fate == Fate::Dropped) continue;
-      std::string name{key.name};
+      std::string name = key.name;
       const std::size_t digit = misspelt.find_first_of("0123456789");
       if (const std::size_t hash = name.find('#'); hash != std::string::npos)
         name.replace(hash, 1, 1, digit == std::string::npos ? '0' : misspelt[digit]);
@@ -208,7 +176,7 @@ class Translator {
 
   static std::string name_in_nacelle(const Key& key, const std::string& name) {
     if (key.to.empty()) return name;
-    std::string to{key.to};
+    std::string to = key.to;
     const std::size_t digit = name.find_first_of("0123456789");
     if (const std::size_t hash = to.find('#'); hash != std::string::npos && digit != std::string::npos) {
       const std::size_t end = std::min(name.find_first_not_of("0123456789", digit), name.size());
@@ -217,117 +185,84 @@ class Translator {
     return to;
   }
 
-  /// False: told, and there is nothing to write.
+  /// Brings the value into Nacelle's form. False: a note says why there is nothing to write.
   bool change_form(const Key& key, const Parameter& parameter, Line& line) {
-    if (key.to == "left_wheel_names" || key.to == "right_wheel_names") {
-      if (const auto* const one = std::get_if<std::string>(&line.value)) line.value = std::vector<std::string>{*one};
+    const ParameterValue& value = parameter.value;
+    const auto* const word = std::get_if<std::string>(&value);
+    const std::optional<double> number = number_of(value);
+    const auto doubt = [&] {
+      note(Fate::Doubted, parameter, key.otherwise);
+      return false;
+    };
+    if (key.joined != ParameterValue{}) {
+      const auto* const whole = std::get_if<std::int64_t>(&value);
+      if (whole == nullptr) return doubt();
+      joined_[key.to][key.name] = *whole;
+      note(Fate::Translated, parameter, key.text);
+      return false;
     }
-    if (driver_.name == "usb_cam") return change_usb_cam(key, parameter, line);
-    if (key.name == "lidar.model") return change_model(parameter, line);
-    if (key.name == "lidar.rot_verse") {
-      const auto* const word = std::get_if<std::string>(&line.value);
-      if (word == nullptr || (lower(*word) != "cw" && lower(*word) != "ccw")) {
-        note(Fate::Doubted, parameter, "is neither CW nor CCW; laser_scan_dir: true is counter-clockwise");
-        return false;
+    if (key.form == "list" && word != nullptr) line.value = std::vector<std::string>{*word};
+    if (key.form == "period") {
+      if (!number || !(*number >= 0.1 && *number <= 1000.0)) return doubt();
+      // 29.97 Hz is 1000/29970 s.
+      const bool is_whole = std::abs(*number - std::round(*number)) < 1e-6;
+      line.value = is_whole ? std::vector<std::int64_t>{1, std::llround(*number)}
+                            : std::vector<std::int64_t>{1000, std::llround(*number * 1000)};
+    }
+    if (!key.values.empty()) {
+      const auto found = word == nullptr ? key.values.end() : key.values.find(key.any_case ? lower_case(*word) : *word);
+      if (found == key.values.end()) return doubt();
+      line.value = found->second;
+      if (const auto* const both = std::get_if<std::vector<std::string>>(&found->second);
+          both != nullptr && !key.also.empty()) {
+        line.value = both->front();
+        put(own_node_, {key.also, both->back(), ""});
       }
-      line.value = lower(*word) == "ccw";
     }
-    if (key.name == "cmd_vel_timeout") {
-      const auto* const whole = std::get_if<std::int64_t>(&line.value);
-      const double seconds = whole != nullptr                              ? static_cast<double>(*whole)
-                             : std::get_if<double>(&line.value) != nullptr ? std::get<double>(line.value)
-                                                                           : 0.0;
-      if (seconds > 60.0)
-        note(Fate::Doubted, parameter, fmt::format("{:g} s are no timeout: are these milliseconds?", seconds));
-    }
+    if (const auto most = number_of(key.most); most && number && *number > *most)
+      note(Fate::Doubted, parameter, fmt::format("{:g} {}", *number, key.otherwise));
     return true;
   }
 
-  bool change_model(const Parameter& parameter, Line& line) {
-    const auto* const model = std::get_if<std::string>(&line.value);
-    if (model != nullptr && (*model == "LDLiDAR_LD06" || *model == "LDLiDAR_LD19")) return true;
-    note(Fate::Doubted, parameter, "Nacelle reads LDLiDAR_LD06 and LDLiDAR_LD19");
-    return false;
+  static std::optional<double> number_of(const ParameterValue& value) {
+    if (const auto* const whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+    if (const auto* const broken = std::get_if<double>(&value)) return *broken;
+    return std::nullopt;
   }
 
-  bool change_usb_cam(const Key& key, const Parameter& parameter, Line& line) {
-    const auto* const whole = std::get_if<std::int64_t>(&line.value);
-    if (key.name == "image_width" || key.name == "image_height") {
-      auto& side = key.name == "image_width" ? width_ : height_;
-      if (whole == nullptr) {
-        note(Fate::Doubted, parameter, "is no whole number of pixels");
-      } else {
-        side = *whole;
-        note(Fate::Translated, parameter, "one side of camera.image_size");
+  /// Writes the lists whose elements are keys of their own. The driver's defaults stand in for those that are not given.
+  void write_joined() {
+    for (const auto& [name, given] : joined_) {
+      std::vector<std::int64_t> list;
+      for (const Key& key : driver_.keys) {
+        const auto* const standard = std::get_if<std::int64_t>(&key.joined);
+        if (standard == nullptr || key.to != name) continue;
+        const auto element = given.find(key.name);
+        list.push_back(element == given.end() ? *standard : element->second);
       }
-      return false;
+      put(own_node_, {name, std::move(list), ""});
     }
-    if (key.name == "framerate") return change_framerate(parameter, line);
-    if (key.name == "pixel_format") return change_pixel_format(parameter, line);
-    const bool is_control = key.text == kControlText;
-    if (is_control && whole != nullptr && *whole == -1) {
-      note(Fate::Dropped, parameter, "-1: the camera's own value stays");
-      return false;
+  }
+
+  void add_absent(const Key& key) {
+    if (key.absent == ParameterValue{}) return;
+    for (const std::string& target : nodes_of(key)) {
+      auto& lines = node(target).lines;
+      if (std::ranges::any_of(lines, [&](const Line& line) { return line.name == key.name && line.doubt.empty(); }))
+        continue;
+      lines.push_back({key.name, key.absent, ""});
+      into_.notes.push_back(
+          {Fate::Added, section_.where.text(), section_.pattern, key.name,
+           fmt::format("{}{}.{}: {} ({})", prefix_, target, key.name, launch::to_text(key.absent), key.absent_text)});
     }
-    return true;
   }
 
-  bool change_framerate(const Parameter& parameter, Line& line) {
-    double hz = 0;
-    if (const auto* const number = std::get_if<double>(&line.value)) hz = *number;
-    if (const auto* const number = std::get_if<std::int64_t>(&line.value)) hz = static_cast<double>(*number);
-    if (!(hz >= 0.1 && hz <= 1000.0)) {
-      note(Fate::Doubted, parameter, "is no rate in Hz");
-      return false;
-    }
-    // 29.97 is 1000/29970 s.
-    const bool is_whole = std::abs(hz - std::round(hz)) < 1e-6;
-    line.value = is_whole ? std::vector<std::int64_t>{1, std::llround(hz)}
-                          : std::vector<std::int64_t>{1000, std::llround(hz * 1000)};
-    return true;
-  }
-
-  /// usb_cam names what it reads and what it makes of it in one word.
-  bool change_pixel_format(const Parameter& parameter, Line& line) {
-    static const std::map<std::string, std::pair<const char*, const char*>> kFormats{
-        {"yuyv", {"YUYV", "yuyv"}},     {"yuyv2rgb", {"YUYV", "rgb8"}},  {"uyvy", {"UYVY", "uyvy"}},
-        {"uyvy2rgb", {"UYVY", "rgb8"}}, {"mjpeg2rgb", {"MJPG", "rgb8"}}, {"mjpeg", {"MJPG", "rgb8"}},
-        {"rgb8", {"RGB3", "rgb8"}},     {"bgr8", {"BGR3", "bgr8"}},      {"mono8", {"GREY", "mono8"}}};
-    const auto* const word = std::get_if<std::string>(&line.value);
-    const auto found = word == nullptr ? kFormats.end() : kFormats.find(*word);
-    if (found == kFormats.end()) {
-      note(Fate::Doubted, parameter, "this form of picture is not served; the camera's default is YUYV to rgb8");
-      return false;
-    }
-    line.value = std::string{found->second.first};
-    put(own_node_, {"output_encoding", std::string{found->second.second}, ""});
-    return true;
-  }
-
-  void write_image_size() {
-    if (!width_ && !height_) return;
-    // usb_cam's defaults stand in for the side that is not given.
-    put(own_node_, {"image_size", std::vector<std::int64_t>{width_.value_or(640), height_.value_or(480)}, ""});
-  }
-
-  void add_default(const Default& standard) {
-    const std::string target{standard.node.empty() ? std::string_view{own_node_} : standard.node};
-    auto& lines = node(target).lines;
-    if (std::ranges::any_of(lines, [&](const Line& line) { return line.name == standard.name && line.doubt.empty(); }))
-      return;
-    lines.push_back({std::string{standard.name}, launch::value_of_scalar(standard.value), ""});
-    into_.notes.push_back(
-        {Fate::Added, section_.where.text(), section_.pattern, std::string{standard.name},
-         fmt::format("{}{}.{}: {} ({})", prefix_, target, standard.name, standard.value, standard.text)});
-  }
-
-  static constexpr std::string_view kControlText = "a control of the camera, if it has one of that name";
   const Driver& driver_;
   const ParameterSection& section_;
   Imported& into_;
   const std::string prefix_;
   std::string source_, own_node_;
-  std::optional<std::int64_t> width_, height_;
+  std::map<std::string, std::map<std::string, std::int64_t>> joined_;
 };
 
 void note_widened(const ParameterSection& section, const std::set<ListPlace>& changed, Imported& into) {
@@ -340,7 +275,7 @@ void note_widened(const ParameterSection& section, const std::set<ListPlace>& ch
 
 std::string names_of_drivers() {
   std::vector<std::string> names;
-  for (const Driver& driver : drivers()) names.emplace_back(driver.name);
+  for (const Driver& driver : drivers()) names.push_back(driver.name);
   return join(names);
 }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "ros_import/drivers.hpp"
@@ -245,6 +246,44 @@ TEST(RosImport, every_row_says_what_becomes_of_its_key) {
       EXPECT_EQ(find_key(driver, key.name) != nullptr, key.name.find('#') == std::string_view::npos)
           << "a row is found by its own name, but for one with a number";
     }
+  }
+}
+
+TEST(DriverTable, compiled_in_table_is_valid_and_writes_to_nacelles_nodes_only) {
+  const auto table = read_table(kDriversYaml, "drivers.yaml");
+  ASSERT_TRUE(table) << table.error().front().text();
+  const std::set<std::string> nodes{"", "diff_drive", "odometry", "ekf", "camera", "lidar"};
+  for (const Driver& driver : table->drivers) {
+    EXPECT_TRUE(nodes.contains(driver.node)) << driver.name;
+    for (const Key& key : driver.keys) {
+      for (const auto& node : key.nodes) EXPECT_TRUE(nodes.contains(node)) << driver.name << " " << key.name;
+    }
+  }
+}
+
+TEST(DriverTable, each_generic_key_is_a_key_of_a_driver) {
+  for (const auto& name : table().generic) {
+    EXPECT_TRUE(std::ranges::any_of(drivers(), [&](const Driver& one) { return find_key(one, name) != nullptr; }))
+        << name;
+  }
+}
+
+TEST(DriverTable, reports_each_mistake_with_its_line) {
+  const std::string head = "drivers:\n- name: a\n  named: [a]\n  keys:\n";
+  const std::vector<std::pair<std::string, const char*>> mistakes{
+      {head + "  - kept: [b]\n    to_node: c", "t.yaml:6: 'to_node' means nothing here"},
+      {head + "  - {text: why}", "t.yaml:5: a row says one fate"},
+      {head + "  - dropped: [b]", "t.yaml:5: 'b' needs a reason"},
+      {head + "  - {translated: [b], values: {c: d}}", "t.yaml:5: 'b' needs `otherwise`"},
+      {head + "  - {translated: [b], nodes: c}", "t.yaml:5: a list is needed, not text"},
+      {head + "  - {kept: [b], text: [c]}", "t.yaml:5: text is needed, not a list"},
+      {"drivers:\n- name: a", "t.yaml:2: a driver has"},
+      {"every_node: []", "t.yaml:1: there are no drivers"},
+      {"a: [", "t.yaml:1: this is not YAML"}};
+  for (const auto& [text, problem] : mistakes) {
+    const auto table = read_table(text, "t.yaml");
+    ASSERT_FALSE(table) << text;
+    EXPECT_THAT(table.error().front().text(), testing::StartsWith(problem)) << text;
   }
 }
 
