@@ -5,7 +5,7 @@ import json
 import statistics
 import unittest
 
-from robot import MAY_ALLOCATE, RobotTest
+from robot import MAY_ALLOCATE, RobotTest, counting
 
 AT_ONCE = 3  # a drive takes a twentieth of a core; more at once and a busy machine would be measured
 
@@ -14,7 +14,7 @@ class ManyRuns(RobotTest):
     def report_of(self, name, *arguments):
         folder = self.folder / name  # runs beside each other find their own container only
         folder.mkdir()
-        environment = {**self.environment, "XDG_RUNTIME_DIR": str(folder)}
+        environment = {**counting(self.environment), "XDG_RUNTIME_DIR": str(folder)}
         self.expect_exit(self.run_program("drive", "--report", folder / "report.json", *arguments, env=environment), 0)
         return json.loads((folder / "report.json").read_text())
 

@@ -17,6 +17,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 LAUNCH_FILE = os.environ["NACELLE_LAUNCH_FILE"]
 SLOW = float(os.environ.get("NACELLE_TEST_SLOWNESS", "1"))  # sanitizers need more patience
 STREAMS_HZ = {"/camera/image_raw": 30, "/scan": 10, "/imu/data_raw": 100, "/odom": 50, "/odometry/filtered": 50}
+COUNTER = os.environ.get("NACELLE_ALLOCATION_COUNTER")  # libnacelle_allocation_counter.so; a sanitizer's build has none
 # Threads that may allocate: OpenCV's and those that write text.
 MAY_ALLOCATE = ("detector", "monitor")
 # What the undefined behaviour sanitizer cannot run: it probes memory through a pipe, which needs two descriptors.
@@ -29,6 +30,12 @@ SHORT = bool(os.environ.get("NACELLE_SHORT"))
 of_words = unittest.skipIf(SHORT and SLOW > 1, "words are the same under a sanitizer: NACELLE_SHORT is set")
 # A case of real time that repeats what a shorter one shows.
 nightly = unittest.skipIf(SHORT, "a long case of real time: NACELLE_SHORT is set")
+
+
+def counting(environment):
+    """The environment in which a robot's allocations are counted."""
+    libraries = [library for library in (COUNTER, environment.get("LD_PRELOAD")) if library]
+    return {**environment, "LD_PRELOAD": ":".join(libraries)}
 
 
 def wait_for(what, condition, limit_s=20.0):

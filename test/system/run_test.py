@@ -11,14 +11,14 @@ import time
 import unittest
 
 from cpu_waits import BUSY_S, CpuWatch
-from robot import LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, nightly, wait_for
+from robot import COUNTER, LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, counting, nightly, wait_for
 
 
 class WholeRun(RobotTest):
-    def run_and_report(self, *arguments, limit_s=120):
+    def run_and_report(self, *arguments, limit_s=120, **options):
         file = self.folder / "report.json"
         with CpuWatch() as self.watch:
-            outcome = self.expect_exit(self.run_program("drive", "-v", "--report", file, *arguments, limit_s=limit_s), 0)
+            outcome = self.expect_exit(self.run_program("drive", "-v", "--report", file, *arguments, limit_s=limit_s, **options), 0)
         self.log = outcome.stderr
         return json.loads(file.read_text()), outcome.stdout
 
@@ -43,20 +43,22 @@ class WholeRun(RobotTest):
                 self.assertLessEqual(stream["latency_us"]["p50"], stream["latency_us"]["p99"])
                 self.assertLessEqual(stream["latency_us"]["p99"], stream["latency_us"]["max"] * 1.13 + 1)
 
-    def check_process(self, report):
+    def check_process(self, report, summary, counted=False):
         process = report["process"]
         self.assertGreater(process["rss_mb"], 1)
         self.assertGreaterEqual(process["threads"], 3)
+        self.assertEqual(process["allocations_per_second"] is not None, counted)
+        self.assertEqual("\nheap " in summary, counted)
         # A warning, as of measurements that were lost when the machine paused the robot, is a new message on /rosout.
         may_allocate = (*MAY_ALLOCATE, "services") if " warning [" in self.log else MAY_ALLOCATE
-        for thread, rate in process["allocations_per_second"].items():
+        for thread, rate in (process["allocations_per_second"] or {}).items():
             if not thread.startswith(may_allocate):
                 self.assertEqual(rate, 0, f"thread {thread} allocates")
 
     def test_a_run_without_a_drive_gives_true_figures(self):
-        report, summary = self.run_and_report("--for", "8", "--seed", "3")
+        report, summary = self.run_and_report("--for", "8", "--seed", "3", env=counting(self.environment))
         self.check_streams(report, summary)
-        self.check_process(report)
+        self.check_process(report, summary, counted=COUNTER is not None)
         self.assertIsNone(report["drive"])
         self.assertEqual(report["seed"], 3)
         self.assertGreater(report["bringup"]["ms"], 0)
@@ -70,7 +72,7 @@ class WholeRun(RobotTest):
     def test_the_drive_ends_where_it_began(self):
         report, summary = self.run_and_report("--seed", "4")
         self.check_streams(report, summary)
-        self.check_process(report)
+        self.check_process(report, summary)
         drive = report["drive"]
         self.assertAlmostEqual(drive["distance_m"], 4.0, delta=0.3)
         self.assertLess(drive["ekf_error_m"], 0.04)

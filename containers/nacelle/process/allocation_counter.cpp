@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// libnacelle_allocation_counter.so: preloaded (LD_PRELOAD) or linked, it counts the allocations of its process.
 #include "process/allocation_counter.hpp"
 
 #include <sys/syscall.h>
@@ -9,19 +10,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <new>
-
-// A sanitizer brings an allocator of its own; taking its functions away would blind it.
-#ifdef NACELLE_SANITIZED
-#define NACELLE_COUNTS_ALLOCATIONS 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define NACELLE_COUNTS_ALLOCATIONS 0
-#else
-#define NACELLE_COUNTS_ALLOCATIONS 1
-#endif
-#else
-#define NACELLE_COUNTS_ALLOCATIONS 1
-#endif
 
 namespace nacelle::process {
 namespace {
@@ -35,8 +23,6 @@ struct Slot {
 constinit std::array<Slot, kMaxCountedThreads> slots{};
 constinit std::atomic<std::size_t> slots_used{0};
 constinit std::atomic<std::uint64_t> uncounted{0};
-
-#if NACELLE_COUNTS_ALLOCATIONS
 
 // initial-exec: the first access from malloc must not itself allocate, as the lazy TLS models may.
 __attribute__((tls_model("initial-exec"))) constinit thread_local Slot* my_slot = nullptr;
@@ -61,13 +47,11 @@ void count_call() noexcept {
   my_slot->calls.store(my_slot->calls.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-#endif
-
 }  // namespace
+}  // namespace nacelle::process
 
-bool allocations_are_counted() { return NACELLE_COUNTS_ALLOCATIONS != 0; }
-
-void take_snapshot(AllocationSnapshot& out) {
+extern "C" void nacelle_take_allocation_snapshot(nacelle::process::AllocationSnapshot& out) {
+  using namespace nacelle::process;
   out.count = 0;
   const std::size_t used = std::min(slots_used.load(std::memory_order_acquire), kMaxCountedThreads);
   for (std::size_t i = 0; i < used; ++i) {
@@ -77,12 +61,8 @@ void take_snapshot(AllocationSnapshot& out) {
   out.uncounted = uncounted.load(std::memory_order_relaxed);
 }
 
-}  // namespace nacelle::process
-
-#if NACELLE_COUNTS_ALLOCATIONS
-
-// The C library's own allocator under other names. An executable's definitions of malloc and its kin come before the C
-// library's for every library of the process, plugins included. Source: glibc, "Replacing malloc".
+// The C library's own allocator under other names. Definitions of malloc and its kin in a library that stands before the C library
+// are used by every library of the process, plugins included. Source: glibc, "Replacing malloc".
 extern "C" {
 void* __libc_malloc(std::size_t size);                           // NOLINT(bugprone-reserved-identifier)
 void* __libc_calloc(std::size_t nmemb, std::size_t size);        // NOLINT(bugprone-reserved-identifier)
@@ -122,5 +102,3 @@ NACELLE_INTERPOSED int posix_memalign(void** memptr, std::size_t alignment, std:
   return 0;
 }
 }
-
-#endif

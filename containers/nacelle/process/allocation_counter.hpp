@@ -21,10 +21,13 @@ struct AllocationSnapshot {
   std::uint64_t uncounted = 0;  ///< Calls of threads beyond the table's size.
 };
 
-/// False in a build whose allocator belongs to a sanitizer: nothing is counted then.
+/// Returns whether libnacelle_allocation_counter.so is in the process, preloaded or linked. Sanitizers' builds have no such library.
 [[nodiscard]] bool allocations_are_counted();
-/// The counts now. A thread appears with its first allocation, and stays after its end.
-/// Threads: any. Allocates: nothing.
+/// Writes the counts now; none without the library. A thread appears with its first allocation, and stays after its end.
+/// Threads: any. Allocates: nothing, after the first call.
 void take_snapshot(AllocationSnapshot& out);
 
 }  // namespace nacelle::process
+
+/// The library's own function.
+extern "C" void nacelle_take_allocation_snapshot(nacelle::process::AllocationSnapshot& out);

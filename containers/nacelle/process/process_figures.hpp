@@ -55,7 +55,7 @@ struct ProcessFigures {
   std::optional<double> cpu_percent;  ///< Of one core. None: it was measured for too short a time.
   double rss_mb = 0;
   std::size_t threads = 0;
-  std::map<std::string, double> allocations_per_second;
+  std::map<std::string, double> allocations_per_second;  ///< Empty: not counted.
 };
 
 /// CPU over less says nothing.

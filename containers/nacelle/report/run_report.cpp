@@ -84,7 +84,7 @@ ordered_json to_json(const RunReport& report) {
     if (histogram.name != kCommandToWheel || histogram.count == 0) continue;
     command = {{"p50", rounded(to_milliseconds(histogram.p50))}, {"p99", rounded(to_milliseconds(histogram.p99))}};
   }
-  ordered_json allocations = ordered_json::object();
+  ordered_json allocations;  // null: not counted
   for (const auto& [thread, rate] : report.process.allocations_per_second) allocations[thread] = rounded(rate);
   return {{"bringup", {{"order", report.bringup_order}, {"ms", rounded(to_milliseconds(report.bringup), 10)}}},
           {"shutdown", {{"order", report.shutdown_order}}},

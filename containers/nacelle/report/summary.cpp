@@ -74,10 +74,10 @@ std::string summary_of(const ordered_json& report) {
     if (rate.get<double>() != 0)
       allocations += fmt::format("{}{} {:.1f}/s", allocations.empty() ? "" : ", ", thread, rate.get<double>());
   }
-  const bool counted = !process["allocations_per_second"].empty();
-  line("heap       " + (!counted              ? "not counted in this run"
-                        : allocations.empty() ? "no allocation on any thread"
-                                              : allocations + "; 0 on every other thread"));
+  if (!process["allocations_per_second"].empty()) {
+    line("heap       " +
+         (allocations.empty() ? "no allocation on any thread" : allocations + "; 0 on every other thread"));
+  }
   line(fmt::format("bring-up   {:.0f} ms: {}", report["bringup"]["ms"].get<double>(),
                    joined(report["bringup"]["order"], " ")));
   line("shutdown   " + joined(report["shutdown"]["order"], " "));

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "nacelle/base/expect.hpp"
 #include "process/allocation_counter.hpp"
 
 namespace nacelle::bench {
@@ -15,6 +16,7 @@ Duration to_duration(const timeval& t) { return std::chrono::seconds(t.tv_sec) +
 }  // namespace
 
 Usage Usage::now() {
+  NACELLE_EXPECT(process::allocations_are_counted(), "a benchmark is linked with the library that counts allocations");
   static thread_local process::AllocationSnapshot snapshot;
   process::take_snapshot(snapshot);
   Usage usage;
