@@ -46,7 +46,6 @@ class WaveshareSerialPort final : public BasePort {
   [[nodiscard]] ByteView stop_frame() const override { return kWaveshareStopFrame; }
   [[nodiscard]] int descriptor() const noexcept override { return line_->descriptor(); }
   [[nodiscard]] Stats stats() const override;
-  [[nodiscard]] const WaveshareLineDecoder::Stats& line_stats() const { return decoder_.stats(); }
 
  private:
   /// The wheels' rims as the board counts them, made continuous.

@@ -44,7 +44,6 @@ class WorldModel {
   [[nodiscard]] const DriveModel& drive() const { return drive_; }
   [[nodiscard]] const MotorBoard& board() const { return board_; }
   [[nodiscard]] const ImuModel& imu() const { return imu_; }
-  [[nodiscard]] const UgvLineReader::Stats& base_lines() const { return base_reader_.stats(); }
   [[nodiscard]] const WorldSettings& settings() const { return settings_; }
 
   static constexpr Duration kStep = 1ms;

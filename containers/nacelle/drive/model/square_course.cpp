@@ -33,14 +33,10 @@ constexpr double kProgress_m = 0.005, kProgress_rad = 0.01;
 
 SquareCourse::SquareCourse(const CourseOptions& options) : options_(options) {}
 
-double SquareCourse::distance_from_start_m() const {
-  return std::hypot(last_.x_m - start_.x_m, last_.y_m - start_.y_m);
-}
-
 VelocityCommand SquareCourse::step(const PlanarPose& pose, MonotonicTime now) {
   if (!started_) {
     started_ = true;
-    start_ = last_ = corner_ = progress_pose_ = pose;
+    last_ = corner_ = progress_pose_ = pose;
     goal_yaw_rad_ = pose.yaw_rad;
     last_step_ = rests_since_ = progress_at_ = now;
     return command_;

@@ -55,8 +55,6 @@ class SquareCourse {
   [[nodiscard]] unsigned sides_done() const { return sides_done_; }
   /// Length of the path of the poses, in m.
   [[nodiscard]] double distance_m() const { return distance_m_; }
-  /// Straight line from the start to the last pose, in m.
-  [[nodiscard]] double distance_from_start_m() const;
 
  private:
   [[nodiscard]] VelocityCommand drive_side(const PlanarPose& pose, double dt_s);
@@ -72,7 +70,7 @@ class SquareCourse {
   bool next_is_turn_ = false, rested_ = false;
   unsigned sides_done_ = 0, corrections_ = 0;
   bool started_ = false;
-  PlanarPose start_, last_, corner_;  // corner_: where the present side begins, heading along it
+  PlanarPose last_, corner_;  // corner_: where the present side begins, heading along it
   double goal_yaw_rad_ = 0;
   VelocityCommand command_;
   MonotonicTime last_step_, rests_since_, progress_at_;
