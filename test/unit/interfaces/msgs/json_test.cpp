@@ -12,6 +12,8 @@
 #include <limits>
 #include <sensor_msgs/msg/image.hpp>
 
+#include "nacelle/msgs/utf16.hpp"
+
 namespace nacelle {
 namespace {
 
@@ -130,6 +132,13 @@ TEST(Json, of_a_text_that_is_no_utf8_is_still_json) {
   const auto json = nlohmann::json::parse(msgs::to_json(odds));
   EXPECT_EQ(json.at("name"), "a\uFFFD");
   EXPECT_EQ(json.at("wide"), "a\uFFFD");
+}
+
+TEST(WideText, replaces_what_is_not_utf8_or_utf16) {
+  EXPECT_EQ(msgs::utf16_of("a\xFFz"), u"a\uFFFDz");
+  EXPECT_EQ(msgs::utf16_of("a\xF0\x9F\x98"), u"a\uFFFD") << "cut off within a character";
+  EXPECT_EQ(msgs::utf16_of("\xF0\x9F\x98\x80"), u"\U0001F600");
+  EXPECT_EQ(msgs::utf8_of(std::u16string{0xDC00, u'a', 0xD800, 0xD83D, 0xDE00}), "\uFFFDa\uFFFD\U0001F600");
 }
 
 TEST(FromJson, names_an_unknown_field_its_path_and_the_nearest) {
