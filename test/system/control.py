@@ -29,7 +29,7 @@ def clock(time_s):
 
 
 class Control:
-    """Frames: length (u32), kind (a letter), payload; see containers/nacelle/control/frame.hpp."""
+    """Frames: length (u32), kind (a letter), payload; see interfaces/base/include/nacelle/base/frame.hpp."""
 
     def __init__(self, path):
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

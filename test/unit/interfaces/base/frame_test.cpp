@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/frame.hpp"
+#include "nacelle/base/frame.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,14 +9,22 @@
 #include <utility>
 #include <vector>
 
-namespace nacelle::control {
+namespace nacelle::test {
+
+enum class Kind : std::uint8_t { Request = 'j', Publish = 'p', Stats = 's', Lookup = 't' };
+bool is_known(Kind kind) {
+  return kind == Kind::Request || kind == Kind::Publish || kind == Kind::Stats || kind == Kind::Lookup;
+}
+
 namespace {
 
-using Seen = std::vector<std::pair<FrameKind, std::string>>;
+enum class Fault : std::uint8_t { TooLong, UnknownKind, NotNow };
+using Reader = FrameReader<Kind, Fault>;
+using Seen = std::vector<std::pair<Kind, std::string>>;
 
 /// Feeds the bytes in pieces of the given sizes; true unless the reader gave up.
 template <typename NextSize>
-bool feed(FrameReader& reader, std::string_view bytes, NextSize&& next_size, Seen& seen) {
+bool feed(Reader& reader, std::string_view bytes, NextSize&& next_size, Seen& seen) {
   while (!bytes.empty()) {
     const ByteSpan room = reader.room();
     const std::size_t n = std::min({bytes.size(), room.size(), std::max<std::size_t>(1, next_size())});
@@ -33,7 +41,7 @@ bool feed(FrameReader& reader, std::string_view bytes, NextSize&& next_size, See
   return true;
 }
 
-constexpr FrameKind kKinds[] = {FrameKind::Request, FrameKind::Publish, FrameKind::Stats, FrameKind::Lookup};
+constexpr Kind kKinds[] = {Kind::Request, Kind::Publish, Kind::Stats, Kind::Lookup};
 
 TEST(FrameReader, gives_the_same_frames_for_any_chopping_of_the_bytes) {
   const unsigned seed = 20261121;
@@ -45,11 +53,11 @@ TEST(FrameReader, gives_the_same_frames_for_any_chopping_of_the_bytes) {
     for (int i = 0; i < 20; ++i) {
       std::string payload(random() % (i % 5 == 0 ? 20000 : 50), '\0');
       for (char& c : payload) c = static_cast<char>(random());
-      const FrameKind kind = kKinds[random() % 4];
+      const Kind kind = kKinds[random() % 4];
       append_frame(bytes, kind, payload);
       sent.emplace_back(kind, payload);
     }
-    FrameReader reader{1U << 16U};
+    Reader reader{1U << 16U};
     Seen seen;
     ASSERT_TRUE(feed(
         reader, bytes, [&] { return random() % 4000; }, seen));
@@ -62,7 +70,7 @@ TEST(FrameReader, survives_noise_within_its_bound) {
   const unsigned seed = 4;
   std::mt19937 random{seed};
   for (int round = 0; round < 2000; ++round) {
-    FrameReader reader{1000};
+    Reader reader{1000};
     std::string noise(random() % 300, '\0');
     for (char& c : noise) c = static_cast<char>(random() % (round % 2 == 0 ? 256 : 4));
     Seen seen;
@@ -77,33 +85,54 @@ TEST(FrameReader, survives_noise_within_its_bound) {
 }
 
 TEST(FrameReader, refuses_a_length_above_its_bound_before_the_payload_comes) {
-  FrameReader reader{100};
+  Reader reader{100};
   std::string bytes;
-  append_frame(bytes, FrameKind::Request, std::string(101, 'x'));
+  append_frame(bytes, Kind::Request, std::string(101, 'x'));
   Seen seen;
   EXPECT_FALSE(feed(
       reader, std::string_view{bytes}.substr(0, kFrameHeaderBytes), [] { return 100U; }, seen));
-  EXPECT_EQ(reader.next().error(), FrameFault::TooLong);
+  EXPECT_EQ(reader.next().error(), Fault::TooLong);
+}
+
+TEST(FrameReader, asks_its_user_before_the_payload_comes) {
+  Reader reader{100};
+  const auto refusal = [](Kind kind) { return kind == Kind::Stats ? std::optional{Fault::NotNow} : std::nullopt; };
+  std::string bytes;
+  append_frame(bytes, Kind::Request, "x");
+  append_frame(bytes, Kind::Stats, "yy");
+  std::copy_n(bytes.begin(), bytes.size() - 2, reader.room().begin());
+  reader.filled(bytes.size() - 2);
+  ASSERT_TRUE(reader.next(refusal));
+  EXPECT_EQ(reader.next(refusal).error(), Fault::NotNow);
+}
+
+TEST(Frames, are_the_same_bytes_in_a_string_and_in_bytes) {
+  std::string text = "before";
+  append_frame(text, Kind::Lookup, std::string(258, 'x'));
+  Bytes bytes{'b', 'e', 'f', 'o', 'r', 'e'};
+  append_frame(bytes, Kind::Lookup, std::string(258, 'x'));
+  EXPECT_EQ(text, as_text(bytes));
+  EXPECT_EQ(text.substr(6, kFrameHeaderBytes), (std::string{"\2\1\0\0t", 5}));
 }
 
 TEST(FrameReader, takes_a_payload_of_exactly_its_bound) {
-  FrameReader reader{100};
+  Reader reader{100};
   std::string bytes;
-  append_frame(bytes, FrameKind::Request, std::string(100, 'x'));
+  append_frame(bytes, Kind::Request, std::string(100, 'x'));
   Seen seen;
   ASSERT_TRUE(feed(
       reader, bytes, [] { return 9U; }, seen));
-  EXPECT_EQ(seen, (Seen{{FrameKind::Request, std::string(100, 'x')}}));
+  EXPECT_EQ(seen, (Seen{{Kind::Request, std::string(100, 'x')}}));
 }
 
 TEST(FrameReader, refuses_a_kind_that_it_does_not_know) {
-  FrameReader reader{100};
+  Reader reader{100};
   const std::string bytes{"\0\0\0\0!", 5};
   Seen seen;
   EXPECT_FALSE(feed(
       reader, bytes, [] { return 5U; }, seen));
-  EXPECT_EQ(reader.next().error(), FrameFault::UnknownKind);
+  EXPECT_EQ(reader.next().error(), Fault::UnknownKind);
 }
 
 }  // namespace
-}  // namespace nacelle::control
+}  // namespace nacelle::test
