@@ -28,18 +28,6 @@ void put_text(Bytes& out, std::string_view text) {
   out.insert(out.end(), text.begin(), text.end());
 }
 
-std::size_t begin_frame(Bytes& out, LinkFrameKind kind) {
-  const std::size_t begin = out.size();
-  put(out, std::uint32_t{0});
-  put(out, kind);
-  return begin;
-}
-
-void end_frame(Bytes& out, std::size_t begin) {
-  const auto length = static_cast<std::uint32_t>(out.size() - begin - kLinkHeaderBytes);
-  std::memcpy(out.data() + begin, &length, sizeof length);
-}
-
 /// Reads one field after the other; once one is not there, nothing is.
 class Fields {
  public:
@@ -102,23 +90,6 @@ class Fields {
   bool good_ = true;
 };
 
-bool is_known(LinkFrameKind kind) {
-  switch (kind) {
-    case LinkFrameKind::Hello:
-    case LinkFrameKind::Writer:
-    case LinkFrameKind::Reader:
-    case LinkFrameKind::Gone:
-    case LinkFrameKind::Gate:
-    case LinkFrameKind::Life:
-    case LinkFrameKind::Data:
-    case LinkFrameKind::Taken:
-    case LinkFrameKind::Lost:
-    case LinkFrameKind::Carry:
-    case LinkFrameKind::Note: return true;
-  }
-  return false;
-}
-
 QoS read_qos(Fields& fields) {
   QoS qos{1};
   qos.history(fields.choice({History::KeepLast, History::KeepAll}));
@@ -163,19 +134,29 @@ const char* to_text(LinkFault fault) {
   return "?";
 }
 
+bool is_known(LinkFrameKind kind) {
+  switch (kind) {
+    case LinkFrameKind::Hello:
+    case LinkFrameKind::Writer:
+    case LinkFrameKind::Reader:
+    case LinkFrameKind::Gone:
+    case LinkFrameKind::Gate:
+    case LinkFrameKind::Life:
+    case LinkFrameKind::Data:
+    case LinkFrameKind::Taken:
+    case LinkFrameKind::Lost:
+    case LinkFrameKind::Carry:
+    case LinkFrameKind::Note: return true;
+  }
+  return false;
+}
+
 Result<std::optional<LinkFrame>, LinkFault> LinkFrameReader::next() {
-  const ByteView waiting = buffer_.waiting();
-  if (waiting.size() < kLinkHeaderBytes) return std::optional<LinkFrame>{};
-  const std::uint8_t* const at = waiting.data();
-  const std::size_t length = load<std::uint32_t>(at);
-  const auto kind = static_cast<LinkFrameKind>(at[4]);
-  if (!is_known(kind)) return err(LinkFault::UnknownKind);
-  if (greeted_ == (kind == LinkFrameKind::Hello)) return err(LinkFault::NoHello);
-  if (length > kLongestLinkPayload) return err(LinkFault::TooLong);
-  if (waiting.size() < kLinkHeaderBytes + length) return std::optional<LinkFrame>{};
-  greeted_ = true;
-  buffer_.use(kLinkHeaderBytes + length);
-  return std::optional<LinkFrame>{LinkFrame{kind, ByteView{at + kLinkHeaderBytes, length}}};
+  auto frame = FrameReader::next([this](LinkFrameKind kind) {
+    return greeted_ == (kind == LinkFrameKind::Hello) ? std::optional{LinkFault::NoHello} : std::nullopt;
+  });
+  if (frame && frame.value()) greeted_ = true;
+  return frame;
 }
 
 // --- reading ------------------------------------------------------------------------------------------------------------
@@ -307,11 +288,7 @@ void append_lost(Bytes& out, const LostFrame& lost) {
   end_frame(out, begin);
 }
 
-void append_note(Bytes& out, ByteView note) {
-  const std::size_t begin = begin_frame(out, LinkFrameKind::Note);
-  out.insert(out.end(), note.begin(), note.end());
-  end_frame(out, begin);
-}
+void append_note(Bytes& out, ByteView note) { append_frame(out, LinkFrameKind::Note, as_text(note)); }
 
 std::uint8_t* append_data(Bytes& out, const DataFrame& head, const std::vector<std::uint64_t>& readers,
                           std::size_t cdr_bytes) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nacelle/base/bytes.hpp"
-#include "nacelle/base/receive_buffer.hpp"
+#include "nacelle/base/frame.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/qos/announced.hpp"
 #include "nacelle/qos/qos.hpp"
@@ -16,12 +16,7 @@
 namespace nacelle::transport_local {
 
 // What two linked processes say to each other over one stream socket. Both run on one host, so that numbers are the host's own
-// little-endian ones and times are CLOCK_MONOTONIC's; the other side is hostile all the same.
-//
-//   offset  bytes  a frame
-//        0      4  n, the length of the payload
-//        4      1  kind
-//        5      n  payload
+// little-endian ones and times are CLOCK_MONOTONIC's; the other side is hostile all the same. They are cut into frames by nacelle/base/frame.hpp.
 //
 //   kind          payload; "text" is u16 length and bytes, "id" is u64
 //   Hello      H  "NACELINK", u16 version, u32 0x01020304, u64 token, text carrier ("" = none). The first frame, and only it
@@ -43,7 +38,6 @@ namespace nacelle::transport_local {
 //   qos           u8 history, reliability, durability, liveliness, u64 depth, u64 max_samples,
 //                 i64 deadline, lifespan, lease in ns (0: infinite)
 inline constexpr std::uint16_t kLinkVersion = 3;
-inline constexpr std::size_t kLinkHeaderBytes = 5;
 /// Longest payload: a message of 256 MiB. Memory is taken as bytes arrive, not as they are announced.
 inline constexpr std::size_t kLongestLinkPayload = std::size_t{256} << 20U;
 inline constexpr std::size_t kMostTextBytes = 512;
@@ -65,6 +59,7 @@ enum class LinkFrameKind : std::uint8_t {
   Carry = 'C',
   Note = 'N',
 };
+[[nodiscard]] bool is_known(LinkFrameKind kind);
 
 /// How a stream changes from the socket to a carrier. The writer's side speaks first and waits; there is no way back for this.
 enum class CarryStep : std::uint8_t {
@@ -85,22 +80,16 @@ enum class LinkFault : std::uint8_t {
 };
 [[nodiscard]] const char* to_text(LinkFault fault);
 
-struct LinkFrame {
-  LinkFrameKind kind{};
-  ByteView payload;  ///< In the reader's buffer, until it is fed again.
-};
+using LinkFrame = FrameView<LinkFrameKind>;
 
-/// Cuts a stream of bytes into frames. Threads: one at a time. Allocates: until its buffer has the size of the longest frame.
-class LinkFrameReader {
+/// Cuts a stream of bytes into frames. The first frame, and only that, is a greeting.
+class LinkFrameReader : public FrameReader<LinkFrameKind, LinkFault> {
  public:
-  /// Where the next bytes go; never empty. Call filled() with how many came.
-  [[nodiscard]] ByteSpan room() { return buffer_.room(); }
-  void filled(std::size_t bytes) { buffer_.filled(bytes); }
+  LinkFrameReader() : FrameReader(kLongestLinkPayload) {}
   /// The next whole frame, or nothing if more bytes are needed. After a fault nothing is readable any more.
   [[nodiscard]] Result<std::optional<LinkFrame>, LinkFault> next();
 
  private:
-  ReceiveBuffer buffer_{kLinkHeaderBytes + kLongestLinkPayload};
   bool greeted_ = false;
 };
 

@@ -53,8 +53,8 @@ LinkFrame frame_at(const Bytes& bytes, std::size_t skip) {
     std::uint32_t length = 0;
     std::memcpy(&length, bytes.data() + at, 4);
     if (skip == 0)
-      return {static_cast<LinkFrameKind>(bytes[at + 4]), ByteView{bytes}.subspan(at + kLinkHeaderBytes, length)};
-    at += kLinkHeaderBytes + length;
+      return {static_cast<LinkFrameKind>(bytes[at + 4]), ByteView{bytes}.subspan(at + kFrameHeaderBytes, length)};
+    at += kFrameHeaderBytes + length;
   }
 }
 
@@ -138,9 +138,9 @@ TEST(LinkFrames, from_something_else_end_the_reading_with_a_reason) {
   EXPECT_EQ(frames_of({1, 0, 0, 0, 'z', 0}, 100).back(), std::string("!") + to_text(LinkFault::UnknownKind));
   Bytes other;
   append_hello(other, "x");
-  other[kLinkHeaderBytes + 8] = 99;
+  other[kFrameHeaderBytes + 8] = 99;
   EXPECT_EQ(read_hello(frame_at(other, 0).payload).error(), LinkFault::OtherVersion);
-  other[kLinkHeaderBytes] = 'X';
+  other[kFrameHeaderBytes] = 'X';
   EXPECT_EQ(read_hello(frame_at(other, 0).payload).error(), LinkFault::BadHello);
 }
 
@@ -151,7 +151,7 @@ TEST(LinkFrames, with_values_out_of_range_are_refused) {
     return out;
   };
   // Behind the header and id: open, history, reliability, durability, liveliness, depth, max_samples, deadline.
-  constexpr std::size_t kOpen = kLinkHeaderBytes + 8, kDepth = kOpen + 5, kDeadline = kDepth + 16;
+  constexpr std::size_t kOpen = kFrameHeaderBytes + 8, kDepth = kOpen + 5, kDeadline = kDepth + 16;
   const auto refused = [&](std::size_t at, std::uint8_t value) {
     Bytes bytes = endpoint(QoS(3));
     bytes[at] = value;
