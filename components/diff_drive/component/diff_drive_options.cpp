@@ -36,7 +36,7 @@ constexpr NumberRow kNumbers[] = {
     {"cmd_vel_timeout", &DiffDriveOptions::cmd_vel_timeout_s, 0.0, 60.0, "s",
      "age after which a command is ignored; 0: never"},
     {"emergency_stop_timeout", &DiffDriveOptions::emergency_stop_timeout_s, 0.1, 60.0, "s",
-     "with emergency_stop_required: the longest lease of the emergency stop's publisher"},
+     "with emergency_stop_required: the longest that the emergency stop's publisher may show no sign of life"},
     {"update_rate", &DiffDriveOptions::update_rate_hz, 1.0, 1000.0, "Hz", "control cycles per second"},
     {"publish_rate", &DiffDriveOptions::publish_rate_hz, 0.0, 1000.0, "Hz",
      "joint states per second at most; 0 all of the board's"},
@@ -54,16 +54,17 @@ constexpr NumberRow kNumbers[] = {
 struct LimitRow {
   const char* name;
   double AxisLimits::*field;
+  const char* per;  // behind the axis' unit
 };
 constexpr LimitRow kLimits[] = {
-    {"max_velocity", &AxisLimits::max_velocity},
-    {"min_velocity", &AxisLimits::min_velocity},
-    {"max_acceleration", &AxisLimits::max_acceleration},
-    {"max_deceleration", &AxisLimits::max_deceleration},
-    {"max_acceleration_reverse", &AxisLimits::max_acceleration_reverse},
-    {"max_deceleration_reverse", &AxisLimits::max_deceleration_reverse},
-    {"max_jerk", &AxisLimits::max_jerk},
-    {"min_jerk", &AxisLimits::min_jerk},
+    {"max_velocity", &AxisLimits::max_velocity, "/s"},
+    {"min_velocity", &AxisLimits::min_velocity, "/s"},
+    {"max_acceleration", &AxisLimits::max_acceleration, "/s^2"},
+    {"max_deceleration", &AxisLimits::max_deceleration, "/s^2"},
+    {"max_acceleration_reverse", &AxisLimits::max_acceleration_reverse, "/s^2"},
+    {"max_deceleration_reverse", &AxisLimits::max_deceleration_reverse, "/s^2"},
+    {"max_jerk", &AxisLimits::max_jerk, "/s^3"},
+    {"min_jerk", &AxisLimits::min_jerk, "/s^3"},
 };
 struct SwitchRow {
   const char* name;
@@ -77,8 +78,10 @@ constexpr SwitchRow kSwitches[] = {
 struct AxisRow {
   const char* prefix;
   AxisOptions DiffDriveOptions::*field;
+  const char* unit;
 };
-constexpr AxisRow kAxes[] = {{"linear.x.", &DiffDriveOptions::linear}, {"angular.z.", &DiffDriveOptions::angular}};
+constexpr AxisRow kAxes[] = {{"linear.x.", &DiffDriveOptions::linear, "m"},
+                             {"angular.z.", &DiffDriveOptions::angular, "rad"}};
 
 const std::vector<std::string> kHardware{"waveshare", "loopback"};
 const std::vector<std::string> kRearm{"neutral", "fresh"};
@@ -264,7 +267,8 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
                          described("joints of the wheels on the right"));
   for (const auto& row : kNumbers) {
     auto descriptor = described(row.description);
-    descriptor.additional_constraints = fmt::format("{} to {} {}", row.least, row.most, row.unit);
+    descriptor.additional_constraints =
+        fmt::format("{} to {}{}{}", row.least, row.most, *row.unit == '\0' ? "" : " ", row.unit);
     node.declare_parameter(row.name, defaults.*row.field, std::move(descriptor));
   }
   node.declare_parameter("emergency_stop_required", defaults.emergency_stop_required,
@@ -277,10 +281,14 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
                 "of the other type changes it, and both are taken"));
   for (const auto& axis : kAxes) {
     for (const auto& row : kLimits)
-      node.declare_parameter(std::string(axis.prefix) + row.name, AxisLimits::kOff, described(".nan: no limit"));
-    node.declare_parameter(std::string(axis.prefix) + "min_acceleration", AxisLimits::kOff, described("deprecated"));
+      node.declare_parameter(std::string(axis.prefix) + row.name, AxisLimits::kOff,
+                             described(fmt::format("{}{}; .nan: no limit", axis.unit, row.per)));
+    node.declare_parameter(
+        std::string(axis.prefix) + "min_acceleration", AxisLimits::kOff,
+        described(fmt::format("{}/s^2; deprecated: use max_deceleration and max_acceleration_reverse", axis.unit)));
     for (const auto& row : kSwitches)
-      node.declare_parameter(std::string(axis.prefix) + row.name, true, described("deprecated"));
+      node.declare_parameter(std::string(axis.prefix) + row.name, true,
+                             described("deprecated: set the limits to .nan instead of false"));
   }
   for (const auto& name : names_below(node, kTopics)) {
     const std::string at = kTopics + name;
@@ -294,7 +302,7 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
     node.declare_parameter(at + ".topic", std::string{},
                            described("std_msgs/Bool; true locks inputs of a lower priority"));
     node.declare_parameter(at + ".timeout", LockOptions{}.timeout_s,
-                           described("s; a lock that is silent for longer is locked; 0 never"));
+                           described("s; a lock that is silent for longer is locked; 0: never"));
     node.declare_parameter(at + ".priority", LockOptions{}.priority, described("0 to 255"));
   }
   node.declare_parameter(
@@ -305,7 +313,7 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
                          described("waveshare (UGV board on a serial line) or loopback (perfect wheels)"));
   node.declare_parameter("serial_port", defaults.serial_port,
                          described("path of the board's line; /dev/serial/by-id/... survives replugging"));
-  node.declare_parameter("baud_rate", defaults.baud_rate, described("of the board's line"));
+  node.declare_parameter("baud_rate", defaults.baud_rate, described("speed of the board's line, baud"));
   declare_device_parameters(node);
 }
 

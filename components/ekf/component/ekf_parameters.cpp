@@ -35,9 +35,13 @@ void declare_input(Node& node, const NamedInput& input, bool preset) {
   node.declare_parameter(s, topic, say("Topic of the input."));
   node.declare_parameter(s + "_config", preset ? preset_config(s) : std::vector<bool>(kStates, false),
                          say("x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az: what to fuse of it."));
-  node.declare_parameter(s + "_queue_size", 10, say("Depth of the subscription."));
+  node.declare_parameter(
+      s + "_queue_size", 10,
+      say("Messages that wait for the filter's thread; the oldest is dropped. A second of them (the rate in Hz) loses "
+          "none while the process is paused for so long."));
   constexpr double kOff = std::numeric_limits<double>::max();
-  const ParameterDescriptor gate = say("Largest Mahalanobis distance (not squared) that is fused.");
+  const ParameterDescriptor gate =
+      say("Largest Mahalanobis distance (not squared) that is fused; by default there is no limit.");
   if (input.kind != InputKind::Twist) {
     node.declare_parameter(s + "_differential", false, say("Fuse differences of poses as velocities."));
     node.declare_parameter(s + "_relative", false, say("Fuse poses relative to the first one."));
@@ -127,9 +131,11 @@ void declare_ekf_parameters(Node& node) {
                          say("Silence after which the state is carried on to now, s; 1/frequency unless set."));
   node.declare_parameter("two_d_mode", d.filter.two_d_mode,
                          say("Hold z, roll, pitch, vz, vroll, vpitch and az at 0: for a robot on a plane."));
-  node.declare_parameter(
-      "measurement_queue_limit", static_cast<std::int64_t>(d.filter.queue_limit),
-      say("The most measurements that wait for an output; 2 kB each, and only as many as were needed."));
+  node.declare_parameter("measurement_queue_limit", static_cast<std::int64_t>(d.filter.queue_limit),
+                         say("The most measurements that wait for an output, 16 to 65536; 2 kB each, and only as many "
+                             "as were needed. At the "
+                             "limit the filter fuses what is due at once. If all that waits lies ahead of the clock, "
+                             "the farthest is dropped."));
   node.declare_parameter("predict_to_current_time", false, say("Carry the state on to now before each output."));
   node.declare_parameter("transform_time_offset", 0.0, say("Added to the transform's stamp, s."));
   node.declare_parameter("transform_timeout", 0.0,
@@ -137,19 +143,22 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("print_diagnostics", d.print_diagnostics,
                          say("Publish the counters of every input on /diagnostics once a second."));
   declare_frame_prefix(node);
-  node.declare_parameter("map_frame", d.map_frame, say(""));
-  node.declare_parameter("odom_frame", d.odom_frame, say(""));
+  node.declare_parameter("map_frame", d.map_frame, say("The map's frame."));
+  node.declare_parameter("odom_frame", d.odom_frame, say("The odometry's frame."));
   node.declare_parameter("base_link_frame", d.base_link_frame, say("The frame whose pose is estimated."));
   node.declare_parameter("world_frame", node.get<std::string>("odom_frame"),
                          say("map_frame or odom_frame; odom_frame unless set."));
-  node.declare_parameter("base_link_frame_output", "",
-                         say("What messages and the transform call the base; base_link_frame unless set."));
-  node.declare_parameter("tf_prefix", "", say("Written before every frame's name, with a slash behind it."));
+  node.declare_parameter(
+      "base_link_frame_output", "",
+      say("The base's name in odometry/filtered, accel/filtered and the transform; base_link_frame unless set."));
+  node.declare_parameter("tf_prefix", "",
+                         say("Written before every frame's name, with a slash behind it, and behind frame_prefix."));
   node.declare_parameter("disabled_at_startup", false,
                          say("Take and publish nothing until the service enable is called."));
   node.declare_parameter("publish_tf", d.publish_tf, say("Broadcast the estimate as a transform."));
   node.declare_parameter("publish_acceleration", d.publish_acceleration, say("Publish accel/filtered."));
-  node.declare_parameter("gravitational_acceleration", d.gravity_mps2, say("m/s^2"));
+  node.declare_parameter("gravitational_acceleration", d.gravity_mps2,
+                         say("Gravity that is subtracted from accelerations, m/s^2."));
   node.declare_parameter("dynamic_process_noise_covariance", false,
                          say("Scale the pose's process noise by the velocity."));
   node.declare_parameter("process_noise_covariance", std::vector<double>{},
@@ -159,18 +168,27 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("initial_state", std::vector<double>{}, say("15 numbers; zeros unless set."));
   // Known to robot_localization's files; only what they are by default is served, and said so when the node is configured.
   for (const char* name : {"smooth_lagged_data", "permit_corrected_publication", "reset_on_time_jump", "debug"}) {
-    node.declare_parameter(name, false, say("Only false is served."));
+    node.declare_parameter(name, false, say("Must be false; true is not supported."));
   }
   node.declare_parameter("history_length", 0.0, say("Not used without smooth_lagged_data."));
   node.declare_parameter("debug_out_file", "", say("Not used."));
   node.declare_parameter("use_control", false, say("Predict with the velocity that cmd_vel commands."));
-  node.declare_parameter("stamped_control", false, say("cmd_vel is a TwistStamped."));
-  node.declare_parameter("control_timeout", 0.0, say("A command that is older counts as zero, s."));
-  node.declare_parameter("control_config", std::vector<bool>{}, say("vx vy vz, vroll vpitch vyaw: what is commanded."));
-  node.declare_parameter("acceleration_limits", std::vector<double>{}, say("m/s^2 and rad/s^2; 1 unless set."));
-  node.declare_parameter("acceleration_gains", std::vector<double>{}, say("1/s; 1 unless set."));
-  node.declare_parameter("deceleration_limits", std::vector<double>{}, say("As the acceleration's unless set."));
-  node.declare_parameter("deceleration_gains", std::vector<double>{}, say("As the acceleration's unless set."));
+  node.declare_parameter(
+      "stamped_control", false,
+      say("cmd_vel is a TwistStamped, in base_link_frame or without a frame; a Twist has the time at which it came."));
+  node.declare_parameter("control_timeout", 0.0,
+                         say("A command that is older counts as zero, s. With 0 every command does at once."));
+  node.declare_parameter("control_config", std::vector<bool>{},
+                         say("vx vy vz, vroll vpitch vyaw: which velocities are commanded."));
+  node.declare_parameter("acceleration_limits", std::vector<double>{},
+                         say("The most that the prediction accelerates, m/s^2 and rad/s^2; 1 unless set."));
+  node.declare_parameter("acceleration_gains", std::vector<double>{},
+                         say("The acceleration is the gain times (command - velocity), 1/s; 1 unless set."));
+  node.declare_parameter(
+      "deceleration_limits", std::vector<double>{},
+      say("The same while the base slows down, m/s^2 and rad/s^2; as acceleration_limits unless set."));
+  node.declare_parameter("deceleration_gains", std::vector<double>{},
+                         say("The same while the base slows down, 1/s; as acceleration_gains unless set."));
   const bool preset = named_inputs(node).size() == 2 && node.parameters().overrides().count("odom0") == 0 &&
                       node.parameters().overrides().count("imu0") == 0;
   for (const NamedInput& input : named_inputs(node)) declare_input(node, input, preset);

@@ -33,11 +33,13 @@ void declare_imu_parameters(Node& node) {
   node.declare_parameter("frame_id", defaults.frame_id, text("frame of the sensor's axes"));
   node.declare_parameter("rate", defaults.rate_hz, within("Hz; one of 0.2 0.5 1 2 5 10 20 50 100 125 200", 0.2, 200.0));
   node.declare_parameter("angular_velocity_stddev", defaults.angular_velocity_stddev,
-                         within("rad/s", kLeastStddev, 100.0));
+                         within("rad/s; standard deviation of an angular velocity", kLeastStddev, 100.0));
   node.declare_parameter("linear_acceleration_stddev", defaults.linear_acceleration_stddev,
-                         within("m/s^2", kLeastStddev, 1000.0));
-  node.declare_parameter("orientation_stddev", defaults.orientation_stddev, within("rad", kLeastStddev, 100.0));
-  node.declare_parameter("magnetic_field_stddev", defaults.magnetic_field_stddev, within("T", kLeastStddev, 1.0));
+                         within("m/s^2; standard deviation of an acceleration", kLeastStddev, 1000.0));
+  node.declare_parameter("orientation_stddev", defaults.orientation_stddev,
+                         within("rad; standard deviation of an angle", kLeastStddev, 100.0));
+  node.declare_parameter("magnetic_field_stddev", defaults.magnetic_field_stddev,
+                         within("T; standard deviation of the magnetic field", kLeastStddev, 1.0));
   node.declare_parameter("magnetic_field_scale", defaults.magnetic_field_scale,
                          within("T per count of the magnetometer", kLeastStddev, 1.0));
   node.declare_parameter("configure_device", defaults.configure_device,

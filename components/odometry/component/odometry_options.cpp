@@ -76,7 +76,8 @@ void declare_odometry_parameters(Node& node, const OdometryOptions& d) {
   node.declare_parameter(
       "wheel_separation", d.wheel_separation_m,
       say("Between the middles of left and right wheels, m. Not given: the base's, if it is there."));
-  node.declare_parameter("wheel_radius", d.wheel_radius_m, say("m. Not given: the base's, if it is there."));
+  node.declare_parameter("wheel_radius", d.wheel_radius_m,
+                         say("Radius of a wheel, m. Not given: the base's, if it is there."));
   node.declare_parameter("wheel_separation_multiplier", d.wheel_separation_multiplier,
                          say("Calibration of the separation. Not given: with the base's separation comes its own."));
   node.declare_parameter("left_wheel_radius_multiplier", d.left_wheel_radius_multiplier,
@@ -99,11 +100,12 @@ void declare_odometry_parameters(Node& node, const OdometryOptions& d) {
   node.declare_parameter("k_turn", d.noise.k_turn_rad, say("Variance of the heading per radian turned, rad^2/rad."));
   node.declare_parameter(
       "max_wheel_speed", d.max_wheel_speed_rps,
-      say("rad/s; a faster change of a position is the end of a circle, or a restart of the board."));
+      say("rad/s; a faster change of a position is the end of a circle, or a restart of the board, which does not move "
+          "the robot."));
   node.declare_parameter(
       "position_range", d.position_range_rad,
-      say("rad after which a wheel's position begins anew: 6.2832, or a counter's steps times the size of "
-          "one; 0: found out for one turn and for counters of 2^n steps."));
+      say("rad after which a wheel's position begins anew: 6.283185307 for one turn, 100.530964915 for 65536 steps of "
+          "4096 a turn. 0: found out for one turn (-pi to pi, or 0 to 2 pi) and for counters of 2^n steps, n from 8."));
 }
 
 Result<OdometryOptions, Problem> read_odometry_parameters(const Node& node) {
