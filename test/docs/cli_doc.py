@@ -56,7 +56,7 @@ EXAMPLES = (
     Example("container --name empty -v", ends=1),
     Example("drive --for 3 --seed 1"),
     Example("component list"),
-    Example("component info lidar", lines=40),
+    Example("component info lidar", then=("component info --doc nacelle::examples::Series",), lines=40),
     Example("component types"),
     Example("component unload camera"),
     Example("component load camera", then=("component load nacelle::examples::Series",)),

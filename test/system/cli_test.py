@@ -215,6 +215,9 @@ class WithoutContainer(RobotTest):
                             (["component", "load", "a::B", "-p", "rate:='1"], "this is not YAML"),
                             (["component", "load", "a::B", "-p", ":=1"], "the parameter's name is empty"),
                             (["component", "load", "a::B", "-r", "scan"], "write from:=to"),
+                            (["component", "info"], "component is required"),
+                            (["component", "info", "a::B"], "add --doc"),
+                            (["component", "info", "--doc", "--remote"], "excludes"),
                             (["container", "--name", "a b"], "container name 'a b': not a name; use 1 to 48 letters"),
                             (["launch", "a.launch.yaml", "--name", "../b"], "container name '../b': not a name")):  # fmt: skip
             with self.subTest(words=words):

@@ -2,4 +2,11 @@
 #include "camera/component/camera_component.hpp"
 #include "nacelle/node/component.hpp"
 
+template <>
+inline constexpr nacelle::ComponentAbout nacelle::kComponentAbout<nacelle::camera::CameraComponent>{
+    .purpose =
+        "Publishes the images of a camera, or a test pattern. Once the camera is open, each of its controls "
+        "(brightness, exposure_auto, ...) is a parameter of that name.",
+    .devices = "V4L2 cameras that send YUYV, UYVY, RGB3, BGR3, MJPG, JPEG or GREY"};
+
 NACELLE_REGISTER_COMPONENT(nacelle::camera::CameraComponent)

@@ -14,10 +14,12 @@ class Series final : public LifecycleNode {
  public:
   explicit Series(const NodeOptions& options) : LifecycleNode("series", options) {
     declare_parameter("share", 0.5,
-                      {.description = "of nothing", .floating_point_range = FloatingPointRange{0.0, 1.0, 0.0}});
-    declare_parameter("note", "as launched", {.description = "any value, or none", .dynamic_typing = true});
+                      {.description = "a number that may be set, to try `param set` on",
+                       .floating_point_range = FloatingPointRange{0.0, 1.0, 0.0}});
+    declare_parameter("note", "as launched",
+                      {.description = "any value, or none: to try `param delete` on", .dynamic_typing = true});
     const double period_s = declare_parameter("period", 0.05,
-                                              {.description = "s, between two numbers",
+                                              {.description = "s between two numbers",
                                                .read_only = true,
                                                .floating_point_range = FloatingPointRange{0.001, 10.0, 0.0}});
     server_ = action::create_server<Fibonacci>(
@@ -71,5 +73,9 @@ class Series final : public LifecycleNode {
 };
 
 }  // namespace nacelle::examples
+
+template <>
+inline constexpr nacelle::ComponentAbout nacelle::kComponentAbout<nacelle::examples::Series>{
+    .purpose = "Counts Fibonacci numbers as an action: something to try commands on."};
 
 NACELLE_REGISTER_COMPONENT(nacelle::examples::Series)

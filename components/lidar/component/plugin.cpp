@@ -2,4 +2,9 @@
 #include "lidar/component/lidar_component.hpp"
 #include "nacelle/node/component.hpp"
 
+template <>
+inline constexpr nacelle::ComponentAbout nacelle::kComponentAbout<nacelle::lidar::LidarComponent>{
+    .purpose = "Publishes one scan for each turn of a LiDAR, counter-clockwise from its front mark.",
+    .devices = "LDROBOT LD06 and LD19 LiDARs, on a serial line at 230400 baud"};
+
 NACELLE_REGISTER_COMPONENT(nacelle::lidar::LidarComponent)

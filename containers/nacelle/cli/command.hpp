@@ -42,6 +42,8 @@ struct Option {
   /// What --help calls the value: SECONDS, FILE.
   std::string value_name;
   Names completes = Names::Nothing;
+  /// A flag that makes it name something else, and what.
+  std::pair<std::string, Names> completes_with{"", Names::Nothing};
   std::optional<std::pair<double, double>> range;
   std::vector<std::string> allowed;
   /// Returns what is wrong with a value, or nothing.
@@ -55,6 +57,9 @@ struct Option {
   Option& with_default() { return shows_default = true, *this; }
   Option& value(std::string name) { return value_name = std::move(name), *this; }
   Option& names_a(Names what_it_names) { return completes = what_it_names, *this; }
+  Option& names_a_with(std::string flag, Names what_it_names) {
+    return completes_with = {std::move(flag), what_it_names}, *this;
+  }
   Option& within(double least, double most) { return range = {least, most}, *this; }
   Option& one_of(std::vector<std::string> values) { return allowed = std::move(values), *this; }
   Option& checked(std::function<std::string(const std::string&)> by) { return check = std::move(by), *this; }

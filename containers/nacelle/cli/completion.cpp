@@ -40,12 +40,12 @@ const Option* positional(const Command& command, std::size_t number) {
 struct Place {
   const Command* command = nullptr;
   const Option* value_of = nullptr;  // the option whose value is to come
-  std::vector<std::string> positional;
+  std::vector<std::string> positional, flags;
   std::string container;
 };
 
 Place place_of(const Command& root, const std::vector<std::string>& before) {
-  Place place{&root, nullptr, {}, {}};
+  Place place{&root, nullptr, {}, {}, {}};
   for (const auto& word : before) {
     if (place.value_of != nullptr) {
       if (word == "=") continue;  // bash takes --option=value for three words
@@ -54,6 +54,7 @@ Place place_of(const Command& root, const std::vector<std::string>& before) {
     } else if (begins_with(word, "-") && word != "-") {
       const std::size_t equals = word.find('=');
       const Option* const option = option_named(*place.command, word.substr(0, equals));
+      if (option != nullptr && option->is_flag()) place.flags.push_back(word);
       if (option == nullptr || option->is_flag()) continue;
       if (equals == std::string::npos) {
         place.value_of = option;
@@ -78,8 +79,9 @@ std::vector<Candidate> values_of(const Option& option, const Place& place, const
   };
   add(option.allowed);
   if (option.names == "--container") add(containers());
-  if (option.completes != Names::Nothing && option.completes != Names::File)
-    add(ask({option.completes, place.container, place.positional}));
+  const bool names_another = std::ranges::find(place.flags, option.completes_with.first) != place.flags.end();
+  const Names names = names_another ? option.completes_with.second : option.completes;
+  if (names != Names::Nothing && names != Names::File) add(ask({names, place.container, place.positional}));
   return all;
 }
 

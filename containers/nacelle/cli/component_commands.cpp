@@ -8,6 +8,7 @@
 #include "asking.hpp"
 #include "commands.hpp"
 #include "component_info.hpp"
+#include "component_reference.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "output.hpp"
@@ -23,7 +24,7 @@ struct ComponentWish {
   Whom whom;
   std::string name, new_name, name_space, params_file;
   std::vector<std::string> parameters, remaps;
-  bool as_json = false, details = false;
+  bool as_json = false, details = false, doc = false;
 };
 
 int list(const ComponentWish& wish) {
@@ -84,15 +85,23 @@ int unload(const ComponentWish& wish) {
       });
 }
 
+int info(const ComponentWish& wish) {
+  if (wish.doc) return component_reference(wish.name, wish.as_json);
+  if (wish.name.empty())
+    return complain_of_usage(
+        {"component info", "component is required", "name one of `nacelle component list`, or add --doc"});
+  if (wish.name.find("::") != std::string::npos)
+    return complain_of_usage({"component info " + wish.name, "this is a class, not a component of a container",
+                              "add --doc for what the class declares"});
+  return component_info(wish.whom, wish.name, wish.as_json);
+}
+
 /// Needs no container: what is installed where launch files' plugins are looked for.
 int types(const ComponentWish& wish) {
   const auto places = program_places();
   runtime::PluginIndex index{places.component_folders};
   const auto entries = index.entries();
-  if (entries.empty()) {
-    return complain({"components", "no plugin is installed in " + join(places.component_folders, ":"),
-                     "set NACELLE_COMPONENT_PATH to where they are"});
-  }
+  if (entries.empty()) return complain_of_no_plugins(places);
   json rows = json::array();
   std::string package;
   for (const auto& entry : entries) {
@@ -119,9 +128,18 @@ void add_component_commands(Command& root) {
   list_command.runs([wish] { return list(*wish); });
 
   Command& info_command = group.add("info", "show a component's plugin, parameters, state and callbacks");
-  info_command.option("component", wish->name, "name or id").required().names_a(Names::Node);
+  info_command
+      .option("component", wish->name, "name or id; with --doc pkg::Class, or nothing for all that are installed")
+      .names_a(Names::Node)
+      .names_a_with("--doc", Names::Plugin);
   add_common_options(info_command, wish->whom, wish->as_json);
-  info_command.runs([wish] { return component_info(wish->whom, wish->name, wish->as_json); });
+  info_command
+      .flag("--doc", wish->doc,
+            "what an installed class declares, as Markdown: topics, services, actions, parameters, devices; needs no "
+            "container")
+      .not_with("--container")
+      .not_with("--remote");
+  info_command.runs([wish] { return info(*wish); });
 
   Command& types_command = group.add("types", "list the installed plugins by package; needs no container");
   types_command.flag("--json", wish->as_json, "print JSON, with the libraries");

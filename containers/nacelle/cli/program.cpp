@@ -122,6 +122,11 @@ loading::ProgramPlaces program_places() {
   return places;
 }
 
+int complain_of_no_plugins(const loading::ProgramPlaces& places) {
+  return complain({"components", "no plugin is installed in " + join(places.component_folders, ":"),
+                   "set NACELLE_COMPONENT_PATH to where they are"});
+}
+
 std::string default_launch_file() {
   std::vector<fs::path> candidates{prefix() / "share/nacelle_launch/robot.launch.yaml",
                                    prefix() / "share/nacelle_launch/launch/robot.launch.yaml"};

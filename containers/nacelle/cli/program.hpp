@@ -33,6 +33,8 @@ int complain_of_usage(const Problem& problem);
 [[nodiscard]] std::vector<std::filesystem::path> message_library_directories();
 /// Where the running program finds what belongs to it, built or installed.
 [[nodiscard]] loading::ProgramPlaces program_places();
+/// Says on stderr that these places hold no component. Returns kFailed.
+int complain_of_no_plugins(const loading::ProgramPlaces& places);
 /// The launch file that `nacelle drive` starts unless it is given another one; empty if there is none.
 [[nodiscard]] std::string default_launch_file();
 /// The environment of launch files: variables, packages' folders, the robot's QoS profiles.

@@ -125,7 +125,8 @@ std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Recor
   auto all = std::make_shared<Declarations>();
   const ParameterStore& store = record.node->parameters();
   for (const auto& name : store.list())
-    all->parameters.push_back({name, store.get(name), store.overrides().count(name) != 0});
+    all->parameters.push_back(
+        {name, store.get(name), store.overrides().count(name) != 0, store.declared_type(name), store.describe(name)});
   all->unknown_parameters = store.unused_overrides();
   all->frame_uses = record.node->frame_uses();
   all->device_uses = record.node->device_uses();

@@ -29,7 +29,9 @@ struct Declarations {
   struct Value {
     std::string name;
     ParameterValue value;
-    bool given = false;  ///< The composition set the value; else it is the default.
+    bool given = false;                          ///< The composition set the value; else it is the default.
+    ParameterType type = ParameterType::NotSet;  ///< As declared; the value may not be set.
+    ParameterDescriptor descriptor{};
   };
   std::vector<Value> parameters;
   std::vector<std::string> unknown_parameters;  ///< Given, but not declared by the component.

@@ -10,13 +10,27 @@
 namespace nacelle {
 
 /// Grows when Node, LifecycleNode, NodeHost, Block or this header change in a way that old plugins cannot take.
-inline constexpr std::uint32_t kComponentAbi = 5;
+inline constexpr std::uint32_t kComponentAbi = 6;
+
+/// What the reference of components (`nacelle component info --doc`) says of a class beside what its constructor declares.
+struct ComponentAbout {
+  const char* purpose = "";  ///< What it does, in a sentence or two.
+  const char* devices = "";  ///< The devices that it speaks to, and over which line; empty: none.
+  /// Parameters of which others depend, as NAME:=VALUE, one a line. The reference also lists what the component has with them:
+  /// `topics.NAME.timeout` of a base is declared only where `topics.NAME.topic` is given.
+  const char* also_with = "";
+};
+/// Specialised beside NACELLE_REGISTER_COMPONENT, at global scope:
+/// `template <> inline constexpr nacelle::ComponentAbout nacelle::kComponentAbout<a::B>{.purpose = "..."};`
+template <typename Class>
+inline constexpr ComponentAbout kComponentAbout{};
 
 /// One class that a plugin can make.
 struct ComponentClass {
   const char* name = nullptr;  ///< "nacelle::lidar::LidarComponent"
   Node* (*create)(const NodeOptions& options) = nullptr;
   void (*destroy)(Node* node) = nullptr;
+  ComponentAbout about{};
 };
 
 /// What a plugin library tells about itself.
@@ -42,7 +56,7 @@ inline constexpr const char* kComponentEntry = "nacelle_component_table";
 #define NACELLE_EACH_CLASS_AGAIN() NACELLE_EACH_CLASS
 #define NACELLE_COMPONENT_CLASS(Class)                                                                   \
   {#Class, [](const ::nacelle::NodeOptions& options) -> ::nacelle::Node* { return new Class(options); }, \
-   [](::nacelle::Node* node) { delete node; }},
+   [](::nacelle::Node* node) { delete node; }, ::nacelle::kComponentAbout<Class>},
 
 /// Makes a plugin of one or more component classes; once per library, at the end of a source file.
 #define NACELLE_REGISTER_COMPONENT(...)                                                                          \

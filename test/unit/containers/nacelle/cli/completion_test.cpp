@@ -27,6 +27,9 @@ struct Completion : ::testing::Test {
     set.option("--as", text, "").one_of({"int", "text"});
     root.add("load", "load").option("plugins", list, "").names_a(Names::Plugin);
     root.add("launch", "start").option("file", text, "").names_a(Names::File);
+    Command& about = root.add("about", "about one");
+    about.option("node", text, "").names_a(Names::Node).names_a_with("--doc", Names::Plugin);
+    about.flag("--doc", flag, "");
     Command& check = root.add("inspect", "a command with another below it");
     check.option("what", text, "").one_of({"net_card", "disk"});
     check.flag("--all", flag, "");
@@ -61,10 +64,10 @@ struct Completion : ::testing::Test {
 };
 
 TEST_F(Completion, offers_the_commands_that_are_for_people) {
-  EXPECT_THAT(at({""}), ElementsAre("topic", "param", "load", "launch", "inspect"));
+  EXPECT_THAT(at({""}), ElementsAre("topic", "param", "load", "launch", "about", "inspect"));
   EXPECT_THAT(at({"l"}), ElementsAre("load", "launch"));
   EXPECT_THAT(at({"topic", ""}), ElementsAre("echo", "list"));
-  EXPECT_THAT(at({}), ElementsAre("topic", "param", "load", "launch", "inspect"));
+  EXPECT_THAT(at({}), ElementsAre("topic", "param", "load", "launch", "about", "inspect"));
 }
 
 TEST_F(Completion, tells_what_a_command_does) {
@@ -92,6 +95,11 @@ TEST_F(Completion, asks_for_names_where_the_command_names_something) {
 TEST_F(Completion, a_parameter_is_asked_of_the_node_before_it) {
   EXPECT_THAT(at({"param", "set", "/lidar", "r"}), ElementsAre("rate"));
   EXPECT_THAT(asked.positional, ElementsAre("/lidar"));
+}
+
+TEST_F(Completion, a_flag_may_change_what_a_word_names) {
+  EXPECT_THAT(at({"about", ""}), ElementsAre("/lidar", "/camera"));
+  EXPECT_THAT(at({"about", "--doc", "nacelle::i"}), ElementsAre("nacelle::imu::Imu"));
 }
 
 TEST_F(Completion, a_list_goes_on_taking_names) {

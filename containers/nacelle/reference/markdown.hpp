@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace nacelle::reference {
+
+/// Returns a section of Markdown about a class, of what declarations_of() returns. Pure.
+[[nodiscard]] std::string markdown_of(const nlohmann::json& declarations);
+
+}  // namespace nacelle::reference
