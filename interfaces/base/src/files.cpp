@@ -43,15 +43,17 @@ const char* kind_of_file(mode_t mode) {
 }
 
 Problem unreadable(const std::string& path, int error) {
-  return {path, std::string{"cannot be read: "} + std::strerror(error),
-          error == ENOENT ? "is the path right?" : "is it there, and may this user read it?"};
+  return {Place(path, 0), std::string{"cannot be read: "} + std::strerror(error),
+          error == ENOENT ? "is the path right?" : "is it there, and may this user read it?",
+          file_fault_of(error, FileFault::Unreadable)};
 }
 
 Problem too_large(const std::string& path, std::size_t most_bytes) {
   constexpr std::size_t kMiB = std::size_t{1} << 20U;
   const std::string limit =
       most_bytes % kMiB == 0 ? std::to_string(most_bytes / kMiB) + " MiB" : std::to_string(most_bytes) + " bytes";
-  return {path, "has more than " + limit + ", the limit for such a file", "give the file that was meant"};
+  return {Place(path, 0), "has more than " + limit + ", the limit for such a file", "give the file that was meant",
+          FileFault::TooLarge};
 }
 
 Problem unwritable(const std::string& path, int error) {
@@ -60,7 +62,8 @@ Problem unwritable(const std::string& path, int error) {
   if (error == EACCES || error == EPERM || error == EROFS) way_out = "may this user write there?";
   if (error == ENOSPC || error == EDQUOT) way_out = "make room, or give another place";
   if (error == EFBIG) way_out = "raise the limit of file sizes (ulimit -f), or give another place";
-  return {path, std::string{"cannot be written: "} + std::strerror(error), way_out};
+  return {Place(path, 0), std::string{"cannot be written: "} + std::strerror(error), way_out,
+          file_fault_of(error, FileFault::Unwritable)};
 }
 
 /// 0, or the error.
@@ -106,8 +109,8 @@ Result<std::string, Problem> read_regular_file(const std::string& path, std::siz
   struct stat found {};
   if (::fstat(file.get(), &found) != 0) return err(unreadable(path, errno));
   if (!S_ISREG(found.st_mode))
-    return err(
-        Problem{path, std::string{"cannot be read: it is "} + kind_of_file(found.st_mode), "give a regular file"});
+    return err(Problem{Place(path, 0), std::string{"cannot be read: it is "} + kind_of_file(found.st_mode),
+                       "give a regular file", FileFault::NotRegular});
   if (static_cast<std::size_t>(found.st_size) > most_bytes) return err(too_large(path, most_bytes));
   std::string text;
   std::size_t done = 0;

@@ -70,21 +70,27 @@ TEST_F(FilesTest, refuses_what_is_no_regular_file_at_once) {
 
   EXPECT_EQ(read_regular_file(at("fifo")).error().text(),
             at("fifo") + ": cannot be read: it is a FIFO; give a regular file");
-  EXPECT_EQ(read_regular_file("/dev/zero").error().what, "cannot be read: it is a device");
-  EXPECT_EQ(read_regular_file(folder_.string()).error().what, "cannot be read: it is a folder");
+  EXPECT_EQ(read_regular_file(at("fifo")).error().code, FileFault::NotRegular);
+  EXPECT_EQ(read_regular_file("/dev/zero").error().code, FileFault::NotRegular);
+  EXPECT_EQ(read_regular_file(folder_.string()).error().code, FileFault::NotRegular);
 }
 
 TEST_F(FilesTest, refuses_a_file_above_the_limit) {
   ASSERT_TRUE(write_whole_file(at("a"), std::string(1001, 'x')));
 
   EXPECT_TRUE(read_regular_file(at("a"), 1001));
-  EXPECT_EQ(read_regular_file(at("a"), 1000).error().what, "has more than 1000 bytes, the limit for such a file");
-  EXPECT_THAT(read_regular_file("/proc/self/maps", 10).error().what, HasSubstr("more than 10 bytes"));
+  const Problem refusal = read_regular_file(at("a"), 1000).error();
+  EXPECT_EQ(refusal.code, FileFault::TooLarge);
+  EXPECT_EQ(refusal.where, Place(at("a"), 0));
+  EXPECT_EQ(refusal.what, "has more than 1000 bytes, the limit for such a file");
+  EXPECT_EQ(read_regular_file("/proc/self/maps", 10).error().code, FileFault::TooLarge);
   ASSERT_EQ(::truncate(at("a").c_str(), 1 << 30), 0);
   EXPECT_EQ(read_regular_file(at("a")).error().what, "has more than 16 MiB, the limit for such a file");
 }
 
 TEST_F(FilesTest, names_the_reason_why_a_file_cannot_be_read) {
+  EXPECT_EQ(read_regular_file(at("none")).error().code, FileFault::NotFound);
+  EXPECT_EQ(read_regular_file(at("none")).error().where, Place(at("none"), 0));
   EXPECT_EQ(read_regular_file(at("none")).error().text(),
             at("none") + ": cannot be read: No such file or directory; is the path right?");
 }
@@ -109,18 +115,27 @@ TEST_F(FilesTest, leaves_the_old_file_and_no_other_when_there_is_no_room) {
   const auto over = write_whole_file(at("a"), std::string(2000, 'x'));
   const auto fresh = write_whole_file(at("b"), std::string(2000, 'x'));
 
-  EXPECT_THAT(over.error().text(), HasSubstr("cannot be written: File too large; raise the limit"));
-  EXPECT_FALSE(fresh);
+  EXPECT_EQ(over.error().code, FileFault::NoRoom);
+  EXPECT_EQ(fresh.error().code, FileFault::NoRoom);
   EXPECT_EQ(read_regular_file(at("a")).value(), "old");
   EXPECT_EQ(file_count(), 1U);
 }
 
 TEST_F(FilesTest, names_the_reason_why_a_file_cannot_be_written) {
+  EXPECT_EQ(write_whole_file("/dev/full", "x").error().code, FileFault::NoRoom);
+  EXPECT_EQ(write_whole_file(at("none/a"), "x").error().code, FileFault::NotFound);
+  EXPECT_EQ(write_whole_file(folder_.string(), "x").error().code, FileFault::NotRegular);
   EXPECT_EQ(write_whole_file("/dev/full", "x").error().text(),
             "/dev/full: cannot be written: No space left on device; make room, or give another place");
-  EXPECT_THAT(write_whole_file(at("none/a"), "x").error().text(),
-              HasSubstr("No such file or directory; is the folder"));
-  EXPECT_THAT(write_whole_file(folder_.string(), "x").error().text(), HasSubstr("Is a directory"));
+}
+
+TEST(FileFault, has_a_code_for_what_a_reader_or_writer_can_do_about_it) {
+  for (const int error : {EACCES, EPERM, EROFS})
+    EXPECT_EQ(file_fault_of(error, FileFault::Unwritable), FileFault::NotPermitted) << error;
+  for (const int error : {ENOSPC, EDQUOT, EFBIG})
+    EXPECT_EQ(file_fault_of(error, FileFault::Unwritable), FileFault::NoRoom) << error;
+  EXPECT_EQ(file_fault_of(EIO, FileFault::Unreadable), FileFault::Unreadable);
+  EXPECT_STREQ(code_text(file_fault_of(EIO, FileFault::Unwritable)), "file.unwritable");
 }
 
 TEST_F(FilesTest, writes_to_a_device_and_leaves_it_one) {
