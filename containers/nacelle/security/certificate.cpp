@@ -9,6 +9,7 @@
 #include <ctime>
 
 #include "security/openssl.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -46,7 +47,7 @@ Result<KeyAndCertificate, Problem> make(const std::string& common_name, X509* is
     return err(Problem{"",
                        "the name '" + common_name + "' has " + std::to_string(common_name.size()) +
                            " bytes; a certificate's has 1 to " + std::to_string(kMaxCommonNameBytes),
-                       ""});
+                       "", SecurityFault::WrongCommonName, common_name});
   }
   const Key key{EVP_EC_gen("P-256")};
   const Certificate made{X509_new()};
@@ -76,14 +77,14 @@ WallTime wall_time_of(const ASN1_TIME* time) {
 
 }  // namespace
 
-Problem openssl_problem(const std::string& what) {
+Problem openssl_problem(const std::string& what, ProblemCode code) {
   std::string why;
-  while (const unsigned long code = ERR_get_error()) {
-    const char* const reason = ERR_reason_error_string(code);
+  while (const unsigned long number = ERR_get_error()) {
+    const char* const reason = ERR_reason_error_string(number);
     if (reason != nullptr && why.find(reason) == std::string::npos)
       why += (why.empty() ? ": " : ", ") + std::string(reason);
   }
-  return {"", what + why, ""};
+  return {"", what + why, "", std::move(code)};
 }
 
 std::string text_in(BIO& bio) {
@@ -97,7 +98,7 @@ Bio bio_of(const std::string& text) { return Bio{BIO_new_mem_buf(text.data(), st
 Result<Certificate, Problem> parse_certificate(const std::string& text) {
   ERR_clear_error();
   Certificate found{PEM_read_bio_X509(bio_of(text).get(), nullptr, nullptr, nullptr)};
-  if (!found) return err(openssl_problem("this is not a certificate"));
+  if (!found) return err(openssl_problem("this is not a certificate", SecurityFault::NotACertificate));
   return found;
 }
 
@@ -106,7 +107,9 @@ Result<Key, Problem> parse_key(const std::string& text) {
   // A robot has no terminal at which a pass phrase could be typed.
   const auto no_phrase = [](char*, int, int, void*) { return 0; };
   Key found{PEM_read_bio_PrivateKey(bio_of(text).get(), nullptr, no_phrase, nullptr)};
-  if (!found) return err(openssl_problem("this is not a private key that can be read without a pass phrase"));
+  if (!found)
+    return err(
+        openssl_problem("this is not a private key that can be read without a pass phrase", SecurityFault::NotAKey));
   return found;
 }
 
@@ -151,7 +154,7 @@ Result<void, Problem> check_key(const std::string& key, const std::string& certi
   if (!found) return err(found.error());
   if (X509_check_private_key(owned.value().get(), found.value().get()) == 1) return {};
   ERR_clear_error();
-  return err(Problem{"", "the key is not the certificate's", ""});
+  return err(Problem{"", "the key is not the certificate's", "", SecurityFault::KeyDiffers});
 }
 
 Result<void, Problem> check_issuer(const std::string& certificate, const std::string& authority) {
@@ -167,7 +170,7 @@ Result<void, Problem> check_issuer(const std::string& certificate, const std::st
   return err(Problem{"",
                      std::string("the authority did not sign it: ") +
                          X509_verify_cert_error_string(X509_STORE_CTX_get_error(context.get())),
-                     ""});
+                     "", SecurityFault::NotSigned});
 }
 
 Result<Store, Problem> store_of(const std::string& authority) {
@@ -192,7 +195,8 @@ Result<WallTime, Problem> read_utc(const std::string& text) {
   std::tm parts{};
   const char* rest = ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S", &parts);
   if (rest == nullptr)
-    return err(Problem{"", "'" + text.substr(0, 60) + "' is not a date", "write 2026-11-22T14:40:00"});
+    return err(Problem{"", "'" + text.substr(0, 60) + "' is not a date", "write 2026-11-22T14:40:00",
+                       SecurityFault::WrongDate, text});
   std::time_t seconds = ::timegm(&parts);
   if (*rest == '+' || *rest == '-') {
     int hours = 0, minutes = 0;

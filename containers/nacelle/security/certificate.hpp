@@ -11,7 +11,7 @@
 namespace nacelle::security {
 
 // Keys, certificates and signed documents as SROS 2 makes them, by OpenSSL's library. Texts are PEM, documents S/MIME.
-// Pure: what is read and written is given. Threads: any. Errors: a Problem without `where`; the caller knows the file.
+// Pure: what is read and written is given. Threads: any. Errors: a SecurityFault without `where`; the caller knows the file.
 // Source: sros2 (jazzy) _utilities.py; OMG DDS-Security 1.1 sections 9.3.1 and 9.4.1.
 
 /// An elliptic key (P-256), and what an authority says of its owner.

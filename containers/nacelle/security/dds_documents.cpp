@@ -8,6 +8,7 @@
 #include "nacelle/base/xml.hpp"
 #include "security/certificate.hpp"
 #include "security/policy.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -94,9 +95,14 @@ bool covers(const XMLElement& rule, int domain) {
 /// <dds><`name`> of a document.
 Result<const XMLElement*, Problem> content_of(tinyxml2::XMLDocument& document, const std::string& xml,
                                               const char* name) {
-  if (auto parsed = parse_xml(document, xml, "XML"); !parsed) return err(parsed.error());
+  if (auto parsed = parse_xml(document, xml, "XML"); !parsed) {
+    Problem problem = parsed.error();
+    problem.code = SecurityFault::NotADocument;
+    return err(std::move(problem));
+  }
   const XMLElement* const found = document.RootElement()->FirstChildElement(name);
-  if (found == nullptr) return err(Problem{"", std::string("it has no <") + name + ">", ""});
+  if (found == nullptr)
+    return err(Problem{"", std::string("it has no <") + name + ">", "", SecurityFault::NotADocument});
   return found;
 }
 
@@ -174,7 +180,8 @@ Result<std::optional<Grant>, Problem> find_grant(const std::string& permissions,
       continue;
     }
     const XMLElement* const validity = one->FirstChildElement("validity");
-    if (validity == nullptr) return err(Problem{"", "the grant for " + subject + " has no <validity>", ""});
+    if (validity == nullptr)
+      return err(Problem{"", "the grant for " + subject + " has no <validity>", "", SecurityFault::NotADocument});
     const auto begins = read_utc(text_of(validity->FirstChildElement("not_before")));
     const auto ends = read_utc(text_of(validity->FirstChildElement("not_after")));
     if (!begins) return err(begins.error());
@@ -188,7 +195,7 @@ Result<std::optional<Grant>, Problem> find_grant(const std::string& permissions,
   if (!is_of_one_part(subject) || !std::all_of(others.begin(), others.end(), is_of_one_part))
     return std::optional<Grant>{};
   const std::string whose = others.empty() ? "it has no <grant>" : "it is for " + others.front().substr(0, 80);
-  return err(Problem{"", whose + ", and the certificate is for " + subject, ""});
+  return err(Problem{"", whose + ", and the certificate is for " + subject, "", SecurityFault::OtherSubject, subject});
 }
 
 Result<bool, Problem> governs(const std::string& governance, int domain) {

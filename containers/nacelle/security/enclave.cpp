@@ -8,6 +8,7 @@
 #include "security/files.hpp"
 #include "security/keystore.hpp"
 #include "security/policy.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -30,7 +31,8 @@ class Examination {
   Result<Enclave, Problem> run() {
     if (domain_ > kMostSecuredDomain) {
       return err(Problem{"security", "there is none in domain " + std::to_string(domain_),
-                         "take one from 0 to " + std::to_string(kMostSecuredDomain)});
+                         "take one from 0 to " + std::to_string(kMostSecuredDomain), SecurityFault::DomainTooHigh,
+                         std::to_string(domain_)});
     }
     if (auto found = find_folder(); !found) return err(found.error());
     if (auto right = check_certificate(); !right) return err(right.error());
@@ -50,20 +52,26 @@ class Examination {
     std::error_code unreadable;
     if (keystore_.empty()) {
       return err(Problem{"security", "no keystore is named",
-                         "set ROS_SECURITY_KEYSTORE, or network: {security: {keystore: FOLDER}} in the launch file"});
+                         "set ROS_SECURITY_KEYSTORE, or network: {security: {keystore: FOLDER}} in the launch file",
+                         SecurityFault::NoKeystoreName});
     }
     if (!fs::is_directory(keystore_ / "enclaves", unreadable)) {
-      return err(Problem{keystore_.string(), "this is not a keystore: it has no folder enclaves",
-                         "make one: `nacelle security create-keystore " + keystore_.string() + "`"});
+      return err(Problem{Place(keystore_.string(), 0), "this is not a keystore: it has no folder enclaves",
+                         "make one: `nacelle security create-keystore " + keystore_.string() + "`",
+                         SecurityFault::NotAKeystore});
     }
-    if (auto valid = validate_namespace(name_); !valid)
-      return err(Problem{"security", "as an enclave: " + valid.error().what, way_to_name(name_)});
+    if (auto valid = validate_namespace(name_); !valid) {
+      Problem problem = moved(valid.error(), "security", way_to_name(name_));
+      problem.what = "as an enclave: " + problem.what;
+      return err(std::move(problem));
+    }
     if (fs::is_directory(folder_, unreadable) && (name_ != "/" || fs::exists(folder_ / "cert.pem", unreadable)))
       return {};
     const auto others = list_enclaves(keystore_);
     std::string known = others ? suggestion(name_, others.value()) : "";
-    return err(Problem{keystore_.string(), "it has no enclave " + name_,
-                       "make it: " + making() + (known.empty() ? "" : "; " + known)});
+    return err(Problem{Place(keystore_.string(), 0), "it has no enclave " + name_,
+                       "make it: " + making() + (known.empty() ? "" : "; " + known), SecurityFault::NoSuchEnclave,
+                       name_});
   }
 
   /// The text of one of the enclave's files, whose path is noted.
@@ -85,18 +93,19 @@ class Examination {
   }
 
   static Problem at(const std::string& path, const Problem& problem, const std::string& way_out) {
-    return {path, problem.what, way_out};
+    return moved(problem, Place(path, 0), way_out);
   }
 
   Done check_times(const std::string& path, const std::string& what, const Validity& validity,
                    const std::string& way_out) const {
     if (now_ > validity.ends)
-      return err(Problem{path, what + " has expired on " + utc_text(validity.ends) + " UTC", way_out});
+      return err(Problem{Place(path, 0), what + " has expired on " + utc_text(validity.ends) + " UTC", way_out,
+                         SecurityFault::Expired});
     if (now_ < validity.begins) {
-      return err(Problem{path,
+      return err(Problem{Place(path, 0),
                          what + " is valid from " + utc_text(validity.begins) +
                              " UTC on, and this machine's clock says " + utc_text(now_),
-                         "set the clock, see `nacelle doctor`"});
+                         "set the clock, see `nacelle doctor`", SecurityFault::NotYetValid});
     }
     return {};
   }
@@ -129,8 +138,8 @@ class Examination {
     made.subject = facts.value().subject;
     made.ends = utc_text(validity.ends).substr(0, 10);
     if (validity.ends - now_ < kNearEnd) {
-      enclave_.remarks.push_back(
-          {made.files.certificate, "the certificate ends on " + made.ends, "renew it: " + making(" --renew")});
+      enclave_.remarks.push_back({Place(made.files.certificate, 0), "the certificate ends on " + made.ends,
+                                  "renew it: " + making(" --renew"), SecurityFault::EndsSoon});
     }
     return {};
   }
@@ -178,8 +187,9 @@ class Examination {
       return valid;
     if (found.value()->covers_domain) return {};
     return err(Problem{
-        path, "it allows nothing in domain " + std::to_string(domain_),
-        "add <id>" + std::to_string(domain_) + "</id> to each <domains> of permissions.xml, then " + signing_anew()});
+        Place(path, 0), "it allows nothing in domain " + std::to_string(domain_),
+        "add <id>" + std::to_string(domain_) + "</id> to each <domains> of permissions.xml, then " + signing_anew(),
+        SecurityFault::DomainNotAllowed, std::to_string(domain_)});
   }
 
   Done check_governance() {
@@ -189,8 +199,8 @@ class Examination {
     const auto found = governs(text.value(), domain_);
     if (!found) return err(at(path, found.error(), ""));
     if (found.value()) return {};
-    return err(
-        Problem{path, "it does not govern domain " + std::to_string(domain_), way_to_govern(keystore_, domain_)});
+    return err(Problem{Place(path, 0), "it does not govern domain " + std::to_string(domain_),
+                       way_to_govern(keystore_, domain_), SecurityFault::DomainNotGoverned, std::to_string(domain_)});
   }
 
   void remark_on_mode() {
@@ -199,8 +209,8 @@ class Examination {
     const auto mode = fs::status(key, unreadable).permissions();
     constexpr auto kOthers = fs::perms::group_all | fs::perms::others_all;
     if (!unreadable && (mode & kOthers) != fs::perms::none)
-      enclave_.remarks.push_back(
-          {key, "others on this machine may read or write the private key", "`chmod 600 " + key + "`"});
+      enclave_.remarks.push_back({Place(key, 0), "others on this machine may read or write the private key",
+                                  "`chmod 600 " + key + "`", SecurityFault::KeyExposed});
   }
 
   const int domain_;

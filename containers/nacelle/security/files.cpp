@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "nacelle/base/files.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Problem problem_at(const fs::path& path, const std::string& what, int error) {
-  return {path.string(), what + ": " + std::strerror(error), ""};
+  return {Place(path.string(), 0), what + ": " + std::strerror(error), "", file_fault_of(error, FileFault::Unwritable)};
 }
 
 bool write_all(int file, const std::string& text) {
@@ -35,7 +36,7 @@ bool write_all(int file, const std::string& text) {
 
 Result<std::string, Problem> read_file(const fs::path& path) {
   auto text = read_regular_file(path.string(), kMostFileBytes);
-  if (!text) return err(Problem{path.string(), text.error().what, ""});
+  if (!text) return err(moved(text.error(), Place(path.string(), 0), ""));
   return text;
 }
 

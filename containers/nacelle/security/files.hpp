@@ -9,7 +9,7 @@
 
 namespace nacelle::security {
 
-// Small files, whole. Errors: a Problem that names the file and says what the kernel says.
+// Small files, whole. Errors: a FileFault whose `where` is the file.
 
 inline constexpr std::size_t kMostFileBytes = std::size_t{1} << 20U;
 

@@ -5,11 +5,13 @@
 #include <array>
 #include <regex>
 
+#include "nacelle/base/file_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "security/certificate.hpp"
 #include "security/files.hpp"
 #include "security/policy.hpp"
 #include "security/policy_includes.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -54,7 +56,7 @@ class Maker {
     if (result) return std::move(result).value();
     if (!problem_) {
       problem_ = result.error();
-      if (problem_->where.empty()) problem_->where = where.string();
+      if (problem_->where.empty()) problem_->where = Place(where.string(), 0);
     }
     return T{};
   }
@@ -95,10 +97,11 @@ void sign(Maker& maker, const fs::path& keystore, const fs::path& document, cons
 Done make_new_authority(Maker& maker, const fs::path& keystore, WallTime now) {
   const fs::path certificate = keystore / "public/ca.cert.pem", key = keystore / "private/ca.key.pem";
   if (is_there(certificate) != is_there(key)) {
-    return err(Problem{(is_there(key) ? certificate : key).string(),
+    return err(Problem{Place((is_there(key) ? certificate : key).string(), 0),
                        "it is missing, and the authority's other half is there",
                        "restore it, or make a keystore in another folder: with a new authority, existing certificates "
-                       "would no longer be accepted"});
+                       "would no longer be accepted",
+                       SecurityFault::KeystoreDamaged});
   }
   if (maker.keep(certificate)) {
     maker.keep(key);
@@ -120,16 +123,18 @@ bool is_complete(const fs::path& keystore) {
 
 Done is_named(const fs::path& keystore) {
   if (!keystore.empty()) return {};
-  return err(Problem{"keystore", "the name is empty", "name the keystore's folder: keys"});
+  return err(
+      Problem{"keystore", "the name is empty", "name the keystore's folder: keys", SecurityFault::NoKeystoreName});
 }
 
 Done examine(const EnclaveWish& wish) {
   if (auto valid = is_named(wish.keystore); !valid) return valid;
   if (auto valid = validate_namespace(wish.enclave); !valid)
-    return err(Problem{"enclave", valid.error().what, way_to_name(wish.enclave)});
+    return err(moved(valid.error(), "enclave", way_to_name(wish.enclave)));
   if (is_complete(wish.keystore)) return {};
-  return err(Problem{wish.keystore.string(), "this is not a complete keystore",
-                     "make one: `nacelle security create-keystore " + wish.keystore.string() + "`"});
+  return err(Problem{Place(wish.keystore.string(), 0), "this is not a complete keystore",
+                     "make one: `nacelle security create-keystore " + wish.keystore.string() + "`",
+                     SecurityFault::NotAKeystore});
 }
 
 /// An enclave in a domain that nothing governs could never take part.
@@ -140,12 +145,13 @@ Done check_governed(const EnclaveWish& wish) {
   const auto is_signed = read_file(document);
   if (!is_signed) return err(is_signed.error());
   const auto text = read_signed_document(is_signed.value(), authority.value());
-  if (!text) return err(Problem{document.string(), text.error().what, "sign it with the permissions' authority"});
+  if (!text) return err(moved(text.error(), Place(document.string(), 0), "sign it with the permissions' authority"));
   const auto found = governs(text.value(), wish.domain);
-  if (!found) return err(Problem{document.string(), found.error().what, ""});
+  if (!found) return err(moved(found.error(), Place(document.string(), 0), ""));
   if (found.value()) return {};
-  return err(Problem{document.string(), "it does not govern domain " + std::to_string(wish.domain),
-                     way_to_govern(wish.keystore, wish.domain)});
+  return err(Problem{Place(document.string(), 0), "it does not govern domain " + std::to_string(wish.domain),
+                     way_to_govern(wish.keystore, wish.domain), SecurityFault::DomainNotGoverned,
+                     std::to_string(wish.domain)});
 }
 
 /// Permissions as they are, but for when they hold.
@@ -181,8 +187,9 @@ fs::path folder_of(const fs::path& keystore, const std::string& enclave) {
 Result<Changes, Problem> create_keystore(const fs::path& keystore, int domain, WallTime now) {
   if (auto valid = is_named(keystore); !valid) return err(valid.error());
   if (is_complete(keystore)) {
-    return err(Problem{keystore.string(), "there is a keystore already",
-                       "add enclaves to it: `nacelle security create-enclave " + keystore.string() + " /robot`"});
+    return err(Problem{Place(keystore.string(), 0), "there is a keystore already",
+                       "add enclaves to it: `nacelle security create-enclave " + keystore.string() + " /robot`",
+                       SecurityFault::KeystoreExists});
   }
   Maker maker;
   maker.folder(keystore / "public");
@@ -252,9 +259,10 @@ Result<Changes, Problem> create_permission(const EnclaveWish& wish, const fs::pa
   if (auto governed = check_governed(wish); !governed) return err(governed.error());
   const fs::path folder = folder_of(wish.keystore, wish.enclave), certificate = folder / "cert.pem";
   if (!is_there(certificate)) {
-    return err(Problem{certificate.string(), "it is missing",
-                       "make the enclave first: `nacelle security create-enclave " + wish.keystore.string() + " " +
-                           wish.enclave + "`"});
+    return err(Problem{
+        Place(certificate.string(), 0), "it is missing",
+        "make the enclave first: `nacelle security create-enclave " + wish.keystore.string() + " " + wish.enclave + "`",
+        SecurityFault::NoSuchEnclave, wish.enclave});
   }
   Maker maker;
   const CertificateFacts facts = maker.take(read_certificate(maker.text_of(certificate)), certificate);
@@ -271,8 +279,9 @@ Result<Changes, Problem> create_permission(const EnclaveWish& wish, const fs::pa
 Result<std::vector<std::string>, Problem> list_enclaves(const fs::path& keystore) {
   if (auto valid = is_named(keystore); !valid) return err(valid.error());
   if (!is_there(keystore / "enclaves")) {
-    return err(Problem{keystore.string(), "this is not a keystore: it has no folder enclaves",
-                       "make one: `nacelle security create-keystore " + keystore.string() + "`"});
+    return err(Problem{Place(keystore.string(), 0), "this is not a keystore: it has no folder enclaves",
+                       "make one: `nacelle security create-keystore " + keystore.string() + "`",
+                       SecurityFault::NotAKeystore});
   }
   std::vector<std::string> found;
   std::error_code failed;
@@ -283,7 +292,9 @@ Result<std::vector<std::string>, Problem> list_enclaves(const fs::path& keystore
     const std::string below = at->path().parent_path().lexically_relative(keystore / "enclaves").string();
     found.push_back(below == "." ? "/" : "/" + below);
   }
-  if (failed) return err(Problem{keystore.string(), "cannot be read: " + failed.message(), ""});
+  if (failed)
+    return err(Problem{Place(keystore.string(), 0), "cannot be read: " + failed.message(), "",
+                       file_fault_of(failed.value(), FileFault::Unreadable)});
   std::sort(found.begin(), found.end());
   return found;
 }

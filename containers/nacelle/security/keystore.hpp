@@ -20,7 +20,7 @@ namespace nacelle::security {
 //                governance.p7s lead to those above
 //
 // Keys and private/ are for their owner alone (0600, 0700). What is there is kept, unless a function says otherwise.
-// Errors: a Problem that names the file. Threads: any, without a concurrent writer of the keystore.
+// Errors: a SecurityFault, a FileFault or a NameFault; `where` is the file. Threads: any, without a concurrent writer of the keystore.
 // Source: sros2 (jazzy) keystore/_keystore.py, _enclave.py, _permission.py.
 
 struct Change {

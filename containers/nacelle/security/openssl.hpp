@@ -29,7 +29,7 @@ using Key = Handle<EVP_PKEY, EVP_PKEY_free>;
 using Store = Handle<X509_STORE, X509_STORE_free>;
 
 /// "what: what OpenSSL says of it"; takes the thread's queue of errors along.
-[[nodiscard]] Problem openssl_problem(const std::string& what);
+[[nodiscard]] Problem openssl_problem(const std::string& what, ProblemCode code = {});
 /// Reads from `text`, which must outlive it.
 [[nodiscard]] Bio bio_of(const std::string& text);
 /// What was written to a BIO in memory.

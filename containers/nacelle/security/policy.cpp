@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "nacelle/base/xml.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -54,19 +55,25 @@ class PolicyReader {
 
   Result<Policy, Problem> read(const std::string& xml, const std::string& enclave) {
     tinyxml2::XMLDocument document;
-    if (auto parsed = parse_xml(document, xml, file_); !parsed) return err(parsed.error());
+    if (auto parsed = parse_xml(document, xml, file_); !parsed) {
+      Problem problem = parsed.error();
+      problem.code = PolicyFault::Malformed;
+      return err(std::move(problem));
+    }
     const XMLElement* const policy = document.RootElement();
     const XMLElement* const enclaves = policy == nullptr ? nullptr : policy->FirstChildElement("enclaves");
     if (enclaves == nullptr || policy->Name() != std::string_view("policy"))
-      return err(Problem{file_, "this is not a policy file: it has no <policy><enclaves>", "see docs/security.md"});
+      return err(Problem{at(0), "this is not a policy file: it has no <policy><enclaves>", "see docs/security.md",
+                         PolicyFault::NotAPolicy});
     const XMLElement* const found = find(*enclaves, enclave);
     if (found == nullptr)
-      return err(Problem{file_, "it has no enclave with the path " + shown(enclave), suggestion(enclave, paths_)});
+      return err(Problem{at(0), "it has no enclave with the path " + shown(enclave), suggestion(enclave, paths_),
+                         SecurityFault::NoSuchEnclave, enclave});
     return profiles_of(*found);
   }
 
  private:
-  [[nodiscard]] std::string at(int line) const { return line > 0 ? file_ + ":" + std::to_string(line) : file_; }
+  [[nodiscard]] Place at(int line) const { return {file_, line}; }
 
   const XMLElement* find(const XMLElement& enclaves, const std::string& path) {
     for (auto* one = enclaves.FirstChildElement("enclave"); one != nullptr; one = one->NextSiblingElement("enclave")) {
@@ -93,7 +100,8 @@ class PolicyReader {
   Result<void, Problem> read_profile(const XMLElement& profile) {
     const char *const node_namespace = profile.Attribute("ns"), *const node = profile.Attribute("node");
     if (node_namespace == nullptr || node == nullptr)
-      return err(Problem{at(profile.GetLineNum()), "a profile needs 'ns' and 'node'", ""});
+      return err(
+          Problem{at(profile.GetLineNum()), "a profile needs 'ns' and 'node'", "", PolicyFault::MissingAttribute});
     for (auto* list = profile.FirstChildElement(); list != nullptr; list = list->NextSiblingElement()) {
       if (auto fits = expect(*list, {"topics", "services", "actions"}); !fits) return fits;
       if (auto read = read_list(*list, node_namespace, node); !read) return read;
@@ -109,7 +117,7 @@ class PolicyReader {
       const std::string name = item->GetText() == nullptr ? "" : item->GetText();
       if (!is_expression(name))
         return err(Problem{at(item->GetLineNum()), shown(name) + " is not a name of a " + singular,
-                           "/scan, scan, ~/scan or /*"});
+                           "/scan, scan, ~/scan or /*", PolicyFault::WrongValue, name});
       names.push_back(full_name(name, node_namespace, node));
     }
     for (auto* word = list.FirstAttribute(); word != nullptr; word = word->Next()) {
@@ -128,19 +136,21 @@ class PolicyReader {
       if (word.Name() != std::string_view(deed.word)) continue;
       const std::string_view value = word.Value();
       if (value != "ALLOW" && value != "DENY")
-        return err(Problem{at(list.GetLineNum()), "'" + known.back() + "' cannot be " + shown(value), "ALLOW or DENY"});
+        return err(Problem{at(list.GetLineNum()), "'" + known.back() + "' cannot be " + shown(value), "ALLOW or DENY",
+                           PolicyFault::WrongValue, std::string(value)});
       policy_.push_back({deed.deed, value == "ALLOW", names});
       return {};
     }
     return err(Problem{at(list.GetLineNum()), std::string("'") + list.Name() + "' has no " + shown(word.Name()),
-                       suggestion(word.Name(), known)});
+                       suggestion(word.Name(), known), PolicyFault::UnknownAttribute, word.Name()});
   }
 
   Result<void, Problem> expect(const XMLElement& found, const std::vector<std::string>& names) const {
     if (std::find(names.begin(), names.end(), found.Name()) != names.end()) return {};
     const bool includes = std::string_view(found.Name()).find("include") != std::string_view::npos;
     return err(Problem{at(found.GetLineNum()), "unexpected element " + shown(found.Name()),
-                       includes ? "includes are written <xi:include href=.../>" : suggestion(found.Name(), names)});
+                       includes ? "includes are written <xi:include href=.../>" : suggestion(found.Name(), names),
+                       PolicyFault::UnknownElement, found.Name()});
   }
 
   const std::string& file_;

@@ -32,7 +32,7 @@ using Policy = std::vector<Permit>;
 [[nodiscard]] Policy everything();
 
 /// A policy file's rules for an enclave. Relative and private names ("scan", "~/scan") are made full ones.
-/// Errors: no XML, elements or words that no policy has, no such enclave; `where` is the file with its line.
+/// Errors: a PolicyFault, or SecurityFault::NoSuchEnclave; `where` is the file with its line.
 [[nodiscard]] Result<Policy, Problem> read_policy(const std::string& xml, const std::string& file,
                                                   const std::string& enclave);
 
@@ -62,10 +62,10 @@ struct Grant {
   bool covers_domain = false;
 };
 /// Nothing: no grant is for this subject ("CN=/robot") as it is written, and names of several parts are among them, which DDS
-/// takes in any order. Errors: no XML, no such document; grants for others only.
+/// takes in any order. Errors: a SecurityFault (NotADocument, WrongDate, OtherSubject).
 [[nodiscard]] Result<std::optional<Grant>, Problem> find_grant(const std::string& permissions,
                                                                const std::string& subject, int domain);
-/// Errors: no XML, no such document.
+/// Errors: SecurityFault::NotADocument.
 [[nodiscard]] Result<bool, Problem> governs(const std::string& governance, int domain);
 
 }  // namespace nacelle::security

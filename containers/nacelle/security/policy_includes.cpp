@@ -9,6 +9,7 @@
 
 #include "nacelle/base/xml.hpp"
 #include "security/files.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -19,8 +20,8 @@ using Document = std::unique_ptr<tinyxml2::XMLDocument>;
 constexpr int kMostWithinEachOther = 8;
 constexpr std::string_view kInclude = "xi:include";
 
-std::string place_of(const std::filesystem::path& file, const XMLElement& element) {
-  return file.string() + ":" + std::to_string(element.GetLineNum());
+Place place_of(const std::filesystem::path& file, const XMLElement& element) {
+  return {file.string(), element.GetLineNum()};
 }
 
 /// The children of `above` with a name; "*" is any.
@@ -36,8 +37,8 @@ std::vector<const XMLElement*> named(const tinyxml2::XMLNode& above, const std::
 Result<std::vector<const XMLElement*>, Problem> selected(const tinyxml2::XMLDocument& document, std::string path) {
   if (path.empty()) return named(document, "*");
   if (!path.starts_with("xpointer(/") || !path.ends_with(')') || path.find("//") != path.npos)
-    return err(
-        Problem{"", "the xpointer '" + path.substr(0, 80) + "' is none that is read here", "xpointer(/profile/*)"});
+    return err(Problem{"", "the xpointer '" + path.substr(0, 80) + "' is none that is read here",
+                       "xpointer(/profile/*)", PolicyFault::WrongValue, path});
   path = path.substr(std::string_view("xpointer(").size());
   path.back() = '/';
   std::vector<const XMLElement*> found;
@@ -59,11 +60,12 @@ Result<Document, Problem> load(const std::filesystem::path& file, int depth);
 /// Puts what it includes behind an element, and takes the element away.
 Result<void, Problem> replace(XMLElement& include, const std::filesystem::path& file, int depth) {
   const char *const href = include.Attribute("href"), *const pointer = include.Attribute("xpointer");
-  if (href == nullptr) return err(Problem{place_of(file, include), "an include needs 'href'", ""});
+  if (href == nullptr)
+    return err(Problem{place_of(file, include), "an include needs 'href'", "", PolicyFault::MissingAttribute});
   auto other = load(file.parent_path() / href, depth + 1);
   if (!other) return err(other.error());
   const auto parts = selected(*other.value(), pointer == nullptr ? "" : pointer);
-  if (!parts) return err(Problem{place_of(file, include), parts.error().what, parts.error().way_out});
+  if (!parts) return err(moved(parts.error(), place_of(file, include), parts.error().way_out));
   tinyxml2::XMLNode* const above = include.Parent();
   tinyxml2::XMLNode* last = &include;
   for (const XMLElement* one : parts.value())
@@ -83,11 +85,16 @@ Result<void, Problem> expand(tinyxml2::XMLNode& above, const std::filesystem::pa
 }
 
 Result<Document, Problem> load(const std::filesystem::path& file, int depth) {
-  if (depth > kMostWithinEachOther) return err(Problem{file.string(), "too many files include each other", ""});
+  if (depth > kMostWithinEachOther)
+    return err(Problem{Place(file.string(), 0), "too many files include each other", "", PolicyFault::NestedIncludes});
   const auto xml = read_file(file);
   if (!xml) return err(xml.error());
   auto document = std::make_unique<tinyxml2::XMLDocument>();
-  if (auto parsed = parse_xml(*document, xml.value(), file.string()); !parsed) return err(parsed.error());
+  if (auto parsed = parse_xml(*document, xml.value(), file.string()); !parsed) {
+    Problem problem = parsed.error();
+    problem.code = PolicyFault::Malformed;
+    return err(std::move(problem));
+  }
   if (auto expanded = expand(*document, file, depth); !expanded) return err(expanded.error());
   return document;
 }

@@ -6,6 +6,7 @@
 
 #include "security/certificate.hpp"
 #include "security/openssl.hpp"
+#include "security/security_fault.hpp"
 
 namespace nacelle::security {
 namespace {
@@ -40,9 +41,9 @@ Result<std::string, Problem> read_signed_document(const std::string& document, c
   BIO* content = nullptr;
   const Signature found{SMIME_read_PKCS7(in.get(), &content)};
   const Bio owned{content};
-  if (!found || !owned) return err(openssl_problem("this is not a signed document"));
+  if (!found || !owned) return err(openssl_problem("this is not a signed document", SecurityFault::NotADocument));
   if (PKCS7_verify(found.get(), nullptr, store.value().get(), owned.get(), out.get(), PKCS7_TEXT) != 1)
-    return err(openssl_problem("the authority did not sign it as it is"));
+    return err(openssl_problem("the authority did not sign it as it is", SecurityFault::NotSigned));
   std::string text = text_in(*out);
   text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
   return text;

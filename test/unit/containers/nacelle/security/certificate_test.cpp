@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "security/security_fault.hpp"
+
 namespace nacelle::security {
 namespace {
 
@@ -37,22 +39,26 @@ TEST(Certificate, fits_its_own_key_and_no_other) {
   const auto authority = authority_named("sros2CA");
   const auto one = made_by(authority, "/one"), other = made_by(authority, "/other");
   EXPECT_TRUE(check_key(one.key, one.certificate));
-  EXPECT_EQ(check_key(other.key, one.certificate).error().what, "the key is not the certificate's");
-  EXPECT_THAT(check_key("rubbish", one.certificate).error().what, HasSubstr("not a private key"));
-  EXPECT_THAT(check_key(one.key, one.key).error().what, HasSubstr("not a certificate"));
+  EXPECT_EQ(check_key(other.key, one.certificate).error().code, SecurityFault::KeyDiffers);
+  EXPECT_EQ(check_key("rubbish", one.certificate).error().code, SecurityFault::NotAKey);
+  EXPECT_EQ(check_key(one.key, one.key).error().code, SecurityFault::NotACertificate);
 }
 
 TEST(Certificate, is_known_to_the_authority_that_signed_it_alone) {
   const auto authority = authority_named("sros2CA"), stranger = authority_named("sros2CA");
   const auto one = made_by(authority, "/one");
   EXPECT_TRUE(check_issuer(one.certificate, authority.certificate));
-  EXPECT_THAT(check_issuer(one.certificate, stranger.certificate).error().what, HasSubstr("did not sign"));
+  EXPECT_EQ(check_issuer(one.certificate, stranger.certificate).error().code, SecurityFault::NotSigned);
 }
 
 TEST(Certificate, has_a_name_that_x509_can_hold) {
   const auto authority = authority_named("sros2CA");
   EXPECT_TRUE(make_certificate("/" + std::string(63, 'a'), authority, kNoon));
-  EXPECT_THAT(make_certificate("/" + std::string(64, 'a'), authority, kNoon).error().what, HasSubstr("65 bytes"));
+  const std::string long_name = "/" + std::string(64, 'a');
+  const Problem refusal = make_certificate(long_name, authority, kNoon).error();
+  EXPECT_EQ(refusal.code, SecurityFault::WrongCommonName);
+  EXPECT_EQ(refusal.value, long_name);
+  EXPECT_EQ(make_certificate("", authority, kNoon).error().code, SecurityFault::WrongCommonName);
 }
 
 TEST(SignedDocument, gives_back_the_text_that_was_signed) {
@@ -68,10 +74,10 @@ TEST(SignedDocument, gives_back_the_text_that_was_signed) {
 TEST(SignedDocument, is_refused_with_a_changed_word_or_of_another_authority) {
   const auto authority = authority_named("sros2CA"), stranger = authority_named("sros2CA");
   std::string document = sign_document("<default>DENY</default>\n", authority).value_or("");
-  EXPECT_THAT(read_signed_document(document, stranger.certificate).error().what, HasSubstr("did not sign"));
+  EXPECT_EQ(read_signed_document(document, stranger.certificate).error().code, SecurityFault::NotSigned);
   document.replace(document.find("DENY"), 4, "DANY");
-  EXPECT_THAT(read_signed_document(document, authority.certificate).error().what, HasSubstr("did not sign"));
-  EXPECT_THAT(read_signed_document("rubbish", authority.certificate).error().what, HasSubstr("not a signed document"));
+  EXPECT_EQ(read_signed_document(document, authority.certificate).error().code, SecurityFault::NotSigned);
+  EXPECT_EQ(read_signed_document("rubbish", authority.certificate).error().code, SecurityFault::NotADocument);
 }
 
 TEST(UtcText, is_read_as_it_is_written_with_and_without_a_zone) {
@@ -79,7 +85,23 @@ TEST(UtcText, is_read_as_it_is_written_with_and_without_a_zone) {
   EXPECT_EQ(read_utc("2026-11-22T12:00:00Z").value_or(WallTime{}), kNoon);
   EXPECT_EQ(read_utc("2026-11-22T13:30:00+01:30").value_or(WallTime{}), kNoon);
   EXPECT_EQ(read_utc("2026-11-22T07:00:00-05:00").value_or(WallTime{}), kNoon);
-  EXPECT_FALSE(read_utc("tomorrow"));
+  EXPECT_EQ(read_utc("tomorrow").error().code, SecurityFault::WrongDate);
+  EXPECT_EQ(read_utc("tomorrow").error().value, "tomorrow");
+}
+
+TEST(CertificateProblem, has_these_words) {
+  const auto authority = authority_named("sros2CA"), stranger = authority_named("sros2CA");
+  const auto one = made_by(authority, "/one"), other = made_by(authority, "/other");
+  const auto words_of = [](const auto& result) { return result.error().text(); };
+  EXPECT_EQ(words_of(check_key(other.key, one.certificate)), "the key is not the certificate's");
+  EXPECT_THAT(words_of(check_key("rubbish", one.certificate)), HasSubstr("this is not a private key that can be read"));
+  EXPECT_THAT(words_of(read_certificate("rubbish")), HasSubstr("this is not a certificate"));
+  EXPECT_THAT(words_of(check_issuer(one.certificate, stranger.certificate)),
+              HasSubstr("the authority did not sign it"));
+  EXPECT_THAT(words_of(read_signed_document("rubbish", authority.certificate)),
+              HasSubstr("this is not a signed document"));
+  EXPECT_EQ(words_of(make_certificate("", authority, kNoon)), "the name '' has 0 bytes; a certificate's has 1 to 64");
+  EXPECT_EQ(words_of(read_utc("tomorrow")), "'tomorrow' is not a date; write 2026-11-22T14:40:00");
 }
 
 }  // namespace
