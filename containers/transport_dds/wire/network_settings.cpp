@@ -6,14 +6,15 @@
 #include <utility>
 
 #include "nacelle/base/names.hpp"
+#include "transport_dds/wire/network_fault.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
 
 const std::vector<std::string> kModes{"off", "local", "export"};
 
-Problem at(std::string_view key, const Problem& problem) {
-  return {"network: " + std::string(key), problem.what, problem.way_out};
+Problem at(std::string_view key, const std::string& value, const Problem& problem) {
+  return {"network: " + std::string(key), problem.what, problem.way_out, NetworkFault::WrongSetting, value};
 }
 
 Result<void, Problem> validate_rule(const ExportRule& rule) {
@@ -24,16 +25,17 @@ Result<void, Problem> validate_rule(const ExportRule& rule) {
 
 Result<void, Problem> validate(const NetworkWish& wish) {
   if (wish.domain_id) {
-    if (auto valid = validate_domain(*wish.domain_id); !valid) return err(at("domain_id", valid.error()));
+    if (auto valid = validate_domain(*wish.domain_id); !valid)
+      return err(at("domain_id", std::to_string(*wish.domain_id), valid.error()));
   }
   for (const auto& name : wish.interfaces) {
-    if (auto valid = validate_interface(name); !valid) return err(at("interfaces", valid.error()));
+    if (auto valid = validate_interface(name); !valid) return err(at("interfaces", name, valid.error()));
   }
   for (const auto& peer : wish.peers) {
-    if (auto valid = validate_peer(peer); !valid) return err(at("peers", valid.error()));
+    if (auto valid = validate_peer(peer); !valid) return err(at("peers", peer, valid.error()));
   }
   for (const auto& rule : wish.exports) {
-    if (auto valid = validate_rule(rule); !valid) return err(at("export", valid.error()));
+    if (auto valid = validate_rule(rule); !valid) return err(at("export", rule.topic, valid.error()));
   }
   return {};
 }
@@ -84,13 +86,13 @@ void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& env
     settings.remarks.push_back({asked->because_of,
                                 std::string("it asks for ") + to_text(asked->mode) + ", the launch file says " +
                                     to_text(*launch.mode) + ", which is in force",
-                                ""});
+                                "", NetworkFault::Overruled, to_text(asked->mode)});
   }
   if (launch.domain_id && environment.domain && *environment.domain != *launch.domain_id) {
     settings.remarks.push_back({"ROS_DOMAIN_ID",
                                 "it says " + std::to_string(*environment.domain) + ", the launch file says " +
                                     std::to_string(*launch.domain_id) + ", which is in force",
-                                ""});
+                                "", NetworkFault::Overruled, std::to_string(*environment.domain)});
   }
   if (!settings.cyclonedds_uri.empty()) {
     settings.remarks.push_back({"CYCLONEDDS_URI",
@@ -98,7 +100,8 @@ void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& env
                                     ? "Cyclone reads it after Nacelle's settings: it decides which programs of this "
                                       "machine can see the robot"
                                     : "Cyclone reads it after Nacelle's settings: it decides who can see the robot",
-                                "unset it to use the network as shown here"});
+                                "unset it to use the network as shown here", NetworkFault::ConfigurationTaken,
+                                settings.cyclonedds_uri});
   }
 }
 
@@ -106,8 +109,9 @@ void remark_on_differences(const NetworkWish& launch, const EnvironmentWish& env
 void remark_on_difference(const char* variable, const std::string& says, const std::string& in_force,
                           NetworkSettings& settings) {
   if (says.empty() || in_force.empty() || says == in_force) return;
-  settings.remarks.push_back(
-      {variable, "it says " + says + ", the launch file says " + in_force + ", which is in force", ""});
+  settings.remarks.push_back({variable,
+                              "it says " + says + ", the launch file says " + in_force + ", which is in force", "",
+                              NetworkFault::Overruled, says});
 }
 
 // If the launch file requests security, the environment cannot disable it.
@@ -134,8 +138,8 @@ void take_peers(const NetworkWish& launch, const EnvironmentWish& environment, N
   const bool asks = settings.mode == NetworkMode::Export && settings.discovery != Reach::AsConfigured;
   const auto take = [&](const std::vector<std::string>& peers, const char* where) {
     if (!asks && !peers.empty()) {
-      settings.remarks.push_back(
-          {where, "peers are not asked in this mode", "network:=export shows the robot to them"});
+      settings.remarks.push_back({where, "peers are not asked in this mode", "network:=export shows the robot to them",
+                                  NetworkFault::PeersUnused, join(peers)});
     }
     for (const auto& peer : peers) {
       const bool is_new = std::find(settings.peers.begin(), settings.peers.end(), peer) == settings.peers.end();
@@ -153,8 +157,8 @@ const char* to_text(NetworkMode mode) { return kModes[static_cast<std::size_t>(m
 Result<NetworkMode, Problem> parse_network_mode(std::string_view text) {
   const auto found = std::find(kModes.begin(), kModes.end(), text);
   if (found != kModes.end()) return static_cast<NetworkMode>(found - kModes.begin());
-  return err(
-      Problem{"", "'" + std::string(text.substr(0, 80)) + "' is not a mode of the network", suggestion(text, kModes)});
+  return err(Problem{"", "'" + std::string(text.substr(0, 80)) + "' is not a mode of the network",
+                     suggestion(text, kModes), NetworkFault::WrongSetting, std::string(text)});
 }
 
 Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch, const Environment& environment) {

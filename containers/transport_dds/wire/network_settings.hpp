@@ -23,7 +23,7 @@ enum class NetworkMode : std::uint8_t {
   Export  ///< Other machines too.
 };
 [[nodiscard]] const char* to_text(NetworkMode mode);
-/// "off", "local", "export". Errors: a Problem without `where`, with the nearest word.
+/// "off", "local", "export". Errors: NetworkFault::WrongSetting without `where`, with the nearest word.
 [[nodiscard]] Result<NetworkMode, Problem> parse_network_mode(std::string_view text);
 
 /// The launch file's `network:`, as written. What is not written is not given.
@@ -70,7 +70,7 @@ struct NetworkSettings {
 /// If neither sets a mode: Local, for the programs of this machine. Peers without a mode or a range mean Export to them
 /// only. In mode Local and Off peers are not asked, and interfaces are not chosen. In mode Export a launch file keeps
 /// the environment's way to find others, since two programs of one machine meet only if both do it alike.
-/// Errors: a domain, a peer, an interface or a rule that is none; `where` is "network: ..." or the variable.
+/// Errors: NetworkFault::WrongSetting; `where` is "network: KEY" or the variable.
 [[nodiscard]] Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch,
                                                                 const Environment& environment);
 

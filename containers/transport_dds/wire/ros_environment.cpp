@@ -7,6 +7,8 @@
 #include <charconv>
 #include <utility>
 
+#include "transport_dds/wire/network_fault.hpp"
+
 namespace nacelle::transport_dds {
 namespace {
 
@@ -84,10 +86,12 @@ Result<std::optional<int>, Problem> read_domain(const std::string& text, std::ve
   const auto number = number_of(text);
   if (!number)
     return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is not a number",
-                       "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere"});
+                       "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere",
+                       NetworkFault::WrongSetting, text});
   if (*number > kMostDomain) {
     return err(Problem{"ROS_DOMAIN_ID", shown(text) + " is not a domain",
-                       "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere"});
+                       "give a number from 0 to " + std::to_string(kMostDomain) + "; 0 to 101 work everywhere",
+                       NetworkFault::WrongSetting, text});
   }
   if (text != std::to_string(*number)) {
     remarks.push_back({"ROS_DOMAIN_ID", shown(text) + " is read as " + std::to_string(*number) + ", as ROS 2 reads it",

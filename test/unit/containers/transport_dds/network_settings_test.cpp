@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "transport_dds/wire/cyclone_config.hpp"
+#include "transport_dds/wire/network_fault.hpp"
 
 namespace nacelle::transport_dds {
 namespace {
@@ -28,6 +29,13 @@ NetworkWish launch_with(NetworkMode mode) {
   NetworkWish wish;
   wish.mode = mode;
   return wish;
+}
+/// "network.overruled ROS_DOMAIN_ID=5": code, place and value of each remark.
+std::vector<std::string> brief_remarks_of(const NetworkSettings& settings) {
+  std::vector<std::string> all;
+  for (const auto& remark : settings.remarks)
+    all.push_back(remark.code.text() + " " + remark.where.text() + "=" + remark.value);
+  return all;
 }
 std::string remarks_of(const NetworkSettings& settings) {
   std::string all;
@@ -107,10 +115,9 @@ TEST(NetworkSettings, of_the_launch_file_win_and_say_so) {
   EXPECT_EQ(settings.discovery, Reach::ThisMachine);
   EXPECT_EQ(settings.domain, 7);
   EXPECT_THAT(settings.peers, IsEmpty());
-  EXPECT_EQ(remarks_of(settings),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE: it asks for export, the launch file says local, which is in force\n"
-            "ROS_DOMAIN_ID: it says 5, the launch file says 7, which is in force\n"
-            "ROS_STATIC_PEERS: peers are not asked in this mode; network:=export shows the robot to them\n");
+  EXPECT_THAT(brief_remarks_of(settings),
+              ElementsAre("network.overruled ROS_AUTOMATIC_DISCOVERY_RANGE=export", "network.overruled ROS_DOMAIN_ID=5",
+                          "network.peers_unused ROS_STATIC_PEERS=10.0.0.7"));
   EXPECT_EQ(network_line(settings), "network: local only, domain 7; to show it to the LAN: network:=export");
 }
 
@@ -153,7 +160,8 @@ TEST(NetworkSettings, leave_cyclonedds_uri_the_last_word_and_say_so) {
   const auto settings = settings_of({}, {{"CYCLONEDDS_URI", "file:///etc/cyclone.xml"}});
 
   EXPECT_THAT(cyclone_config(settings), ::testing::EndsWith("</CycloneDDS>,file:///etc/cyclone.xml"));
-  EXPECT_THAT(remarks_of(settings), HasSubstr("CYCLONEDDS_URI"));
+  EXPECT_THAT(brief_remarks_of(settings),
+              ElementsAre("network.configuration_taken CYCLONEDDS_URI=file:///etc/cyclone.xml"));
   EXPECT_THAT(network_line(settings), HasSubstr("as CYCLONEDDS_URI allows"));
   EXPECT_THAT(cyclone_config(settings_of({}, {{"CYCLONEDDS_URI", "x"}, {kRange, "SUBNET"}})),
               ::testing::EndsWith(",x"));
@@ -170,11 +178,10 @@ TEST(NetworkSettings, take_security_from_the_environment_or_the_launch_file) {
   const auto settings = settings_of(launch, shell);
   EXPECT_EQ(settings.security, (SecurityWish{true, true, "/shell", "/robot"}))
       << "what it does not say, the shell says";
-  EXPECT_EQ(remarks_of(settings),
-            "ROS_SECURITY_STRATEGY: it says Permissive, the launch file says Enforce, which is in force\n"
-            "ROS_SECURITY_ENCLAVE_OVERRIDE: it says /laptop, the launch file says /robot, which is in force\n");
-  EXPECT_EQ(remarks_of(settings_of(launch, {{"ROS_SECURITY_ENABLE", "false"}})),
-            "ROS_SECURITY_ENABLE: it says false, the launch file says security, which is in force\n");
+  EXPECT_THAT(brief_remarks_of(settings), ElementsAre("network.overruled ROS_SECURITY_STRATEGY=Permissive",
+                                                      "network.overruled ROS_SECURITY_ENCLAVE_OVERRIDE=/laptop"));
+  EXPECT_THAT(brief_remarks_of(settings_of(launch, {{"ROS_SECURITY_ENABLE", "false"}})),
+              ElementsAre("network.overruled ROS_SECURITY_ENABLE=false"));
   EXPECT_THAT(settings_of(launch, {{"ROS_SECURITY_KEYSTORE", "/shell"}}).remarks, IsEmpty());
 }
 
@@ -190,33 +197,54 @@ TEST(NetworkSettings, of_a_network_that_is_off_say_how_to_switch_it_on) {
             "network: off; to let tools of this machine see it: network:=local");
 }
 
-TEST(NetworkSettings, refuse_what_is_no_setting_with_its_key) {
-  const auto where = [](const auto& change) {
+TEST(NetworkSettings, refuse_what_is_no_setting_with_key_and_value) {
+  const auto refusal = [](const auto& change) {
     NetworkWish wish;
     change(wish);
     const auto settings = network_settings(wish, {});
-    return settings ? std::string("accepted") : settings.error().where.text();
+    if (settings) return std::string("accepted");
+    EXPECT_EQ(settings.error().code, NetworkFault::WrongSetting);
+    return settings.error().where.text() + "=" + settings.error().value;
   };
-  EXPECT_EQ(where([](auto& w) { w.domain_id = 233; }), "network: domain_id");
-  EXPECT_EQ(where([](auto& w) { w.domain_id = -1; }), "network: domain_id");
-  EXPECT_EQ(where([](auto& w) { w.interfaces = {"eth0\"/>"}; }), "network: interfaces");
-  EXPECT_EQ(where([](auto& w) { w.interfaces = {""}; }), "network: interfaces");
-  EXPECT_EQ(where([](auto& w) { w.peers = {"a b"}; }), "network: peers");
-  EXPECT_EQ(where([](auto& w) { w.exports = {{"scan"}}; }), "network: export");
-  EXPECT_EQ(where([](auto& w) { w.exports = {{"/scan", -1.0}}; }), "network: export");
-  EXPECT_EQ(where([](auto& w) {
+  EXPECT_EQ(refusal([](auto& w) { w.domain_id = 233; }), "network: domain_id=233");
+  EXPECT_EQ(refusal([](auto& w) { w.domain_id = -1; }), "network: domain_id=-1");
+  EXPECT_EQ(refusal([](auto& w) { w.interfaces = {"eth0\"/>"}; }), "network: interfaces=eth0\"/>");
+  EXPECT_EQ(refusal([](auto& w) { w.interfaces = {""}; }), "network: interfaces=");
+  EXPECT_EQ(refusal([](auto& w) { w.peers = {"a b"}; }), "network: peers=a b");
+  EXPECT_EQ(refusal([](auto& w) { w.exports = {{"scan"}}; }), "network: export=scan");
+  EXPECT_EQ(refusal([](auto& w) { w.exports = {{"/scan", -1.0}}; }), "network: export=/scan");
+  EXPECT_EQ(refusal([](auto& w) {
               w.exports = {{"/scan", std::numeric_limits<double>::quiet_NaN()}};
             }),
-            "network: export");
-  EXPECT_EQ(where([](auto& w) { w.exports = {{"/scan", 5.0, 1000, true}}; }), "accepted");
-  EXPECT_EQ(network_settings({}, {{"ROS_DOMAIN_ID", "x"}}).error().where.text(), "ROS_DOMAIN_ID");
+            "network: export=/scan");
+  EXPECT_EQ(refusal([](auto& w) { w.exports = {{"/scan", 5.0, 1000, true}}; }), "accepted");
+  const Problem variable = network_settings({}, {{"ROS_DOMAIN_ID", "x"}}).error();
+  EXPECT_EQ(variable.code, NetworkFault::WrongSetting);
+  EXPECT_EQ(variable.where, Place("ROS_DOMAIN_ID"));
+  EXPECT_EQ(variable.value, "x");
+}
+
+TEST(NetworkSettings, word_remarks_and_refusals_like_this) {
+  NetworkWish launch = launch_with(NetworkMode::Local);
+  launch.domain_id = 7;
+  EXPECT_EQ(remarks_of(settings_of(launch, {{kRange, "SUBNET"}, {"ROS_DOMAIN_ID", "5"}, {kPeers, "10.0.0.7"}})),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE: it asks for export, the launch file says local, which is in force\n"
+            "ROS_DOMAIN_ID: it says 5, the launch file says 7, which is in force\n"
+            "ROS_STATIC_PEERS: peers are not asked in this mode; network:=export shows the robot to them\n");
+  EXPECT_THAT(remarks_of(settings_of({}, {{"CYCLONEDDS_URI", "x"}})), HasSubstr("Cyclone reads it after Nacelle's"));
+  launch.domain_id = 233;
+  EXPECT_EQ(network_settings(launch, {}).error().text(),
+            "network: domain_id: 233 is not a domain; 0 to 101 work everywhere");
 }
 
 TEST(NetworkSettings, have_three_modes) {
   for (const auto mode : {NetworkMode::Off, NetworkMode::Local, NetworkMode::Export}) {
     EXPECT_EQ(parse_network_mode(to_text(mode)).value(), mode);
   }
-  EXPECT_EQ(parse_network_mode("exprot").error().way_out, "did you mean 'export'?");
+  const Problem wrong = parse_network_mode("exprot").error();
+  EXPECT_EQ(wrong.code, NetworkFault::WrongSetting);
+  EXPECT_EQ(wrong.value, "exprot");
+  EXPECT_EQ(wrong.way_out, "did you mean 'export'?");
 }
 
 TEST(NetworkSettings, carry_on_what_they_do_not_judge) {
