@@ -2,6 +2,7 @@
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "nacelle/msgs/message_fault.hpp"
 #include "nacelle/msgs/utf16.hpp"
 
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <set>
 #include <type_traits>
 #include <utility>
@@ -42,8 +44,9 @@ std::string shown(const Json& value) {
   return text;
 }
 
-Outcome refuse(const Path& path, const Json& value, const std::string& wanted) {
-  return err(Problem{path.text(), shown(value) + " is not " + wanted, ""});
+Outcome refuse(const Path& path, const Json& value, const std::string& wanted,
+               MessageFault fault = MessageFault::WrongType) {
+  return err(Problem{path.text(), shown(value) + " is not " + wanted, "", fault, shown(value)});
 }
 
 template <typename Integer>
@@ -58,7 +61,8 @@ Outcome read_integer(const Json& value, void* at, const Path& path, Kind kind) {
   } else if (value.is_number()) {
     return refuse(path, value,
                   std::string("a whole number from ") + std::to_string(Limits::min()) + " to " +
-                      std::to_string(Limits::max()) + " (" + kind_name(kind) + ")");
+                      std::to_string(Limits::max()) + " (" + kind_name(kind) + ")",
+                  MessageFault::OutOfRange);
   } else {
     return refuse(path, value, std::string("a number (") + kind_name(kind) + ")");
   }
@@ -74,7 +78,7 @@ Outcome read_float(const Json& value, void* at, const Path& path, Kind kind) {
     const auto wide = value.get<double>();
     // Beyond the largest float by less than half a step still rounds to it.
     if (std::isinf(static_cast<Float>(wide)))
-      return refuse(path, value, std::string("in the range of a ") + kind_name(kind));
+      return refuse(path, value, std::string("in the range of a ") + kind_name(kind), MessageFault::OutOfRange);
     number = static_cast<Float>(wide);
   } else if (value == "NaN") {
     number = Limits::quiet_NaN();
@@ -102,7 +106,8 @@ Outcome read_text(const Json& value, void* at, const Path& path, const Field& fi
     length = wide.size();
   }
   if (field.text_bound != 0 && length > field.text_bound) {
-    return refuse(path, value, "at most " + std::to_string(field.text_bound) + " characters long");
+    return refuse(path, value, "at most " + std::to_string(field.text_bound) + " characters long",
+                  MessageFault::WrongLength);
   }
   return {};
 }
@@ -142,7 +147,8 @@ Outcome read_field(const Json& value, const Field& field, void* at, const Path& 
   if (field.shape == Shape::Array) {
     if (value.size() != field.bound) {
       return refuse(path, value,
-                    "an array of " + std::to_string(field.bound) + " (it has " + std::to_string(value.size()) + ")");
+                    "an array of " + std::to_string(field.bound) + " (it has " + std::to_string(value.size()) + ")",
+                    MessageFault::WrongLength);
     }
     element = static_cast<std::uint8_t*>(at);
     stride = element_size(field);
@@ -150,7 +156,8 @@ Outcome read_field(const Json& value, const Field& field, void* at, const Path& 
     if (field.bound != 0 && value.size() > field.bound) {
       return refuse(
           path, value,
-          "an array of at most " + std::to_string(field.bound) + " (it has " + std::to_string(value.size()) + ")");
+          "an array of at most " + std::to_string(field.bound) + " (it has " + std::to_string(value.size()) + ")",
+          MessageFault::WrongLength);
     }
     field.sequence->resize(at, 0);  // So that each element begins with its defaults, not with the field's.
     field.sequence->resize(at, value.size());
@@ -181,9 +188,9 @@ Outcome read_message(const Json& value, const MessageType& type, void* message, 
   for (const Field& field : type.fields) names.emplace_back(field.name);
   for (const auto& [name, ignored] : value.items()) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      return err(Problem{Path{path, name.empty() ? "\"\"" : name, 0}.text(),
-                         std::string("there is no such field in ") + type.name,
-                         names.empty() ? "it has no fields" : suggestion(name, names)});
+      return err(Problem{
+          Path{path, name.empty() ? "\"\"" : name, 0}.text(), std::string("there is no such field in ") + type.name,
+          names.empty() ? "it has no fields" : suggestion(name, names), MessageFault::UnknownField, name});
     }
   }
   return {};
@@ -196,15 +203,15 @@ class Guard {
     if (event == Json::parse_event_t::object_start) names_.emplace_back();
     if (event == Json::parse_event_t::object_end) names_.pop_back();
     if (event == Json::parse_event_t::key && !names_.back().insert(parsed.get_ref<const std::string&>()).second) {
-      complaint_ = "the field \"" + parsed.get_ref<const std::string&>() + "\" is given twice";
+      twice_ = parsed.get_ref<const std::string&>();
     }
     return true;
   }
-  [[nodiscard]] const std::string& complaint() const { return complaint_; }
+  [[nodiscard]] const std::optional<std::string>& twice() const { return twice_; }
 
  private:
   std::vector<std::set<std::string>> names_;
-  std::string complaint_;
+  std::optional<std::string> twice_;
 };
 
 }  // namespace
@@ -212,8 +219,9 @@ class Guard {
 Result<void, Problem> from_json(std::string_view text, const MessageType& type, void* message) {
   Guard guard;
   auto parsed = parse_json(text, std::ref(guard));
-  if (!parsed) return err(Problem{type.name, parsed.error().text(), ""});
-  if (!guard.complaint().empty()) return err(Problem{type.name, guard.complaint(), ""});
+  if (!parsed) return err(Problem{type.name, parsed.error().text(), "", MessageFault::Malformed});
+  if (const auto& name = guard.twice())
+    return err(Problem{type.name, "the field \"" + *name + "\" is given twice", "", MessageFault::Twice, *name});
   AnyMessage scratch{type};
   if (auto done = read_message(parsed.value(), type, scratch.get(), nullptr); !done) return done;
   type.move_assign(message, scratch.get());

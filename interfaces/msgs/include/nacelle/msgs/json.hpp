@@ -3,6 +3,7 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
+#include "nacelle/msgs/message_fault.hpp"
 #include "nacelle/msgs/message_type.hpp"
 
 #include <string>
@@ -23,8 +24,8 @@ namespace nacelle::msgs {
 
 /// Sets every field of `message`: from the text, or to the definition's default where the text has none.
 ///
-/// Errors: a Problem whose `where` is the path of the value ("transforms[2].header.stamp"): an unknown field, a value
-///         of another type, out of range or longer than its bound, or no JSON. The message stays as it was.
+/// Errors: a MessageFault whose `where` is the path of the value ("transforms[2].header.stamp"), or the type. The message stays as
+///         it was.
 [[nodiscard]] Result<void, Problem> from_json(std::string_view text, const MessageType& type, void* message);
 
 template <typename Message>
