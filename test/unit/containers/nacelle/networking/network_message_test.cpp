@@ -7,6 +7,7 @@
 
 #include "nacelle/base/problem_json.hpp"
 #include "networking/network_wish.hpp"
+#include "transport_dds/wire/network_fault.hpp"
 
 namespace nacelle::networking {
 namespace {
@@ -45,6 +46,26 @@ TEST(NetworkMessage, has_what_there_is_and_empty_lists_for_what_there_is_not) {
   ASSERT_EQ(network.problem.size(), 1U);
   EXPECT_EQ(network.problem[0].way_out, "plug one in");
   EXPECT_TRUE(network.figures.empty());
+}
+
+TEST(NetworkMessage, has_the_words_and_the_code_of_problems_that_have_a_place_and_a_value) {
+  Problem remark{"ROS_STATIC_PEERS", "is not used", "take it out"};
+  remark.code = transport_dds::NetworkFault::PeersUnused;
+  remark.value = "10.0.0.2";
+  Problem why{Place::of_parameter("interfaces", "/robot"), "there is no such interface", "plug it in"};
+  why.value = "eth7";
+  transport_dds::NetworkSettings settings;
+  settings.remarks = {remark};
+  json state = state_of(settings);
+  state["problem"] = why;
+
+  const auto message = network_message(state);
+  ASSERT_TRUE(message) << message.error().text();
+  ASSERT_EQ(message.value().remarks.size(), 1U);
+  EXPECT_EQ(message.value().remarks[0].where, "ROS_STATIC_PEERS");
+  EXPECT_EQ(message.value().remarks[0].code, "network.peers_unused");
+  ASSERT_EQ(message.value().problem.size(), 1U);
+  EXPECT_EQ(message.value().problem[0].what, "there is no such interface");
 }
 
 TEST(NetworkMessage, refuses_a_field_that_the_definition_does_not_have) {
