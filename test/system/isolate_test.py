@@ -23,11 +23,17 @@ class IsolatedRobot(RunningRobotTest):
             for name in ISOLATED:
                 text, count = re.subn(rf"^( +)name: {name}$", rf"\1name: {name}\n\1isolate: process", text, flags=re.MULTILINE)
                 assert count == 1, name
+            text = cls.changed(text)
             copy = cls.folder / "isolated.launch.yaml"
             copy.write_text(text)
             own = (f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf")
             arguments = ("launch", copy, *own, *arguments[2:])
         return super().start_program(*arguments, **options)
+
+    @classmethod
+    def changed(cls, text):
+        """The launch file's text with what else is different."""
+        return text
 
     def components(self):
         rows = json.loads(self.expect_exit(self.run_program("component", "list", "--json"), 0).stdout)["components"]
@@ -171,6 +177,22 @@ class Isolated(IsolatedRobot):
         self.assertFalse(list(self.folder.glob("**/*.sock")))
         streams = {row["name"]: row for row in json.loads(self.report_file.read_text())["streams"]}
         self.assertGreater(streams["/scan"]["copies"], 0)
+
+
+class Stopped(IsolatedRobot):
+    @classmethod
+    def changed(cls, text):
+        text, count = re.subn(r"^(- node_container:\n)", r"\1    param: [{name: transition_timeout, value: 3600}]\n", text, flags=re.MULTILINE)
+        assert count == 1
+        return text
+
+    def test_a_process_that_does_not_answer_holds_up_the_end_no_longer_than_a_step_of_the_shutdown(self):
+        pid = self.child_of("/detector")
+        os.kill(pid, signal.SIGSTOP)
+        self.robot.send_signal(signal.SIGINT)
+        self.robot.wait(120 * SLOW)
+        self.assertFalse(pathlib.Path(f"/proc/{pid}").exists())
+        self.assertIn("has not answered within", (self.folder / "log").read_text())
 
 
 class Rates(IsolatedRobot):

@@ -245,7 +245,15 @@ void IsolatedComponent::tell(const json& order) {
 
 void IsolatedComponent::stop_what_moves() { tell({{"do", "stop"}}); }
 
-void IsolatedComponent::give_up_transitions_after(Duration limit) { tell({{"do", "limit"}, {"ns", limit.count()}}); }
+void IsolatedComponent::give_up_transitions_after(Duration limit) {
+  {
+    const std::lock_guard lock(mutex_);
+    limit_ = limit;
+    limited_at_ = clock_.now();
+    answered_.notify_all();  // a call that waits for a process that does not answer waits no longer than this
+  }
+  tell({{"do", "limit"}, {"ns", limit.count()}});
+}
 
 runtime::UnloadOutcome IsolatedComponent::unload() {
   // The component puts its hardware to rest itself; whatever it answers, its process goes.
