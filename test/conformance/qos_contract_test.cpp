@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Deadline, lifespan, liveliness, waiting for room, and their statuses. Time is
-// simulated.
+// SPDX-License-Identifier: Apache-2.0
+// Deadline, lifespan, liveliness, waiting for room, and their statuses. Time is simulated.
 #include <std_msgs/msg/header.hpp>
 #include <thread>
 

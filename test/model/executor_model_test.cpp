@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 The executor's real code under simulated threads: thousands of seeded
-// interleavings of threads that post, fire, close, forget, overstays and watches. What must hold is in docs/wake_up.md.
+// SPDX-License-Identifier: Apache-2.0
+// The executor's real code under simulated threads: thousands of seeded interleavings of threads that post, fire,
+// close, forget, overstays and watches. What must hold is in docs/wake_up.md.
 #include <gtest/gtest.h>
 
 #include <algorithm>

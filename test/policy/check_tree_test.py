@@ -36,8 +36,13 @@ HOST = "deb." + "debian.org"
 # name -> (path, text or None to remove it, words of the complaint)
 BROKEN = {
     "a folder too many": ("utils/a.md", "x\n", "utils: not one of"),
-    "no licence line": ("components/lidar/protocol/a.cpp", "#pragma once\n", "do not say"),
-    "no licence line in a script": (".ci/run", "#!/usr/bin/env bash\n", "do not say"),
+    "no licence line": ("components/lidar/protocol/a.cpp", "#pragma once\n", "none of its first lines"),
+    "a licence line that goes on": (
+        "components/lidar/protocol/a.cpp",
+        "// " + SPDX.strip() + " What is here.\n",
+        "none of its first lines",
+    ),
+    "no licence line in a script": (".ci/run", "#!/usr/bin/env bash\n", "none of its first lines"),
     "a private path": ("docs/a.md", "see /ro" + "ot/x/y\n", "private machine"),
     "a scratch path": ("docs/a.md", "see /tmp" + "/w/notes\n", "private machine"),
     "a registry": ("docs/a.md", f"from http://{HOST}/x\n", "package registry"),

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 The base of diff_drive with one more callback, which hangs forever on request:
-// for stop_test.py.
+// SPDX-License-Identifier: Apache-2.0
+// The base of diff_drive with one more callback, which hangs forever on request: for stop_test.py.
 #include <unistd.h>
 
 #include <std_msgs/msg/bool.hpp>

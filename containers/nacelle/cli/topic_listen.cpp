@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Commands that read a topic: its messages, and measurements of them.
+// SPDX-License-Identifier: Apache-2.0
+// Commands that read a topic: its messages, and measurements of them.
 #include <array>
 #include <cctype>
 #include <charconv>

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Cameras and serial lines: present, accessible, and not in use by another program.
+// SPDX-License-Identifier: Apache-2.0
+// Cameras and serial lines: present, accessible, and not in use by another program.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Other programs on ROS 2's network ports.
+// SPDX-License-Identifier: Apache-2.0
+// Other programs on ROS 2's network ports.
 #include <fmt/format.h>
 
 #include <cstdint>

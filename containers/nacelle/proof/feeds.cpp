@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Rules about missing sources: subscriptions without a publisher, clients without a
-// server, exports without a topic.
+// SPDX-License-Identifier: Apache-2.0
+// Rules about missing sources: subscriptions without a publisher, clients without a server, exports without a topic.
 #include <algorithm>
 #include <array>
 #include <cctype>

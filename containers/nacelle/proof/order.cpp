@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Rules about waiting: everything that a component waits for must be provided by
-// one that does not wait in turn.
+// SPDX-License-Identifier: Apache-2.0
+// Rules about waiting: everything that a component waits for must be provided by one that does not wait in turn.
 #include <algorithm>
 #include <map>
 #include <set>

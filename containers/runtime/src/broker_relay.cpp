@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 The broker's services for links to other processes: reporting endpoints to them,
-// and passing on their messages.
+// SPDX-License-Identifier: Apache-2.0
+// The broker's services for links to other processes: reporting endpoints to them, and passing on their messages.
 #include <algorithm>
 
 #include "broker_writer.hpp"

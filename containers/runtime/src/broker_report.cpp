@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 The broker's reports about its streams: counters, and incompatible pairs.
+// SPDX-License-Identifier: Apache-2.0
+// The broker's reports about its streams: counters, and incompatible pairs.
 #include <algorithm>
 
 #include "broker_writer.hpp"

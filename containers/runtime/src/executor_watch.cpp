@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Operations of other threads on an executor's queue and threads; running
-// executables is in executor.cpp.
+// SPDX-License-Identifier: Apache-2.0
+// Operations of other threads on an executor's queue and threads; running executables is in executor.cpp.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 The handling and reporting of faulted components.
+// SPDX-License-Identifier: Apache-2.0
+// The handling and reporting of faulted components.
 #include <algorithm>
 
 #include "container_impl.hpp"

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Components of this container in other processes, and their connection to it.
+// SPDX-License-Identifier: Apache-2.0
+// Components of this container in other processes, and their connection to it.
 #include "container_impl.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/node/base_wheels.hpp"

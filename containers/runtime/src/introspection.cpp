@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Queries of tools to a container: its services and streams, and service calls from
-// outside any component.
+// SPDX-License-Identifier: Apache-2.0
+// Queries of tools to a container: its services and streams, and service calls from outside any component.
 #include "nacelle/runtime/introspection.hpp"
 
 #include <algorithm>

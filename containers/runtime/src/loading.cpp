@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Loading and unloading of components: their code runs on its own thread, with a
-// deadline (docs/adr/0005).
+// SPDX-License-Identifier: Apache-2.0
+// Loading and unloading of components: their code runs on its own thread, with a deadline (docs/adr/0005).
 #include <fmt/format.h>
 
 #include <algorithm>

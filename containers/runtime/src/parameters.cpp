@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Access to a component's parameters for its services: reads happen beside its
-// callbacks, sets between two of them on its executor.
+// SPDX-License-Identifier: Apache-2.0
+// Access to a component's parameters for its services: reads happen beside its callbacks, sets between two of them
+// on its executor.
 #include <algorithm>
 #include <exception>
 

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 The queue of a proxy for a reader in another process, and the feedback to it from
-// that reader's own queue.
+// SPDX-License-Identifier: Apache-2.0
+// The queue of a proxy for a reader in another process, and the feedback to it from that reader's own queue.
 #include <mutex>
 
 #include "reader_queue.hpp"

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Reports about remote endpoints that are incompatible with some or all endpoints
-// of this side.
+// SPDX-License-Identifier: Apache-2.0
+// Reports about remote endpoints that are incompatible with some or all endpoints of this side.
 #include <algorithm>
 
 #include "mirror_impl.hpp"

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Remote endpoints: what discovery reports about them, and their proxies.
+// SPDX-License-Identifier: Apache-2.0
+// Remote endpoints: what discovery reports about them, and their proxies.
 #include <unistd.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Servers and clients of this side, their endpoints, and the matched remote
-// endpoints.
+// SPDX-License-Identifier: Apache-2.0
+// Servers and clients of this side, their endpoints, and the matched remote endpoints.
 #include "mirror_services.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 A foreign state file, or half of one: refused with a reason, or taken and written
-// as the same again.
+// SPDX-License-Identifier: Apache-2.0
+// A foreign state file, or half of one: refused with a reason, or taken and written as the same again.
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>

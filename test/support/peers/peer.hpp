@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 A program that uses ROS 2's topics and services with another DDS: the parts that
-// are the same for each DDS.
+// SPDX-License-Identifier: Apache-2.0
+// A program that uses ROS 2's topics and services with another DDS: the parts that are the same for each DDS.
 #pragma once
 
 #include <unistd.h>

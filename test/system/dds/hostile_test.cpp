@@ -1,8 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0 A robot on the network beside an attacker: participants that announce anything
-// and write anything, and datagrams that are anything. Meanwhile an honest laptop is served, and in the end no memory
-// stays with what came.
-//
-// A few seconds each; NACELLE_HOSTILE_SECONDS says otherwise. The seed is printed and can be given: NACELLE_HOSTILE_SEED.
+// SPDX-License-Identifier: Apache-2.0
+// A robot on the network beside an attacker: participants that announce anything and write anything, and datagrams
+// that are anything. Meanwhile an honest laptop is served, and in the end no memory stays with what came.  A few
+// seconds each; NACELLE_HOSTILE_SECONDS says otherwise. The seed is printed and can be given: NACELLE_HOSTILE_SEED.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <malloc.h>

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 The log on /rosout: the node of a line, its content, and that logging never waits
-// for readers.
+// SPDX-License-Identifier: Apache-2.0
+// The log on /rosout: the node of a line, its content, and that logging never waits for readers.
 #include "runtime/src/rosout.hpp"
 
 #include <gmock/gmock.h>

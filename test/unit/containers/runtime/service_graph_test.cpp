@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 The reports about services to a link to other processes, and its operations on
-// them.
+// SPDX-License-Identifier: Apache-2.0
+// The reports about services to a link to other processes, and its operations on them.
 #include "nacelle/host/service_graph.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 Built twice, with EDITION 1 and 2: the same component before and after a change.
+// SPDX-License-Identifier: Apache-2.0
+// Built twice, with EDITION 1 and 2: the same component before and after a change.
 #include <std_msgs/msg/string.hpp>
 
 #include "nacelle/node/component.hpp"

@@ -1,4 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0 DDS Security by Debian's plugins: only participants with keys receive each other.
+// SPDX-License-Identifier: Apache-2.0
+// DDS Security by Debian's plugins: only participants with keys receive each other.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
