@@ -15,6 +15,7 @@
 #include "nacelle/transport_iceoryx/iceoryx_carrier.hpp"
 #include "support/child_process.hpp"
 #include "support/linked_brokers.hpp"
+#include "support/places.hpp"
 #include "support/roudi.hpp"
 
 namespace nacelle::test {
@@ -214,7 +215,7 @@ TEST_F(IceoryxDaemon, carries_images_between_two_processes_and_none_is_lost_when
 
 // The daemon as docs/between_processes.md configures it, for "one 640 x 480 rgb8 image".
 TEST(IceoryxDaemonsPage, shows_pools_that_hold_an_image_of_the_camera) {
-  std::ifstream file{NACELLE_SOURCE_DIR "/docs/between_processes.md"};
+  std::ifstream file{test::source("docs/between_processes.md")};
   const std::string page{std::istreambuf_iterator<char>{file}, {}};
   constexpr std::string_view kFence = "\n```toml\n";
   const std::size_t begin = page.find(kFence) + kFence.size();

@@ -17,6 +17,7 @@
 #include "nacelle/io/pty_pair.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "support/ear.hpp"
+#include "support/places.hpp"
 
 namespace nacelle {
 namespace {
@@ -31,7 +32,7 @@ class ExamplePackages : public ::testing::Test {
  protected:
   static runtime::ContainerOptions options() {
     runtime::ContainerOptions options;
-    options.component_path = {NACELLE_TEST_PLUGINS};
+    options.component_path = {test::component_folder()};
     return options;
   }
   std::uint64_t start(const std::string& plugin, std::map<std::string, ParameterValue> parameters = {}) {

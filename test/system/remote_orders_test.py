@@ -10,7 +10,7 @@ import unittest
 from machines import Lines, drive_until
 from on_the_network import PEERS
 from remote import ACTIONS, RemoteRobotTest, RemoteTest
-from robot import PROGRAM, SLOW, wait_for
+from robot import PROGRAM, SLOW, nightly, wait_for
 
 CHAOS = "nacelle::test::Chaos"
 
@@ -28,6 +28,7 @@ class Orders(RemoteRobotTest):
         self.assertEqual(driver.process.wait(10 * SLOW), 0)
         reader.wait_for("it stands", lambda line: line not in ("", "---") and float(line) < 0.01)
 
+    @nightly
     def test_a_command_topic_has_the_type_of_its_publishers(self):
         """So that `echo`, `hz` and `bag record -a` of ROS 2, which refuse a name with two types, take each kind of publisher."""
         def is_only(topic, kind):
@@ -71,6 +72,7 @@ class Orders(RemoteRobotTest):
             self.assertEqual(state()["clashes"], [])
             self.assertEqual(state()["records"][f"rt{topic}"], f"geometry_msgs::msg::dds_::{kind}_")
 
+    @nightly
     def test_a_recorder_leaves_out_a_topic_whose_publishers_are_of_both_types(self):
         for kind in ("Twist", "TwistStamped"):
             self.listen("topic", "pub", "/cmd_vel_teleop", f"geometry_msgs/msg/{kind}", "{}", "--rate", "20", "-p", "0")

@@ -134,6 +134,7 @@ class Robot(RemoteRobotTest):
                 code = self.run_program(*words).returncode
                 self.expect_agreement(lambda: text_of(self.ask(*words, code=code)), lambda: text_of(self.run_program(*words)))
 
+    @nightly
     def test_figures_that_change_have_the_same_rows_from_the_robot_and_from_the_network(self):
         def shape(words):
             tables = [asked(*words) for asked in (self.rows, self.local)]
@@ -166,6 +167,7 @@ class Robot(RemoteRobotTest):
         self.assertEqual(self.ask("component", "info", "lidar").stdout, self.run_program("component", "info", "lidar").stdout)
         self.assertIn("did you mean '/lidar'", self.ask("component", "info", "lidor", code=1).stderr)
 
+    @nightly
     def test_what_is_not_there_is_1_with_the_nearest_name(self):
         for words, name in (
             (("topic", "echo", "/scam", "--once"), "/scan"),
@@ -188,6 +190,7 @@ class Robot(RemoteRobotTest):
                 self.assertRegex(refused, r"^nacelle: the topic or service name '/(bad name|9)' ")
                 self.assertEqual(self.expect_exit(self.run_program("topic", *words), 2).stderr, refused)
 
+    @nightly
     def test_ways_out_are_commands_that_ask_the_same_nodes(self):
         for words, way_out in (
             (("topic", "pub", "/quiet", "std_msgs/msg/String", "-w", "1", "--max-wait-time-secs", "1"), "topic info /quiet"),

@@ -7,10 +7,10 @@ import subprocess
 import time
 import unittest
 
-from robot import LAUNCH_FILE, SLOW, RobotTest, wait_for
+from robot import LAUNCH_FILE, SHORT, SLOW, RobotTest, wait_for
 
 # A hundred in the nightly run.
-KILLS = int(os.environ.get("NACELLE_TEST_KILLS", "5"))
+KILLS = int(os.environ.get("NACELLE_TEST_KILLS", "2" if SHORT and SLOW > 1 else "5"))
 CHAOS = "nacelle::test::Chaos"
 
 

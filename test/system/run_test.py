@@ -82,6 +82,7 @@ class WholeRun(RobotTest):
         cmd_vel = next(s for s in report["streams"] if s["name"] == "/cmd_vel" and s["published"])
         self.assertAlmostEqual(cmd_vel["hz"], 50, delta=3)
 
+    @nightly  # many_runs.py has twenty
     def test_one_seed_gives_one_order(self):
         orders = set()
         for _ in range(4):

@@ -12,7 +12,7 @@ import unittest
 
 from control import Control
 from cpu_waits import BUSY_S, CpuWatch
-from robot import SLOW, RobotTest, RunningRobotTest, wait_for
+from robot import SLOW, RobotTest, RunningRobotTest, nightly, wait_for
 
 CHAOS = pathlib.Path(__file__).parent / "chaos/chaos.launch.yaml"
 # What a fault elsewhere must not touch.
@@ -172,6 +172,7 @@ class Faults(ChaosTest):
         self.assertEqual(self.state_of("/chaos")["state"], "active")
         self.assertEqual(self.faults()["robot_stopped_by"], None)
 
+    @nightly
     def test_load_on_every_core_faults_no_component(self):
         burners = [subprocess.Popen(["/usr/bin/python3", "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)]
         try:

@@ -18,6 +18,7 @@
 #include "support/neighbour.hpp"
 #include "support/own_network.hpp"
 #include "support/peer_process.hpp"
+#include "support/places.hpp"
 #include "transport_dds/wire/cyclone_config.hpp"
 
 namespace nacelle::transport_dds {
@@ -29,9 +30,9 @@ using test::say;
 using ::testing::StartsWith;
 
 const std::map<std::string, std::string> kPeers{
-    {"cyclone", NACELLE_CYCLONE_PEER},
-#ifdef NACELLE_FASTDDS_PEER
-    {"fastdds", NACELLE_FASTDDS_PEER},
+    {"cyclone", test::built("test/peers/cyclone_peer")},
+#ifdef NACELLE_HAS_FASTDDS_PEER
+    {"fastdds", test::built("test/peers/fastdds_peer")},
 #endif
 };
 

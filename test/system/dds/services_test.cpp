@@ -9,6 +9,7 @@
 #include <string>
 
 #include "support/peer_process.hpp"
+#include "support/places.hpp"
 #include "unit/containers/transport_dds/mirrored_container.hpp"
 
 namespace nacelle {
@@ -18,9 +19,9 @@ using example_interfaces::srv::AddTwoInts;
 using test::PeerProcess;
 
 const std::map<std::string, std::string> kServicePeers{
-    {"cyclone", NACELLE_CYCLONE_PEER},
-#ifdef NACELLE_FASTDDS_PEER
-    {"fastdds", NACELLE_FASTDDS_PEER},
+    {"cyclone", test::built("test/peers/cyclone_peer")},
+#ifdef NACELLE_HAS_FASTDDS_PEER
+    {"fastdds", test::built("test/peers/fastdds_peer")},
 #endif
 };
 

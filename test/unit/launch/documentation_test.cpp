@@ -6,13 +6,14 @@
 #include <iterator>
 
 #include "in_memory.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::launch {
 namespace {
 
 /// The YAML blocks of docs/launch_files.md by the file name in their first line.
 std::map<std::string, std::string> examples() {
-  std::ifstream file{NACELLE_SOURCE_DIR "/docs/launch_files.md"};
+  std::ifstream file{test::source("docs/launch_files.md")};
   const std::string page{std::istreambuf_iterator<char>{file}, {}};
   constexpr std::string_view kBegin = "\n```yaml\n# ", kEnd = "\n```\n";
   std::map<std::string, std::string> all;

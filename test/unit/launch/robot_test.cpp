@@ -4,11 +4,12 @@
 #include <algorithm>
 
 #include "in_memory.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::launch {
 namespace {
 
-const std::string kFile = NACELLE_SOURCE_DIR "/launch/robot.launch.yaml";
+const std::string kFile = test::source("launch/robot.launch.yaml");
 
 Plan robot(const std::map<std::string, std::string>& arguments) {
   Environment environment = system_environment();

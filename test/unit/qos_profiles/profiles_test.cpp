@@ -5,6 +5,7 @@
 
 #include "nacelle/qos/presets.hpp"
 #include "nacelle/qos/text.hpp"
+#include "support/places.hpp"
 
 namespace nacelle {
 namespace {
@@ -18,7 +19,7 @@ std::string errors_of(const std::string& text) {
 }
 
 TEST(RobotProfiles, give_each_stream_what_the_robot_needs) {
-  const auto set = load_profiles(NACELLE_PROFILES);
+  const auto set = load_profiles(test::source("qos_profiles/profiles/robot.yaml"));
   ASSERT_TRUE(set) << set.error().front().text();
   for (const char* name : {"camera", "scan"}) {
     const QoS q = set->find(name).value();

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "odometry/model/wheel_odometry.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::odometry {
 namespace {
 
 std::vector<std::vector<double>> rows_of(const std::string& file) {
-  std::ifstream in{std::string{NACELLE_TEST_DATA} + "/plaza1/" + file};
+  std::ifstream in{test::data("plaza1/" + file)};
   std::vector<std::vector<double>> rows;
   std::string line;
   std::getline(in, line);  // the names of the columns

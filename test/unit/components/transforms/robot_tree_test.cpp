@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transforms/model/robot_tree.hpp"
+#include "support/places.hpp"
 
 #include <gtest/gtest.h>
 
@@ -102,10 +103,11 @@ INSTANTIATE_TEST_SUITE_P(
                              "axis"}));
 
 TEST(DefaultRobot, has_the_frames_and_the_measures_of_the_launch_file) {
-  std::ifstream in{NACELLE_ROBOT_URDF};
+  const std::string file = test::source("launch/robot.urdf");
+  std::ifstream in{file};
   std::stringstream text;
   text << in.rdbuf();
-  const auto tree = read_urdf(text.str(), NACELLE_ROBOT_URDF);
+  const auto tree = read_urdf(text.str(), file);
   ASSERT_TRUE(tree) << tree.error().text();
   EXPECT_EQ(tree->root, "base_footprint");
   const auto place = [&](const char* name) { return joint_named(*tree, name).origin.translation_m; };

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "support/places.hpp"
 #include "support/recording_host.hpp"
 
 namespace nacelle::transforms {
@@ -24,7 +25,7 @@ class TransformsNode : public ::testing::Test {
     context_.spin();
   }
   void use_default_robot() {
-    options_.append_parameter_override("robot_description_file", std::string{NACELLE_ROBOT_URDF});
+    options_.append_parameter_override("robot_description_file", test::source("launch/robot.urdf"));
   }
   JointState wheels(std::int64_t ms, double left, double right) {
     JointState state;

@@ -15,6 +15,7 @@
 #include "loading/load_request.hpp"
 #include "nacelle/base/bytes.hpp"
 #include "support/manual_clock.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::test {
 
@@ -110,7 +111,7 @@ class ScriptedRobot final : public answers::Robot {
   static runtime::ContainerOptions options() {
     runtime::ContainerOptions options;
     options.name = "robot";
-    options.component_path = {NACELLE_TEST_PLUGINS};
+    options.component_path = {test::component_folder()};
     return options;
   }
   runtime::Container container_;

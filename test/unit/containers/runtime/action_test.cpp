@@ -13,6 +13,7 @@
 #include "nacelle/node/action_client.hpp"
 #include "nacelle/node/action_server.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -117,7 +118,7 @@ class Actions : public ::testing::TestWithParam<bool> {
  public:
   static ContainerOptions with_plugins() {
     ContainerOptions options;
-    options.component_path = {NACELLE_TEST_PLUGINS};
+    options.component_path = {test::component_folder()};
     return options;
   }
   std::uint64_t load(bench::Recipe& recipe, const std::string& name, bool active = true, ThreadPolicy thread = {}) {

@@ -9,6 +9,7 @@
 #include "asking.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -18,7 +19,7 @@ using rcl_interfaces::srv::ListParameters;
 
 std::vector<std::string> our_components() {
   std::vector<std::string> names;
-  for (const auto& entry : PluginIndex{{NACELLE_TEST_PLUGINS}}.entries()) {
+  for (const auto& entry : PluginIndex{{test::component_folder()}}.entries()) {
     const std::string file = std::filesystem::path(entry.file).filename().string();
     const bool is_of_a_test = file.starts_with("nacelle_test_") || file.starts_with("nacelle_soak_");
     if (!is_of_a_test) names.push_back(entry.class_name);
@@ -32,7 +33,7 @@ class EveryComponent : public ::testing::TestWithParam<std::string> {};
 TEST_P(EveryComponent, has_no_parameter_without_a_value) {
   const SystemClock clock;
   ContainerOptions options;
-  options.component_path = {NACELLE_TEST_PLUGINS};
+  options.component_path = {test::component_folder()};
   options.node_interfaces = NodeInterfaces::All;
   Container container{std::move(options), clock};
   LoadRequest request;

@@ -10,6 +10,7 @@
 #include "container_fixture.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "support/allocation_guard.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -18,7 +19,7 @@ using ::testing::HasSubstr;
 
 struct CallbacksTest : ::testing::Test {
   SystemClock clock;
-  Container container{{.name = "test", .component_path = {NACELLE_TEST_PLUGINS}}, clock};
+  Container container{{.name = "test", .component_path = {test::component_folder()}}, clock};
   std::vector<std::unique_ptr<Writer>> mouths;
 
   std::uint64_t bring_up(const std::string& plugin, const ThreadPolicy& thread, std::int64_t limit_ms = 20000) {

@@ -8,6 +8,7 @@
 
 #include "nacelle/runtime/container.hpp"
 #include "support/ear.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::runtime {
 
@@ -29,7 +30,7 @@ struct ContainerFixture : ::testing::Test {
   explicit ContainerFixture(ContainerOptions options = {}) : container(with_plugins(std::move(options)), clock) {}
   static ContainerOptions with_plugins(ContainerOptions options) {
     options.name = "test";
-    options.component_path = {NACELLE_TEST_PLUGINS};
+    options.component_path = {test::component_folder()};
     return options;
   }
   ClockOfTest clock;

@@ -22,6 +22,7 @@
 #include "container_fixture.hpp"
 #include "nacelle/runtime/composition_host.hpp"
 #include "support/manual_clock.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -178,7 +179,7 @@ struct RebuiltTest : ::testing::Test {
   ~RebuiltTest() override { std::filesystem::remove_all(folder); }
   void install(int edition) const {
     const auto built =
-        std::filesystem::path(NACELLE_TEST_PLUGINS) / ("nacelle_test_edition_" + std::to_string(edition) + ".so");
+        std::filesystem::path(test::component_folder()) / ("nacelle_test_edition_" + std::to_string(edition) + ".so");
     std::filesystem::copy_file(built, folder / "new.so");
     std::filesystem::rename(folder / "new.so", folder / "edition.so");
   }

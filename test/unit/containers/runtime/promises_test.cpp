@@ -18,6 +18,7 @@
 #include "benchmark/support/recipe.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "support/allocation_guard.hpp"
+#include "support/places.hpp"
 #include "support/syscall_guard.hpp"
 
 namespace nacelle::runtime {
@@ -142,7 +143,7 @@ class Player final : public bench::Recipe {
 void play_in_a_container(const Way& way, Counts* counts) {
   const SystemClock clock;
   ContainerOptions options;
-  options.component_path = {NACELLE_TEST_PLUGINS};
+  options.component_path = {test::component_folder()};
   // A busy machine must not make a callback look late: taking its place is a call to another thread.
   options.handover_after = options.hang_after = 1h;
   Container container{options, clock};

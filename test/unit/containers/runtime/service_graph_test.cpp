@@ -12,6 +12,7 @@
 
 #include "benchmark/support/recipe.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -118,7 +119,7 @@ class ServiceGraphTest : public ::testing::Test {
   static ContainerOptions with_plugins() {
     ContainerOptions options;
     options.name = "test";
-    options.component_path = {NACELLE_TEST_PLUGINS};
+    options.component_path = {test::component_folder()};
     return options;
   }
   std::uint64_t load(bench::Recipe& recipe, const std::string& name, bool active = true) {

@@ -11,6 +11,7 @@
 
 #include "benchmark/support/recipe.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -31,7 +32,7 @@ class SimTime : public ::testing::Test {
  protected:
   static ContainerOptions with_plugins() {
     ContainerOptions options;
-    options.component_path = {NACELLE_TEST_PLUGINS};
+    options.component_path = {test::component_folder()};
     return options;
   }
   std::uint64_t load(bench::Recipe& window, const std::string& name, std::optional<bool> use_sim_time) {

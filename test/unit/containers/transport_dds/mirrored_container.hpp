@@ -11,6 +11,7 @@
 #include "benchmark/support/recipe.hpp"
 #include "mirrored.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "support/places.hpp"
 #include "transport_dds/wire/service_call.hpp"
 #include "transport_dds/wire/user_data.hpp"
 
@@ -62,7 +63,7 @@ class MirroredContainer {
   static runtime::ContainerOptions with_plugins(const std::string& name) {
     runtime::ContainerOptions options;
     options.name = name;
-    options.component_path = {NACELLE_TEST_PLUGINS};
+    options.component_path = {test::component_folder()};
     return options;
   }
   runtime::Container container_;

@@ -9,13 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "support/places.hpp"
 #include "transport_dds/wire/discovered.hpp"
 
 // What ROS 2 jazzy was heard to say (test/data/ros2_wire).
 namespace nacelle::transport_dds::recorded {
 
 inline std::vector<nlohmann::json> lines(const std::string& name) {
-  std::ifstream file(NACELLE_TEST_DATA "/ros2_wire/" + name + ".jsonl");
+  std::ifstream file(test::data("ros2_wire/" + name + ".jsonl"));
   std::vector<nlohmann::json> all;
   for (std::string line; std::getline(file, line);) all.push_back(nlohmann::json::parse(line));
   EXPECT_FALSE(all.empty()) << name;

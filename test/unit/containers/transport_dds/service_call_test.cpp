@@ -9,6 +9,7 @@
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "recordings.hpp"
+#include "support/places.hpp"
 #include "transport_dds/wire/names.hpp"
 
 namespace nacelle::transport_dds {
@@ -30,7 +31,7 @@ Bytes written(const CallHeader& header, const Response& response) {
 }
 
 TEST(ServiceCall, of_every_call_that_was_recorded_is_written_back_as_it_was) {
-  msgs::TypeLibrary library({NACELLE_MSGS_LIBRARIES});
+  msgs::TypeLibrary library({test::message_libraries()});
   std::size_t requests = 0, replies = 0;
   for (const std::string recording : {"lc", "act"}) {
     for (const auto& sample : recorded::samples(recording)) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "msgs_test_support.hpp"
+#include "support/places.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -64,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(Ros2Jazzy, GoldenVector, testing::ValuesIn(test::golden
 TEST(GoldenVectors, are_all_there) { EXPECT_EQ(test::golden_vectors().size(), 188U); }
 
 std::map<std::string, std::string> golden_hashes() {
-  std::ifstream file{NACELLE_TEST_DATA "/vectors/type-hashes.tsv"};
+  std::ifstream file{test::data("vectors/type-hashes.tsv")};
   std::map<std::string, std::string> hashes;
   std::string type;
   std::string hash;

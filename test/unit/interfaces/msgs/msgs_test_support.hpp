@@ -5,6 +5,7 @@
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "support/places.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -24,7 +25,7 @@ struct Vector {
 };
 
 inline std::vector<Vector> golden_vectors() {
-  std::ifstream file{NACELLE_TEST_DATA "/vectors/cdr_vectors_core.json"};
+  std::ifstream file{test::data("vectors/cdr_vectors_core.json")};
   std::vector<Vector> vectors;
   const auto document = nlohmann::json::parse(file);
   for (const auto& row : document.at("vectors")) {
@@ -35,9 +36,12 @@ inline std::vector<Vector> golden_vectors() {
   return vectors;
 }
 
+/// The folder of the library of test/data/own_interfaces.
+inline std::string own_message_libraries() { return test::built("test/own_interfaces"); }
+
 /// Every message package of this build.
 inline msgs::TypeLibrary& type_library() {
-  static msgs::TypeLibrary library{{NACELLE_MSGS_LIBRARIES, NACELLE_OWN_MSGS_LIBRARIES}};
+  static msgs::TypeLibrary library{{test::message_libraries(), own_message_libraries()}};
   return library;
 }
 

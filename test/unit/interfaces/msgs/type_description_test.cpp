@@ -11,6 +11,7 @@
 
 #include "nacelle/msgs/type_library.hpp"
 #include "sha256.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::msgs {
 namespace {
@@ -47,7 +48,7 @@ TEST(Sha256, has_the_digests_of_its_standard) {
 }
 
 TEST(TypeDescription, of_every_type_is_what_its_hash_is_the_hash_of) {
-  TypeLibrary library({NACELLE_MSGS_LIBRARIES});
+  TypeLibrary library({test::message_libraries()});
   std::size_t seen = 0;
   const auto check = [&](const auto& type) {
     EXPECT_EQ(hash_of(describe(&type)), type.hash) << type.name;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "msgs_test_support.hpp"
+#include "support/places.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 TEST(TypeLibrary, lists_the_packages_of_its_directories) {
-  const auto packages = msgs::TypeLibrary{{NACELLE_MSGS_LIBRARIES}}.packages();
+  const auto packages = msgs::TypeLibrary{{test::message_libraries()}}.packages();
 
   EXPECT_THAT(packages, Contains("sensor_msgs"));
   EXPECT_THAT(packages, Not(Contains("json")));
@@ -22,8 +23,8 @@ TEST(TypeLibrary, lists_the_packages_of_its_directories) {
 }
 
 TEST(TypeLibrary, also_searches_the_folders_of_the_environment) {
-  ASSERT_EQ(setenv("NACELLE_INTERFACE_PATH", "/nowhere::" NACELLE_OWN_MSGS_LIBRARIES, 1), 0);
-  const auto packages = msgs::TypeLibrary{{NACELLE_MSGS_LIBRARIES}}.packages();
+  ASSERT_EQ(setenv("NACELLE_INTERFACE_PATH", ("/nowhere::" + test::own_message_libraries()).c_str(), 1), 0);
+  const auto packages = msgs::TypeLibrary{{test::message_libraries()}}.packages();
   unsetenv("NACELLE_INTERFACE_PATH");
 
   EXPECT_THAT(packages, Contains("my_robot_msgs"));

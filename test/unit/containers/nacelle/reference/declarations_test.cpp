@@ -8,6 +8,7 @@
 
 #include "nacelle/runtime/plugin_library.hpp"
 #include "reference/markdown.hpp"
+#include "support/places.hpp"
 
 namespace nacelle::reference {
 namespace {
@@ -19,7 +20,7 @@ class Declarations : public ::testing::Test {
  protected:
   Result<json, Problem> of(const std::string& name) {
     loading::ProgramPlaces places;
-    places.component_folders = {NACELLE_TEST_PLUGINS};
+    places.component_folders = {test::component_folder()};
     const auto entry = runtime::PluginIndex{places.component_folders}.find(name);
     EXPECT_TRUE(entry) << name;
     return declarations_of(entry.value(), places, clock_);

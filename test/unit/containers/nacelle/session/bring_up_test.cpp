@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "session/session.hpp"
+#include "support/places.hpp"
 #include "unit/containers/nacelle/scripted_robot.hpp"
 
 namespace nacelle::session {
@@ -54,7 +55,7 @@ class BringUpTest : public ::testing::Test {
     SessionOptions options;
     options.container_name = "robot";
     options.clock_alarm = &alarm_;
-    options.places.component_folders = {NACELLE_TEST_PLUGINS};
+    options.places.component_folders = {test::component_folder()};
     options.transitions_file = folder_ + "/transitions";
     testing::internal::CaptureStderr();
     const int code = Session{plan_, std::move(options), clock_, stop_}.run();
