@@ -14,6 +14,7 @@ import pathlib
 import pty
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -334,12 +335,22 @@ class OtherPages(Robot):
                     (self.home / "block.launch.yaml").write_text(launch_file_of(block))
                     self.run_example(Example("check block.launch.yaml"))
 
+    def test_systemd_accepts_every_unit(self):
+        units = [block for page in PAGES for block in blocks_of(page.read_text(), "ini")]
+        self.assertEqual(len(units), 1)
+        if shutil.which("systemd-analyze") is None:
+            self.skipTest("there is no systemd-analyze")
+        (self.home / "robot.service").write_text(units[0].replace("%h/nacelle/bin/nacelle", PROGRAM))
+        environment = {**os.environ, "XDG_RUNTIME_DIR": str(self.home)}
+        outcome = subprocess.run(["systemd-analyze", "--user", "verify", self.home / "robot.service"], env=environment, capture_output=True, text=True, check=False)
+        self.assertEqual((outcome.returncode, outcome.stderr), (0, ""))
+
     def test_nothing_escapes(self):
         built = (ROOT / "test" / "docs" / "CMakeLists.txt").read_text()
         for page in PAGES:
             languages = re.findall(r"^ *```(\S+)$", page.read_text(), re.MULTILINE)
             with self.subTest(page=page.name):
-                self.assertLessEqual(set(languages), {"sh", "console", "text", "yaml", "xml", "toml", "cpp", "cmake"})
+                self.assertLessEqual(set(languages), {"sh", "console", "text", "yaml", "xml", "toml", "cpp", "cmake", "ini"})
                 self.assertEqual(languages.count("cpp") + languages.count("cmake"), built.count(f"write_block({page.relative_to(ROOT)} "))
 
 
