@@ -13,6 +13,9 @@ import unittest
 from cpu_waits import BUSY_S, CpuWatch
 from robot import COUNTER, LAUNCH_FILE, MAY_ALLOCATE, SLOW, STREAMS_HZ, RobotTest, counting, nightly, wait_for
 
+# The detector keeps one image, at 30 Hz: its queue overflows sooner than those that BUSY_S is about. A tenth is its own work.
+OVERFLOWS_AFTER_S = dict.fromkeys(("/camera/image_raw", "/camera/camera_info"), 0.9 / 30)
+
 
 class WholeRun(RobotTest):
     def run_and_report(self, *arguments, limit_s=120, **options):
@@ -38,7 +41,7 @@ class WholeRun(RobotTest):
                 self.assertGreaterEqual(in_flight, 0)
                 self.assertLessEqual(in_flight, 2 * stream["readers"], stream)
                 if lost != 0:
-                    self.assertGreater(self.watch.longest_s, BUSY_S, stream)
+                    self.assertGreater(self.watch.longest_s, OVERFLOWS_AFTER_S.get(name, BUSY_S), stream)
                 self.assertEqual((stream["copies"], stream["bytes_copied"]), (0, 0))
                 self.assertLessEqual(stream["latency_us"]["p50"], stream["latency_us"]["p99"])
                 self.assertLessEqual(stream["latency_us"]["p99"], stream["latency_us"]["max"] * 1.13 + 1)
