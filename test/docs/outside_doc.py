@@ -36,7 +36,7 @@ class OutsideTheTree(unittest.TestCase):
         cls.variables = {name: value for name, value in os.environ.items() if not name.startswith(("NACELLE_", "COLCON_", "CMAKE_"))}
         cls.variables.update(HOME=str(cls.home), COLCON_HOME=str(cls.home / "colcon"), CMAKE_GENERATOR="Ninja", CMAKE_BUILD_PARALLEL_LEVEL="2")  # fmt: skip
         if ccache := shutil.which("ccache"):
-            cls.variables.update(CMAKE_CXX_COMPILER_LAUNCHER=ccache, CCACHE_BASEDIR=str(cls.home), CCACHE_NOHASHDIR="1")
+            cls.variables.update(CMAKE_CXX_COMPILER_LAUNCHER=ccache, CCACHE_BASEDIR=str(cls.home), CCACHE_NOHASHDIR="1", LC_ALL="C.UTF-8", LANG="C.UTF-8")
             cls.variables.setdefault("CCACHE_DIR", str(pathlib.Path.home() / ".cache" / "ccache"))
 
     def run_shell(self, text):
