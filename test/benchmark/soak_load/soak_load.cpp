@@ -32,10 +32,9 @@
 namespace nacelle::soak {
 namespace {
 
-// Beside this program's folder. No path is compiled in: a compiler cache that another clone has filled serves this one.
-std::string component_folder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "../lib/nacelle";
-}
+// Beside this program's folder. No path is compiled in: a compiler cache that another clone has filled serves this one. Read before
+// main(): in a network of its own, and in a chroot, this link names the path outside the chroot.
+const std::string kComponentFolder = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "../lib/nacelle";
 
 using geometry_msgs::msg::Point;
 using std_msgs::msg::String;
@@ -229,7 +228,7 @@ class Soak {
 
   // What the system's own part of a load and an unload is.
   void dlopen_cost() {
-    const std::string file = component_folder() + "/nacelle_soak_cycled.so";
+    const std::string file = kComponentFolder + "/nacelle_soak_cycled.so";
     for (int i = 0; i < 100; ++i) {
       const auto begin = clock_.now();
       void* const handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -397,7 +396,7 @@ class Soak {
   // On the network each node has the endpoints that ROS 2's tools expect, as with the program.
   runtime::Container container_{
       {.name = "soak",
-       .component_path = {component_folder()},
+       .component_path = {kComponentFolder},
        .node_interfaces = options_.peers ? runtime::NodeInterfaces::All : runtime::NodeInterfaces::None},
       clock_};
   PermanentReader<String> echo_{container_, "/echo", QoS(10)};
