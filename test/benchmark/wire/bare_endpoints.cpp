@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// bare_endpoints [endpoints=240] [cycles=1000] What plain Cyclone keeps in memory for a participant with so many
-// endpoints, each with a topic of its own as the services of ROS 2's nodes have them, without other participants;
-// and how much heap stays of each endpoint that is made and deleted.
+// bare_endpoints [endpoints=240] [cycles=1000]
+//
+// What plain Cyclone keeps in memory for a participant with so many endpoints, each with a topic of its own as the
+// services of ROS 2's nodes have them, without other participants; and how much heap stays of each endpoint that is
+// made and deleted.
 #include <dds/dds.h>
 #include <malloc.h>
 

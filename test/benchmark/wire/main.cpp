@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// wire mirror=0|1 [bytes=0] [messages=1000] Publishes to a reader in this process, with and without the network's
-// mirror, which has no remote reader.
+// wire mirror=0|1 [bytes=0] [messages=1000]
+//
+// Publishes to a reader in this process, with and without the network's mirror, which has no remote reader.
 #include <nacelle_bench_msgs/msg/stamped9_float32.hpp>
 #include <sensor_msgs/msg/image.hpp>
 

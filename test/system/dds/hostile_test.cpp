@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A robot on the network beside an attacker: participants that announce anything and write anything, and datagrams
-// that are anything. Meanwhile an honest laptop is served, and in the end no memory stays with what came.  A few
-// seconds each; NACELLE_HOSTILE_SECONDS says otherwise. The seed is printed and can be given: NACELLE_HOSTILE_SEED.
+// that are anything. Meanwhile an honest laptop is served, and in the end no memory stays with what came.
+//
+// A few seconds each; NACELLE_HOSTILE_SECONDS sets how many. The seed is printed and can be given: NACELLE_HOSTILE_SEED.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
