@@ -167,8 +167,8 @@ TEST_F(MirroredMatrix, delivers_as_specified_and_names_the_incompatible_policies
   const auto unserved = std::ranges::count_if(pairs, [](const Pair& pair) { return !pair.clashes().empty(); });
   EXPECT_TRUE(here.bell.until([&] { return here.stats().problems == static_cast<std::uint64_t>(unserved); }))
       << here.stats().problems;
-  for (const auto& problem : *here.problems.lock())
-    EXPECT_NE(problem.find("/listener asks for"), std::string::npos) << problem;
+  const std::vector<std::string> problems = *here.problems.lock();
+  for (const auto& problem : problems) EXPECT_NE(problem.find("/listener asks for"), std::string::npos) << problem;
   EXPECT_EQ(there.stats().problems, 0U);
   EXPECT_EQ(here.stats().overtaken + here.stats().refused + there.stats().stray, 0U);
 }

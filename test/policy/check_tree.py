@@ -50,6 +50,22 @@ ONE_PLACE = (
         "read_regular_file()",
     ),
 )
+# Locks of the product are annotated ones: clang checks what they guard.
+RAW_LOCK = re.compile(
+    r"\bstd::(?:(?:recursive_|shared_|timed_|recursive_timed_|shared_timed_)?mutex|lock_guard|unique_lock|scoped_lock|shared_lock)\b"
+    r"|\bpthread_mutex_\w+"
+)
+LOCK = re.compile(r"^\s*(?:mutable |static |inline |const )*(?:runtime::)?(?:Mutex|FutexMutex) (\w+);", re.MULTILINE)
+# A lock that guards no variable that it could be named at -> what it is for.
+LOCKS_OF_NO_VARIABLE = {
+    ("components/estop/component/emergency_stop_component.hpp", "mutex_"): "button_ is written under it by the one thread that reads it without",
+    ("components/transforms/model/robot_tree.cpp", "lock"): "guards console_bridge's output handler, which is the library's",
+    ("containers/nacelle/isolation/isolated_component.hpp", "calling_"): "keeps calls one after another",
+    ("containers/runtime/src/container_impl.hpp", "one_at_a_time"): "keeps transitions and unloading of a component one after another",
+    ("containers/runtime/src/node_runtime.cpp", "noting_"): "keeps callbacks of a reentrant group apart in a histogram that is another class's",
+    ("containers/transport_local/src/link_impl.hpp", "relaying"): "keeps the uses of a stand-in one after another",
+    ("interfaces/node/include/nacelle/node/parameter.hpp", "mutex_"): "entries_ is changed under it by the one thread that reads it without",
+}
 ASSERTION = re.compile(r"\b(?:EXPECT_|ASSERT_|FAIL\(|ADD_FAILURE|TYPED_TEST|static_assert|self\.assert|assert |BENCHMARK\(|LLVMFuzzerTestOneInput|expect )")
 
 
@@ -211,6 +227,26 @@ def what_comes_from_outside_enters_at_one_place(tree: Tree):
                     yield f"{name}:{number}: reads {what} without a bound of its depth or size; use {word}"
 
 
+def every_lock_says_what_it_guards(tree: Tree):
+    left = set(LOCKS_OF_NO_VARIABLE)
+    for name in tree.files:
+        if not name.endswith((".cpp", ".hpp")) or not name.startswith(PACKAGE_TREES) or name == "interfaces/base/include/nacelle/base/mutex.hpp":
+            continue
+        text = re.sub(r"//.*", "", tree.text(name))
+        for number, line in enumerate(text.splitlines(), 1):
+            found = RAW_LOCK.search(line)
+            if found:
+                yield f"{name}:{number}: {found.group(0)} is not checked; use Mutex, LockGuard, UniqueLock (nacelle/base/mutex.hpp) or Guarded"
+        for lock in LOCK.findall(text):
+            if (name, lock) in LOCKS_OF_NO_VARIABLE:
+                left.discard((name, lock))
+            elif not re.search(rf"NACELLE_GUARDED_BY\(\*?{lock}\)", text):
+                yield f"{name}: no variable is NACELLE_GUARDED_BY({lock})"
+    for name, lock in sorted(left):
+        if name in tree.files:
+            yield f"test/policy/check_tree.py: {name} has no lock {lock} any more"
+
+
 def every_silenced_lint_has_a_reason(tree: Tree):
     argued = set(re.findall(r"^### (\S+)$", tree.text("docs/lint_suppressions.md"), re.MULTILINE))
     for check in re.findall(r"^\s+-([a-z][\w.-]*?),?$", tree.text(".clang-tidy"), re.MULTILINE):
@@ -236,6 +272,7 @@ RULES = (
     every_folder_of_tests_can_fail,
     every_link_leads_to_a_file,
     what_comes_from_outside_enters_at_one_place,
+    every_lock_says_what_it_guards,
     every_silenced_lint_has_a_reason,
 )
 

@@ -27,7 +27,7 @@ SOUND = {
     "interfaces/base/package.xml": manifest("nacelle_base", "libfmt-dev"),
     "components/lidar/CMakeLists.txt": "# " + SPDX + "project(nacelle_lidar CXX)\nnacelle_package(DEPENDS nacelle_base)\n",
     "components/lidar/package.xml": manifest("nacelle_lidar", "nacelle_base"),
-    "components/lidar/protocol/a.cpp": "// " + SPDX,
+    "components/lidar/protocol/a.cpp": "// " + SPDX + "  Mutex m_;\n  int a NACELLE_GUARDED_BY(m_) = 0;\n",
     "test/unit/lidar/CMakeLists.txt": "# " + SPDX + "nacelle_test(a_test SOURCES a_test.cpp)\n",
     "test/unit/lidar/a_test.cpp": "// " + SPDX + "TEST(A, b) { EXPECT_TRUE(true); }\n",
 }
@@ -75,6 +75,15 @@ BROKEN = {
     "XML without a bound": ("components/lidar/protocol/a.cpp", "// " + SPDX + "document.Parse(text);\n", "reads XML"),
     "YAML without a bound": ("components/lidar/protocol/a.cpp", "// " + SPDX + "YAML::LoadFile(path);\n", "reads YAML"),
     "a file that may be a FIFO": ("components/lidar/protocol/a.cpp", "// " + SPDX + "std::ifstream file{path};\n", "reads a file"),
+    "a lock that is not checked": ("components/lidar/protocol/a.cpp", "// " + SPDX + "std::mutex m;\n", "std::mutex is not checked"),
+    "a guard that is not checked": ("components/lidar/protocol/a.cpp", "// " + SPDX + "std::lock_guard l(m);\n", "std::lock_guard is not"),
+    "a lock that guards nothing": ("components/lidar/protocol/a.cpp", "// " + SPDX + "  mutable Mutex m_;\n  int a;\n", "NACELLE_GUARDED_BY(m_)"),
+    "a lock of another name": (
+        "components/lidar/protocol/a.cpp",
+        "// " + SPDX + "  Mutex m_;\n  int a NACELLE_GUARDED_BY(n_);\n",
+        "NACELLE_GUARDED_BY(m_)",
+    ),
+    "an exception that is gone": ("components/transforms/model/robot_tree.cpp", "// " + SPDX, "has no lock lock any more"),
     "a test that is not built": ("test/unit/lidar/b_test.cpp", "// " + SPDX + "EXPECT_EQ(1, 1);\n", "no CMakeLists.txt builds it"),
 }
 

@@ -122,7 +122,10 @@ CallbackReturn CameraComponent::on_activate(const State&) {
     }
     if (watch_) watch_->heard(steady_clock().now());  // before, no frame was to come
   }
-  stop_ = false;
+  {
+    const LockGuard lock(mutex_);
+    stop_ = false;
+  }
   thread_ = std::thread([this] { run(); });
   return CallbackReturn::SUCCESS;
 }
@@ -154,7 +157,7 @@ void CameraComponent::run() {
   try {
     for (;;) {
       {
-        const std::lock_guard lock{mutex_};
+        const LockGuard lock{mutex_};
         if (stop_) return;
       }
       const auto turn = loop_->turn(steady_clock().now() + kTurn);
@@ -167,14 +170,15 @@ void CameraComponent::run() {
 }
 
 bool CameraComponent::pause_until(MonotonicTime time) {
-  std::unique_lock lock{mutex_};
-  return !stop_asked_.wait_for(lock, std::max(time - steady_clock().now(), Duration::zero()), [this] { return stop_; });
+  UniqueLock lock{mutex_};
+  return !stop_asked_.wait_for(lock.raw(), std::max(time - steady_clock().now(), Duration::zero()),
+                               [this]() NACELLE_REQUIRES(mutex_) { return stop_; });
 }
 
 void CameraComponent::stop_thread() {
   if (!thread_.joinable()) return;
   {
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     stop_ = true;
   }
   stop_asked_.notify_all();

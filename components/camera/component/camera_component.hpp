@@ -5,7 +5,6 @@
 #include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -16,6 +15,7 @@
 #include "camera/component/capture_loop.hpp"
 #include "camera/port/capture_port.hpp"
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 
 namespace nacelle::camera {
@@ -82,9 +82,9 @@ class CameraComponent final : public LifecycleNode {
   std::atomic<bool> waits_for_controls_{false};
   Guarded<std::optional<std::vector<Control>>> late_controls_;
   std::shared_ptr<Timer> late_controls_timer_;  ///< While the device was not there yet.
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable stop_asked_;
-  bool stop_ = false;
+  bool stop_ NACELLE_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };
 

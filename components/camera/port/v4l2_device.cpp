@@ -38,7 +38,7 @@ V4l2Device::~V4l2Device() {
 }
 
 int V4l2Device::call_raw(unsigned long request, void* argument) const {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   return locked_call(request, argument);
 }
 
@@ -47,6 +47,11 @@ int V4l2Device::locked_call(unsigned long request, void* argument) const {
   int answer = 0;
   do { answer = calls_->control(descriptor_, request, argument); } while (answer == -EINTR);
   return answer;
+}
+
+int V4l2Device::descriptor() const {
+  const LockGuard lock{mutex_};
+  return descriptor_;
 }
 
 V4l2Device::StartFault V4l2Device::start(unsigned count) {
@@ -61,8 +66,7 @@ V4l2Device::StartFault V4l2Device::start(unsigned count) {
   for (std::uint32_t index = 0; index < slots_.size(); ++index) {
     v4l2_buffer buffer = buffer_at(index);
     if (const int answer = call(VIDIOC_QUERYBUF, buffer); answer != 0) return {"QUERYBUF", answer};
-    // No other thread knows the descriptor before the stream runs.
-    void* const memory = calls_->map(descriptor_, buffer.length, buffer.m.offset);
+    void* const memory = calls_->map(descriptor(), buffer.length, buffer.m.offset);
     if (memory == nullptr) return {"mmap", -ENOMEM};
     slots_[index].memory = static_cast<std::uint8_t*>(memory);
     slots_[index].length = buffer.length;
@@ -77,7 +81,7 @@ V4l2Device::StartFault V4l2Device::start(unsigned count) {
 }
 
 void V4l2Device::shut() {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   if (descriptor_ < 0) return;
   // The answers do not matter: an unplugged device refuses both, and the close below ends everything.
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -87,7 +91,7 @@ void V4l2Device::shut() {
 }
 
 DeviceWait V4l2Device::wait(Duration longest) const {
-  return calls_->wait(queued() == 0 ? -1 : descriptor_, bell_->descriptor(), longest);
+  return calls_->wait(queued() == 0 ? -1 : descriptor(), bell_->descriptor(), longest);
 }
 
 int V4l2Device::queue(std::uint32_t index) {
@@ -95,7 +99,7 @@ int V4l2Device::queue(std::uint32_t index) {
   bool was_starving = false;
   {
     // Under one lock with the count: wait() must not take the device for fed before it is, nor the other way round.
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     const int answer = locked_call(VIDIOC_QBUF, &buffer);
     if (answer != 0) return answer;
     was_starving = queued_.fetch_add(1, std::memory_order_relaxed) == 0;
@@ -105,7 +109,7 @@ int V4l2Device::queue(std::uint32_t index) {
 }
 
 int V4l2Device::dequeue_raw(unsigned long request, void* buffer, const std::uint32_t& index) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   const int answer = locked_call(request, buffer);
   if (answer != 0) return answer;
   // A driver that names a buffer which it never gave.

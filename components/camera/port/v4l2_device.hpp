@@ -5,12 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "camera/port/v4l2_calls.hpp"
 #include "nacelle/base/buffer.hpp"
 #include "nacelle/base/bytes.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/io/descriptor.hpp"
 
 namespace nacelle::camera {
@@ -76,12 +76,13 @@ class V4l2Device final : public std::enable_shared_from_this<V4l2Device> {
   static void give_back(void* slot) noexcept;
   int call_raw(unsigned long request, void* argument) const;
   int dequeue_raw(unsigned long request, void* buffer, const std::uint32_t& index);
-  int locked_call(unsigned long request, void* argument) const;
+  int locked_call(unsigned long request, void* argument) const NACELLE_REQUIRES(mutex_);
+  [[nodiscard]] int descriptor() const;
 
   const std::shared_ptr<V4l2Calls> calls_;
   const std::shared_ptr<Bell> bell_;
-  mutable std::mutex mutex_;  ///< Guards descriptor_ against closing while another thread uses it.
-  int descriptor_;
+  mutable Mutex mutex_;  ///< Guards descriptor_ against closing while another thread uses it.
+  int descriptor_ NACELLE_GUARDED_BY(mutex_);
   std::vector<Slot> slots_;
   std::atomic<unsigned> queued_{0};
   std::atomic<int> hook_failure_{0};

@@ -178,8 +178,8 @@ void EmergencyStopComponent::watch() noexcept {
 }
 
 bool EmergencyStopComponent::pause(Duration length) {
-  std::unique_lock lock{mutex_};
-  return !end_asked_.wait_for(lock, length, [this] { return ended_.load(); });
+  UniqueLock lock{mutex_};
+  return !end_asked_.wait_for(lock.raw(), length, [this] { return ended_.load(); });
 }
 
 bool EmergencyStopComponent::bring_back(Duration length) {
@@ -191,11 +191,11 @@ bool EmergencyStopComponent::bring_back(Duration length) {
   if (!pause(length)) return false;
   {
     // The old request holds the line, if the chip is still there.
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     button_.reset();
   }
   auto opened = open_switch_(gpio_, steady_clock());
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   if (opened) button_ = std::move(opened).value();
   return true;
 }
@@ -203,7 +203,7 @@ bool EmergencyStopComponent::bring_back(Duration length) {
 void EmergencyStopComponent::end_watch() {
   if (!thread_.joinable()) return;
   {
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     ended_ = true;
     if (button_) button_->interrupt();
   }

@@ -5,13 +5,13 @@
 #include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <std_msgs/msg/bool.hpp>
 #include <std_srvs/srv/set_bool.hpp>
 #include <string>
 #include <thread>
 
 #include "estop/port/gpio_line.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/lifecycle_node.hpp"
 
@@ -68,7 +68,7 @@ class EmergencyStopComponent final : public LifecycleNode {
   GpioSettings gpio_;
   bool has_button_ = false;
   std::unique_ptr<DeviceWatch> watch_;
-  std::mutex mutex_;  // button_ while the thread runs
+  Mutex mutex_;  // button_ while the thread runs
   std::condition_variable end_asked_;
   std::unique_ptr<SwitchPort> button_;  // null: it is absent
   std::thread thread_;

@@ -6,33 +6,33 @@
 namespace nacelle::estop {
 
 Result<bool, SwitchFault> ScriptedSwitch::is_pressed() {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   if (lost_) return err(SwitchFault::Lost);
   return pressed_;
 }
 
 Result<bool, SwitchFault> ScriptedSwitch::wait_until(MonotonicTime) {
-  std::unique_lock lock{mutex_};
-  changed_.wait(lock, [this] { return std::exchange(news_, false); });
+  UniqueLock lock{mutex_};
+  changed_.wait(lock.raw(), [this]() NACELLE_REQUIRES(mutex_) { return std::exchange(news_, false); });
   if (lost_) return err(SwitchFault::Lost);
   return std::exchange(changed_state_, false);
 }
 
 void ScriptedSwitch::interrupt() noexcept {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   news_ = true;
   changed_.notify_all();
 }
 
 void ScriptedSwitch::press(bool pressed) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   pressed_ = pressed;
   news_ = changed_state_ = true;
   changed_.notify_all();
 }
 
 void ScriptedSwitch::lose() {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   lost_ = news_ = true;
   changed_.notify_all();
 }

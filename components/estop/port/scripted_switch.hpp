@@ -2,9 +2,9 @@
 #pragma once
 
 #include <condition_variable>
-#include <mutex>
 
 #include "estop/port/switch_port.hpp"
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle::estop {
 
@@ -20,9 +20,10 @@ class ScriptedSwitch final : public SwitchPort {
   void lose();
 
  private:
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable changed_;
-  bool pressed_ = false, lost_ = false, news_ = false, changed_state_ = false;
+  bool pressed_ NACELLE_GUARDED_BY(mutex_) = false, lost_ NACELLE_GUARDED_BY(mutex_) = false,
+                news_ NACELLE_GUARDED_BY(mutex_) = false, changed_state_ NACELLE_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace nacelle::estop

@@ -47,7 +47,7 @@ void ImuStream::on_bytes(ByteView bytes, MonotonicTime received) {
     on_sample(received);
   });
   {
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     const bool first = counters_.samples.samples == 0 && assembler_.stats().samples > 0;
     counters_ = {decoder_.stats(), assembler_.stats(), published_};
     if (first) progress_.notify_all();
@@ -67,7 +67,7 @@ void ImuStream::on_sample(MonotonicTime received) {
 bool ImuStream::calibrate(const Sample& sample, Vector3& bias_rps) {
   bool moves = false;
   {
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     if (options_.calibrate_gyro && !calibration_.is_full()) {
       calibration_.add(sample.angular_velocity_rps);
       if (const auto result = calibration_.result(); result) {
@@ -144,27 +144,29 @@ void ImuStream::on_break(io::StreamFault fault, MonotonicTime) {
 void ImuStream::on_return(MonotonicTime) { logger_.info("{}: the line is back", options_.port); }
 
 bool ImuStream::wait_for_sample(Duration limit) {
-  std::unique_lock lock{mutex_};
-  return progress_.wait_for(lock, limit, [this] { return counters_.samples.samples > 0; });
+  UniqueLock lock{mutex_};
+  return progress_.wait_for(lock.raw(), limit,
+                            [this]() NACELLE_REQUIRES(mutex_) { return counters_.samples.samples > 0; });
 }
 
 Result<GyroBias, CalibrationFault> ImuStream::take_calibration(Duration limit) {
-  std::unique_lock lock{mutex_};
-  if (!progress_.wait_for(lock, limit, [this] { return calibration_.is_full(); })) return err(last_fault_);
+  UniqueLock lock{mutex_};
+  if (!progress_.wait_for(lock.raw(), limit, [this]() NACELLE_REQUIRES(mutex_) { return calibration_.is_full(); }))
+    return err(last_fault_);
   const auto result = calibration_.result();
   if (result) bias_rps_ = result->mean_rps;
   return result;
 }
 
 void ImuStream::calibrate_later() {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   const auto result = calibration_.result();
   waits_for_calibration_ = !result;
   if (result) bias_rps_ = result->mean_rps;
 }
 
 ImuCounters ImuStream::counters() const {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   return counters_;
 }
 

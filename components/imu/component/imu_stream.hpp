@@ -4,7 +4,6 @@
 #include <atomic>
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
@@ -12,6 +11,7 @@
 #include "imu/model/gyro_calibration.hpp"
 #include "imu/model/sample_assembler.hpp"
 #include "imu/protocol/wt901_decoder.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/io/arrival_filter.hpp"
 #include "nacelle/io/reader_thread.hpp"
 #include "nacelle/node/device_watch.hpp"
@@ -84,13 +84,13 @@ class ImuStream final : public io::ByteSink {
   std::uint64_t published_ = 0;
   std::atomic<bool> active_{false};
 
-  mutable std::mutex mutex_;  // guards what follows
+  mutable Mutex mutex_;
   std::condition_variable progress_;
-  ImuCounters counters_;
-  GyroCalibration calibration_;
-  CalibrationFault last_fault_ = CalibrationFault::TooFewSamples;
-  Vector3 bias_rps_{};
-  bool waits_for_calibration_ = false;
+  ImuCounters counters_ NACELLE_GUARDED_BY(mutex_);
+  GyroCalibration calibration_ NACELLE_GUARDED_BY(mutex_);
+  CalibrationFault last_fault_ NACELLE_GUARDED_BY(mutex_) = CalibrationFault::TooFewSamples;
+  Vector3 bias_rps_ NACELLE_GUARDED_BY(mutex_){};
+  bool waits_for_calibration_ NACELLE_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace nacelle::imu

@@ -18,7 +18,7 @@ ReaderThread::ReaderThread(ByteStream& stream, const Clock& clock, ByteSink& sin
 
 void ReaderThread::stop() {
   {
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     stop_ = true;
   }
   stop_asked_.notify_all();
@@ -27,13 +27,13 @@ void ReaderThread::stop() {
 }
 
 bool ReaderThread::stopping() const {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   return stop_;
 }
 
 bool ReaderThread::pause(Duration length) {
-  std::unique_lock lock{mutex_};
-  return !stop_asked_.wait_for(lock, length, [this] { return stop_; });
+  UniqueLock lock{mutex_};
+  return !stop_asked_.wait_for(lock.raw(), length, [this]() NACELLE_REQUIRES(mutex_) { return stop_; });
 }
 
 bool ReaderThread::bring_back() {

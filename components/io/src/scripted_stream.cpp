@@ -9,12 +9,12 @@ ScriptedStream::ScriptedStream(std::vector<Step> script, AtEnd at_end, Wait wait
       wait_(std::move(wait)) {}
 
 Result<ByteView, StreamFault> ScriptedStream::read_until(MonotonicTime deadline) {
-  std::unique_lock lock{mutex_};
+  UniqueLock lock{mutex_};
   if (broken_) return err(*broken_);
   if (script_.empty() && at_end_ == AtEnd::Blocks) {
     reader_waits_ = true;
     changed_.notify_all();
-    changed_.wait(lock, [this] { return interrupted_ || !script_.empty(); });
+    changed_.wait(lock.raw(), [this]() NACELLE_REQUIRES(mutex_) { return interrupted_ || !script_.empty(); });
     reader_waits_ = false;
   }
   if (std::exchange(interrupted_, false)) return ByteView{};
@@ -38,7 +38,7 @@ Result<ByteView, StreamFault> ScriptedStream::read_until(MonotonicTime deadline)
 }
 
 Result<void, StreamFault> ScriptedStream::write(ByteView bytes) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   if (broken_) return err(*broken_);
   if (write_fault_) return err(*write_fault_);
   if (holds_writes_) {
@@ -58,17 +58,17 @@ Result<void, StreamFault> ScriptedStream::write(ByteView bytes) {
 }
 
 std::size_t ScriptedStream::unsent() const noexcept {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   return unsent_.size();
 }
 
 void ScriptedStream::drop_unsent() noexcept {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   unsent_.clear();
 }
 
 void ScriptedStream::hold_writes(bool hold) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   holds_writes_ = hold;
   if (hold) return;
   written_.insert(written_.end(), unsent_.begin(), unsent_.end());
@@ -76,13 +76,13 @@ void ScriptedStream::hold_writes(bool hold) {
 }
 
 void ScriptedStream::interrupt() noexcept {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   interrupted_ = true;
   changed_.notify_all();
 }
 
 Result<void, StreamFault> ScriptedStream::reopen() {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   if (refusals_ > 0) {
     --refusals_;
     return err(StreamFault::NotFound);
@@ -93,44 +93,44 @@ Result<void, StreamFault> ScriptedStream::reopen() {
 }
 
 bool ScriptedStream::is_away() const noexcept {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   return away_;
 }
 
 void ScriptedStream::start_away() {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   away_ = true;
   broken_ = StreamFault::NotFound;
 }
 
 void ScriptedStream::append(Step step) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   script_.push_back(std::move(step));
   changed_.notify_all();
 }
 
 void ScriptedStream::wait_until_read() {
-  std::unique_lock lock{mutex_};
-  changed_.wait(lock, [this] { return reader_waits_ && script_.empty(); });
+  UniqueLock lock{mutex_};
+  changed_.wait(lock.raw(), [this]() NACELLE_REQUIRES(mutex_) { return reader_waits_ && script_.empty(); });
 }
 
 void ScriptedStream::refuse_reopen(std::size_t times) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   refusals_ = times;
 }
 
 void ScriptedStream::fail_writes(std::optional<StreamFault> fault) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   write_fault_ = fault;
 }
 
 Bytes ScriptedStream::written() const {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   return written_;
 }
 
 void ScriptedStream::answer_writes(std::function<Bytes(ByteView)> device) {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   device_ = std::move(device);
 }
 

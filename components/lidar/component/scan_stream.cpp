@@ -34,7 +34,7 @@ void ScanStream::on_bytes(ByteView bytes, MonotonicTime received) {
     watch_.heard(received);
   });
   {
-    const std::lock_guard lock{mutex_};
+    const LockGuard lock{mutex_};
     const bool first = counters_.line.frames == 0 && decoder_.stats().frames > 0;
     counters_ = {decoder_.stats(), assembler_.stats(), published_};
     if (first) frame_came_.notify_all();
@@ -86,12 +86,13 @@ void ScanStream::on_break(io::StreamFault fault, MonotonicTime) {
 void ScanStream::on_return(MonotonicTime) { logger_.info("{}: the line is back", options_.port_name); }
 
 bool ScanStream::wait_for_frame(Duration limit) {
-  std::unique_lock lock{mutex_};
-  return frame_came_.wait_for(lock, limit, [this] { return counters_.line.frames > 0; });
+  UniqueLock lock{mutex_};
+  return frame_came_.wait_for(lock.raw(), limit,
+                              [this]() NACELLE_REQUIRES(mutex_) { return counters_.line.frames > 0; });
 }
 
 LidarCounters ScanStream::counters() const {
-  const std::lock_guard lock{mutex_};
+  const LockGuard lock{mutex_};
   return counters_;
 }
 

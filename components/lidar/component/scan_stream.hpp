@@ -4,11 +4,11 @@
 #include <atomic>
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "lidar/component/lidar_options.hpp"
 #include "lidar/protocol/ld06_decoder.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/io/arrival_filter.hpp"
 #include "nacelle/io/reader_thread.hpp"
 #include "nacelle/node/device_watch.hpp"
@@ -65,9 +65,9 @@ class ScanStream final : public io::ByteSink {
   std::uint64_t published_ = 0;
   std::atomic<bool> active_{false};
 
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable frame_came_;
-  LidarCounters counters_;
+  LidarCounters counters_ NACELLE_GUARDED_BY(mutex_);
 };
 
 }  // namespace nacelle::lidar

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <condition_variable>
 #include <limits>
-#include <mutex>
 #include <thread>
 
 #include "frame_history.hpp"
 #include "frame_names.hpp"
 #include "nacelle/base/expect.hpp"
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle::spatial {
 namespace {
@@ -61,14 +61,14 @@ struct [[gnu::visibility("hidden")]] TransformBuffer::Impl {
   std::unique_ptr<FrameHistory[]> histories;              // by id; [0] is unused
   std::unique_ptr<std::atomic<bool>[]> known;             // named by a transform, as parent or child
   std::unique_ptr<std::atomic<std::uint64_t>[]> writers;  // of each frame's last sample
-  std::shared_ptr<const ClockSkews> skews_owner;
+  std::shared_ptr<const ClockSkews> skews_owner NACELLE_GUARDED_BY(writing);
   std::atomic<const ClockSkews*> skews{nullptr};  // asked by faults only
-  mutable std::mutex writing;                     // inserts, new names, stats and all below
-  TransformBufferStats stats;
-  std::vector<Listener*> listeners;
-  std::thread::id feeder;  // the thread of the last insert
+  mutable Mutex writing;                          // inserts, new names, stats and all below
+  TransformBufferStats stats NACELLE_GUARDED_BY(writing);
+  std::vector<Listener*> listeners NACELLE_GUARDED_BY(writing);
+  std::thread::id feeder NACELLE_GUARDED_BY(writing);  // the thread of the last insert
   mutable std::condition_variable inserted;
-  mutable int waiting{0};
+  mutable int waiting NACELLE_GUARDED_BY(writing){0};
 };
 
 LookupFault TransformBuffer::Impl::extrapolation(const FrameHistory::Answer& answer, std::uint32_t frame,
@@ -221,11 +221,11 @@ FrameId TransformBuffer::intern(std::string_view name) {
   name = without_slash(name);
   if (name.empty()) return {};
   if (const std::uint32_t id = impl_->names.find(name); id != 0) return {id};
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   return {impl_->names.add(name)};
 }
 void TransformBuffer::explain_by(std::shared_ptr<const ClockSkews> skews) {
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   if (impl_->skews_owner) return;  // a lookup may be using it
   impl_->skews_owner = std::move(skews);
   impl_->skews = impl_->skews_owner.get();
@@ -237,7 +237,7 @@ std::string_view TransformBuffer::name(FrameId frame) const { return impl_->name
 Result<void, InsertFault> TransformBuffer::insert(FrameId parent, FrameId child, WallTime stamp,
                                                   const RigidTransform& X_PC, Permanence permanence,
                                                   std::uint64_t writer) {
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   TransformBufferStats& stats = impl_->stats;
   const auto refuse = [](std::uint64_t& counter, InsertFault fault) -> Result<void, InsertFault> {
     ++counter;
@@ -279,14 +279,14 @@ Result<void, InsertFault> TransformBuffer::insert(std::string_view parent, std::
   parent = without_slash(parent);
   child = without_slash(child);
   if (parent == child && !parent.empty()) {
-    const std::lock_guard lock{impl_->writing};
+    const LockGuard lock{impl_->writing};
     ++impl_->stats.self_transform;
     return err(InsertFault::SelfTransform);
   }
   const FrameId parent_id = intern(parent);
   const FrameId child_id = parent_id ? intern(child) : FrameId{};
   if (!parent.empty() && !child.empty() && (!parent_id || !child_id)) {
-    const std::lock_guard lock{impl_->writing};
+    const LockGuard lock{impl_->writing};
     ++impl_->stats.too_many_frames;
     return err(InsertFault::TooManyFrames);
   }
@@ -357,14 +357,14 @@ Result<StampedTransform, LookupFault> TransformBuffer::Impl::wait(Duration timeo
   auto found = look();
   if (found || timeout <= 0ns) return found;
   const auto deadline = std::chrono::steady_clock::now() + std::min<Duration>(timeout, 24h);
-  std::unique_lock lock{writing};
+  UniqueLock lock{writing};
   if (feeder == std::this_thread::get_id()) {
     LookupFault fault = found.error();
     fault.would_starve = true;
     return err(fault);
   }
   ++waiting;
-  inserted.wait_until(lock, deadline, [&] {
+  inserted.wait_until(lock.raw(), deadline, [&] {
     found = look();
     return found.has_value();
   });
@@ -384,11 +384,11 @@ Result<StampedTransform, LookupFault> TransformBuffer::lookup(std::string_view t
 }
 
 void TransformBuffer::add_listener(Listener& listener) {
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   impl_->listeners.push_back(&listener);
 }
 void TransformBuffer::remove_listener(Listener& listener) {
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   std::erase(impl_->listeners, &listener);
 }
 
@@ -407,12 +407,12 @@ std::vector<FrameInfo> TransformBuffer::frames() const {
 }
 
 TransformBufferStats TransformBuffer::stats() const {
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   return impl_->stats;
 }
 
 void TransformBuffer::clear() {
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   for (std::uint32_t id = 1; id <= impl_->names.size(); ++id) {
     impl_->histories[id].clear();
     impl_->known[id].store(false, std::memory_order_release);
@@ -420,7 +420,7 @@ void TransformBuffer::clear() {
 }
 
 void TransformBuffer::forget_moving() {
-  const std::lock_guard lock{impl_->writing};
+  const LockGuard lock{impl_->writing};
   for (std::uint32_t id = 1; id <= impl_->names.size(); ++id) {
     if (!impl_->histories[id].newest().is_static) impl_->histories[id].clear();
   }

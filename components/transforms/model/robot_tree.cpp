@@ -11,8 +11,8 @@
 #include <cmath>
 #include <exception>
 #include <map>
-#include <mutex>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/xml.hpp"
 
 namespace nacelle::transforms {
@@ -36,8 +36,8 @@ class Listener final : public console_bridge::OutputHandler {
   std::string text_;
 };
 
-std::mutex& parser_lock() {
-  static std::mutex lock;
+Mutex& parser_lock() {
+  static Mutex lock;
   return lock;
 }
 
@@ -115,7 +115,7 @@ RigidTransform Joint::at(double position) const {
 }
 
 Result<RobotTree, Problem> read_urdf(const std::string& text, const Place& where) {
-  const std::lock_guard lock{parser_lock()};
+  const LockGuard lock{parser_lock()};
   const char* const way_out = "check it with `check_urdf` (package liburdfdom-tools)";
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     return err(Problem{where, "the robot description is empty",

@@ -15,15 +15,15 @@ void ThreadCrew::start(std::function<void()> work) {
   threads_.emplace_back([this, work = std::move(work)] {
     pthread_setname_np(pthread_self(), "bring-up");
     work();
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     ++count_;
     ended_.notify_one();
   });
 }
 
 void ThreadCrew::wait(Duration at_most) {
-  std::unique_lock lock(mutex_);
-  ended_.wait_for(lock, at_most, [this] { return count_ != seen_; });
+  UniqueLock lock(mutex_);
+  ended_.wait_for(lock.raw(), at_most, [this]() NACELLE_REQUIRES(mutex_) { return count_ != seen_; });
   seen_ = count_;
 }
 

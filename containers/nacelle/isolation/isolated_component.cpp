@@ -77,9 +77,13 @@ Result<void, Problem> IsolatedComponent::spawn() {
     ::close(ends[0]);
     return err(program.error());
   }
-  program_ = std::move(program).value();
+  const auto pid = program.value()->pid();
+  {
+    const LockGuard lock(process_mutex_);
+    program_ = std::move(program).value();
+  }
   LinkOptions options;
-  options.peer = fmt::format("the process of {} ({})", plan_.full_name(), program_->pid());
+  options.peer = fmt::format("the process of {} ({})", plan_.full_name(), pid);
   options.carrier = carrier_;
   options.mirror_all = true;  // so that reports, checks and tools see its streams
   options.find_type = [this](const std::string& name) -> const msgs::MessageType* {
@@ -89,8 +93,8 @@ Result<void, Problem> IsolatedComponent::spawn() {
   options.on_note = [this](const std::string& note) { on_note(note); };
   options.on_end = [this](const Problem& problem) { on_end(problem); };
   {
-    const std::lock_guard lock(mutex_);
-    process_ = program_->pid();
+    const LockGuard lock(mutex_);
+    process_ = pid;
   }
   link_ = std::make_unique<Link>(container_.graph(), clock_, ends[0], std::move(options));
   link_->start();
@@ -100,21 +104,21 @@ Result<void, Problem> IsolatedComponent::spawn() {
 // --- questions and answers ----------------------------------------------------------------------------------------------
 
 Result<json, Problem> IsolatedComponent::call(json request) {
-  const std::lock_guard one(calling_);
-  std::unique_lock lock(mutex_);
+  const LockGuard one(calling_);
+  UniqueLock lock(mutex_);
   const Problem over{"component " + plan_.full_name(), "its process is gone: " + how_, "unload it, and load it anew"};
   if (gone_ || closing_) return err(over);
   request["call"] = next_call_;
   answer_.reset();
   link_->send_note(request.dump());
-  const auto is_over = [&] { return gone_ || answer_ != nullptr; };
+  const auto is_over = [&]() NACELLE_REQUIRES(mutex_) { return gone_ || answer_ != nullptr; };
   const MonotonicTime began = clock_.now(), latest = began + limit_ + kPatience;
   // The limit may get shorter meanwhile: a shutdown waits for nobody that long.
-  const auto deadline = [&] {
+  const auto deadline = [&]() NACELLE_REQUIRES(mutex_) {
     return limited_at_ > began ? std::min(latest, limited_at_ + limit_ + kPatience) : latest;
   };
   for (MonotonicTime now = began; !is_over() && now < deadline(); now = clock_.now())
-    answered_.wait_for(lock, deadline() - now);
+    answered_.wait_for(lock.raw(), deadline() - now);
   const bool came = is_over();
   ++next_call_;
   if (answer_ == nullptr) {
@@ -140,7 +144,7 @@ void IsolatedComponent::on_note(const std::string& note) {
     const auto parsed = parse_json(note);
     if (!parsed) throw std::invalid_argument(parsed.error().text());
     const json& said = parsed.value();
-    std::unique_lock lock(mutex_);
+    UniqueLock lock(mutex_);
     if (said.contains("fault")) {
       info_ = info_from_json(said["fault"]);
       const runtime::ComponentInfo faulted = info_;
@@ -181,7 +185,7 @@ void IsolatedComponent::on_open_fault(const json& told) {
   event.is_open_fault = true;
   if (told.contains("lasted_ns")) event.lasted = Duration{told["lasted_ns"].get<std::int64_t>()};
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     std::erase_if(info_.open_faults, [&](const FaultReason& fault) { return fault.code == event.code; });
     if (!event.lasted) info_.open_faults.push_back({event.code, event.text});
   }
@@ -191,8 +195,8 @@ void IsolatedComponent::on_open_fault(const json& told) {
 void IsolatedComponent::on_end(const Problem& problem) {
   std::string how;
   {
-    const std::lock_guard lock(process_mutex_);
-    if (closing_ || !program_) return;
+    const LockGuard lock(process_mutex_);
+    if (!program_ || is_closing()) return;
     // A process closes its sockets a moment before its end can be waited for. One that closed ours and goes on is of no use.
     if (program_->wait_for_end(1s, clock_)) {
       how = program_->ended();
@@ -202,7 +206,7 @@ void IsolatedComponent::on_end(const Problem& problem) {
   }
   runtime::ComponentInfo faulted;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     gone_ = true;
     how_ = how;
     process_ = 0;
@@ -224,7 +228,7 @@ void IsolatedComponent::tell_fault(const runtime::ComponentInfo& faulted, const 
 // --- as any other component ---------------------------------------------------------------------------------------------
 
 runtime::ComponentInfo IsolatedComponent::info() const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   runtime::ComponentInfo now = info_;
   now.process = process_;
   return now;
@@ -239,15 +243,15 @@ TransitionOutcome IsolatedComponent::trigger(Transition transition) {
 
 // What needs no answer, and is not to wait behind a question.
 void IsolatedComponent::tell(const json& order) {
-  const std::lock_guard lock(mutex_);
-  if (link_ && !gone_ && !closing_) link_->send_note(order.dump());
+  const LockGuard lock(mutex_);
+  if (!gone_ && !closing_ && link_) link_->send_note(order.dump());
 }
 
 void IsolatedComponent::stop_what_moves() { tell({{"do", "stop"}}); }
 
 void IsolatedComponent::give_up_transitions_after(Duration limit) {
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     limit_ = limit;
     limited_at_ = clock_.now();
     answered_.notify_all();  // a call that waits for a process that does not answer waits no longer than this
@@ -262,14 +266,19 @@ runtime::UnloadOutcome IsolatedComponent::unload() {
   return {true, {}};
 }
 
+bool IsolatedComponent::is_closing() const {
+  const LockGuard lock(mutex_);
+  return closing_;
+}
+
 void IsolatedComponent::end_process() {
   {
-    const std::lock_guard lock(process_mutex_);
-    const std::lock_guard state(mutex_);
+    const LockGuard lock(process_mutex_);
+    const LockGuard state(mutex_);
     closing_ = true;
   }
   link_.reset();
-  const std::lock_guard lock(process_mutex_);
+  const LockGuard lock(process_mutex_);
   if (!program_) return;
   // It leaves by itself when the socket is closed.
   if (!program_->wait_for_end(kEndLimit, clock_)) program_->stop(clock_);

@@ -3,12 +3,12 @@
 
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
 #include "loading/program_places.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/launch/plan.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/container.hpp"
@@ -51,28 +51,29 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   void on_open_fault(const nlohmann::json& told);
   void tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback);
   void end_process();
+  [[nodiscard]] bool is_closing() const;
 
   const launch::ComponentPlan plan_;
   const loading::ProgramPlaces& places_;
   runtime::Container& container_;
   Carrier* const carrier_;  // outlives us; may be null
   const Clock& clock_;
-  Duration limit_;              // of a transition; under mutex_
-  MonotonicTime limited_at_{};  // when it was said last
-  msgs::TypeLibrary types_;     // the link's thread's
+  Duration limit_ NACELLE_GUARDED_BY(mutex_);              // of a transition
+  MonotonicTime limited_at_ NACELLE_GUARDED_BY(mutex_){};  // when it was said last
+  msgs::TypeLibrary types_;                                // the link's thread's
 
-  std::mutex calling_;  // one question at a time
-  mutable std::mutex mutex_;
+  Mutex calling_;  // one question at a time
+  mutable Mutex mutex_;
   std::condition_variable answered_;
-  runtime::ComponentInfo info_;
-  std::uint64_t next_call_ = 1;
-  std::unique_ptr<nlohmann::json> answer_;
-  bool gone_ = false, closing_ = false;
-  std::int32_t process_ = 0;  // its number, while it lives
-  std::string how_;           // it ended
+  runtime::ComponentInfo info_ NACELLE_GUARDED_BY(mutex_);
+  std::uint64_t next_call_ NACELLE_GUARDED_BY(mutex_) = 1;
+  std::unique_ptr<nlohmann::json> answer_ NACELLE_GUARDED_BY(mutex_);
+  bool gone_ NACELLE_GUARDED_BY(mutex_) = false, closing_ NACELLE_GUARDED_BY(mutex_) = false;
+  std::int32_t process_ NACELLE_GUARDED_BY(mutex_) = 0;  // its number, while it lives
+  std::string how_ NACELLE_GUARDED_BY(mutex_);           // it ended
 
-  std::mutex process_mutex_;
-  std::unique_ptr<process::ForeignProgram> program_;
+  Mutex process_mutex_;
+  std::unique_ptr<process::ForeignProgram> program_ NACELLE_GUARDED_BY(process_mutex_);
   std::unique_ptr<Link> link_;
 };
 

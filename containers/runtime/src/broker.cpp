@@ -30,7 +30,7 @@ class BrokerReader final : public ProxyReader {
  public:
   BrokerReader(Broker& broker, std::shared_ptr<Topic> topic, std::shared_ptr<ReaderQueue> queue)
       : broker_(broker), topic_(std::move(topic)), queue_(std::move(queue)) {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     topic_->readers_.push_back(queue_);
     topic_->version_.fetch_add(1, std::memory_order_release);
     for (BrokerWriter* writer : topic_->writers_) introduce(*writer, *queue_);
@@ -47,14 +47,14 @@ class BrokerReader final : public ProxyReader {
   Block* take() override { return queue_->take(); }
   bool has_waiting() const override { return queue_->has_waiting(); }
   std::size_t writer_count() const override {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     return static_cast<std::size_t>(std::ranges::count_if(
         topic_->writers_, [&](const BrokerWriter* writer) { return matches(writer->spec(), queue_->spec()); }));
   }
   ReaderCounters counters() const override { return queue_->counters(); }
   EndpointStatus status() const override {
     EndpointStatus status = queue_->status();
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     for (const BrokerWriter* writer : topic_->writers_) {
       if (!matches(writer->spec(), queue_->spec())) continue;
       ++status.matched;
@@ -67,11 +67,11 @@ class BrokerReader final : public ProxyReader {
     broker_.links_.gate(queue_->id(), enabled);
     if (!enabled || !queue_->wants_history()) return;
     // Messages published while the gate was closed are history for a reader that requests it.
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     replay();
   }
   void set_lender(std::shared_ptr<BufferLender> lender) override {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     queue_->set_lender(std::move(lender));
     topic_->version_.fetch_add(1, std::memory_order_release);
   }
@@ -83,18 +83,18 @@ class BrokerReader final : public ProxyReader {
   void release(std::uint64_t messages) override { queue_->release(messages); }
   void forget_seen() override { queue_->forget_seen(); }
   void note_copied(std::uint64_t bytes) override {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     ++topic_->gone_.written.copies;
     topic_->gone_.written.bytes_copied += bytes;
   }
 
  private:
-  void replay() {
+  void replay() NACELLE_REQUIRES(topic_->mutex_) {
     if (!queue_->wants_history() || !queue_->is_enabled()) return;
     for (BrokerWriter* writer : topic_->writers_) writer->replay(*queue_);
   }
   void leave() {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     topic_->gone_.handed_over = handed_over(*topic_);
     std::erase(topic_->readers_, queue_);
     topic_->version_.fetch_add(1, std::memory_order_release);
@@ -127,10 +127,10 @@ void Broker::look_earlier() {
 }
 
 MonotonicTime Broker::watch(MonotonicTime now) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   MonotonicTime next = kNeverExpires;
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     for (BrokerWriter* writer : topic->writers_) next = std::min(next, writer->watch(now));
     for (const auto& reader : topic->readers_) next = std::min(next, reader->watch(now));
   }
@@ -157,9 +157,9 @@ std::shared_ptr<Topic> Broker::topic(const EndpointSpec& spec) {
 // Called when an endpoint has left the topic. Endpoints are made under the broker's lock, so a topic that is found
 // empty stays empty meanwhile.
 void Broker::note_end(Topic& topic) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   {
-    const std::lock_guard topic_lock(topic.mutex_);
+    const LockGuard topic_lock(topic.mutex_);
     if (topic.place_unused_ || !topic.writers_.empty() || !topic.readers_.empty()) return;
   }
   // If two endpoints end at once, the second may find the topic already removed.
@@ -173,7 +173,7 @@ void Broker::note_end(Topic& topic) {
 }
 
 std::unique_ptr<Writer> Broker::create_writer(const EndpointSpec& spec) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return make_writer(spec, next_id_++);
 }
 
@@ -187,19 +187,19 @@ std::unique_ptr<ProxyWriter> Broker::make_writer(const EndpointSpec& spec, std::
 }
 
 std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking taking, ReadyListener* listener) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const std::uint64_t id = next_id_++;
   return make_reader(std::make_shared<ReaderQueue>(spec, taking, listener, clock_, watchdog_.get(), id));
 }
 
 std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking taking, Executable& executable) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const std::uint64_t id = next_id_++;
   return make_reader(std::make_shared<ReaderQueue>(spec, taking, executable, clock_, watchdog_.get(), id));
 }
 
 std::unique_ptr<ProxyReader> Broker::create_proxy_reader(const EndpointSpec& spec, ReadyListener* listener) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const std::uint64_t id = next_id_++;
   return make_reader(std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), id));
 }
@@ -217,7 +217,7 @@ std::unique_ptr<ProxyReader> Broker::make_reader(std::shared_ptr<ReaderQueue> qu
 
 void Broker::retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool) {
   if (pool->outstanding() == 0) return;
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   // Pools of proxies, which come and go with their peers, are swept only here.
   drop_what_is_home();
   retired_.push_back({spec.node, spec.topic, std::move(pool)});
@@ -228,7 +228,7 @@ void Broker::drop_what_is_home() {
 }
 
 std::string Broker::sweep(const std::string& node) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   drop_what_is_home();
   for (const auto& retired : retired_) {
     if (retired.node != node) continue;
@@ -239,11 +239,11 @@ std::string Broker::sweep(const std::string& node) {
 }
 
 const msgs::MessageType* Broker::topic_type(const std::string& name) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const msgs::MessageType* read_only = nullptr;
   for (const auto& [key, topic] : topics_) {
     if (key.first != name) continue;
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     // Of two types on one name, the one that is published.
     if (!topic->writers_.empty()) return key.second;
     if (!topic->readers_.empty() && read_only == nullptr) read_only = key.second;

@@ -15,7 +15,7 @@ class BrokerWitness final : public Witness {
   BrokerWitness(std::shared_ptr<Topic> topic, std::shared_ptr<ReaderQueue> queue, std::unique_ptr<ProxyReader> reader)
       : topic_(std::move(topic)), queue_(std::move(queue)), reader_(std::move(reader)) {}
   void count_for(std::uint64_t id, bool counts) override {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     if (!queue_->count_for(id, counts)) return;
     for (BrokerWriter* writer : topic_->writers_) {
       if (writer->id() != id || !matches(writer->spec(), queue_->spec())) continue;
@@ -44,13 +44,13 @@ EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer,
 }
 
 std::uint32_t Broker::join(GraphListener& listener) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const std::uint32_t link = next_link_++;
   // Before the endpoints are read: none is made under the broker's lock, and one that ends meanwhile is reported
   // afterwards, or is not seen.
   links_.add(link, listener);
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     for (const BrokerWriter* writer : topic->writers_)
       listener.on_made(info_of(writer->spec(), writer->id(), true, true));
     for (const auto& reader : topic->readers_) {
@@ -64,7 +64,7 @@ std::uint32_t Broker::join(GraphListener& listener) {
 void Broker::leave(std::uint32_t link) { links_.remove(link); }
 
 std::unique_ptr<ProxyWriter> Broker::create_proxy_writer(const EndpointSpec& spec, std::uint64_t id) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return make_writer(spec, id);
 }
 
@@ -77,7 +77,7 @@ std::unique_ptr<ProxyReader> Broker::create_tap(const EndpointInfo& writer, std:
   spec.qos.keep_last(std::max<std::size_t>(1, spec.qos.queue_capacity()));
   spec.via = link;
   std::unique_ptr<ProxyReader> tap;  // if something throws, it ends after the lock
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   auto queue = std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), next_id_++);
   queue->be_tap_of(writer.id);
   tap = make_reader(queue);
@@ -91,7 +91,7 @@ std::unique_ptr<Witness> Broker::create_witness(const EndpointSpec& spec) {
   EndpointSpec closed = spec;
   closed.gate = &kClosed;
   std::unique_ptr<ProxyReader> reader;  // if something throws, it ends after the lock
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   auto queue = std::make_shared<ReaderQueue>(closed, Taking::Share, nullptr, clock_, watchdog_.get(), next_id_++);
   queue->be_witness();
   reader = make_reader(queue);
@@ -99,10 +99,10 @@ std::unique_ptr<Witness> Broker::create_witness(const EndpointSpec& spec) {
 }
 
 void Broker::note_lost(const EndpointInfo& reader, const ReaderCounters& losses) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const auto found = topics_.find({reader.spec.topic, reader.spec.type});
   if (found == topics_.end()) return;
-  const std::lock_guard topic_lock(found->second->mutex_);
+  const LockGuard topic_lock(found->second->mutex_);
   for (const auto& queue : found->second->readers_) {
     if (queue->id() == reader.id) queue->note_lost(losses);
   }
@@ -113,10 +113,10 @@ void Broker::note_other_type(const EndpointInfo& ours, const std::string& node, 
   if (is_tool(spec)) return;
   const ClashReport clash = ours.is_writer ? clash_of_types(spec.topic, spec.node, spec.type->name, node, type)
                                            : clash_of_types(spec.topic, node, type, spec.node, spec.type->name);
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const auto found = topics_.find({spec.topic, spec.type});
   if (found == topics_.end()) return;
-  const std::lock_guard topic_lock(found->second->mutex_);
+  const LockGuard topic_lock(found->second->mutex_);
   for (BrokerWriter* writer : found->second->writers_) {
     if (writer->id() == ours.id) writer->note_clash(kTypePolicy, clash.text());
   }

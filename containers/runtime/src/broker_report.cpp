@@ -11,13 +11,13 @@ namespace nacelle::runtime {
 namespace {
 
 // Not reported only for a node that reads both types, like a base that takes Twist and TwistStamped on one name.
-bool reads_also(const Topic& topic, const EndpointSpec& reader) {
+bool reads_also(const Topic& topic, const EndpointSpec& reader) NACELLE_REQUIRES(topic.mutex_) {
   return std::ranges::any_of(topic.readers_, [&](const auto& other) { return other->spec().node == reader.node; });
 }
 
 // A remote reader whose QoS no publisher here satisfies gets nothing. The second subscription of a node
 // (unless_offered) gets only what its first one does not.
-bool counts_as_reader(const Topic& topic, const ReaderQueue& reader) {
+bool counts_as_reader(const Topic& topic, const ReaderQueue& reader) NACELLE_REQUIRES(topic.mutex_) {
   if (is_tool(reader.spec())) return false;
   if (!reader.is_witness() && !reader.spec().unless_offered) return true;
   return std::ranges::any_of(topic.writers_, [&](const BrokerWriter* writer) { return writer->is_read_by(reader); });
@@ -25,7 +25,7 @@ bool counts_as_reader(const Topic& topic, const ReaderQueue& reader) {
 
 // A node may request more in a second subscription (liveliness), and still receive publishers that do not offer it
 // through its first.
-bool hears(const Topic& topic, const std::string& node, const EndpointSpec& writer) {
+bool hears(const Topic& topic, const std::string& node, const EndpointSpec& writer) NACELLE_REQUIRES(topic.mutex_) {
   return std::ranges::any_of(topic.readers_, [&](const auto& reader) {
     return reader->spec().node == node && matches(writer, reader->spec());
   });
@@ -73,8 +73,8 @@ void Broker::for_each_type_clash(F&& found) const {
   for (auto first = topics_.begin(); first != topics_.end(); ++first) {
     for (auto second = std::next(first); second != topics_.end() && second->first.first == first->first.first;
          ++second) {
-      const std::lock_guard first_lock(first->second->mutex_);
-      const std::lock_guard second_lock(second->second->mutex_);
+      const LockGuard first_lock(first->second->mutex_);
+      const LockGuard second_lock(second->second->mutex_);
       for (const auto& [from, to] : {std::pair{first->second.get(), second->second.get()},
                                      std::pair{second->second.get(), first->second.get()}}) {
         for (BrokerWriter* writer : from->writers_) {
@@ -91,7 +91,7 @@ void Broker::for_each_type_clash(F&& found) const {
 void Broker::tell_type_clashes() {
   // Built anew, so that pairs that no longer exist are not kept.
   std::set<std::pair<std::uint64_t, std::uint64_t>> told;
-  for_each_type_clash([&](BrokerWriter& writer, ReaderQueue& reader) {
+  for_each_type_clash([&](BrokerWriter& writer, ReaderQueue& reader) NACELLE_REQUIRES(mutex_) {
     const std::pair pair{writer.id(), reader.id()};
     told.insert(pair);
     if (!told_types_.contains(pair)) introduce(writer, reader);
@@ -101,9 +101,9 @@ void Broker::tell_type_clashes() {
 
 std::vector<ClashReport> Broker::clashes() const {
   std::vector<ClashReport> found;
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     for (const auto& reader : topic->readers_) {
       if (is_tool(reader->spec())) continue;
       const auto serving = static_cast<std::size_t>(std::ranges::count_if(
@@ -126,10 +126,10 @@ std::vector<ClashReport> Broker::clashes() const {
 WiringReport Broker::wiring(const std::string& name, Duration age) const {
   WiringReport report;
   report.topic = name;
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& [key, topic] : topics_) {
     if (key.first != name) continue;
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     for (const BrokerWriter* writer : topic->writers_) {
       if (is_tool(writer->spec())) continue;
       report.writer_nodes.push_back(writer->spec().node);
@@ -167,9 +167,9 @@ std::vector<EndpointReport> Broker::endpoints() const {
     all.push_back({spec.topic, spec.type->name, spec.type->hash, spec.node, is_writer, spec.via != 0, id,
                    spec.qos.resolved(), spec.command_timeout});
   };
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     for (const BrokerWriter* writer : topic->writers_) add(writer->spec(), true, writer->id());
     for (const auto& reader : topic->readers_) add(reader->spec(), false, reader->id());
   }
@@ -178,9 +178,9 @@ std::vector<EndpointReport> Broker::endpoints() const {
 
 std::vector<std::string> Broker::topics_of(const std::string& node) const {
   std::vector<std::string> names;
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     if (std::ranges::any_of(topic->writers_, [&](const BrokerWriter* writer) { return writer->spec().node == node; }))
       names.push_back(key.first);
   }
@@ -189,9 +189,9 @@ std::vector<std::string> Broker::topics_of(const std::string& node) const {
 
 std::vector<const msgs::MessageType*> Broker::types_of(const std::string& node) const {
   std::vector<const msgs::MessageType*> types;
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     if (std::ranges::any_of(topic->writers_, [&](const BrokerWriter* writer) { return writer->spec().node == node; }) ||
         std::ranges::any_of(topic->readers_, [&](const auto& reader) { return reader->spec().node == node; }))
       types.push_back(key.second);
@@ -200,10 +200,10 @@ std::vector<const msgs::MessageType*> Broker::types_of(const std::string& node) 
 }
 
 void Broker::report(std::vector<StreamReport>& out) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   std::size_t used = 0;
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     Topic::Totals sum;
     sum.written = topic->gone_.written;
     sum.read = topic->gone_.read;
@@ -255,10 +255,10 @@ void Broker::report(std::vector<StreamReport>& out) const {
 }
 
 void Broker::report(std::vector<ReaderReport>& out) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   std::size_t used = 0;
   for (const auto& [key, topic] : topics_) {
-    const std::lock_guard topic_lock(topic->mutex_);
+    const LockGuard topic_lock(topic->mutex_);
     for (const auto& reader : topic->readers_) {
       if (is_tool(reader->spec())) continue;
       if (used == out.size()) out.emplace_back();

@@ -5,12 +5,12 @@
 #include <atomic>
 #include <list>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "nacelle/base/histogram.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/host/graph.hpp"
 #include "nacelle/qos/compatibility.hpp"
 #include "nacelle/runtime/container.hpp"
@@ -33,13 +33,16 @@ class Topic {
     HandedOver handed_over = HandedOver::Never;
   };
 
+  /// For the compiler: the caller holds the topic's lock, which it knows by another name.
+  void assume_locked() const NACELLE_ASSERTS_HELD(mutex_) {}
+
   const std::string name_;
   const msgs::MessageType& type_;
   std::atomic<std::uint64_t> version_{1};
-  mutable std::mutex mutex_;
-  std::vector<BrokerWriter*> writers_;
-  std::vector<std::shared_ptr<ReaderQueue>> readers_;
-  Totals gone_;  // of endpoints that were removed
+  mutable Mutex mutex_;
+  std::vector<BrokerWriter*> writers_ NACELLE_GUARDED_BY(mutex_);
+  std::vector<std::shared_ptr<ReaderQueue>> readers_ NACELLE_GUARDED_BY(mutex_);
+  Totals gone_ NACELLE_GUARDED_BY(mutex_);  // of endpoints that were removed
   // Under the broker's lock: its place among the topics without an endpoint.
   std::optional<std::list<Topic*>::iterator> place_unused_;
 };
@@ -65,7 +68,7 @@ inline bool matches(const EndpointSpec& writer, const EndpointSpec& reader) {
 
 void add(ReaderCounters& to, const ReaderCounters& more);
 /// Returns between which threads the messages of the present endpoints passed. Under the topic's lock.
-[[nodiscard]] HandedOver handed_over(const Topic& topic);
+[[nodiscard]] HandedOver handed_over(const Topic& topic) NACELLE_REQUIRES(topic.mutex_);
 [[nodiscard]] EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer, bool open);
 
 }  // namespace nacelle::runtime

@@ -45,7 +45,7 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
       has_contract_(deadline_.is_set() || lease_.is_set()),
       is_plain_(!has_contract_ && !keeps_history_ && lifespan_ == Duration::zero() &&
                 longest_wait_ == Duration::zero()) {
-  const std::lock_guard lock(topic_->mutex_);
+  const LockGuard lock(topic_->mutex_);
   topic_->writers_.push_back(this);
   if (!is_tool(spec_)) {
     for (const auto& reader : topic_->readers_) introduce(*this, *reader);
@@ -60,7 +60,7 @@ BrokerWriter::BrokerWriter(Broker& broker, std::shared_ptr<Topic> topic, Endpoin
 
 BrokerWriter::~BrokerWriter() {
   {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     topic_->gone_.handed_over = handed_over(*topic_);
     std::erase(topic_->writers_, this);
     for (const auto& reader : topic_->readers_) reader->forget_writer(id_);
@@ -119,6 +119,7 @@ PublishResult BrokerWriter::publish(Block& block) {
   const std::atomic<std::uint32_t>* called = nullptr;
   FutexMutex& mutex = sole_->mutex();
   mutex.lock();
+  sole_->assume_locked();
   const bool done = sole_->push_quickly(block, called);
   mutex.unlock();
   if (called != nullptr) futex_wake(*called, 1);
@@ -155,7 +156,7 @@ PublishResult BrokerWriter::publish_slowly(Block& block, MonotonicTime now) {
     return distribute(block);
   }
   // A late joiner gets its history under the same lock, so that it receives each message once and in order.
-  const std::lock_guard lock(topic_->mutex_);
+  const LockGuard lock(topic_->mutex_);
   if (topic_->version_.load(std::memory_order_relaxed) != routes_version_) {
     refresh_routes();
     reserve(block);
@@ -166,7 +167,7 @@ PublishResult BrokerWriter::publish_slowly(Block& block, MonotonicTime now) {
 
 void BrokerWriter::update_routes(const Block& block) {
   if (topic_->version_.load(std::memory_order_acquire) == routes_version_) return;
-  const std::lock_guard lock(topic_->mutex_);
+  const LockGuard lock(topic_->mutex_);
   refresh_routes();
   reserve(block);
 }
@@ -199,7 +200,7 @@ bool BrokerWriter::note_lost_lease(MonotonicTime now) {
 void BrokerWriter::note_message(MonotonicTime now) {
   bool missed = false, started = false, revived = false, died = false;
   {
-    const std::lock_guard lock(contract_mutex_);
+    const LockGuard lock(contract_mutex_);
     if (deadline_.is_set()) {
       started = !deadline_.is_running();
       const auto late = deadline_.message(now);
@@ -210,19 +211,19 @@ void BrokerWriter::note_message(MonotonicTime now) {
     revived = lease_.is_set() && lease_.show_life(now);
   }
   if (missed || died) tell();
-  if (lease_.is_set()) broker_.links_.life(id_);
+  if (has_lease()) broker_.links_.life(id_);
   if (revived) {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     tell_readers();
   }
   if (started || revived) broker_.look_earlier();
 }
 
 void BrokerWriter::assert_liveliness() {
-  if (lease_.is_set()) broker_.links_.life(id_);
+  if (has_lease()) broker_.links_.life(id_);
   bool died = false;
   {
-    const std::lock_guard lock(contract_mutex_);
+    const LockGuard lock(contract_mutex_);
     if (!lease_.is_set()) return;
     const MonotonicTime now = broker_.clock_.now();
     died = note_lost_lease(now);
@@ -230,13 +231,14 @@ void BrokerWriter::assert_liveliness() {
   }
   if (died) tell();
   {
-    const std::lock_guard lock(topic_->mutex_);
+    const LockGuard lock(topic_->mutex_);
     tell_readers();
   }
   broker_.look_earlier();
 }
 
 MonotonicTime BrokerWriter::watch(MonotonicTime now) {
+  topic_->assume_locked();
   while (!history_.empty() && history_.front()->expires < now) {
     drop_reference(*history_.front());
     history_.pop_front();
@@ -245,7 +247,7 @@ MonotonicTime BrokerWriter::watch(MonotonicTime now) {
   bool missed = false, died = false;
   MonotonicTime due;
   {
-    const std::lock_guard lock(contract_mutex_);
+    const LockGuard lock(contract_mutex_);
     if (!is_open()) deadline_.stop();
     if (deadline_.is_set()) {
       const auto late = deadline_.look(now);
@@ -261,13 +263,13 @@ MonotonicTime BrokerWriter::watch(MonotonicTime now) {
 }
 
 bool BrokerWriter::is_alive() const {
-  const std::lock_guard lock(contract_mutex_);
+  const LockGuard lock(contract_mutex_);
   return lease_.is_alive();
 }
 
 void BrokerWriter::note_matched() {
   {
-    const std::lock_guard lock(contract_mutex_);
+    const LockGuard lock(contract_mutex_);
     ++totals_.matched_total;
   }
   tell();
@@ -275,7 +277,7 @@ void BrokerWriter::note_matched() {
 
 void BrokerWriter::note_clash(const std::string& policy, std::string text) {
   {
-    const std::lock_guard lock(contract_mutex_);
+    const LockGuard lock(contract_mutex_);
     ++(policy == kTypePolicy ? totals_.incompatible_type : totals_.incompatible_qos);
     totals_.last_policy = policy;
     totals_.last_clash = std::move(text);
@@ -297,7 +299,7 @@ void BrokerWriter::tell_readers() const {
 // --- what others read ---------------------------------------------------------------------------------------------------
 
 std::size_t BrokerWriter::reader_count() const {
-  const std::lock_guard lock(topic_->mutex_);
+  const LockGuard lock(topic_->mutex_);
   return static_cast<std::size_t>(
       std::ranges::count_if(topic_->readers_, [&](const auto& reader) { return is_read_by(*reader); }));
 }
@@ -309,14 +311,14 @@ WriterCounters BrokerWriter::counters() const {
 
 EndpointStatus BrokerWriter::status() const {
   const auto matched = static_cast<std::uint32_t>(reader_count());
-  const std::lock_guard lock(contract_mutex_);
+  const LockGuard lock(contract_mutex_);
   EndpointStatus status = totals_;
   status.matched = matched;
   return status;
 }
 
 std::uint64_t BrokerWriter::deadline_missed() const {
-  const std::lock_guard lock(contract_mutex_);
+  const LockGuard lock(contract_mutex_);
   return totals_.deadline_missed;
 }
 
@@ -337,6 +339,7 @@ void BrokerWriter::fold_into(Topic::Totals& totals) const {
 // --- hand-over ----------------------------------------------------------------------------------------------------------
 
 void BrokerWriter::replay(ReaderQueue& reader) {
+  topic_->assume_locked();
   if (!keeps_history_ || !serves(reader)) return;
   const MonotonicTime now = broker_.clock_.now();
   for (Block* block : history_) {
@@ -429,7 +432,7 @@ bool BrokerWriter::hand_over(Block& block) {
   bool refused = false;
   FutexMutex* held = nullptr;
   const std::atomic<std::uint32_t>* called = nullptr;
-  const auto release = [&] {
+  const auto release = [&]() NACELLE_NOT_CHECKED {
     if (held == nullptr) return;
     std::exchange(held, nullptr)->unlock();
     // The woken thread may take over this CPU at once, and must not block on a lock that this thread holds.

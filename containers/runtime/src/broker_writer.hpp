@@ -75,23 +75,25 @@ class BrokerWriter final : public ProxyWriter {
  private:
   /// Writes sender, sequence number and times into the message, and counts it.
   void address(Block& block, MonotonicTime source_time, MonotonicTime now);
+  /// Of the QoS, so without the lock.
+  [[nodiscard]] bool has_lease() const NACELLE_NOT_CHECKED { return lease_.is_set(); }
   void note_message(MonotonicTime now);
   /// Returns true if the lease has expired since the last check, and counts that. Precondition: contract_mutex_ is
   /// held.
-  [[nodiscard]] bool note_lost_lease(MonotonicTime now);
-  void tell_readers() const;
+  [[nodiscard]] bool note_lost_lease(MonotonicTime now) NACELLE_REQUIRES(contract_mutex_);
+  void tell_readers() const NACELLE_REQUIRES(topic_->mutex_);
   [[nodiscard]] bool is_open() const { return spec_.gate == nullptr || spec_.gate->load(std::memory_order_acquire); }
-  void refresh_routes();
+  void refresh_routes() NACELLE_REQUIRES(topic_->mutex_);
   void reserve(const Block& block);
   [[nodiscard]] std::size_t most_in_reserve(const Block& block) const;
   void update_routes(const Block& block);
   void wait_for_room(const Block& block, MonotonicTime now);
-  void keep(Block& block);
+  void keep(Block& block) NACELLE_REQUIRES(topic_->mutex_);
   Block* copy_of(const Block& block, MessagePool& pool);
   Block* borrow_slowly();
   PublishResult publish_slowly(Block& block, MonotonicTime now);
   PublishResult distribute(Block& block);
-  bool hand_over(Block& block);
+  bool hand_over(Block& block) NACELLE_NOT_CHECKED;  // it holds one lock for all neighbours that share it
   void sort_routes();
   PublishResult answer(bool refused);
   void pass_on(ReaderQueue& reader, Block& block);
@@ -122,14 +124,15 @@ class BrokerWriter final : public ProxyWriter {
   std::size_t owners_ = 0;
   std::size_t deepest_ = 0;
   std::uint64_t routes_version_ = 0;
-  std::deque<Block*> history_;                // under the topic's lock, as the next
-  std::unique_ptr<MessagePool> replay_pool_;  // copies of the history for owners that join late
+  std::deque<Block*> history_ NACELLE_GUARDED_BY(topic_->mutex_);
+  // Copies of the history for owners that join late.
+  std::unique_ptr<MessagePool> replay_pool_ NACELLE_GUARDED_BY(topic_->mutex_);
   Tally published_, inactive_, would_block_, copies_, bytes_copied_, pool_dry_, first_ns_, last_ns_, thread_;
 
   mutable FutexMutex contract_mutex_;  // what follows
-  DeadlineWatch deadline_;
-  LeaseWatch lease_;
-  EndpointStatus totals_;
+  DeadlineWatch deadline_ NACELLE_GUARDED_BY(contract_mutex_);
+  LeaseWatch lease_ NACELLE_GUARDED_BY(contract_mutex_);
+  EndpointStatus totals_ NACELLE_GUARDED_BY(contract_mutex_);
   std::vector<ReaderQueue*> chosen_;  // of relay(), kept to reuse the memory
   std::uint64_t last_relayed_ = 0;
   const bool has_contract_;  // a deadline or a lease: without one publish() does not take the lock

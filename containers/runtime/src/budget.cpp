@@ -7,6 +7,7 @@
 
 #include "nacelle/base/names.hpp"
 #include "nacelle/qos/text.hpp"
+#include "nacelle/runtime/container.hpp"
 
 namespace nacelle::runtime {
 

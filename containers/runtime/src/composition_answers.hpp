@@ -10,6 +10,7 @@
 #include <nacelle_interfaces/srv/unload_component.hpp>
 
 #include "nacelle/runtime/composition_host.hpp"
+#include "nacelle/runtime/container.hpp"
 
 // The answers of the services of a container's node (container_services.hpp).
 // Errors: throws only std::exception, whose text is the answer.

@@ -49,12 +49,12 @@ Executor& Container::Impl::executor_for(Record& record, const LoadRequest& reque
     supervisor.add(*record.own_executor);
     return *record.own_executor;
   }
-  const std::lock_guard lock(mutex);
-  if (!shared_executor) {
-    shared_executor = std::make_unique<Executor>("executor", commons.clock, ThreadPolicy{});
-    supervisor.add(*shared_executor);
+  auto shared = shared_executor.lock();
+  if (!*shared) {
+    *shared = std::make_unique<Executor>("executor", commons.clock, ThreadPolicy{});
+    supervisor.add(**shared);
   }
-  return *shared_executor;
+  return **shared;
 }
 
 ComponentInfo Container::Impl::info_of(const Record& record) {
@@ -75,16 +75,20 @@ ComponentInfo Container::Impl::info_of(const Record& record) {
 }
 
 std::shared_ptr<Record> Container::Impl::record(std::uint64_t id) const {
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   const auto found = records.find(id);
   return found == records.end() ? nullptr : found->second;
 }
 
-// Under the lock, because an unload moves the runtime out.
-std::string Container::Impl::why_not_wait_for(const Record& record) const {
-  const std::lock_guard lock(mutex);
-  if (!record.runtime) return {};
-  return record.runtime->executor().why_not_wait_for(record.runtime->groups());
+// All under one lock: a component that is listed is not destroyed, and unload() takes the runtime of one that is not.
+Container::Impl::Asked Container::Impl::ask_for(std::uint64_t id) const {
+  const LockGuard lock(mutex);
+  const auto found = records.find(id);
+  if (found == records.end()) return {};
+  const Record& record = *found->second;
+  const StateId state = record.managed != nullptr ? record.managed->get_current_state().state() : StateId::Unknown;
+  return {found->second, record.runtime->identity().fully_qualified(), state,
+          record.runtime->executor().why_not_wait_for(record.runtime->groups())};
 }
 
 Container::Container(ContainerOptions options, const Clock& clock)
@@ -95,7 +99,7 @@ Container::~Container() {
   for (;;) {
     std::uint64_t last = 0;
     {
-      const std::lock_guard lock(impl_->mutex);
+      const LockGuard lock(impl_->mutex);
       if (!impl_->records.empty()) last = impl_->records.rbegin()->first;
       if (!impl_->foreign.empty()) last = std::max(last, impl_->foreign.rbegin()->first);
     }
@@ -106,8 +110,8 @@ Container::~Container() {
   impl_->sweep();
   // A thread that hangs in a component cannot be joined, and the memory that it uses must stay valid until the process
   // ends.
-  if (!impl_->abandoned.empty()) {
-    impl_->log.error("{} component(s) hang; their threads end with the process", impl_->abandoned.size());
+  if (const std::size_t hanging = abandoned(); hanging != 0) {
+    impl_->log.error("{} component(s) hang; their threads end with the process", hanging);
     impl_->supervisor.stop();
     on_fault({});
     on_state({});
@@ -115,7 +119,7 @@ Container::~Container() {
     static_cast<void>(impl_.release());
     return;
   }
-  if (impl_->shared_executor) impl_->supervisor.remove(*impl_->shared_executor);
+  if (auto shared = impl_->shared_executor.lock(); *shared) impl_->supervisor.remove(**shared);
 }
 
 const ContainerOptions& Container::options() const { return impl_->options; }
@@ -125,7 +129,7 @@ Graph& Container::graph() { return impl_->commons.broker; }
 ServiceGraph& Container::service_graph() { return impl_->commons.services; }
 
 std::vector<ComponentInfo> Container::list() const {
-  const std::lock_guard lock(impl_->mutex);
+  const LockGuard lock(impl_->mutex);
   std::vector<ComponentInfo> all;
   for (const auto& [id, record] : impl_->records) all.push_back(Impl::info_of(*record));
   for (const auto& [id, component] : impl_->foreign) {
@@ -158,15 +162,14 @@ Result<ComponentInfo, Problem> Container::find(const std::string& name_or_id) co
 
 TransitionOutcome Container::trigger(std::uint64_t id, Transition transition) {
   if (const auto other = impl_->foreign_component(id)) return other->trigger(transition);
-  const auto record = impl_->record(id);
+  const auto asked = impl_->ask_for(id);
+  const auto& record = asked.record;
   if (!record) return {false, StateId::Unknown, "component " + std::to_string(id) + " is not loaded"};
-  if (std::string why = impl_->why_not_wait_for(*record); !why.empty())
-    return {false, Impl::info_of(*record).state, "would wait for itself: " + why};
-  const std::lock_guard alone(record->one_at_a_time);
-  if (record->node == nullptr || record->given_up) return {false, StateId::Unknown, "it was unloaded meanwhile"};
-  if (record->managed == nullptr)
-    return {false, StateId::Unknown,
-            record->runtime->identity().fully_qualified() + " is a plain node without a lifecycle"};
+  if (!asked.why_not_wait.empty()) return {false, asked.state, "would wait for itself: " + asked.why_not_wait};
+  const LockGuard alone(record->one_at_a_time);
+  // In this order: sweep() destroys the node of one that was given up, without its lock.
+  if (record->given_up || record->node == nullptr) return {false, StateId::Unknown, "it was unloaded meanwhile"};
+  if (record->managed == nullptr) return {false, StateId::Unknown, asked.node + " is a plain node without a lifecycle"};
   if (record->hung) return {false, StateId::Finalized, "it hangs: " + record->fault.lock()->text};
   // Shared with the task: if the component hangs, the task outlives this call.
   struct Run {
@@ -208,7 +211,7 @@ void Container::give_up_transitions_after(Duration limit) {
   if (!impl_->patience.set(limit)) return;
   std::vector<std::shared_ptr<ForeignComponent>> others;
   {
-    const std::lock_guard lock(impl_->mutex);
+    const LockGuard lock(impl_->mutex);
     for (const auto& [id, component] : impl_->foreign) others.push_back(component);
   }
   for (const auto& component : others) component->give_up_transitions_after(limit);
@@ -243,23 +246,23 @@ void Container::report_streams(std::vector<StreamReport>& out) const { impl_->co
 void Container::report_readers(std::vector<ReaderReport>& out) const { impl_->commons.broker.report(out); }
 
 void Container::report_histograms(std::vector<HistogramReport>& out) const {
-  const std::lock_guard lock(impl_->mutex);
+  const LockGuard lock(impl_->mutex);
   std::size_t used = 0;
   for (const auto& [id, record] : impl_->records) record->runtime->report_histograms(out, used);
   out.resize(used);
 }
 
 void Container::report_callbacks(std::vector<CallbackReport>& out) const {
-  const std::lock_guard lock(impl_->mutex);
+  const LockGuard lock(impl_->mutex);
   std::size_t used = 0;
   for (const auto& [id, record] : impl_->records) record->runtime->report_callbacks(out, used);
   out.resize(used);
 }
 
 void Container::report_threads(std::vector<ThreadReport>& out) const {
-  const std::lock_guard lock(impl_->mutex);
   std::size_t used = 0;
-  if (impl_->shared_executor) impl_->shared_executor->report_threads(out, used);
+  if (auto shared = impl_->shared_executor.lock(); *shared) (*shared)->report_threads(out, used);
+  const LockGuard lock(impl_->mutex);
   for (const auto& [id, record] : impl_->records) {
     if (record->own_executor) record->own_executor->report_threads(out, used);
   }
@@ -267,7 +270,7 @@ void Container::report_threads(std::vector<ThreadReport>& out) const {
 }
 
 void Container::report_loads(std::vector<LoadReport>& out) const {
-  const std::lock_guard lock(impl_->mutex);
+  const LockGuard lock(impl_->mutex);
   out.resize(impl_->records.size());
   auto row = out.begin();
   for (const auto& [id, record] : impl_->records) record->runtime->report_load(*row++);

@@ -5,7 +5,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "errand.hpp"
 #include "fault_history.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/host/state_watch.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/foreign_component.hpp"
@@ -37,7 +37,7 @@ struct Record {
   Node* node = nullptr;
   LifecycleNode* managed = nullptr;
   std::vector<bool> used_remaps;  // by its constructor
-  std::mutex one_at_a_time;       // transitions and unloading of this component
+  Mutex one_at_a_time;            // transitions and unloading of this component
   Guarded<FaultReason> fault;
   struct OpenFault {
     FaultReason reason;
@@ -84,20 +84,23 @@ struct Container::Impl final : Context {
   Commons commons;
   Supervisor supervisor;
   PluginIndex index;
-  std::unique_ptr<Executor> shared_executor;  // made with the first component that shares it
-  mutable std::mutex mutex;  // what follows, and the shared executor; no code of a component runs under it
-  std::map<std::uint64_t, std::shared_ptr<Record>> records;
-  std::map<std::uint64_t, std::shared_ptr<ForeignComponent>> foreign;  // of other processes
-  std::map<std::uint64_t, std::shared_ptr<NodeFace>> foreign_faces;    // their nodes' standard services
-  std::map<std::string, const Record*> names;      // of nodes that are loaded, being loaded or being unloaded
-  std::vector<std::shared_ptr<Record>> abandoned;  // their code has not returned
+  // Made with the first component that shares it. Not under `mutex`: the supervisor calls us under its own lock, which add() takes.
+  Guarded<std::unique_ptr<Executor>> shared_executor;
+  mutable Mutex mutex;  // no code of a component runs under it
+  std::map<std::uint64_t, std::shared_ptr<Record>> records NACELLE_GUARDED_BY(mutex);
+  std::map<std::uint64_t, std::shared_ptr<ForeignComponent>> foreign NACELLE_GUARDED_BY(mutex);  // of other processes
+  // Their nodes' standard services.
+  std::map<std::uint64_t, std::shared_ptr<NodeFace>> foreign_faces NACELLE_GUARDED_BY(mutex);
+  // Of nodes that are loaded, being loaded or being unloaded.
+  std::map<std::string, const Record*> names NACELLE_GUARDED_BY(mutex);
+  std::vector<std::shared_ptr<Record>> abandoned NACELLE_GUARDED_BY(mutex);  // their code has not returned
   struct HeldImage {
     KeptImage about;
     std::unique_ptr<PluginLibrary> library;  // held by messages; null if it is closed, and the process holds the image
     std::string image;
   };
-  std::vector<HeldImage> held_images;
-  std::uint64_t next_id = 1;
+  std::vector<HeldImage> held_images NACELLE_GUARDED_BY(mutex);
+  std::uint64_t next_id NACELLE_GUARDED_BY(mutex) = 1;
   Guarded<std::function<void(const ComponentInfo&)>> fault_listener;
   Guarded<std::function<void(const StateChange&)>> state_listener;
   Guarded<std::function<void(const FaultEvent&)>> open_fault_listener;
@@ -114,8 +117,14 @@ struct Container::Impl final : Context {
   [[nodiscard]] static ComponentInfo info_of(const Record& record);
   [[nodiscard]] std::shared_ptr<Record> record(std::uint64_t id) const;
   [[nodiscard]] std::shared_ptr<ForeignComponent> foreign_component(std::uint64_t id) const;
-  /// Returns why this thread must not wait for the component (it would wait for itself). Empty if it may.
-  [[nodiscard]] std::string why_not_wait_for(const Record& record) const;
+  /// What a request to a component needs to know about it, read at one moment.
+  struct Asked {
+    std::shared_ptr<Record> record;  // null if it is not loaded
+    std::string node;
+    StateId state = StateId::Unknown;
+    std::string why_not_wait;  // empty if this thread may wait for it; else it would wait for itself
+  };
+  [[nodiscard]] Asked ask_for(std::uint64_t id) const;
   [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what);
   /// Returns its present parameters, also while a callback runs. Errors: it is not loaded, or runs in another process.
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;

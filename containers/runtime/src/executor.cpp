@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <exception>
 #include <limits>
-#include <mutex>
 #include <system_error>
 
 #include "executor_thread.hpp"
 #include "executor_worker.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "reader_queue.hpp"
 #include "this_thread.hpp"
 
@@ -35,7 +35,7 @@ Executor::Executor(std::string name, const Clock& clock, ThreadPolicy policy)
 Executor::~Executor() { stop(); }
 
 void Executor::start() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (std::uint32_t i = 0; i < serving(); ++i) {
     start_worker();
     ++called_;
@@ -49,7 +49,7 @@ void Executor::start() {
 
 void Executor::stop() {
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     stopping_ = true;
     for (const auto& worker : workers_) {
       worker->state = Worker::State::Spare;  // takes no more work
@@ -144,7 +144,7 @@ void Executor::call(Worker& worker) {
 bool Executor::post(Executable& executable) noexcept {
   const std::atomic<std::uint32_t>* called = nullptr;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     if (executable.home_.closed_) return false;
     called = post_locked(executable);
   }
@@ -248,6 +248,7 @@ void Executor::rest(Worker& self) {
   if (--node.until_sample_ == 0) [[unlikely]]
     start_sample(self, node);
   if (inbox == nullptr) return nullptr;
+  inbox->assume_locked();
   Block* const message = inbox->take_quickly();
   // In a reentrant group the next message need not wait for this one's callback.
   if (group.reentrant_ && message != nullptr && inbox->has_waiting()) enqueue(executable);

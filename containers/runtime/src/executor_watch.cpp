@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <limits>
-#include <mutex>
 
 #include "executor_thread.hpp"
 #include "executor_worker.hpp"
 #include "nacelle/base/expect.hpp"
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle::runtime {
 
@@ -72,7 +72,7 @@ MonotonicTime Executor::first_due(const TimerBase& timer, MonotonicTime now) con
 void Executor::add_timer(TimerBase& timer) {
   Worker* to_wake = nullptr;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     timer.due_ = first_due(timer, clock_.now());
     timer.started_ = true;
     timer.armed_ = true;
@@ -83,7 +83,7 @@ void Executor::add_timer(TimerBase& timer) {
 }
 
 void Executor::cancel_timer(TimerBase& timer) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   timer.armed_ = false;
   timers_.remove(timer);
 }
@@ -91,7 +91,7 @@ void Executor::cancel_timer(TimerBase& timer) {
 void Executor::set_timer_open(TimerBase& timer, bool open) {
   Worker* to_wake = nullptr;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     if (timer.open_ == open) return;
     timer.open_ = open;
     if (!open) {
@@ -107,12 +107,12 @@ void Executor::set_timer_open(TimerBase& timer, bool open) {
 }
 
 bool Executor::is_armed(const TimerBase& timer) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return timer.armed_;
 }
 
 std::uint64_t Executor::skipped(const TimerBase& timer) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return timer.skipped_;
 }
 
@@ -166,7 +166,7 @@ void Executor::forget(Executable& executable) {
 void Executor::open(NodeGroups& node) {
   Worker* to_wake = nullptr;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     node.opened_ = true;
     node.next_transition_ = nullptr;  // it is in the backlog, and will be checked again
     node.barred_ = false;
@@ -177,7 +177,7 @@ void Executor::open(NodeGroups& node) {
 }
 
 bool Executor::close(NodeGroups& node, MonotonicTime deadline) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   node.closed_ = true;
   node.next_transition_ = nullptr;
   ReadyList others;
@@ -211,7 +211,7 @@ Duration Executor::supervise(const Limits& limits) {
   std::string hung_in;
   Duration next = Duration::max();
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     if (stopping_) return next;
     const MonotonicTime now = clock_.now();
     // By index, because hand_over() may add a thread.
@@ -251,7 +251,7 @@ Duration Executor::supervise(const Limits& limits) {
       fmt::format("a callback of {} has been running for {:.1f} s; its thread is abandoned, the others continue",
                   hung->name(), to_seconds(hung_for)),
       std::move(hung_in));
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   --hung->pins_;
   if (waiting_for_return_ != 0) note_return();
   return next;
@@ -260,7 +260,7 @@ Duration Executor::supervise(const Limits& limits) {
 std::string Executor::why_not_wait(const NodeGroups& node, const CallbackGroup* group) const {
   const Worker* const here = Worker::here;
   if (here == nullptr || &here->executor != this || here->group == nullptr) return {};
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const NodeGroups& mine = here->group->node_;
   const bool alone = (here->unusual & Worker::kAlone) != 0, late = (here->unusual & Worker::kLate) != 0;
   std::string what;
@@ -282,18 +282,18 @@ std::string Executor::why_not_wait_for(const CallbackGroup& group) const { retur
 std::string Executor::why_not_wait_for(const NodeGroups& node) const { return why_not_wait(node, nullptr); }
 
 std::size_t Executor::thread_count() const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return workers_.size();
 }
 
 bool Executor::is_idle() const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (!ready_.empty()) return false;
   return std::ranges::all_of(workers_, [](const auto& worker) { return worker->group == nullptr; });
 }
 
 void Executor::report_threads(std::vector<ThreadReport>& out, std::size_t& used) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& worker : workers_) {
     if (worker->thread_id == 0) continue;  // not started yet
     if (used == out.size()) out.emplace_back();
@@ -308,7 +308,7 @@ void Executor::report_threads(std::vector<ThreadReport>& out, std::size_t& used)
 }
 
 void Executor::report_load(const NodeGroups& node, LoadReport& out) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   out.node = node.name_;
   out.callbacks = node.planned_ - node.until_sample_;
   out.samples = node.samples_;

@@ -142,7 +142,7 @@ void Container::Impl::write_safe_stops() const {
   commons.motion_stops->count.fetch_add(1);
   std::vector<std::shared_ptr<ForeignComponent>> others;
   {
-    const std::lock_guard lock(mutex);
+    const LockGuard lock(mutex);
     for (const auto& [id, component] : foreign) others.push_back(component);
     for (const auto& [id, record] : records) record->runtime->write_safe_stop();
   }
@@ -157,7 +157,7 @@ void Container::Impl::stop_what_moves() const {
   std::vector<std::shared_ptr<NodeRuntime>> movers;
   std::vector<std::shared_ptr<ForeignComponent>> others;
   {
-    const std::lock_guard lock(mutex);
+    const LockGuard lock(mutex);
     for (const auto& [id, component] : foreign) others.push_back(component);
     for (const auto& [id, record] : records) {
       if (record->runtime->is_actuator()) movers.push_back(record->runtime);

@@ -8,7 +8,7 @@ namespace nacelle::runtime {
 
 Result<ComponentInfo, Problem> Container::adopt(std::shared_ptr<ForeignComponent> component) {
   ComponentInfo info = component->info();
-  std::unique_lock lock(impl_->mutex);
+  UniqueLock lock(impl_->mutex);
   bool taken = impl_->names.contains(info.node);
   for (const auto& [id, other] : impl_->foreign) taken = taken || other->info().node == info.node;
   if (taken) {
@@ -45,7 +45,7 @@ void Container::tell_state(const StateChange& change) {
 }
 
 std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64_t id) const {
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   const auto found = foreign.find(id);
   return found == foreign.end() ? nullptr : found->second;
 }

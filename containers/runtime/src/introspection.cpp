@@ -53,7 +53,7 @@ Result<std::unique_ptr<ServiceCall>, Problem> Container::call_service(const std:
 std::vector<ServiceReport> Container::services() const {
   std::vector<ServiceReport> all;
   {
-    const std::lock_guard lock(impl_->mutex);
+    const LockGuard lock(impl_->mutex);
     for (const auto& [id, record] : impl_->records) {
       record->runtime->report_services(all);
       NodeServices::report_services(record->face.get(), all);

@@ -46,7 +46,7 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
          note_open_fault(record, code, text, callback);
        },
        [this, &record](const std::string& code) { note_closed_fault(record, code); }});
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   if (record.given_up) throw std::runtime_error("its load has timed out");
   for (const auto& [id, other] : foreign) {
     if (other->info().node != name) continue;
@@ -68,7 +68,7 @@ std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& ident
 }
 
 void Container::Impl::release_name(const Record& record) {
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   std::erase_if(names, [&](const auto& entry) { return entry.second == &record; });
 }
 
@@ -113,7 +113,7 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   }
   bool wanted = true;
   {
-    const std::lock_guard lock(mutex);
+    const LockGuard lock(mutex);
     wanted = !record.given_up;
     if (wanted) record.node = node;
   }
@@ -149,7 +149,7 @@ std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Recor
 void Container::Impl::abandon(const std::shared_ptr<Record>& record) {
   std::shared_ptr<NodeRuntime> runtime;
   {
-    const std::lock_guard lock(mutex);
+    const LockGuard lock(mutex);
     record->given_up = true;
     runtime = record->runtime;
     abandoned.push_back(record);
@@ -184,7 +184,7 @@ UnloadOutcome Container::Impl::finish(Record& record) {
   std::unique_ptr<Executor> executor;
   std::shared_ptr<NodeRuntime> runtime;
   {
-    const std::lock_guard lock(mutex);
+    const LockGuard lock(mutex);
     executor = std::move(record.own_executor);
     runtime = std::move(record.runtime);
   }
@@ -193,7 +193,7 @@ UnloadOutcome Container::Impl::finish(Record& record) {
   release_name(record);
   if (!record.library) return {true, {}};
   if (std::string held = commons.broker.sweep(node); !held.empty()) {
-    const std::lock_guard lock(mutex);
+    const LockGuard lock(mutex);
     const std::string image = record.library->image();
     held_images.push_back({{node, record.plugin, record.file, held}, std::move(record.library), image});
     return {false, std::move(held)};
@@ -201,7 +201,7 @@ UnloadOutcome Container::Impl::finish(Record& record) {
   const std::string image = record.library->image();
   record.library.reset();
   if (!PluginLibrary::is_mapped(image)) return {true, {}};
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   for (const auto& [id, other] : records) {
     if (other->library->image() == image) {
       return {false,
@@ -224,7 +224,7 @@ UnloadOutcome Container::Impl::finish(Record& record) {
 void Container::Impl::sweep() {
   std::vector<std::shared_ptr<Record>> returned;
   {
-    const std::lock_guard lock(mutex);
+    const LockGuard lock(mutex);
     std::erase_if(abandoned, [&](const std::shared_ptr<Record>& record) {
       if (record->errand) {
         if (!record->errand->has_ended()) return false;
@@ -241,7 +241,7 @@ void Container::Impl::sweep() {
       if (!start_destroying(record) ||
           !record->errand->wait(commons.clock,
                                 Deadline{commons.clock.now() + std::min<Duration>(1s, transition_limit())})) {
-        const std::lock_guard lock(mutex);
+        const LockGuard lock(mutex);
         abandoned.push_back(record);
         continue;
       }
@@ -250,7 +250,7 @@ void Container::Impl::sweep() {
     static_cast<void>(finish(*record));
   }
   std::vector<HeldImage> free;  // closed without the lock, because closing may run code of the library
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   std::erase_if(held_images, [&](HeldImage& held) {
     if (!held.library) return !PluginLibrary::is_mapped(held.image);
     held.about.held_by = commons.broker.sweep(held.about.node);
@@ -317,13 +317,13 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   }
   auto declared = Impl::declarations_of(*record);
   {
-    const std::lock_guard lock(impl_->mutex);
+    const LockGuard lock(impl_->mutex);
     record->id = impl_->next_id++;
   }
   if (impl_->node_services) impl_->node_services->begin(*record);
   ComponentInfo info;
   {
-    const std::lock_guard lock(impl_->mutex);
+    const LockGuard lock(impl_->mutex);
     impl_->records.emplace(record->id, record);
     record->runtime->open();
     info = Impl::info_of(*record);
@@ -342,7 +342,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     const UnloadOutcome outcome = other->unload();
     decltype(impl_->foreign_faces)::node_type face;
     {
-      const std::lock_guard lock(impl_->mutex);
+      const LockGuard lock(impl_->mutex);
       impl_->foreign.erase(id);
       face = impl_->foreign_faces.extract(id);
     }
@@ -350,14 +350,14 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     impl_->note_change();
     return outcome;
   }
-  const auto record = impl_->record(id);
+  const auto asked = impl_->ask_for(id);
+  const auto& record = asked.record;
   if (!record)
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
                        NameFault::Unknown, std::to_string(id)});
-  if (std::string why = impl_->why_not_wait_for(*record); !why.empty())
-    return err(Problem{record->runtime->identity().fully_qualified(), "cannot be unloaded from here", std::move(why)});
-  const std::lock_guard alone(record->one_at_a_time);
-  if (record->node == nullptr || record->given_up)
+  if (!asked.why_not_wait.empty()) return err(Problem{asked.node, "cannot be unloaded from here", asked.why_not_wait});
+  const LockGuard alone(record->one_at_a_time);
+  if (record->given_up || record->node == nullptr)  // in this order, as in trigger()
     return err(Problem{"component " + std::to_string(id), "is not loaded any more", "", NameFault::Unknown,
                        std::to_string(id)});
   const Deadline deadline = impl_->deadline();
@@ -379,7 +379,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
   const bool returned = record->runtime->close(record->hung ? impl_->commons.clock.now() : deadline.now());
   record->runtime->write_safe_stop();
   {
-    const std::lock_guard lock(impl_->mutex);
+    const LockGuard lock(impl_->mutex);
     impl_->records.erase(id);
   }
   if (impl_->node_services) impl_->node_services->end(*record, returned);
@@ -400,7 +400,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
 std::vector<KeptImage> Container::kept_images() {
   impl_->sweep();
   std::vector<KeptImage> all;
-  const std::lock_guard lock(impl_->mutex);
+  const LockGuard lock(impl_->mutex);
   for (const auto& held : impl_->held_images) all.push_back(held.about);
   for (const auto& record : impl_->abandoned) {
     all.push_back({record->runtime ? record->runtime->identity().fully_qualified() : record->plugin, record->plugin,
@@ -410,7 +410,7 @@ std::vector<KeptImage> Container::kept_images() {
 }
 
 std::size_t Container::abandoned() const {
-  const std::lock_guard lock(impl_->mutex);
+  const LockGuard lock(impl_->mutex);
   return impl_->abandoned.size();
 }
 

@@ -46,7 +46,7 @@ bool LogQueue::push(LogLevel level, WallTime when, std::string_view name, std::s
   head.function = static_cast<std::uint16_t>(texts[3].size());
   std::size_t size = sizeof head;
   for (const auto part : texts) size += part.size();
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (filling_.size() + size > kBytes) {
     ++dropped_;
     return false;
@@ -59,7 +59,7 @@ bool LogQueue::push(LogLevel level, WallTime when, std::string_view name, std::s
 std::uint64_t LogQueue::take(const std::function<void(const Line&)>& show) {
   std::uint64_t dropped = 0;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     filling_.swap(showing_);
     dropped = std::exchange(dropped_, 0);
   }

@@ -3,11 +3,11 @@
 
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <string_view>
 
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/time.hpp"
 
 namespace nacelle::runtime {
@@ -38,9 +38,9 @@ class LogQueue {
   std::uint64_t take(const std::function<void(const Line&)>& show);
 
  private:
-  std::mutex mutex_;  // filling_ and dropped_
-  std::string filling_, showing_;
-  std::uint64_t dropped_ = 0;
+  Mutex mutex_;
+  std::string filling_ NACELLE_GUARDED_BY(mutex_), showing_;
+  std::uint64_t dropped_ NACELLE_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace nacelle::runtime

@@ -69,8 +69,8 @@ class SubscriptionPort final : public SubscriptionHandle, private PortBase, priv
   }
   void execute_with(Block& block, MonotonicTime now) override {
     if (is_reentrant_) [[unlikely]] {
-      const std::lock_guard lock(
-          noting_);  // such a callback may run in parallel with itself, and a histogram has one writer
+      // Such a callback may run in parallel with itself, and a histogram has one writer.
+      const LockGuard lock(noting_);
       inbox().note_latency(now - block.info.source_time);
     } else {
       inbox().note_latency(now - block.info.source_time);
@@ -392,7 +392,7 @@ std::shared_ptr<CallbackGroup> NodeRuntime::group_of(const GroupPointer& wanted,
 }
 
 DurationHistogram& NodeRuntime::create_histogram(const std::string& name) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (auto& entry : histograms_) {
     if (entry.name == name) return entry.histogram;
   }
@@ -402,7 +402,7 @@ DurationHistogram& NodeRuntime::create_histogram(const std::string& name) {
 }
 
 void NodeRuntime::report_histograms(std::vector<HistogramReport>& out, std::size_t& used) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& entry : histograms_) {
     if (used == out.size()) out.emplace_back();
     HistogramReport& row = out[used++];
@@ -439,23 +439,23 @@ void NodeRuntime::close_fault(const std::string& code) {
 
 void NodeRuntime::set_active(bool active) {
   if (active) safe_stop_.note_activation();
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   active_.store(active, std::memory_order_release);
   for (Port* port : ports_) port->set_active(active);
 }
 
 void NodeRuntime::enroll(Port& port) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   ports_.push_back(&port);
   if (!active_.load(std::memory_order_relaxed)) port.set_active(false);
 }
 void NodeRuntime::leave(Port& port) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   std::erase(ports_, &port);
 }
 
 void NodeRuntime::report_callbacks(std::vector<CallbackReport>& out, std::size_t& used) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const Port* port : ports_) {
     if (used == out.size()) out.emplace_back();
     port->report(out[used++]);
@@ -463,7 +463,7 @@ void NodeRuntime::report_callbacks(std::vector<CallbackReport>& out, std::size_t
 }
 
 void NodeRuntime::report_services(std::vector<ServiceReport>& out) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const Port* port : ports_) {
     ServiceReport row;
     if (port->describe(row)) out.push_back(std::move(row));
@@ -471,11 +471,11 @@ void NodeRuntime::report_services(std::vector<ServiceReport>& out) const {
 }
 
 void NodeRuntime::enroll(const std::string& name, ServerPort& server) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   servers_.emplace_back(name, &server);
 }
 void NodeRuntime::leave(ServerPort& server) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   std::erase_if(servers_, [&](const auto& entry) { return entry.second == &server; });
 }
 
@@ -487,7 +487,7 @@ void NodeRuntime::withdraw() {
 
 void NodeRuntime::withdraw_services() {
   set_active(false);
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& [name, server] : servers_) {
     commons_.services.remove(name, *server);
     server->refuse_all();

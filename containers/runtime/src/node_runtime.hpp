@@ -5,12 +5,12 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "frames.hpp"
 #include "nacelle/base/clock_skews.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/host/node_host.hpp"
 #include "nacelle/node/motion_stops.hpp"
 #include "nacelle/runtime/broker.hpp"
@@ -151,11 +151,11 @@ class NodeRuntime {
   NodeGroups groups_;
   const std::shared_ptr<CallbackGroup> own_group_;
   std::atomic<bool> active_{true};
-  mutable std::mutex mutex_;  // the lists below
-  std::vector<Port*> ports_;
-  std::vector<std::pair<std::string, ServerPort*>> servers_;
-  std::deque<NamedHistogram> histograms_;  // a deque: references stay
-  SafeStop safe_stop_;                     // after groups_, whose name it shows
+  mutable Mutex mutex_;
+  std::vector<Port*> ports_ NACELLE_GUARDED_BY(mutex_);
+  std::vector<std::pair<std::string, ServerPort*>> servers_ NACELLE_GUARDED_BY(mutex_);
+  std::deque<NamedHistogram> histograms_ NACELLE_GUARDED_BY(mutex_);  // a deque: references stay
+  SafeStop safe_stop_;                                                // after groups_, whose name it shows
 };
 
 }  // namespace nacelle::runtime

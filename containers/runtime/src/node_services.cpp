@@ -78,7 +78,7 @@ void NodeServices::set_parameters(std::uint64_t id, std::vector<Parameter> param
 
 StateId NodeServices::state(std::uint64_t id) const {
   if (const auto other = container_.impl_->foreign_component(id)) return other->info().state;
-  const std::lock_guard lock(container_.impl_->mutex);  // a listed component is not destroyed meanwhile
+  const LockGuard lock(container_.impl_->mutex);  // a listed component is not destroyed meanwhile
   const auto found = container_.impl_->records.find(id);
   if (found == container_.impl_->records.end() || found->second->managed == nullptr) return StateId::Unknown;
   return found->second->managed->get_current_state().state();

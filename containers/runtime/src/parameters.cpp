@@ -70,7 +70,7 @@ std::vector<SetParametersResult> set_in(ParameterStore& store, const std::vector
 /// Runs something between two callbacks of a component. Errors: the component cannot run it.
 Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what) {
   // Under the lock, because an unload moves the runtime out.
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
   if (found == records.end())
@@ -88,7 +88,7 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
 
 Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std::uint64_t id) const {
   // Under the lock: a listed component is not destroyed meanwhile.
-  const std::lock_guard lock(mutex);
+  const LockGuard lock(mutex);
   if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
   if (found == records.end())

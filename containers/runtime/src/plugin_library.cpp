@@ -210,24 +210,25 @@ std::vector<std::int64_t> PluginIndex::stamps() const {
 }
 
 void PluginIndex::read() {
-  known_.clear();
+  std::vector<Known> all;
   for (const auto& folder : folders_) {
     for (const auto& file : index_files_of(folder)) {
       any_line_of(file, [&](const std::string& name, const std::string& library, const std::string& line) {
         const auto same = [&](const Known& known) { return known.entry.class_name == name; };
-        if (std::ranges::none_of(known_, same))
-          known_.push_back({{name, (std::filesystem::path(folder) / library).string(), file.filename().string()},
-                            file.string(),
-                            line});
+        if (std::ranges::none_of(all, same))
+          all.push_back({{name, (std::filesystem::path(folder) / library).string(), file.filename().string()},
+                         file.string(),
+                         line});
         return false;
       });
     }
   }
+  known_ = std::move(all);
 }
 
 std::optional<PluginEntry> PluginIndex::find(const std::string& class_name) {
-  const std::lock_guard lock(mutex_);
-  const auto known = [&] {
+  const LockGuard lock(mutex_);
+  const auto known = [&]() NACELLE_REQUIRES(mutex_) {
     return std::ranges::find_if(known_, [&](const Known& k) { return k.entry.class_name == class_name; });
   };
   auto now = stamps();
@@ -247,7 +248,7 @@ std::optional<PluginEntry> PluginIndex::find(const std::string& class_name) {
 }
 
 std::vector<PluginEntry> PluginIndex::entries() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   stamps_ = stamps();
   read();
   std::vector<PluginEntry> all;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The queue of a proxy for a reader in another process, and the feedback to it from that reader's own queue.
-#include <mutex>
 
 #include "reader_queue.hpp"
+
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle::runtime {
 
 Block* ReaderQueue::look() {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   if (looked_at_ == waiting_.load(std::memory_order_relaxed)) return nullptr;
   Block* const block = ring_[(head_ + looked_at_++) & mask_];
   add_reference(*block);
@@ -18,7 +19,7 @@ void ReaderQueue::release(std::uint64_t messages) {
   for (; messages != 0; --messages) {
     Block* block = nullptr;
     {
-      const std::lock_guard lock(*mutex_);
+      const LockGuard lock(*mutex_);
       if (released_early_ != 0) {
         --released_early_;
         continue;
@@ -32,13 +33,13 @@ void ReaderQueue::release(std::uint64_t messages) {
 }
 
 void ReaderQueue::forget_seen() {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   seen_.clear();
 }
 
 void ReaderQueue::note_lost(const ReaderCounters& losses) {
   {
-    const std::lock_guard lock(*mutex_);
+    const LockGuard lock(*mutex_);
     counters_.received += losses.overwritten + losses.expired;
     counters_.overwritten += losses.overwritten;
     counters_.full += losses.full;

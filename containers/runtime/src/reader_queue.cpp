@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
-#include <mutex>
+
+#include "nacelle/base/mutex.hpp"
+#include "nacelle/msgs/message_type.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -130,7 +132,7 @@ ReaderQueue::Push ReaderQueue::push(Block& block) {
   const std::atomic<std::uint32_t>* called = nullptr;
   Push result{};
   {
-    const std::lock_guard lock(*mutex_);
+    const LockGuard lock(*mutex_);
     result = push_locked(block, loose, called);
   }
   // The woken thread may take over this CPU at once, and must not block on a lock that this thread holds.
@@ -139,18 +141,18 @@ ReaderQueue::Push ReaderQueue::push(Block& block) {
   if (loose.tell) tell();
   if (loose.poke && watchdog_ != nullptr) watchdog_->poke();
   if (executor_ == nullptr && result == Push::Queued) {
-    const std::lock_guard lock(listener_mutex_);
+    const LockGuard lock(listener_mutex_);
     if (listener_ != nullptr) listener_->on_ready();
   }
   return result;
 }
 
 MonotonicTime ReaderQueue::watch(MonotonicTime now) {
-  if (!deadline_.is_set()) return kNeverExpires;
+  if (!has_deadline()) return kNeverExpires;
   MonotonicTime due;
   bool missed = false;
   {
-    const std::lock_guard lock(*mutex_);
+    const LockGuard lock(*mutex_);
     const auto count = deadline_.look(now);
     totals_.deadline_missed += count;
     missed = count != 0;
@@ -164,7 +166,7 @@ Block* ReaderQueue::take() {
   for (;;) {
     Block* block = nullptr;
     {
-      const std::lock_guard lock(*mutex_);
+      const LockGuard lock(*mutex_);
       if (waiting_.load(std::memory_order_relaxed) == 0) return nullptr;
       block = pop();
       if (block->expires == kNeverExpires || clock_.now() <= block->expires) return block;
@@ -181,14 +183,14 @@ void ReaderQueue::wait_for_room(MonotonicTime deadline) {
   for (;;) {
     const std::uint32_t word = room_word_.load(std::memory_order_acquire);
     {
-      const std::lock_guard lock(*mutex_);
+      const LockGuard lock(*mutex_);
       if (!enabled_ || closed_ || waiting_.load(std::memory_order_relaxed) < limit_) return;
       ++room_waiters_;
     }
     const bool late = clock_.now() >= deadline;
     if (!late) futex_wait_until(room_word_, word, deadline);
     {
-      const std::lock_guard lock(*mutex_);
+      const LockGuard lock(*mutex_);
       --room_waiters_;
     }
     if (late) return;
@@ -199,7 +201,7 @@ void ReaderQueue::drop_all(std::uint64_t ReaderCounters::*cause) {
   for (;;) {
     Block* block = nullptr;
     {
-      const std::lock_guard lock(*mutex_);
+      const LockGuard lock(*mutex_);
       if (waiting_.load(std::memory_order_relaxed) == 0) return;
       block = pop_unread();
       ++(counters_.*cause);
@@ -210,7 +212,7 @@ void ReaderQueue::drop_all(std::uint64_t ReaderCounters::*cause) {
 
 void ReaderQueue::set_enabled(bool enabled) {
   {
-    const std::lock_guard lock(*mutex_);
+    const LockGuard lock(*mutex_);
     enabled_ = enabled;
     note_room();
     deadline_.stop();  // the next message restarts it
@@ -220,30 +222,30 @@ void ReaderQueue::set_enabled(bool enabled) {
 
 void ReaderQueue::close() {
   {
-    const std::lock_guard lock(*mutex_);
+    const LockGuard lock(*mutex_);
     closed_ = true;
     executable_ = nullptr;
     note_room();
   }
   {
-    const std::lock_guard lock(listener_mutex_);
+    const LockGuard lock(listener_mutex_);
     listener_ = nullptr;
   }
   {
-    const std::lock_guard lock(status_mutex_);
+    const LockGuard lock(status_mutex_);
     status_listener_ = nullptr;
   }
   drop_all(&ReaderCounters::discarded);
 }
 
 void ReaderQueue::note_rehomed() {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   ++counters_.rehomed;
 }
 
 void ReaderQueue::note_matched() {
   {
-    const std::lock_guard lock(*mutex_);
+    const LockGuard lock(*mutex_);
     ++totals_.matched_total;
   }
   tell();
@@ -251,7 +253,7 @@ void ReaderQueue::note_matched() {
 
 void ReaderQueue::note_clash(const std::string& policy, std::string text) {
   {
-    const std::lock_guard lock(*mutex_);
+    const LockGuard lock(*mutex_);
     ++(policy == kTypePolicy ? totals_.incompatible_type : totals_.incompatible_qos);
     totals_.last_policy = policy;
     totals_.last_clash = std::move(text);
@@ -260,19 +262,19 @@ void ReaderQueue::note_clash(const std::string& policy, std::string text) {
 }
 
 void ReaderQueue::tell() const {
-  const std::lock_guard lock(status_mutex_);
+  const LockGuard lock(status_mutex_);
   if (status_listener_ != nullptr) status_listener_->on_status();
 }
 
 EndpointStatus ReaderQueue::status() const {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   EndpointStatus status = totals_;
   status.lost = counters_.overwritten + counters_.full + counters_.expired;
   return status;
 }
 
 ReaderCounters ReaderQueue::counters() const {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   ReaderCounters all = counters_;
   all.received += head_ + waiting_.load(std::memory_order_relaxed);
   all.delivered = head_ - unread_;
@@ -296,19 +298,19 @@ void ReaderQueue::report(ReaderReport& row) const {
   row.latency_p50 = latency_.quantile(0.5);
   row.latency_p99 = latency_.quantile(0.99);
   row.latency_max = latency_.max();
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   row.open = enabled_;
   row.waiting = waiting_.load(std::memory_order_relaxed);
   row.deadline_missed = totals_.deadline_missed;
 }
 
 bool ReaderQueue::is_enabled() const {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   return enabled_;
 }
 
 std::uint64_t ReaderQueue::seen(std::uint64_t writer) const {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   for (const auto& [id, sequence] : seen_) {
     if (id == writer) return sequence;
   }
@@ -316,7 +318,7 @@ std::uint64_t ReaderQueue::seen(std::uint64_t writer) const {
 }
 
 void ReaderQueue::forget_writer(std::uint64_t writer) {
-  const std::lock_guard lock(*mutex_);
+  const LockGuard lock(*mutex_);
   std::erase_if(seen_, [&](const auto& entry) { return entry.first == writer; });
 }
 

@@ -38,16 +38,18 @@ class ReaderQueue {
   ~ReaderQueue();
 
   enum class Push : std::uint8_t { Queued, Full, Inactive };
-  [[nodiscard]] FutexMutex& mutex() const { return *mutex_; }
+  [[nodiscard]] FutexMutex& mutex() const NACELLE_RETURNS_LOCK(*mutex_) { return *mutex_; }
+  /// For the compiler: the caller holds mutex(), under another name (its executor's lock).
+  void assume_locked() const NACELLE_ASSERTS_HELD(*mutex_) {}
   /// Takes over one reference. Under the lock. `called`: receives a thread to wake when the lock is released; unchanged
   /// if there is none. Returns false, without effect, if the message needs more work: then call push() without the
   /// lock.
-  [[nodiscard]] bool push_quickly(Block& block, const std::atomic<std::uint32_t>*& called);
+  [[nodiscard]] bool push_quickly(Block& block, const std::atomic<std::uint32_t>*& called) NACELLE_REQUIRES(*mutex_);
   /// Takes over one reference.
   Push push(Block& block);
   [[nodiscard]] Block* take();
   /// Returns the oldest message if it needs no further work, under the lock; null: call take().
-  [[nodiscard]] Block* take_quickly();
+  [[nodiscard]] Block* take_quickly() NACELLE_REQUIRES(*mutex_);
   /// Waits until a full KEEP_ALL queue has room, at most until the deadline. Threads: none that runs callbacks.
   void wait_for_room(MonotonicTime deadline);
   /// Counts missed deadlines; returns when the next one is due.
@@ -115,7 +117,9 @@ class ReaderQueue {
   void forget_writer(std::uint64_t writer);
 
  private:
-  void note_seen(const MessageInfo& info);
+  /// Of the QoS, so without the lock.
+  [[nodiscard]] bool has_deadline() const NACELLE_NOT_CHECKED { return deadline_.is_set(); }
+  void note_seen(const MessageInfo& info) NACELLE_REQUIRES(*mutex_);
   ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* listener, Executable* executable, const Clock& clock,
               Watchdog* watchdog, std::uint64_t id);
   // Work to do after the lock is released.
@@ -123,15 +127,15 @@ class ReaderQueue {
     Block* evicted = nullptr;
     bool tell = false, poke = false;
   };
-  Push push_locked(Block& block, Loose& loose, const std::atomic<std::uint32_t>*& called);
-  void append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called);
-  void note_room();
-  void grow();
-  [[nodiscard]] std::size_t size() const { return mask_ + 1; }
+  Push push_locked(Block& block, Loose& loose, const std::atomic<std::uint32_t>*& called) NACELLE_REQUIRES(*mutex_);
+  void append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) NACELLE_REQUIRES(*mutex_);
+  void note_room() NACELLE_REQUIRES(*mutex_);
+  void grow() NACELLE_REQUIRES(*mutex_);
+  [[nodiscard]] std::size_t size() const NACELLE_REQUIRES(*mutex_) { return mask_ + 1; }
   void drop_all(std::uint64_t ReaderCounters::*cause);
-  Block* pop();
-  Block* pop_unread();
-  void note_arrival(MonotonicTime now, Loose& loose);
+  Block* pop() NACELLE_REQUIRES(*mutex_);
+  Block* pop_unread() NACELLE_REQUIRES(*mutex_);
+  void note_arrival(MonotonicTime now, Loose& loose) NACELLE_REQUIRES(*mutex_);
 
   const EndpointSpec spec_;
   const Taking taking_;
@@ -140,46 +144,48 @@ class ReaderQueue {
   // Shared: a writer that has not noticed yet that this queue is closed may use it after the executor is gone.
   const std::shared_ptr<FutexMutex> mutex_;
   Executor* const executor_;  // null, like the next member, for every listener that is not an executable
-  Executable* executable_;
-  std::size_t mask_;  // the ring's size, a power of two, minus one
-  std::unique_ptr<Block*[]> ring_;
+  Executable* executable_ NACELLE_GUARDED_BY(*mutex_);
+  std::size_t mask_ NACELLE_GUARDED_BY(*mutex_);  // the ring's size, a power of two, minus one
+  std::unique_ptr<Block*[]> ring_ NACELLE_GUARDED_BY(*mutex_);
   const std::size_t limit_;
-  std::size_t room_ = 0;  // limit for push_quickly(); 0 if a push needs more than filling the ring
-  std::size_t head_ = 0;  // number of messages ever taken; masked, the index of the oldest
+  std::size_t room_ NACELLE_GUARDED_BY(*mutex_) =
+      0;  // limit for push_quickly(); 0 if a push needs more than filling the ring
+  std::size_t head_ NACELLE_GUARDED_BY(*mutex_) = 0;  // number of messages ever taken; masked, the index of the oldest
   std::atomic<std::size_t> waiting_{0};
-  bool enabled_;
-  bool closed_ = false;
+  bool enabled_ NACELLE_GUARDED_BY(*mutex_);
+  bool closed_ NACELLE_GUARDED_BY(*mutex_) = false;
   // Each listener is called under its own lock, so that close() can guarantee that the calls have ended. There are two
   // locks because a take() from within on_ready() may find an expired message and notify the other listener.
   FutexMutex listener_mutex_;
-  ReadyListener* listener_;
+  ReadyListener* listener_ NACELLE_GUARDED_BY(listener_mutex_);
   mutable FutexMutex status_mutex_;
-  StatusListener* status_listener_;
+  StatusListener* status_listener_ NACELLE_GUARDED_BY(status_mutex_);
   const Clock& clock_;
   Watchdog* const watchdog_;  // null: another thread calls watch() in time
   const std::uint64_t id_;
-  DeadlineWatch deadline_;
-  EndpointStatus totals_;
+  DeadlineWatch deadline_ NACELLE_GUARDED_BY(*mutex_);
+  EndpointStatus totals_ NACELLE_GUARDED_BY(*mutex_);
   std::atomic<std::uint32_t> room_word_{0};  // changes when a message leaves while a thread waits for room
-  std::uint32_t room_waiters_ = 0;
-  ReaderCounters counters_;   // except the figures that follow from head_ and waiting_
-  std::uint64_t unread_ = 0;  // taken, but not delivered
+  std::uint32_t room_waiters_ NACELLE_GUARDED_BY(*mutex_) = 0;
+  ReaderCounters counters_ NACELLE_GUARDED_BY(*mutex_);   // except the figures that follow from head_ and waiting_
+  std::uint64_t unread_ NACELLE_GUARDED_BY(*mutex_) = 0;  // taken, but not delivered
   DurationHistogram latency_;
   std::atomic<std::uintptr_t> thread_{0};
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> seen_ NACELLE_GUARDED_BY(*mutex_);
   const GraphWatch* links_ = nullptr;  // notified when a message from a link leaves a KEEP_ALL queue
   std::shared_ptr<BufferLender> lender_;
   std::uint64_t tapped_ = 0;  // the only writer that it reads; 0: it is not a tap
   bool witness_ = false;
-  std::vector<std::uint64_t> counted_by_;  // as a witness
-  std::size_t looked_at_ = 0;              // the oldest of the waiting messages
-  std::uint64_t released_early_ = 0;       // peeked at, and gone before release()
+  std::vector<std::uint64_t> counted_by_;                         // as a witness
+  std::size_t looked_at_ NACELLE_GUARDED_BY(*mutex_) = 0;         // the oldest of the waiting messages
+  std::uint64_t released_early_ NACELLE_GUARDED_BY(*mutex_) = 0;  // peeked at, and gone before release()
 };
 
 inline void ReaderQueue::append(Block& block, std::size_t waiting, const std::atomic<std::uint32_t>*& called) {
   ring_[(head_ + waiting) & mask_] = &block;
   waiting_.store(waiting + 1, std::memory_order_release);
   if (executable_ == nullptr) return;
+  executor_->assume_locked();  // this queue's lock is its executor's
   if (const auto* const word = executor_->post_locked(*executable_); word != nullptr) [[unlikely]]
     called = word;
 }

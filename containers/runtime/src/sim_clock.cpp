@@ -2,8 +2,9 @@
 #include "sim_clock.hpp"
 
 #include <algorithm>
-#include <mutex>
 #include <rosgraph_msgs/msg/clock.hpp>
+
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle::runtime {
 
@@ -30,30 +31,30 @@ SimClock::SimClock(const Clock& real, Transport& transport) : real_(real) {
 }
 
 void SimClock::add(SimTicks& ticks) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   ticks.restart(wall_now().since_origin);
   if (std::ranges::find(timers_, &ticks) == timers_.end()) timers_.push_back(&ticks);
 }
 
 void SimClock::remove(SimTicks& ticks) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   std::erase(timers_, &ticks);
 }
 
 bool SimClock::has(const SimTicks& ticks) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return std::ranges::find(timers_, &ticks) != timers_.end();
 }
 
 std::uint64_t SimClock::skipped(const SimTicks& ticks) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return ticks.skipped_;
 }
 
 void SimClock::on_ready() noexcept {
   Reader* const reader = opened_.load(std::memory_order_acquire);
   if (reader == nullptr) return;  // a message that came before is handled with the next one
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   while (Block* const block = reader->take()) {
     const auto& clock = static_cast<const rosgraph_msgs::msg::Clock*>(block->message)->clock;
     const Duration now{clock.sec * std::int64_t{1'000'000'000} + clock.nanosec};

@@ -60,7 +60,7 @@ class SimClock final : public Clock, private ReadyListener {
   const Clock& real_;
   std::atomic<std::int64_t> time_ns_{0};
   mutable FutexMutex mutex_;  // the timers, and one message after another
-  std::vector<SimTicks*> timers_;
+  std::vector<SimTicks*> timers_ NACELLE_GUARDED_BY(mutex_);
   std::atomic<Reader*> opened_{nullptr};  // a message may come before the constructor has the reader
   std::unique_ptr<Reader> reader_;        // last: it calls on_ready() until it is gone
 };

@@ -20,14 +20,14 @@ void Supervisor::add(Executor& executor) {
     if (parked_.load()) wake();
   });
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     executors_.push_back(&executor);
   }
   wake();
 }
 
 void Supervisor::remove(Executor& executor) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   std::erase(executors_, &executor);
 }
 
@@ -53,7 +53,7 @@ void Supervisor::watch() {
     bool idle = true;
     Duration next = period;
     {
-      const std::lock_guard lock(mutex_);
+      const LockGuard lock(mutex_);
       for (Executor* executor : executors_) {
         next = std::min(next, executor->supervise(limits_));
         idle = idle && executor->is_idle();

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <atomic>
-#include <mutex>
 #include <thread>
 #include <vector>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/runtime/executor.hpp"
 
 namespace nacelle::runtime {
@@ -21,15 +21,15 @@ class Supervisor {
   /// Stops checking all executors.
   void stop();
   /// Waits for a running check, which may be about to report a callback that has just returned.
-  void settle() { const std::lock_guard lock(mutex_); }
+  void settle() { const LockGuard lock(mutex_); }
 
  private:
   void watch();
   void wake();
 
   const Executor::Limits limits_;
-  std::mutex mutex_;
-  std::vector<Executor*> executors_;
+  Mutex mutex_;
+  std::vector<Executor*> executors_ NACELLE_GUARDED_BY(mutex_);
   std::atomic<bool> parked_{false};
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint32_t> word_{0};

@@ -16,7 +16,7 @@ Watchdog::~Watchdog() {
 
 void Watchdog::poke() {
   if (!running_.load(std::memory_order_acquire)) {
-    const std::lock_guard lock(starting_);
+    const LockGuard lock(starting_);
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
     running_.store(true, std::memory_order_release);
   }

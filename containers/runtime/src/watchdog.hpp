@@ -3,9 +3,9 @@
 
 #include <atomic>
 #include <functional>
-#include <mutex>
 #include <thread>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/runtime/futex.hpp"
 
@@ -30,8 +30,8 @@ class Watchdog {
   const std::function<MonotonicTime(MonotonicTime)> look_;
   std::atomic<std::uint32_t> word_{0};
   std::atomic<bool> stopping_{false}, running_{false};
-  std::mutex starting_;
-  std::thread thread_;
+  Mutex starting_;
+  std::thread thread_ NACELLE_GUARDED_BY(starting_);
 };
 
 }  // namespace nacelle::runtime

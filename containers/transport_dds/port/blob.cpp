@@ -47,7 +47,7 @@ Blob* BlobPool::remove_kept(std::size_t place) noexcept {
 }
 
 Blob* BlobPool::take_kept(std::size_t bytes) noexcept {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   recent_ = std::max(bytes, recent_ - recent_ / 8);
   std::size_t best = kept_count_;
   for (std::size_t i = 0; i < kept_count_; ++i) {
@@ -90,7 +90,7 @@ void BlobPool::take_back(Blob& blob) noexcept {
   std::size_t away_count = 0;
   bool keep = false;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     const std::size_t room = std::max(kAlwaysKept, 2 * recent_ + recent_ / 2);
     keep = blob.capacity <= room;
     while (keep && kept_count_ != 0 && (kept_count_ == kMostKept || kept_bytes_ + blob.capacity > room))
@@ -106,7 +106,7 @@ void BlobPool::take_back(Blob& blob) noexcept {
 }
 
 std::size_t BlobPool::bytes_kept() const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return kept_bytes_;
 }
 

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 
 #include "nacelle/base/bytes.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "transport_dds/port/cyclone.hpp"
 
 namespace nacelle::transport_dds {
@@ -66,17 +66,17 @@ class BlobPool final {
   explicit BlobPool(const BlobLimits& limits) : limits_(limits) {}
   ~BlobPool();
   [[nodiscard]] Blob* take_kept(std::size_t bytes) noexcept;
-  [[nodiscard]] Blob* remove_kept(std::size_t place) noexcept;
+  [[nodiscard]] Blob* remove_kept(std::size_t place) noexcept NACELLE_REQUIRES(mutex_);
 
   static constexpr std::size_t kMostKept = 16;
   const BlobLimits limits_;
   std::atomic<std::size_t> users_{1};
   std::atomic<std::size_t> bytes_out_{0};
   std::atomic<std::uint64_t> refused_{0};
-  mutable std::mutex mutex_;  // what follows
-  std::array<Blob*, kMostKept> kept_{};
-  std::size_t kept_count_ = 0, kept_bytes_ = 0;
-  std::size_t recent_ = 0;  // the longest recent message
+  mutable Mutex mutex_;  // what follows
+  std::array<Blob*, kMostKept> kept_ NACELLE_GUARDED_BY(mutex_){};
+  std::size_t kept_count_ NACELLE_GUARDED_BY(mutex_) = 0, kept_bytes_ NACELLE_GUARDED_BY(mutex_) = 0;
+  std::size_t recent_ NACELLE_GUARDED_BY(mutex_) = 0;  // the longest recent message
 };
 
 /// Returns a key of these types: no bytes, no pool. Null: no memory.

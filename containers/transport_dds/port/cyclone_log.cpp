@@ -5,10 +5,10 @@
 
 #include <array>
 #include <functional>
-#include <mutex>
 #include <string_view>
 
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/time.hpp"
 
 namespace nacelle::transport_dds {
@@ -22,7 +22,7 @@ class Flow {
   /// Returns false if there were too many lines, or the same line was logged just before. `silent`: lines that were
   /// left out before this one.
   [[nodiscard]] bool admits(std::string_view line, MonotonicTime now, unsigned& silent) {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     if (is_repeated(std::hash<std::string_view>{}(line), now)) {
       ++left_out_;
       return false;
@@ -48,7 +48,7 @@ class Flow {
   };
 
   // A participant with a foreign certificate is refused once a second, as long as it retries.
-  [[nodiscard]] bool is_repeated(std::size_t line, MonotonicTime now) {
+  [[nodiscard]] bool is_repeated(std::size_t line, MonotonicTime now) NACELLE_REQUIRES(mutex_) {
     for (const Said& one : recent_) {
       if (one.line == line && one.when != MonotonicTime{} && now - one.when < 60s) return true;
     }
@@ -57,11 +57,11 @@ class Flow {
   }
 
   static constexpr unsigned kMost = 20;
-  std::mutex mutex_;
-  MonotonicTime begin_{};
-  unsigned said_ = 0, left_out_ = 0;
-  std::array<Said, 8> recent_;
-  std::size_t next_ = 0;
+  Mutex mutex_;
+  MonotonicTime begin_ NACELLE_GUARDED_BY(mutex_){};
+  unsigned said_ NACELLE_GUARDED_BY(mutex_) = 0, left_out_ NACELLE_GUARDED_BY(mutex_) = 0;
+  std::array<Said, 8> recent_ NACELLE_GUARDED_BY(mutex_);
+  std::size_t next_ NACELLE_GUARDED_BY(mutex_) = 0;
 };
 
 std::string_view line_of(const dds_log_data_t& data) {

@@ -81,7 +81,7 @@ template <typename F>
 void DdsMirror::Impl::note(F change) noexcept {
   bool wake = false;
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     change(noted);
     wake = std::exchange(sleeping, false);
   }
@@ -129,13 +129,13 @@ void DdsMirror::Impl::run() {
   MonotonicTime due = kNeverExpires;
   for (;;) {
     {
-      std::unique_lock lock(noting);
+      UniqueLock lock(noting);
       sleeping = !noted.any();
       if (sleeping && due == kNeverExpires) {
-        woken.wait(lock, [&] { return noted.any(); });
+        woken.wait(lock.raw(), [&]() NACELLE_REQUIRES(noting) { return noted.any(); });
       } else if (sleeping) {
         const Duration wait = std::max(due - clock.now(), Duration{1ms});
-        woken.wait_for(lock, wait, [&] { return noted.any(); });
+        woken.wait_for(lock.raw(), wait, [&]() NACELLE_REQUIRES(noting) { return noted.any(); });
       }
       sleeping = false;
       std::swap(noted, now);

@@ -96,9 +96,9 @@ void DdsMirror::Impl::Services::take_reply(Client& client, const dds::Sample& sa
 }
 
 void DdsMirror::Impl::Services::look_for_servers(Client& client) {
-  const auto ids_of = [](const Peers& peers) {
+  const auto ids_of = [](const Peers& ends) {
     std::vector<std::string> ids;
-    for (const auto& [gid, peer] : peers) {
+    for (const auto& [gid, peer] : ends) {
       if (peer.understands) ids.push_back(peer.id);
     }
     return ids;

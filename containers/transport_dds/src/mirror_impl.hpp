@@ -4,7 +4,6 @@
 #include <atomic>
 #include <condition_variable>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
@@ -13,6 +12,7 @@
 #include "mirror_lane.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
 #include "transport_dds/port/discovery.hpp"
 #include "transport_dds/port/reader.hpp"
@@ -282,10 +282,10 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   std::vector<std::uint64_t> targets;
   std::vector<LocalReader*> same;
 
-  std::mutex noting;  // what follows; the last lock of all
+  Mutex noting;  // the last lock of all
   std::condition_variable woken;
-  Noted noted;
-  bool sleeping = false;
+  Noted noted NACELLE_GUARDED_BY(noting);
+  bool sleeping NACELLE_GUARDED_BY(noting) = false;
 
   Figure encoded{0}, bytes_encoded{0}, overtaken{0}, held_back{0}, refused{0}, received{0}, decoded{0}, broken{0},
       stray{0}, snapshots{0}, problems{0}, taps{0}, writer_count{0}, reader_count{0}, stand_in_count{0},

@@ -4,8 +4,9 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <thread>
+
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle {
 
@@ -28,11 +29,11 @@ class MirrorLane {
  private:
   void run();
 
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable woken_;
-  std::deque<Job> jobs_;
-  bool working_ = false, stopping_ = false;
-  std::thread thread_;
+  std::deque<Job> jobs_ NACELLE_GUARDED_BY(mutex_);
+  bool working_ NACELLE_GUARDED_BY(mutex_) = false, stopping_ NACELLE_GUARDED_BY(mutex_) = false;
+  std::thread thread_ NACELLE_GUARDED_BY(mutex_);
 };
 
 }  // namespace nacelle

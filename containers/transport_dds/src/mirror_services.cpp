@@ -46,7 +46,7 @@ DdsMirror::Impl::Services::~Services() {
 template <typename F>
 void DdsMirror::Impl::Services::note(F change) noexcept {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     change(noted);
   }
   mirror.note_services();
@@ -96,7 +96,7 @@ bool DdsMirror::Impl::Services::Client::take(Call call) noexcept {
 
 void DdsMirror::Impl::Services::turn() {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     std::swap(noted, now);
     for (const NotedCall& call : now.calls) {
       if (const auto client = clients.find(call.client); client != clients.end()) client->second->noted = 0;

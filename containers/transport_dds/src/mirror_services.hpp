@@ -5,13 +5,13 @@
 #include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "mirror_impl.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/host/service_graph.hpp"
 #include "transport_dds/wire/service_call.hpp"
 
@@ -166,8 +166,8 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   Bytes scratch;
   Noted now;
 
-  std::mutex noting;  // what follows; the last lock but the mirror's own
-  Noted noted;
+  Mutex noting;  // the last lock but the mirror's own
+  Noted noted NACELLE_GUARDED_BY(noting);
 
   Figure requests{0}, requests_refused{0}, replies{0}, replies_dropped{0}, calls{0}, answers{0}, calls_failed{0},
       late{0}, server_count{0}, client_count{0}, clock_questions{0}, clock_answers{0};

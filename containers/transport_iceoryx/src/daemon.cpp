@@ -18,6 +18,7 @@
 
 #include "daemon_process.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "quiet.hpp"
 
 namespace nacelle::transport_iceoryx {
@@ -49,9 +50,10 @@ iox::RuntimeName_t runtime_name() {
 }  // namespace
 
 Result<Daemon*, Problem> Daemon::connect(Duration patience) {
-  static std::mutex mutex;
-  static Daemon* daemon = nullptr;  // once made, it stays: iceoryx cannot be started twice in a process
-  const std::lock_guard lock(mutex);
+  static Mutex mutex;
+  // Once made, it stays: iceoryx cannot be started twice in a process.
+  static Daemon* daemon NACELLE_GUARDED_BY(mutex) = nullptr;
+  const LockGuard lock(mutex);
   if (daemon != nullptr) {
     if (daemon->is_alive()) return daemon;
     return err(problem("iceoryx's daemon is gone, or another one has taken its place", "restart this process"));
@@ -61,7 +63,7 @@ Result<Daemon*, Problem> Daemon::connect(Duration patience) {
   if (auto begun = daemon->begin(); !begun) return err(begun.error());
   Logger("transport_iceoryx").info("iceoryx's daemon answers: streams between processes may go through shared memory");
   // Before iceoryx's runtime and the log are destroyed, which were made before this.
-  std::atexit([] { daemon->end(); });
+  std::atexit([]() NACELLE_NOT_CHECKED { daemon->end(); });  // it stays as it is
   return daemon;
 }
 
@@ -77,8 +79,8 @@ Result<void, Problem> Daemon::begin() {
   std::thread([this] { run(); }).detach();
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
 
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, patience_, [this] { return state_ != State::Connecting; });
+  UniqueLock lock(mutex_);
+  changed_.wait_for(lock.raw(), patience_, [this]() NACELLE_REQUIRES(mutex_) { return state_ != State::Connecting; });
   if (state_ == State::Connected) return {};
   const bool answered = state_ == State::Failed;
   state_ = State::Failed;
@@ -92,7 +94,7 @@ void Daemon::run() {
   pthread_setname_np(pthread_self(), "iceoryx");
   if (!register_process()) return;
   serve();
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   state_ = State::Ended;
   changed_.notify_all();
 }
@@ -101,8 +103,8 @@ void Daemon::end() {
   ends_.store(true, std::memory_order_release);
   wake();
   // A thread that waits for a daemon that does not answer is left behind.
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, patience_, [this] { return state_ == State::Ended; });
+  UniqueLock lock(mutex_);
+  changed_.wait_for(lock.raw(), patience_, [this]() NACELLE_REQUIRES(mutex_) { return state_ == State::Ended; });
 }
 
 void Daemon::wake() const {
@@ -114,7 +116,7 @@ bool Daemon::register_process() {
   park_this_thread_on_fatal_errors(
       [](void* context, const char* error) {
         auto& daemon = *static_cast<Daemon*>(context);
-        const std::lock_guard lock(daemon.mutex_);
+        const LockGuard lock(daemon.mutex_);
         daemon.state_ = State::Failed;
         daemon.failure_ = error;
         daemon.changed_.notify_all();
@@ -122,7 +124,7 @@ bool Daemon::register_process() {
       this);
   runtime_ = &iox::runtime::PoshRuntime::initRuntime(runtime_name());
   park_no_longer();
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (state_ != State::Connecting) return false;  // too late: no thread waits any more
   state_ = State::Connected;
   alive_.store(true, std::memory_order_release);
@@ -143,14 +145,14 @@ void Daemon::serve() {
     while (true) {
       std::shared_ptr<Request> request;
       {
-        const std::lock_guard lock(mutex_);
+        const LockGuard lock(mutex_);
         if (requests_.empty()) break;
         request = requests_.front();
         requests_.pop_front();
       }
       static_cast<void>(last_error());
       void* const port = request->work(*runtime_);
-      const std::lock_guard lock(mutex_);
+      const LockGuard lock(mutex_);
       request->answer = {port, port == nullptr ? last_error() : ""};
       request->done = true;
       changed_.notify_all();
@@ -162,10 +164,10 @@ void Daemon::serve() {
 Daemon::Made Daemon::ask(std::function<void*(iox::runtime::PoshRuntime&)> work) {
   if (!is_alive()) return {nullptr, "the daemon is gone"};
   const auto request = std::make_shared<Request>(Request{std::move(work), {}, false});
-  std::unique_lock lock(mutex_);
+  UniqueLock lock(mutex_);
   requests_.push_back(request);
   wake();
-  changed_.wait_for(lock, patience_, [&] { return request->done || !is_alive(); });
+  changed_.wait_for(lock.raw(), patience_, [&]() NACELLE_REQUIRES(mutex_) { return request->done || !is_alive(); });
   if (request->done) return request->answer;
   lock.unlock();
   lose("it does not answer");
@@ -176,7 +178,7 @@ void Daemon::lose(const std::string& how) {
   if (!alive_.exchange(false, std::memory_order_acq_rel)) return;
   Logger("transport_iceoryx")
       .error("iceoryx's daemon is lost: {}. Its streams go over the socket until this process is restarted", how);
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   changed_.notify_all();
   wake();
 }

@@ -6,10 +6,10 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "iceoryx_posh/runtime/posh_runtime.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
@@ -61,11 +61,16 @@ class Daemon {
   iox::runtime::PoshRuntime* runtime_ = nullptr;  // the thread's own
   int process_ = -1;                              // the daemon's pidfd; -1: it is not known, and asked now and then
   int wake_ = -1;                                 // an eventfd: there are requests
-  std::mutex mutex_;                              // what follows
+  Mutex mutex_;
   std::condition_variable changed_;
-  enum class State : std::uint8_t { Connecting, Connected, Failed, Ended } state_ = State::Connecting;
-  std::string failure_;
-  std::deque<std::shared_ptr<Request>> requests_;
+  enum class State : std::uint8_t {
+    Connecting,
+    Connected,
+    Failed,
+    Ended
+  } state_ NACELLE_GUARDED_BY(mutex_) = State::Connecting;
+  std::string failure_ NACELLE_GUARDED_BY(mutex_);
+  std::deque<std::shared_ptr<Request>> requests_ NACELLE_GUARDED_BY(mutex_);
 };
 
 }  // namespace nacelle::transport_iceoryx

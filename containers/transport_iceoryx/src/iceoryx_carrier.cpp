@@ -7,6 +7,7 @@
 
 #include "daemon.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "reader.hpp"
 #include "reading_thread.hpp"
@@ -40,8 +41,8 @@ class IceoryxCarrier::Impl {
 
   Daemon& daemon_;
   ReadingTotals totals_;
-  std::mutex mutex_;
-  std::shared_ptr<ReadingThread> thread_;  // made with the first reader
+  Mutex mutex_;
+  std::shared_ptr<ReadingThread> thread_ NACELLE_GUARDED_BY(mutex_);  // made with the first reader
 };
 
 namespace {
@@ -98,7 +99,7 @@ std::unique_ptr<CarrierReader> IceoryxCarrier::create_reader(const CarriedStream
     return refuse("iceoryx keeps " + std::to_string(kMostDepth) + " messages at most, and " +
                   std::to_string(stream.depth) + " are asked for");
   }
-  const std::lock_guard lock(impl_->mutex_);
+  const LockGuard lock(impl_->mutex_);
   if (!impl_->thread_) {
     const Daemon::Made condition = impl_->daemon_.make_condition();
     if (condition.port == nullptr) return refuse(condition.why);

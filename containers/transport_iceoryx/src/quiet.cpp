@@ -12,6 +12,7 @@
 #include "iceoryx_hoofs/error_handling/error_handling.hpp"
 #include "iceoryx_hoofs/log/logmanager.hpp"
 #include "iceoryx_posh/internal/runtime/posh_runtime_impl.hpp"
+#include "nacelle/base/guarded.hpp"
 #include "nacelle/base/log.hpp"
 
 namespace nacelle::transport_iceoryx {
@@ -31,17 +32,13 @@ thread_local void (*to_tell)(void*, const char*) = nullptr;
 thread_local void* to_tell_context = nullptr;
 
 void note(iox::Error error, iox::ErrorLevel level) {
-  static std::mutex mutex;
-  static std::set<iox::Error> told;
+  static Guarded<std::set<iox::Error>> told;
   // What the writer refuses it explains itself.
   if (error == iox::Error::kMEPOO__MEMPOOL_GETCHUNK_CHUNK_IS_TOO_LARGE ||
       error == iox::Error::kMEPOO__MEMPOOL_GETCHUNK_POOL_IS_RUNNING_OUT_OF_CHUNKS) {
     return;
   }
-  {
-    const std::lock_guard lock(mutex);
-    if (!told.insert(error).second) return;
-  }
+  if (!told.lock()->insert(error).second) return;
   const Logger log("transport_iceoryx");
   const char* const text = iox::ErrorHandler::toString(error);
   if (level == iox::ErrorLevel::MODERATE) {

@@ -9,14 +9,14 @@
 namespace nacelle::transport_iceoryx {
 
 void StreamReader::deliver() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (closed_) return;
   while (ReaderPort::Chunk* const chunk = port_.take()) deliver(*chunk);
   if (port_.was_overrun()) totals_.overruns.fetch_add(1, std::memory_order_relaxed);
 }
 
 void StreamReader::close() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (closed_) return;
   closed_ = true;
   port_.close();

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <atomic>
-#include <mutex>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/transport_iceoryx/iceoryx_carrier.hpp"
 #include "reader_port.hpp"
 #include "transport_iceoryx/wire/chunk.hpp"
@@ -35,8 +35,8 @@ class StreamReader {
   void read(const ChunkView& view, ReaderPort::Chunk& chunk, const std::uint8_t* bytes);
   void note_broken(const char* why);
 
-  std::mutex mutex_;  // keeps the order: one thread delivers
-  bool closed_ = false;
+  Mutex mutex_;  // keeps the order: one thread delivers
+  bool closed_ NACELLE_GUARDED_BY(mutex_) = false;
   ReaderPort& port_;
   const msgs::MessageType& type_;
   CarrierSink& sink_;

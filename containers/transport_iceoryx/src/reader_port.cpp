@@ -23,7 +23,7 @@ ReaderPort::~ReaderPort() { port_.destroy(); }
 
 void ReaderPort::close() {
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     port_.unsetConditionVariable();
     port_.unsubscribe();
     port_.releaseQueuedChunks();
@@ -34,7 +34,7 @@ void ReaderPort::close() {
 }
 
 ReaderPort::Chunk* ReaderPort::take() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const auto taken = port_.tryGetChunk();
   if (taken.has_error()) return nullptr;
   take_over(taken.value());
@@ -42,13 +42,13 @@ ReaderPort::Chunk* ReaderPort::take() {
 }
 
 void ReaderPort::give_back(Chunk& chunk) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   hand_over(&chunk);
   port_.releaseChunk(&chunk);
 }
 
 ReaderPort::Hold* ReaderPort::hold(Chunk& chunk, std::size_t uses) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (free_.empty()) return nullptr;
   Hold* const hold = free_.back();
   free_.pop_back();
@@ -60,7 +60,7 @@ ReaderPort::Hold* ReaderPort::hold(Chunk& chunk, std::size_t uses) {
 
 void ReaderPort::back(Hold& hold) noexcept {
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     hand_over(hold.chunk_);
     port_.releaseChunk(hold.chunk_);
     free_.push_back(&hold);  // the room is reserved
@@ -70,12 +70,12 @@ void ReaderPort::back(Hold& hold) noexcept {
 }
 
 bool ReaderPort::was_overrun() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return port_.hasLostChunksSinceLastCall();
 }
 
 void ReaderPort::notify(iox::popo::ConditionVariableData& condition, std::size_t index) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   port_.setConditionVariable(condition, index);
 }
 

@@ -5,12 +5,12 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "iceoryx_posh/runtime/posh_runtime.hpp"
 #include "nacelle/base/buffer.hpp"
 #include "nacelle/base/bytes.hpp"
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle::transport_iceoryx {
 
@@ -57,12 +57,12 @@ class ReaderPort {
   ~ReaderPort();
   void back(Hold& hold) noexcept;
 
-  mutable std::mutex mutex_;  // what follows
-  iox::SubscriberPortUserType port_;
-  std::unique_ptr<Hold[]> holds_;
-  std::vector<Hold*> free_;
-  std::size_t held_ = 0;
-  bool closed_ = false;
+  mutable Mutex mutex_;
+  iox::SubscriberPortUserType port_ NACELLE_GUARDED_BY(mutex_);
+  std::unique_ptr<Hold[]> holds_ NACELLE_GUARDED_BY(mutex_);
+  std::vector<Hold*> free_ NACELLE_GUARDED_BY(mutex_);
+  std::size_t held_ NACELLE_GUARDED_BY(mutex_) = 0;
+  bool closed_ NACELLE_GUARDED_BY(mutex_) = false;
 };
 
 /// The bytes of a chunk as far as its own sizes agree with each other; empty when they do not.

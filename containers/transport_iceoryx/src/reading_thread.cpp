@@ -26,7 +26,7 @@ ReadingThread::~ReadingThread() {
 }
 
 std::optional<std::size_t> ReadingThread::add(const std::shared_ptr<StreamReader>& reader) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const auto free = std::find(readers_.begin(), readers_.end(), nullptr);
   if (free == readers_.end()) return std::nullopt;
   *free = reader;
@@ -36,7 +36,7 @@ std::optional<std::size_t> ReadingThread::add(const std::shared_ptr<StreamReader
 }
 
 void ReadingThread::remove(std::size_t place) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   readers_[place].reset();
 }
 
@@ -59,7 +59,7 @@ void ReadingThread::look_at(std::size_t place) {
   if (!flag.load(std::memory_order_relaxed) || !flag.exchange(false, std::memory_order_acq_rel)) return;
   std::shared_ptr<StreamReader> reader;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     reader = readers_[place];
   }
   if (reader) reader->deliver();

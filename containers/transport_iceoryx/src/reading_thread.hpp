@@ -4,11 +4,11 @@
 #include <array>
 #include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <thread>
 
 #include "iceoryx_posh/internal/popo/building_blocks/condition_variable_data.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "reader.hpp"
 
 namespace nacelle::transport_iceoryx {
@@ -42,8 +42,8 @@ class ReadingThread {
   iox::popo::ConditionVariableData& condition_;
   std::atomic<bool> ends_{false};
   std::atomic<std::size_t> places_{0};  // the highest that was ever taken, and one
-  std::mutex mutex_;
-  std::array<std::shared_ptr<StreamReader>, kMostReaders> readers_;
+  Mutex mutex_;
+  std::array<std::shared_ptr<StreamReader>, kMostReaders> readers_ NACELLE_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

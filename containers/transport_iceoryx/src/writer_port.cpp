@@ -17,7 +17,7 @@ WriterPort::~WriterPort() { port_.destroy(); }
 
 void WriterPort::close() {
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     port_.stopOffer();
     closed_ = true;
     if (in_use_ != 0) return;
@@ -37,18 +37,18 @@ WriterPort::Loan WriterPort::allocate(std::size_t bytes, Chunk*& chunk) {
 }
 
 WriterPort::Loan WriterPort::loan(std::size_t bytes, Chunk*& chunk) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return allocate(bytes, chunk);
 }
 
 void WriterPort::send(Chunk& chunk) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   hand_over(&chunk);
   port_.sendChunk(&chunk);
 }
 
 WriterPort::Prepared* WriterPort::prepare(std::size_t bytes, std::size_t uses) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (Prepared& one : prepared_) {
     if (one.chunk != nullptr) continue;
     if (allocate(bytes, one.chunk) != Loan::Ok) return nullptr;
@@ -63,7 +63,7 @@ WriterPort::Prepared* WriterPort::prepare(std::size_t bytes, std::size_t uses) {
 }
 
 WriterPort::Prepared* WriterPort::find(const void* address) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (Prepared& one : prepared_) {
     if (one.chunk != nullptr && !one.sent && address >= one.begin && address < one.begin + one.bytes) return &one;
   }
@@ -71,7 +71,7 @@ WriterPort::Prepared* WriterPort::find(const void* address) {
 }
 
 void WriterPort::send(Prepared& prepared) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   prepared.sent = true;
   hand_over(prepared.chunk);
   port_.sendChunk(prepared.chunk);
@@ -79,7 +79,7 @@ void WriterPort::send(Prepared& prepared) {
 
 void WriterPort::back(Prepared& prepared) noexcept {
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     if (--prepared.uses != 0) return;
     hand_over(prepared.chunk);
     if (!prepared.sent) port_.releaseChunk(prepared.chunk);

@@ -4,10 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 
 #include "iceoryx_posh/runtime/posh_runtime.hpp"
 #include "nacelle/base/buffer.hpp"
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle::transport_iceoryx {
 
@@ -53,16 +53,16 @@ class WriterPort {
  private:
   ~WriterPort();
   void back(Prepared& prepared) noexcept;
-  [[nodiscard]] Loan allocate(std::size_t bytes, Chunk*& chunk);
+  [[nodiscard]] Loan allocate(std::size_t bytes, Chunk*& chunk) NACELLE_REQUIRES(mutex_);
 
   // Of the eight that iceoryx lends a writer at once; the others are for messages that are copied, and one is in the making.
   static constexpr std::size_t kMostPrepared = 4;
 
-  mutable std::mutex mutex_;  // what follows
+  mutable Mutex mutex_;
   iox::PublisherPortUserType port_;
-  std::array<Prepared, kMostPrepared> prepared_;
-  std::size_t in_use_ = 0;
-  bool closed_ = false;
+  std::array<Prepared, kMostPrepared> prepared_ NACELLE_GUARDED_BY(mutex_);
+  std::size_t in_use_ NACELLE_GUARDED_BY(mutex_) = 0;
+  bool closed_ NACELLE_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace nacelle::transport_iceoryx

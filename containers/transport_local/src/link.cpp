@@ -63,7 +63,7 @@ void Link::Impl::run() {
     if (stopping || ended) return;
     bool writing = false;
     {
-      const std::lock_guard lock(pumping);
+      const LockGuard lock(pumping);
       writing = out_sent < out.size();
     }
     std::array<pollfd, 2> waits{pollfd{socket, static_cast<short>(POLLIN | (writing ? POLLOUT : 0)), 0},
@@ -78,7 +78,7 @@ void Link::Impl::run() {
 }
 
 bool Link::Impl::pump(bool readable) {
-  const std::lock_guard lock(pumping);
+  const LockGuard lock(pumping);
   if (ended) return false;
   // Before the look: what is noted during it wakes again.
   signalled = false;
@@ -235,7 +235,7 @@ bool Link::pump() {
 
 void Link::send_note(std::string note) {
   {
-    const std::lock_guard lock(impl_->noting);
+    const LockGuard lock(impl_->noting);
     impl_->notes.push_back(std::move(note));
   }
   impl_->wake();

@@ -127,7 +127,7 @@ bool Link::Impl::handle_carry(ByteView payload) {
 
 // For those who pump: what the carrier's thread would bring in its time, now.
 bool Link::Impl::drain_carrier() {
-  const std::lock_guard lock(pumping);
+  const LockGuard lock(pumping);
   const std::uint64_t before = arrived;
   for (const auto& [id, remote] : remotes) {
     if (remote.arrival) remote.arrival->reader->drain();
@@ -147,7 +147,7 @@ void Link::Impl::open_arrival(Remote& remote) {
 }
 
 Block* Link::Impl::Arrival::borrow() noexcept {
-  const std::lock_guard lock(relaying);
+  const LockGuard lock(relaying);
   Block* const block = writer.borrow();
   if (block == nullptr) ++link.dropped;
   return block;
@@ -156,7 +156,7 @@ Block* Link::Impl::Arrival::borrow() noexcept {
 void Link::Impl::Arrival::deliver(Block& block, const MessageInfo& info) noexcept {
   const Duration lifespan = spec.qos.resolved().lifespan();
   const MonotonicTime expires = lifespan == Duration::zero() ? kNeverExpires : info.source_time + lifespan;
-  const std::lock_guard lock(relaying);
+  const LockGuard lock(relaying);
   writer.relay(block, info, expires, {}, 0);
   ++link.arrived;
 }

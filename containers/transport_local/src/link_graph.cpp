@@ -20,7 +20,7 @@ const std::atomic<bool> kClosed{false};
 
 void Link::Impl::note(Event happened) noexcept {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     events.push_back(std::move(happened));
   }
   wake();
@@ -34,7 +34,7 @@ void Link::Impl::on_gate(std::uint64_t reader, bool open) noexcept {
 }
 void Link::Impl::on_life(std::uint64_t writer) noexcept {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     // Many at once show what one shows.
     if (!events.empty() && events.back().kind == Event::Kind::Life && events.back().info.id == writer) return;
   }
@@ -43,7 +43,7 @@ void Link::Impl::on_life(std::uint64_t writer) noexcept {
 
 bool Link::Impl::take_events() {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     std::swap(events, events_now);
     std::swap(notes, notes_now);
   }
@@ -92,7 +92,7 @@ void Link::Impl::take_gone(std::uint64_t id) {
   lender->set(id, nullptr);
   departures.erase(id);
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     left.erase(id);
   }
   wire::append_id(out, wire::LinkFrameKind::Gone, id);

@@ -3,13 +3,13 @@
 
 #include <atomic>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
 #include <vector>
 
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/transport_local/link.hpp"
 #include "transport_local/wire/frame.hpp"
 
@@ -49,7 +49,7 @@ struct Link::Impl final : GraphListener {
     Impl& link;
     ProxyWriter& writer;
     const EndpointSpec spec;
-    std::mutex relaying;  // the stand-in belongs to one thread at a time
+    Mutex relaying;  // the stand-in belongs to one thread at a time
     bool told_broken = false;
     std::unique_ptr<CarrierReader> reader;  // the last member: its calls end first
   };
@@ -79,19 +79,19 @@ struct Link::Impl final : GraphListener {
   /// The carrier's memory for what is borrowed here. Its lock is held while a carrier's end is asked, so that none goes meanwhile.
   struct Lender final : BufferLender {
     void prepare(std::uint64_t writer, Block& block) noexcept override {
-      const std::lock_guard lock(mutex);
+      const LockGuard lock(mutex);
       if (const auto found = carried.find(writer); found != carried.end()) found->second->prepare(block);
     }
     void set(std::uint64_t writer, CarrierWriter* end) {
-      const std::lock_guard lock(mutex);
+      const LockGuard lock(mutex);
       if (end != nullptr) {
         carried[writer] = end;
       } else {
         carried.erase(writer);
       }
     }
-    std::mutex mutex;
-    std::map<std::uint64_t, CarrierWriter*> carried;
+    Mutex mutex;
+    std::map<std::uint64_t, CarrierWriter*> carried NACELLE_GUARDED_BY(mutex);
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
@@ -122,44 +122,45 @@ struct Link::Impl final : GraphListener {
   // link.cpp: the socket and the thread
   void run();
   bool pump(bool readable);
-  bool read_socket();
-  bool flush();
-  void end(const Problem& problem);
-  [[nodiscard]] bool handle(const wire::LinkFrame& frame);
-  [[nodiscard]] bool is_full() const { return out.size() - out_sent > kHighWater; }
+  bool read_socket() NACELLE_REQUIRES(pumping);
+  bool flush() NACELLE_REQUIRES(pumping);
+  void end(const Problem& problem) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] bool handle(const wire::LinkFrame& frame) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] bool is_full() const NACELLE_REQUIRES(pumping) { return out.size() - out_sent > kHighWater; }
 
   // link_graph.cpp: what there is on both sides
-  bool take_events();
-  void take_made(const EndpointInfo& endpoint);
-  void take_gone(std::uint64_t id);
-  [[nodiscard]] bool handle_endpoint(const wire::LinkFrame& frame);
-  void handle_gone(std::uint64_t id);
-  void handle_gate(std::uint64_t id, bool open);
-  void reconcile(const std::string& topic);
-  void forget_if_unused(const std::string& topic);
-  void make_stand_in(Remote& remote);
-  void drop_stand_in(Remote& remote);
-  [[nodiscard]] const msgs::MessageType* type_for(Remote& remote);
-  void refuse(Remote& remote, const std::string& why, const std::string& way_out);
+  bool take_events() NACELLE_REQUIRES(pumping);
+  void take_made(const EndpointInfo& endpoint) NACELLE_REQUIRES(pumping);
+  void take_gone(std::uint64_t id) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] bool handle_endpoint(const wire::LinkFrame& frame) NACELLE_REQUIRES(pumping);
+  void handle_gone(std::uint64_t id) NACELLE_REQUIRES(pumping);
+  void handle_gate(std::uint64_t id, bool open) NACELLE_REQUIRES(pumping);
+  void reconcile(const std::string& topic) NACELLE_REQUIRES(pumping);
+  void forget_if_unused(const std::string& topic) NACELLE_REQUIRES(pumping);
+  void make_stand_in(Remote& remote) NACELLE_REQUIRES(pumping);
+  void drop_stand_in(Remote& remote) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] const msgs::MessageType* type_for(Remote& remote) NACELLE_REQUIRES(pumping);
+  void refuse(Remote& remote, const std::string& why, const std::string& way_out) NACELLE_REQUIRES(pumping);
 
   // link_messages.cpp: messages and what became of them
-  bool send_ready();
-  void send_topic(const TopicUse& topic);
-  void fetch_head(Outbox& outbox);
-  void send_message(Block& block, const msgs::MessageType& type, const std::vector<Outbox*>& to);
-  bool tell_losses(Outbox& outbox);
-  bool tell_taken();
-  [[nodiscard]] bool handle_data(ByteView payload);
-  [[nodiscard]] bool handle_taken(ByteView payload);
-  void handle_lost(const wire::LostFrame& lost);
+  bool send_ready() NACELLE_REQUIRES(pumping);
+  void send_topic(const TopicUse& topic) NACELLE_REQUIRES(pumping);
+  void fetch_head(Outbox& outbox) NACELLE_REQUIRES(pumping);
+  void send_message(Block& block, const msgs::MessageType& type, const std::vector<Outbox*>& to)
+      NACELLE_REQUIRES(pumping);
+  bool tell_losses(Outbox& outbox) NACELLE_REQUIRES(pumping);
+  bool tell_taken() NACELLE_REQUIRES(pumping);
+  [[nodiscard]] bool handle_data(ByteView payload) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] bool handle_taken(ByteView payload) NACELLE_REQUIRES(pumping);
+  void handle_lost(const wire::LostFrame& lost) NACELLE_REQUIRES(pumping);
 
   // link_carrier.cpp
-  [[nodiscard]] bool may_send(const Block& block, const TopicUse& topic);
-  [[nodiscard]] bool send_by_carrier(Block& block, const Outbox& outbox);
-  void socket_used(std::uint64_t writer);
-  void close_departure(std::uint64_t writer, const std::string& why);
-  [[nodiscard]] bool handle_carry(ByteView payload);
-  void open_arrival(Remote& remote);
+  [[nodiscard]] bool may_send(const Block& block, const TopicUse& topic) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] bool send_by_carrier(Block& block, const Outbox& outbox) NACELLE_REQUIRES(pumping);
+  void socket_used(std::uint64_t writer) NACELLE_REQUIRES(pumping);
+  void close_departure(std::uint64_t writer, const std::string& why) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] bool handle_carry(ByteView payload) NACELLE_REQUIRES(pumping);
+  void open_arrival(Remote& remote) NACELLE_REQUIRES(pumping);
   bool drain_carrier();
   [[nodiscard]] static CarriedStream carried_stream(std::uint64_t writer, const EndpointSpec& spec,
                                                     std::uint64_t sender);
@@ -177,30 +178,31 @@ struct Link::Impl final : GraphListener {
   std::thread thread;
   std::atomic<bool> stopping{false}, ended{false}, signalled{false};
 
-  mutable std::mutex pumping;  // what follows; never taken with a lock of the graph held
-  wire::LinkFrameReader in;
-  Bytes out;
-  std::size_t out_sent = 0;
-  std::map<std::uint64_t, EndpointInfo> local;
-  std::map<std::uint64_t, Remote> remotes;
-  std::map<std::string, TopicUse> topics;
-  std::map<std::uint64_t, Departure> departures;  // of local writers
+  mutable Mutex pumping;  // never taken with a lock of the graph held
+  wire::LinkFrameReader in NACELLE_GUARDED_BY(pumping);
+  Bytes out NACELLE_GUARDED_BY(pumping);
+  std::size_t out_sent NACELLE_GUARDED_BY(pumping) = 0;
+  std::map<std::uint64_t, EndpointInfo> local NACELLE_GUARDED_BY(pumping);
+  std::map<std::uint64_t, Remote> remotes NACELLE_GUARDED_BY(pumping);
+  std::map<std::string, TopicUse> topics NACELLE_GUARDED_BY(pumping);
+  std::map<std::uint64_t, Departure> departures NACELLE_GUARDED_BY(pumping);  // of local writers
   const std::shared_ptr<Lender> lender = std::make_shared<Lender>();
-  bool held_back = false;  // something is ready, and the socket was full
-  std::uint64_t peer_token = 0;
-  bool carries = false;                                   // both sides have the same carrier
-  std::map<std::string, const msgs::MessageType*> types;  // of local endpoints
-  std::vector<std::uint64_t> ready_now, again, targets;
-  std::vector<Outbox*> outboxes, same;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> taken_now;
-  std::vector<Event> events_now;
-  std::vector<std::string> notes_now;
+  bool held_back NACELLE_GUARDED_BY(pumping) = false;  // something is ready, and the socket was full
+  std::uint64_t peer_token NACELLE_GUARDED_BY(pumping) = 0;
+  bool carries NACELLE_GUARDED_BY(pumping) = false;  // both sides have the same carrier
+  std::map<std::string, const msgs::MessageType*> types NACELLE_GUARDED_BY(pumping);  // of local endpoints
+  std::vector<std::uint64_t> ready_now NACELLE_GUARDED_BY(pumping), again NACELLE_GUARDED_BY(pumping),
+      targets NACELLE_GUARDED_BY(pumping);
+  std::vector<Outbox*> outboxes NACELLE_GUARDED_BY(pumping), same NACELLE_GUARDED_BY(pumping);
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> taken_now NACELLE_GUARDED_BY(pumping);
+  std::vector<Event> events_now NACELLE_GUARDED_BY(pumping);
+  std::vector<std::string> notes_now NACELLE_GUARDED_BY(pumping);
 
-  std::mutex noting;  // what follows; the last lock of all
-  std::vector<Event> events;
-  std::vector<std::string> notes;
-  std::vector<std::uint64_t> ready;
-  std::map<std::uint64_t, Left> left;
+  Mutex noting;  // the last lock of all
+  std::vector<Event> events NACELLE_GUARDED_BY(noting);
+  std::vector<std::string> notes NACELLE_GUARDED_BY(noting);
+  std::vector<std::uint64_t> ready NACELLE_GUARDED_BY(noting);
+  std::map<std::uint64_t, Left> left NACELLE_GUARDED_BY(noting);
 
   Figure sent{0}, received{0}, bytes_sent{0}, bytes_received{0}, carried{0}, arrived{0}, dropped{0}, broken{0};
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "link_impl.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/msgs/message_type.hpp"
 
 namespace nacelle {
@@ -20,7 +21,7 @@ bool is_older(const Block& a, const Block& b) {
 void Link::Impl::note_ready(Outbox& outbox) noexcept {
   if (outbox.queued.exchange(true)) return;
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     ready.push_back(outbox.id);
   }
   wake();
@@ -28,7 +29,7 @@ void Link::Impl::note_ready(Outbox& outbox) noexcept {
 
 void Link::Impl::on_left(std::uint64_t reader) noexcept {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     Left& gone = left[reader];
     ++gone.count;
     gone.dirty = true;
@@ -41,7 +42,7 @@ bool Link::Impl::send_ready() {
   held_back = is_full();
   if (held_back) return false;
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     std::swap(ready, ready_now);
   }
   const bool did = !ready_now.empty();
@@ -59,7 +60,7 @@ bool Link::Impl::send_ready() {
   ready_now.clear();
   held_back = !again.empty();
   if (held_back) {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     ready.insert(ready.end(), again.begin(), again.end());
   }
   for (auto& [id, remote] : remotes) {
@@ -153,7 +154,7 @@ bool Link::Impl::tell_losses(Outbox& outbox) {
 bool Link::Impl::tell_taken() {
   taken_now.clear();
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     for (auto& [id, gone] : left) {
       if (std::exchange(gone.dirty, false)) taken_now.emplace_back(id, gone.count);
     }
@@ -201,9 +202,15 @@ bool Link::Impl::handle_data(ByteView payload) {
     return true;
   }
   const MessageInfo info{data->writer, data->sequence, {Duration{data->source_ns}}, {}};
-  std::unique_lock<std::mutex> alone;
-  if (found->second.arrival) alone = std::unique_lock{found->second.arrival->relaying};
-  found->second.writer->relay(*block, info, {Duration{data->expires_ns}}, targets, data->cdr.size());
+  const auto hand_on = [&]() NACELLE_REQUIRES(pumping) {
+    found->second.writer->relay(*block, info, {Duration{data->expires_ns}}, targets, data->cdr.size());
+  };
+  if (found->second.arrival) {
+    const LockGuard alone(found->second.arrival->relaying);
+    hand_on();
+  } else {
+    hand_on();
+  }
   return true;
 }
 

@@ -110,6 +110,8 @@ function(nacelle_target_defaults target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-missing-field-initializers
                          $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
+  # What the locks guard (nacelle/base/thread_safety.hpp), and references into a Guarded that outlive its lock.
+  target_compile_options(${target} PRIVATE "$<$<CXX_COMPILER_ID:Clang>:-Wthread-safety;-Werror=thread-safety;-Werror=dangling>")
   if(NACELLE_UNITY)  # g++ takes an included file for a header
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()

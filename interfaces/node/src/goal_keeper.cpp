@@ -6,7 +6,7 @@
 namespace nacelle::action::detail {
 
 Result<void, Problem> GoalKeeper::accept(const GoalUUID& id, WallTime stamp, bool execute) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   drop(table_.expire(now()));
   std::vector<GoalUUID> dropped;
   auto accepted = table_.accept(id, stamp, dropped);
@@ -18,33 +18,33 @@ Result<void, Problem> GoalKeeper::accept(const GoalUUID& id, WallTime stamp, boo
 }
 
 void GoalKeeper::attach(const GoalUUID& id, const std::shared_ptr<void>& handle) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   goals_[id].handle = handle;
 }
 
 void GoalKeeper::publish_status() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (outlets_ != nullptr) outlets_->publish_status(table_.goals());
 }
 
 std::shared_ptr<void> GoalKeeper::handle_of(const GoalUUID& id) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const auto found = goals_.find(id);
   return found == goals_.end() ? nullptr : found->second.handle.lock();
 }
 
 GoalTable::CancelChoice GoalKeeper::choose(const GoalUUID& id, WallTime stamp) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return table_.choose(id, stamp);
 }
 
 GoalStatus GoalKeeper::status_of(const GoalUUID& id) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return table_.status_of(id);
 }
 
 WallTime GoalKeeper::accepted_at(const GoalUUID& id) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& goal : table_.goals()) {
     if (goal.id == id) return goal.accepted_at;
   }
@@ -52,12 +52,12 @@ WallTime GoalKeeper::accepted_at(const GoalUUID& id) const {
 }
 
 bool GoalKeeper::cancel(const GoalUUID& id) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   return static_cast<bool>(table_.apply(id, GoalEvent::CancelGoal, now()));
 }
 
 void GoalKeeper::request_result(const GoalUUID& id, const RequestId& request) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (outlets_ == nullptr) return;
   drop(table_.expire(now()));
   const GoalStatus status = table_.status_of(id);
@@ -74,7 +74,7 @@ bool GoalKeeper::is_lost(const GoalUUID& id) const {
 }
 
 bool GoalKeeper::execute(const GoalUUID& id) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (is_lost(id)) return false;
   if (const auto done = table_.apply(id, GoalEvent::Execute, now()); !done)
     throw IllegalTransition(done.error().text());
@@ -83,14 +83,14 @@ bool GoalKeeper::execute(const GoalUUID& id) {
 }
 
 bool GoalKeeper::feedback(const GoalUUID& id, const void* feedback) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (is_lost(id) || !is_active(table_.status_of(id))) return false;
   outlets_->publish_feedback(id, feedback);
   return true;
 }
 
 bool GoalKeeper::end(const GoalUUID& id, GoalEvent event, std::shared_ptr<const void> result) {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (is_lost(id)) return false;
   const auto status = table_.apply(id, event, now());
   if (!status) throw IllegalTransition(status.error().text());
@@ -102,7 +102,7 @@ bool GoalKeeper::end(const GoalUUID& id, GoalEvent event, std::shared_ptr<const 
 }
 
 void GoalKeeper::forsake(const GoalUUID& id) noexcept {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (table_.status_of(id) == GoalStatus::Unknown) goals_.erase(id);
   if (is_lost(id) || !is_active(table_.status_of(id))) return;
   static_cast<void>(table_.apply(id, GoalEvent::CancelGoal, now()));  // unless it is being canceled already
@@ -113,19 +113,19 @@ void GoalKeeper::forsake(const GoalUUID& id) noexcept {
 }
 
 void GoalKeeper::expire() {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (outlets_ == nullptr) return;
   drop(table_.expire(now()));
   outlets_->watch_results(table_.holds_results());
 }
 
 void GoalKeeper::before_gate_closes() noexcept {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (outlets_ != nullptr) abort_all();
 }
 
 void GoalKeeper::close() noexcept {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   if (outlets_ == nullptr) return;
   abort_all();
   outlets_ = nullptr;

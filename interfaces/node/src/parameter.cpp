@@ -162,7 +162,7 @@ const ParameterValue& ParameterStore::declare(const std::string& name, Parameter
   }
   const ParameterValue* declared = nullptr;
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     declared = &entries_.emplace(name, std::move(entry)).first->second.value;
   }
   if (listener_) listener_->on_change({{{name, *declared}}, {}, {}});
@@ -218,7 +218,7 @@ SetParametersResult ParameterStore::set_atomically(const std::vector<Parameter>&
 
 ParameterChange ParameterStore::commit(const std::vector<Parameter>& wanted) {
   ParameterChange change;
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   for (const auto& parameter : wanted) {
     const auto found = entries_.find(parameter.get_name());
     if (found == entries_.end()) continue;  // twice in the list, and undeclared by the first
@@ -236,7 +236,7 @@ ParameterChange ParameterStore::commit(const std::vector<Parameter>& wanted) {
 
 void ParameterStore::undeclare(const std::string& name) {
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     if (entries_.erase(name) == 0) return;
   }
   if (listener_) listener_->on_change({{}, {}, {{name, ParameterValue{}}}});

@@ -4,11 +4,11 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <thread>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/io/backoff.hpp"
 #include "nacelle/io/byte_stream.hpp"
 
@@ -84,9 +84,9 @@ class ReaderThread {
   Backoff backoff_;
   MonotonicTime next_set_up_{};
   Guarded<Stats> stats_;
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable stop_asked_;
-  bool stop_ = false;
+  bool stop_ NACELLE_GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: it starts when everything above is there
 };
 

@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <vector>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/io/byte_stream.hpp"
 
 namespace nacelle::io {
@@ -63,22 +63,22 @@ class ScriptedStream final : public ByteStream {
   void answer_writes(std::function<Bytes(ByteView)> device);
 
  private:
-  mutable std::mutex mutex_;
+  mutable Mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Step> script_;
-  AtEnd at_end_;
-  Wait wait_;
-  std::function<Bytes(ByteView)> device_;
-  Bytes current_;
-  Bytes written_;
-  Bytes unsent_;
-  bool holds_writes_ = false;
-  std::optional<StreamFault> broken_;
-  std::optional<StreamFault> write_fault_;
-  std::size_t refusals_ = 0;
-  bool away_ = false;
-  bool interrupted_ = false;
-  bool reader_waits_ = false;
+  std::deque<Step> script_ NACELLE_GUARDED_BY(mutex_);
+  AtEnd at_end_ NACELLE_GUARDED_BY(mutex_);
+  Wait wait_ NACELLE_GUARDED_BY(mutex_);
+  std::function<Bytes(ByteView)> device_ NACELLE_GUARDED_BY(mutex_);
+  Bytes current_ NACELLE_GUARDED_BY(mutex_);
+  Bytes written_ NACELLE_GUARDED_BY(mutex_);
+  Bytes unsent_ NACELLE_GUARDED_BY(mutex_);
+  bool holds_writes_ NACELLE_GUARDED_BY(mutex_) = false;
+  std::optional<StreamFault> broken_ NACELLE_GUARDED_BY(mutex_);
+  std::optional<StreamFault> write_fault_ NACELLE_GUARDED_BY(mutex_);
+  std::size_t refusals_ NACELLE_GUARDED_BY(mutex_) = 0;
+  bool away_ NACELLE_GUARDED_BY(mutex_) = false;
+  bool interrupted_ NACELLE_GUARDED_BY(mutex_) = false;
+  bool reader_waits_ NACELLE_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace nacelle::io

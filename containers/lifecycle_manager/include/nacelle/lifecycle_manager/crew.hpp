@@ -3,10 +3,10 @@
 
 #include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/time.hpp"
 
 namespace nacelle::lifecycle_manager {
@@ -33,9 +33,10 @@ class ThreadCrew final : public Crew {
   void wait(Duration at_most) override;
 
  private:
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable ended_;
-  std::size_t count_ = 0, seen_ = 0;  // pieces that have ended, and of them those that a wait() knew of
+  std::size_t count_ NACELLE_GUARDED_BY(mutex_) = 0;  // pieces that have ended ...
+  std::size_t seen_ NACELLE_GUARDED_BY(mutex_) = 0;   // ... and of them those that a wait() knew of
   std::vector<std::thread> threads_;
 };
 

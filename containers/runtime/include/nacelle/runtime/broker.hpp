@@ -4,11 +4,11 @@
 #include <list>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/host/graph.hpp"
 #include "nacelle/runtime/component_info.hpp"
 #include "nacelle/runtime/graph_watch.hpp"
@@ -81,27 +81,30 @@ class Broker final : public Graph {
     std::string node, topic;
     std::unique_ptr<MessagePool> pool;
   };
-  std::shared_ptr<Topic> topic(const EndpointSpec& spec);
+  std::shared_ptr<Topic> topic(const EndpointSpec& spec) NACELLE_REQUIRES(mutex_);
   void note_end(Topic& topic);
-  std::unique_ptr<ProxyWriter> make_writer(const EndpointSpec& spec, std::uint64_t id);
-  std::unique_ptr<ProxyReader> make_reader(std::shared_ptr<ReaderQueue> queue);
+  std::unique_ptr<ProxyWriter> make_writer(const EndpointSpec& spec, std::uint64_t id) NACELLE_REQUIRES(mutex_);
+  std::unique_ptr<ProxyReader> make_reader(std::shared_ptr<ReaderQueue> queue) NACELLE_REQUIRES(mutex_);
   void retire(const EndpointSpec& spec, std::unique_ptr<MessagePool> pool);
-  void drop_what_is_home();
+  void drop_what_is_home() NACELLE_REQUIRES(mutex_);
   void look_earlier();
-  void tell_type_clashes();
+  void tell_type_clashes() NACELLE_REQUIRES(mutex_);
+  /// Not checked: it holds the locks of two topics and names them the other way round.
   template <typename F>
-  void for_each_type_clash(F&& found) const;
+  void for_each_type_clash(F&& found) const NACELLE_REQUIRES(mutex_) NACELLE_NOT_CHECKED;
 
   const Clock& clock_;
-  mutable std::mutex mutex_;
-  std::map<std::pair<std::string, const msgs::MessageType*>, std::shared_ptr<Topic>> topics_;
-  std::list<Topic*> unused_;  // topics without an endpoint, kept for their totals; the oldest first
-  std::vector<Retired> retired_;
-  std::uint64_t next_id_;  // of endpoints: unique among all brokers of the host
-  std::uint32_t next_link_ = 1;
+  mutable Mutex mutex_;
+  std::map<std::pair<std::string, const msgs::MessageType*>, std::shared_ptr<Topic>> topics_ NACELLE_GUARDED_BY(mutex_);
+  std::list<Topic*> unused_
+      NACELLE_GUARDED_BY(mutex_);  // topics without an endpoint, kept for their totals; the oldest first
+  std::vector<Retired> retired_ NACELLE_GUARDED_BY(mutex_);
+  std::uint64_t next_id_ NACELLE_GUARDED_BY(mutex_);  // of endpoints: unique among all brokers of the host
+  std::uint32_t next_link_ NACELLE_GUARDED_BY(mutex_) = 1;
   GraphWatch links_;
-  bool types_to_compare_ = false;                                 // an endpoint joined a name with several types
-  std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_;  // writer, reader: each pair is reported once
+  bool types_to_compare_ NACELLE_GUARDED_BY(mutex_) = false;  // an endpoint joined a name with several types
+  std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_
+      NACELLE_GUARDED_BY(mutex_);       // writer, reader: each pair is reported once
   std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread ends before what it looks at
 };
 

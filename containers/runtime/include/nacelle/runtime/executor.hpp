@@ -39,13 +39,16 @@ class Executor {
   /// run.
   bool post(Executable& executable) noexcept;
   /// The same under mutex(). Returns the word of a thread that must be woken when it is released, or null.
-  [[nodiscard]] const std::atomic<std::uint32_t>* post_locked(Executable& executable) noexcept {
+  [[nodiscard]] const std::atomic<std::uint32_t>* post_locked(Executable& executable) noexcept
+      NACELLE_REQUIRES(mutex_) {
     if (executable.queued_.load(std::memory_order_relaxed) || executable.home_.closed_) return nullptr;
     enqueue(executable);
     return sleeping_ == 0 || called_ != 0 ? nullptr : call_sleeper();
   }
   /// Returns the mutex that guards the executor and the message queues of its executables; it may outlive the executor.
   [[nodiscard]] const std::shared_ptr<FutexMutex>& mutex() const { return shared_mutex_; }
+  /// For the compiler: the caller holds mutex(), which it knows by the name that a queue has for it.
+  void assume_locked() const NACELLE_ASSERTS_HELD(mutex_) {}
   /// Starts a timer, or restarts it (Timer::reset). After a restart, and for a timer that can run at once, the first
   /// tick is a full period away. Other timers with a period of up to a second tick at common multiples of the period:
   /// their first tick is one to two periods away.
@@ -102,35 +105,36 @@ class Executor {
   struct Worker;
   class Calls;
   void work(Worker& self);
-  void rest(Worker& self);
-  void start_worker();
+  void rest(Worker& self) NACELLE_RELEASE(mutex_);
+  void start_worker() NACELLE_REQUIRES(mutex_);
   /// Hands the queue to another thread, if one is available.
-  void hand_over(Worker& late);
+  void hand_over(Worker& late) NACELLE_REQUIRES(mutex_);
   void start();
-  void stop();
-  void enqueue(Executable& executable) {
+  void stop() NACELLE_NOT_CHECKED;  // it joins without the lock: once stopping_ is set no thread is added
+  void enqueue(Executable& executable) NACELLE_REQUIRES(mutex_) {
     executable.queued_.store(true, std::memory_order_relaxed);
     ready_.push_back(executable);
   }
   [[nodiscard]] static bool admits(const Executable& executable);
   static void hold_back(Executable& executable);
-  Executable* pop();
-  void fire_due_timers(MonotonicTime now);
+  Executable* pop() NACELLE_REQUIRES(mutex_);
+  void fire_due_timers(MonotonicTime now) NACELLE_REQUIRES(mutex_);
   [[nodiscard]] MonotonicTime first_due(const TimerBase& timer, MonotonicTime now) const;
-  [[nodiscard]] Block* begin(Worker& self, Executable& executable, MonotonicTime now);
+  [[nodiscard]] Block* begin(Worker& self, Executable& executable, MonotonicTime now) NACELLE_REQUIRES(mutex_);
   void run(Worker& self, Executable& executable, Block* message, MonotonicTime now);
   static void note_exception(const Worker& self, const char* text);
-  void finish(Worker& self, MonotonicTime now);
+  void finish(Worker& self, MonotonicTime now) NACELLE_REQUIRES(mutex_);
   [[nodiscard]] bool prepare_special(Worker& self);
   static void start_sample(Worker& self, NodeGroups& node);
-  void begin_transition(Worker& self, Executable& executable);
-  void finish_unusual(Worker& self, NodeGroups& node);
-  void call(Worker& worker);
-  [[nodiscard]] Worker* next_to_call() { return sleeping_ == 0 || called_ != 0 ? nullptr : choose_sleeper(); }
-  [[nodiscard]] Worker* choose_sleeper();
-  [[nodiscard]] const std::atomic<std::uint32_t>* call_sleeper();
-  void note_return();
-  void wait_for_return();
+  void begin_transition(Worker& self, Executable& executable) NACELLE_REQUIRES(mutex_);
+  void finish_unusual(Worker& self, NodeGroups& node) NACELLE_REQUIRES(mutex_);
+  void call(Worker& worker) NACELLE_REQUIRES(mutex_);
+  [[nodiscard]] Worker* next_to_call() NACELLE_REQUIRES(mutex_) {
+    return sleeping_ == 0 || called_ != 0 ? nullptr : choose_sleeper();
+  }
+  [[nodiscard]] Worker* choose_sleeper() NACELLE_REQUIRES(mutex_);
+  [[nodiscard]] const std::atomic<std::uint32_t>* call_sleeper() NACELLE_REQUIRES(mutex_);
+  void note_return() NACELLE_REQUIRES(mutex_);
   [[nodiscard]] std::string why_not_wait(const NodeGroups& node, const CallbackGroup* group) const;
 
   const std::string name_;
@@ -143,15 +147,15 @@ class Executor {
   // Guards everything below, the executor's data in NodeGroups, CallbackGroup, Executable and TimerBase, and the
   // message queues.
   FutexMutex& mutex_ = *shared_mutex_;
-  ReadyList ready_;
-  TimerQueue timers_;
-  bool stopping_ = false;
-  std::vector<std::unique_ptr<Worker>> workers_;
-  std::uint32_t sleeping_ = 0;  // threads that have found nothing to do
-  std::uint32_t called_ = 0;    // threads that were woken and have not looked yet
-  Worker* keeper_ = nullptr;    // the sleeper that wakes for timers, and when
-  MonotonicTime kept_until_ = kNever;
-  std::uint32_t waiting_for_return_ = 0;
+  ReadyList ready_ NACELLE_GUARDED_BY(mutex_);
+  TimerQueue timers_ NACELLE_GUARDED_BY(mutex_);
+  bool stopping_ NACELLE_GUARDED_BY(mutex_) = false;
+  std::vector<std::unique_ptr<Worker>> workers_ NACELLE_GUARDED_BY(mutex_);
+  std::uint32_t sleeping_ NACELLE_GUARDED_BY(mutex_) = 0;  // threads that have found nothing to do
+  std::uint32_t called_ NACELLE_GUARDED_BY(mutex_) = 0;    // threads that were woken and have not looked yet
+  Worker* keeper_ NACELLE_GUARDED_BY(mutex_) = nullptr;    // the sleeper that wakes for timers, and when
+  MonotonicTime kept_until_ NACELLE_GUARDED_BY(mutex_) = kNever;
+  std::uint32_t waiting_for_return_ NACELLE_GUARDED_BY(mutex_) = 0;
   std::atomic<std::uint32_t> return_word_{0};  // changes when a callback returns while a thread waits for that
   std::atomic<std::uint64_t> handovers_{0};
 };

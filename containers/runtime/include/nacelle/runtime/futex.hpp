@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "nacelle/base/thread_safety.hpp"
 #include "nacelle/base/time.hpp"
 
 namespace nacelle::runtime {
@@ -21,18 +22,18 @@ void futex_wake(const std::atomic<std::uint32_t>& word, int count);
 /// For the short sections of the message path. A plain spin lock would deadlock two priorities on one CPU; this one
 /// sleeps.
 /// Source: U. Drepper, "Futexes are tricky", mutex 2. Threads: any.
-class FutexMutex {
+class NACELLE_CAPABILITY("mutex") FutexMutex {
  public:
-  void lock() {
+  void lock() NACELLE_ACQUIRE() {
     std::uint32_t expected = kFree;
     if (!state_.compare_exchange_strong(expected, kTaken, std::memory_order_acquire)) [[unlikely]]
       lock_slowly();
   }
-  void unlock() {
+  void unlock() NACELLE_RELEASE() {
     if (state_.exchange(kFree, std::memory_order_release) == kContended) [[unlikely]]
       futex_wake(state_, 1);
   }
-  bool try_lock() {
+  bool try_lock() NACELLE_TRY_ACQUIRE(true) {
     std::uint32_t expected = kFree;
     return state_.compare_exchange_strong(expected, kTaken, std::memory_order_acquire);
   }

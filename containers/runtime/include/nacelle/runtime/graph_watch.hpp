@@ -27,7 +27,7 @@ class GraphWatch final {
 
  private:
   mutable FutexMutex mutex_;
-  std::vector<std::pair<std::uint32_t, GraphListener*>> listeners_;
+  std::vector<std::pair<std::uint32_t, GraphListener*>> listeners_ NACELLE_GUARDED_BY(mutex_);
 };
 
 }  // namespace nacelle::runtime

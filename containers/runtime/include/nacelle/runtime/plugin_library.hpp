@@ -2,11 +2,11 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/node/component.hpp"
@@ -69,12 +69,12 @@ class PluginIndex {
     std::string index_file, line;
   };
   [[nodiscard]] std::vector<std::int64_t> stamps() const;
-  void read();
+  void read() NACELLE_REQUIRES(mutex_);
 
   const std::vector<std::string> folders_;
-  std::mutex mutex_;
-  std::vector<std::int64_t> stamps_;  // modification times of the index folders, in ns
-  std::vector<Known> known_;
+  Mutex mutex_;
+  std::vector<std::int64_t> stamps_ NACELLE_GUARDED_BY(mutex_);  // modification times of the index folders, in ns
+  std::vector<Known> known_ NACELLE_GUARDED_BY(mutex_);
 };
 
 }  // namespace nacelle::runtime

@@ -1,28 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <mutex>
 #include <utility>
+
+#include "nacelle/base/mutex.hpp"
 
 namespace nacelle {
 
 /// A value that can only be reached while its lock is held.
 ///
 /// `auto routes = routes_.lock(); routes->add(...)`: the lock ends with the variable. Keep its life short and never call
-/// unknown code under it.
+/// unknown code under it. clang rejects a reference that outlives its lock: `for (const Route& route : *routes_.lock())`.
 template <typename T>
 class Guarded {
  public:
   class Locked {
    public:
-    Locked(std::mutex& mutex, T& value) : lock_(mutex), value_(value) {}
-    T* operator->() { return &value_; }
-    T& operator*() { return value_; }
-    /// For condition variables.
-    std::unique_lock<std::mutex>& raw_lock() { return lock_; }
+    Locked(Mutex& mutex, T& value) : lock_(mutex), value_(value) {}
+    T* operator->() NACELLE_LIFETIME_BOUND { return &value_; }
+    T& operator*() NACELLE_LIFETIME_BOUND { return value_; }
 
    private:
-    std::unique_lock<std::mutex> lock_;
+    LockGuard<Mutex> lock_;
     T& value_;
   };
 
@@ -30,11 +29,12 @@ class Guarded {
   template <typename... Args>
   explicit Guarded(std::in_place_t, Args&&... args) : value_(std::forward<Args>(args)...) {}
 
-  [[nodiscard]] Locked lock() const { return Locked{mutex_, value_}; }
+  // Not checked: it takes the address of the value before the lock, which what it returns then takes.
+  [[nodiscard]] Locked lock() const NACELLE_EXCLUDES(mutex_) NACELLE_NOT_CHECKED { return Locked{mutex_, value_}; }
 
  private:
-  mutable std::mutex mutex_;
-  mutable T value_{};
+  mutable Mutex mutex_;
+  mutable T value_ NACELLE_GUARDED_BY(mutex_){};
 };
 
 }  // namespace nacelle

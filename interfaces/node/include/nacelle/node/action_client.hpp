@@ -6,12 +6,12 @@
 #include <future>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/host/action_goal.hpp"
 #include "nacelle/host/action_names.hpp"
 #include "nacelle/node/node.hpp"
@@ -79,10 +79,10 @@ class ClientGoalHandle final {
   std::atomic<GoalStatus> status_{GoalStatus::Accepted};
   std::promise<WrappedResult> promise_;
   const std::shared_future<WrappedResult> result_{promise_.get_future()};
-  std::mutex mutex_;  // the following
-  FeedbackCallback on_feedback_;
-  std::vector<ResultCallback> on_result_;
-  bool asked_ = false;  // for the result
+  Mutex mutex_;
+  FeedbackCallback on_feedback_ NACELLE_GUARDED_BY(mutex_);
+  std::vector<ResultCallback> on_result_ NACELLE_GUARDED_BY(mutex_);
+  bool asked_ NACELLE_GUARDED_BY(mutex_) = false;  // for the result
 };
 
 /// Sends goals to one action; see create_client(). Sending never blocks.
@@ -143,7 +143,7 @@ class Client final {
   }
   /// No callback for this goal starts any more.
   void stop_callbacks(const std::shared_ptr<GoalHandle>& goal) {
-    const std::lock_guard lock(goal->mutex_);
+    const LockGuard lock(goal->mutex_);
     goal->on_feedback_ = nullptr;
     goal->on_result_.clear();
   }
@@ -168,8 +168,8 @@ class Client final {
   [[nodiscard]] std::shared_ptr<GoalHandle> find(const GoalUUID& id) const;
 
   const std::string name_;
-  mutable std::mutex mutex_;
-  std::map<GoalUUID, std::weak_ptr<GoalHandle>> goals_;  // that have not ended
+  mutable Mutex mutex_;
+  std::map<GoalUUID, std::weak_ptr<GoalHandle>> goals_ NACELLE_GUARDED_BY(mutex_);  // that have not ended
   std::shared_ptr<nacelle::Client<SendGoal>> send_goal_;
   std::shared_ptr<nacelle::Client<CancelGoal>> cancel_goal_;
   std::shared_ptr<nacelle::Client<GetResult>> get_result_;
@@ -213,7 +213,7 @@ bool Client<A>::wait_for_action_server(Duration timeout) const {
 
 template <typename A>
 std::shared_ptr<ClientGoalHandle<A>> Client<A>::find(const GoalUUID& id) const {
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   const auto found = goals_.find(id);
   return found == goals_.end() ? nullptr : found->second.lock();
 }
@@ -242,7 +242,7 @@ std::shared_ptr<ClientGoalHandle<A>> Client<A>::take_answer(const GoalUUID& id,
                                                             const SendGoalOptions& options) {
   if (answer == nullptr || !answer->accepted) return nullptr;
   auto handle = std::make_shared<GoalHandle>(id, time_of(answer->stamp), options.feedback_callback);
-  const std::lock_guard lock(mutex_);
+  const LockGuard lock(mutex_);
   std::erase_if(goals_, [](const auto& entry) { return entry.second.expired(); });
   goals_.emplace(id, handle);
   return handle;
@@ -255,7 +255,7 @@ Future<typename ClientGoalHandle<A>::WrappedResult> Client<A>::async_get_result(
   bool is_there = false;
   bool ask = false;
   {
-    const std::lock_guard lock(goal->mutex_);
+    const LockGuard lock(goal->mutex_);
     is_there = goal->result_.wait_for(Duration::zero()) == std::future_status::ready;
     if (!is_there && on_result) goal->on_result_.push_back(on_result);
     ask = !std::exchange(goal->asked_, true);
@@ -282,12 +282,12 @@ void Client<A>::take_result(const std::shared_ptr<GoalHandle>& goal, const typen
   // Without an answer: the server was deactivated before it was asked, and its status said how the goal ended.
   if (!is_active(status)) wrapped.code = static_cast<ResultCode>(status);
   {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     goals_.erase(goal->get_goal_id());
   }
   std::vector<ResultCallback> callbacks;
   {
-    const std::lock_guard lock(goal->mutex_);
+    const LockGuard lock(goal->mutex_);
     goal->promise_.set_value(wrapped);
     callbacks.swap(goal->on_result_);
   }
@@ -300,7 +300,7 @@ void Client<A>::take_feedback(const std::shared_ptr<const FeedbackMessage>& mess
   if (!goal) return;  // another client's
   FeedbackCallback callback;
   {
-    const std::lock_guard lock(goal->mutex_);
+    const LockGuard lock(goal->mutex_);
     callback = goal->on_feedback_;
   }
   if (callback) callback(goal, std::shared_ptr<const typename A::Feedback>(message, &message->feedback));

@@ -3,9 +3,9 @@
 
 #include <map>
 #include <memory>
-#include <mutex>
 #include <vector>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/node/goal_table.hpp"
 #include "nacelle/node/node.hpp"
 
@@ -66,18 +66,17 @@ class GoalKeeper final : public GateListener {
     std::vector<RequestId> waiting;
     bool ended_by_server = false;
   };
-  // With the lock held:
-  [[nodiscard]] bool is_lost(const GoalUUID& id) const;
-  void abort_all();
-  void settle(const GoalUUID& id, GoalStatus status);
-  void drop(const std::vector<GoalUUID>& ids);
+  [[nodiscard]] bool is_lost(const GoalUUID& id) const NACELLE_REQUIRES(mutex_);
+  void abort_all() NACELLE_REQUIRES(mutex_);
+  void settle(const GoalUUID& id, GoalStatus status) NACELLE_REQUIRES(mutex_);
+  void drop(const std::vector<GoalUUID>& ids) NACELLE_REQUIRES(mutex_);
   [[nodiscard]] MonotonicTime now() const { return clock_.now(); }
 
   const Clock& clock_;
-  mutable std::mutex mutex_;  // all below
-  GoalTable table_;
-  std::map<GoalUUID, Goal> goals_;
-  GoalOutlets* outlets_;  // null: closed
+  mutable Mutex mutex_;
+  GoalTable table_ NACELLE_GUARDED_BY(mutex_);
+  std::map<GoalUUID, Goal> goals_ NACELLE_GUARDED_BY(mutex_);
+  GoalOutlets* outlets_ NACELLE_GUARDED_BY(mutex_);  // null: closed
 };
 
 }  // namespace nacelle::action::detail

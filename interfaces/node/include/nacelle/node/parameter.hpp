@@ -5,7 +5,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/policies/parameter_value.hpp"
 
@@ -210,7 +210,7 @@ class ParameterStore {
   /// must not call the store. Threads: any.
   template <typename F>
   void for_each(F&& what) const {
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     for (const auto& [name, entry] : entries_) what(name, entry.value, entry.type, entry.descriptor);
   }
   /// Sets all parameters or none. A refusal has rclcpp's reason. As in rclcpp, the value "not set" undeclares a parameter of
@@ -246,7 +246,7 @@ class ParameterStore {
   std::string node_;
   std::map<std::string, ParameterValue> overrides_;
   std::shared_ptr<ParameterFaults> faults_;
-  mutable std::mutex mutex_;  // held to change entries_, and to read them on another thread
+  mutable Mutex mutex_;  // held to change entries_, and to read them on another thread
   std::map<std::string, Entry> entries_;
   std::vector<std::weak_ptr<OnSetParametersCallbackHandle>> on_set_;
   std::shared_ptr<ParameterListener> listener_;

@@ -7,13 +7,13 @@
 #include <future>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <type_traits>
 #include <utility>
 
+#include "nacelle/base/mutex.hpp"
 #include "nacelle/host/node_host.hpp"
 
 namespace nacelle {
@@ -135,7 +135,7 @@ class Client {
   /// Sends the request. Errors: false if no server is there; the callback will not be called then.
   bool async_send_request(typename S::Request request, OnResponse on_response) {
     // The response may come on another thread before we have noted whom it is for.
-    const std::lock_guard lock(mutex_);
+    const LockGuard lock(mutex_);
     const std::int64_t sequence = handle_->send(&request);
     if (sequence == 0) return false;
     waiting_[sequence] = std::move(on_response);
@@ -171,7 +171,7 @@ class Client {
     auto& self = *static_cast<Client*>(context);
     typename std::map<std::int64_t, OnResponse>::node_type call;
     {
-      const std::lock_guard lock(self.mutex_);
+      const LockGuard lock(self.mutex_);
       call = self.waiting_.extract(sequence);
     }
     if (!call.empty()) call.mapped()(static_cast<const Response*>(response));
@@ -181,8 +181,8 @@ class Client {
   static constexpr Duration kLookForServer = std::chrono::milliseconds{10};
 
   std::string name_;
-  std::mutex mutex_;  // what waits, and the numbering
-  std::map<std::int64_t, OnResponse> waiting_;
+  Mutex mutex_;
+  std::map<std::int64_t, OnResponse> waiting_ NACELLE_GUARDED_BY(mutex_);
   std::unique_ptr<ClientHandle> handle_;
 };
 

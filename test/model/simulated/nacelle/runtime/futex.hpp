@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "../../../scheduler.hpp"
+#include "nacelle/base/thread_safety.hpp"
 
 namespace nacelle::runtime {
 
@@ -19,10 +20,10 @@ inline void futex_wake(const std::atomic<std::uint32_t>& word, int count) {
   model::Scheduler::current().wake(word, count);
 }
 
-class FutexMutex {
+class NACELLE_CAPABILITY("mutex") FutexMutex {
  public:
-  void lock() { model::Scheduler::current().lock(taken_); }
-  void unlock() { model::Scheduler::current().unlock(taken_); }
+  void lock() NACELLE_ACQUIRE() { model::Scheduler::current().lock(taken_); }
+  void unlock() NACELLE_RELEASE() { model::Scheduler::current().unlock(taken_); }
 
  private:
   bool taken_ = false;
