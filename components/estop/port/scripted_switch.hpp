@@ -22,8 +22,10 @@ class ScriptedSwitch final : public SwitchPort {
  private:
   Mutex mutex_;
   std::condition_variable changed_;
-  bool pressed_ NACELLE_GUARDED_BY(mutex_) = false, lost_ NACELLE_GUARDED_BY(mutex_) = false,
-                news_ NACELLE_GUARDED_BY(mutex_) = false, changed_state_ NACELLE_GUARDED_BY(mutex_) = false;
+  bool pressed_ NACELLE_GUARDED_BY(mutex_) = false;
+  bool lost_ NACELLE_GUARDED_BY(mutex_) = false;
+  bool news_ NACELLE_GUARDED_BY(mutex_) = false;
+  bool changed_state_ NACELLE_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace nacelle::estop

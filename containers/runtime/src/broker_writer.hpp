@@ -129,7 +129,7 @@ class BrokerWriter final : public ProxyWriter {
   std::unique_ptr<MessagePool> replay_pool_ NACELLE_GUARDED_BY(topic_->mutex_);
   Tally published_, inactive_, would_block_, copies_, bytes_copied_, pool_dry_, first_ns_, last_ns_, thread_;
 
-  mutable FutexMutex contract_mutex_;  // what follows
+  mutable FutexMutex contract_mutex_;
   DeadlineWatch deadline_ NACELLE_GUARDED_BY(contract_mutex_);
   LeaseWatch lease_ NACELLE_GUARDED_BY(contract_mutex_);
   EndpointStatus totals_ NACELLE_GUARDED_BY(contract_mutex_);

@@ -148,8 +148,8 @@ class ReaderQueue {
   std::size_t mask_ NACELLE_GUARDED_BY(*mutex_);  // the ring's size, a power of two, minus one
   std::unique_ptr<Block*[]> ring_ NACELLE_GUARDED_BY(*mutex_);
   const std::size_t limit_;
-  std::size_t room_ NACELLE_GUARDED_BY(*mutex_) =
-      0;  // limit for push_quickly(); 0 if a push needs more than filling the ring
+  // Limit for push_quickly(); 0 if a push needs more than filling the ring.
+  std::size_t room_ NACELLE_GUARDED_BY(*mutex_) = 0;
   std::size_t head_ NACELLE_GUARDED_BY(*mutex_) = 0;  // number of messages ever taken; masked, the index of the oldest
   std::atomic<std::size_t> waiting_{0};
   bool enabled_ NACELLE_GUARDED_BY(*mutex_);

@@ -73,7 +73,7 @@ class BlobPool final {
   std::atomic<std::size_t> users_{1};
   std::atomic<std::size_t> bytes_out_{0};
   std::atomic<std::uint64_t> refused_{0};
-  mutable Mutex mutex_;  // what follows
+  mutable Mutex mutex_;
   std::array<Blob*, kMostKept> kept_ NACELLE_GUARDED_BY(mutex_){};
   std::size_t kept_count_ NACELLE_GUARDED_BY(mutex_) = 0, kept_bytes_ NACELLE_GUARDED_BY(mutex_) = 0;
   std::size_t recent_ NACELLE_GUARDED_BY(mutex_) = 0;  // the longest recent message

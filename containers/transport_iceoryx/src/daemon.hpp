@@ -63,12 +63,8 @@ class Daemon {
   int wake_ = -1;                                 // an eventfd: there are requests
   Mutex mutex_;
   std::condition_variable changed_;
-  enum class State : std::uint8_t {
-    Connecting,
-    Connected,
-    Failed,
-    Ended
-  } state_ NACELLE_GUARDED_BY(mutex_) = State::Connecting;
+  enum class State : std::uint8_t { Connecting, Connected, Failed, Ended };
+  State state_ NACELLE_GUARDED_BY(mutex_) = State::Connecting;
   std::string failure_ NACELLE_GUARDED_BY(mutex_);
   std::deque<std::shared_ptr<Request>> requests_ NACELLE_GUARDED_BY(mutex_);
 };

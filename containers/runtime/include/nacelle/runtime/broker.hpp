@@ -96,15 +96,15 @@ class Broker final : public Graph {
   const Clock& clock_;
   mutable Mutex mutex_;
   std::map<std::pair<std::string, const msgs::MessageType*>, std::shared_ptr<Topic>> topics_ NACELLE_GUARDED_BY(mutex_);
-  std::list<Topic*> unused_
-      NACELLE_GUARDED_BY(mutex_);  // topics without an endpoint, kept for their totals; the oldest first
+  // Topics without an endpoint, kept for their totals; the oldest first.
+  std::list<Topic*> unused_ NACELLE_GUARDED_BY(mutex_);
   std::vector<Retired> retired_ NACELLE_GUARDED_BY(mutex_);
   std::uint64_t next_id_ NACELLE_GUARDED_BY(mutex_);  // of endpoints: unique among all brokers of the host
   std::uint32_t next_link_ NACELLE_GUARDED_BY(mutex_) = 1;
   GraphWatch links_;
   bool types_to_compare_ NACELLE_GUARDED_BY(mutex_) = false;  // an endpoint joined a name with several types
-  std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_
-      NACELLE_GUARDED_BY(mutex_);       // writer, reader: each pair is reported once
+  // Writer, reader: each pair is reported once.
+  std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_ NACELLE_GUARDED_BY(mutex_);
   std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread ends before what it looks at
 };
 
