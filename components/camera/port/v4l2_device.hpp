@@ -73,7 +73,7 @@ class V4l2Device final : public std::enable_shared_from_this<V4l2Device> {
     std::uint32_t index = 0;
     std::shared_ptr<V4l2Device> keep;  ///< While the frame is out.
   };
-  static void give_back(void* slot) noexcept;
+  static void give_back(void* context) noexcept;
   int call_raw(unsigned long request, void* argument) const;
   int dequeue_raw(unsigned long request, void* buffer, const std::uint32_t& index);
   int locked_call(unsigned long request, void* argument) const NACELLE_REQUIRES(mutex_);

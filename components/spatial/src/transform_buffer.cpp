@@ -344,9 +344,9 @@ Result<StampedTransform, LookupFault> TransformBuffer::lookup(std::string_view t
     fault.at_fixed = true;
     return err(fault);
   }
-  const auto X_FS = lookup(fixed, source, source_time);
+  auto X_FS = lookup(fixed, source, source_time);
   if (!X_FS) return X_FS;
-  const auto X_TF = lookup(target, fixed, target_time);
+  auto X_TF = lookup(target, fixed, target_time);
   if (!X_TF) return X_TF;
   return StampedTransform{X_TF->X_TS * X_FS->X_TS, X_TF->stamp};
 }
