@@ -126,7 +126,7 @@ const ContainerOptions& Container::options() const { return impl_->options; }
 const Clock& Container::clock() const { return impl_->commons.clock; }
 Transport& Container::transport() { return impl_->commons.broker; }
 Graph& Container::graph() { return impl_->commons.broker; }
-ServiceGraph& Container::service_graph() { return impl_->commons.services; }
+ServiceHub& Container::service_graph() { return impl_->commons.services; }
 
 std::vector<ComponentInfo> Container::list() const {
   const LockGuard lock(impl_->mutex);

@@ -62,6 +62,7 @@ std::vector<ServiceReport> Container::services() const {
     if (impl_->services) impl_->services->report_services(all);
     if (impl_->node_services) impl_->node_services->report_own_services(all);
   }
+  impl_->commons.services.report_stand_ins(all);
   std::ranges::stable_sort(all, {}, &ServiceReport::name);
   return all;
 }

@@ -199,8 +199,8 @@ class ServicePort final : public ServiceHandle, private PortBase {
       : PortBase(node, group, "service", std::move(name)),
         port_(*member_of_, request, response, callback, node.active(), node.commons().clock, node.is_measured()) {
     port_.describe_as(kind_, name_.c_str());
+    node_.enroll(*this);  // first: a gate that moves meanwhile is told
     node_.commons().services.add(name_, node_.identity().fully_qualified(), port_);
-    node_.enroll(*this);
     node_.enroll(name_, port_);
   }
   ~ServicePort() override {
@@ -213,7 +213,8 @@ class ServicePort final : public ServiceHandle, private PortBase {
   bool send_response(std::int64_t call, void* response) override { return port_.send_response(call, response); }
 
  private:
-  void set_active(bool) override {}  // the port checks the gate itself
+  // The port checks the gate itself.
+  void set_active(bool) override { node_.commons().services.note_gate(name_, port_); }
   void report(CallbackReport& row) const override {
     static const CallbackStats nothing;
     const CallbackStats& stats = port_.stats() != nullptr ? *port_.stats() : nothing;

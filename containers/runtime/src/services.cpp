@@ -5,25 +5,68 @@
 #include <utility>
 
 #include "message_library.hpp"
+#include "nacelle/host/standard_interfaces.hpp"
 
 namespace nacelle::runtime {
+
+bool ServiceDirectory::Server::is_open() const { return port != nullptr ? port->is_open() : info.is_open; }
+
+bool ServiceDirectory::Server::take(Call call) const {
+  if (port == nullptr) return remote->take(std::move(call));
+  port->push(std::move(call));
+  return true;
+}
 
 void ServiceDirectory::add(const std::string& name, const std::string& node, ServerPort& server) {
   pin_library_of(server.request_type());
   pin_library_of(server.response_type());
   auto ends = ends_.lock();
-  const auto made = ends->servers.emplace(name, Server{&server, ++ends->last_id, node});
-  for (ServiceListener* const listener : ends->listeners) listener->on_made(info_of(name, made->second));
+  Server made{{0, true, name, node, &server.request_type(), &server.response_type(), server.is_open()}, &server};
+  add(*ends, std::move(made));
+}
+
+void ServiceDirectory::add(Ends& ends, Server server) {
+  server.info.id = ++ends.last_id;
+  const auto made = ends.servers.emplace(server.info.name, std::move(server));
+  for (ServiceListener* const listener : ends.listeners) listener->on_made(made->second.info);
+  tell_ready(ends, made->first);
 }
 
 void ServiceDirectory::remove(const std::string& name, ServerPort& server) {
   auto ends = ends_.lock();
   const auto [first, last] = ends->servers.equal_range(name);
   const auto found = std::find_if(first, last, [&](const auto& entry) { return entry.second.port == &server; });
-  if (found == last) return;
-  const std::uint64_t id = found->second.id;
-  ends->servers.erase(found);
-  for (ServiceListener* const listener : ends->listeners) listener->on_gone(id);
+  if (found != last) remove(*ends, found);
+}
+
+void ServiceDirectory::remove(Ends& ends, Servers::iterator server) {
+  const ServiceEndInfo info = server->second.info;
+  ends.servers.erase(server);
+  for (ServiceListener* const listener : ends.listeners) listener->on_gone(info.id);
+  tell_ready(ends, info.name);
+}
+
+void ServiceDirectory::note_gate(const std::string& name, const ServerPort& server) {
+  auto ends = ends_.lock();
+  const auto [first, last] = ends->servers.equal_range(name);
+  const auto found = std::find_if(first, last, [&](const auto& entry) { return entry.second.port == &server; });
+  if (found != last) tell_gate(*ends, found->second);
+}
+
+void ServiceDirectory::tell_gate(Ends& ends, Server& server) {
+  const bool open = server.is_open();
+  if (std::exchange(server.info.is_open, open) == open) return;
+  for (ServiceListener* const listener : ends.listeners) listener->on_ready(server.info.id, server.info.is_open);
+  tell_ready(ends, server.info.name);
+}
+
+void ServiceDirectory::tell_ready(Ends& ends, const std::string& name) {
+  for (auto& [id, client] : ends.clients) {
+    if (!client.is_stand_in || client.info.name != name) continue;
+    const bool ready = client.remote != nullptr || is_offered(ends, name, *client.info.request);
+    if (std::exchange(client.is_ready, ready) == ready) continue;
+    for (ServiceListener* const listener : ends.listeners) listener->on_ready(id, ready);
+  }
 }
 
 std::uint64_t ServiceDirectory::add_client(ServiceEndInfo client) {
@@ -46,26 +89,29 @@ void ServiceDirectory::remove_client(std::uint64_t client) {
 
 bool ServiceDirectory::send(const std::string& name, const msgs::MessageType& request, Call call,
                             std::uint64_t client) {
-  auto ends = ends_.lock();
-  const auto [first, last] = ends->servers.equal_range(name);
+  return send(*ends_.lock(), name, request, std::move(call), client);
+}
+
+bool ServiceDirectory::send(const Ends& ends, const std::string& name, const msgs::MessageType& request, Call call,
+                            std::uint64_t client) {
+  const auto [first, last] = ends.servers.equal_range(name);
   for (auto it = first; it != last; ++it) {
-    ServerPort& server = *it->second.port;
-    if (&server.request_type() != &request || !server.is_open()) continue;
-    server.push(std::move(call));
-    return true;
+    if (it->second.info.request == &request && it->second.is_open()) return it->second.take(std::move(call));
   }
-  const auto asks = ends->clients.find(client);
-  if (asks == ends->clients.end() || asks->second.remote == nullptr) return false;
+  const auto asks = ends.clients.find(client);
+  if (asks == ends.clients.end() || asks->second.remote == nullptr) return false;
   return asks->second.remote->take(std::move(call));
+}
+
+bool ServiceDirectory::is_offered(const Ends& ends, const std::string& name, const msgs::MessageType& request) {
+  const auto [first, last] = ends.servers.equal_range(name);
+  return std::any_of(
+      first, last, [&](const auto& entry) { return entry.second.info.request == &request && entry.second.is_open(); });
 }
 
 bool ServiceDirectory::is_ready(const std::string& name, const msgs::MessageType& request, std::uint64_t client) const {
   auto ends = ends_.lock();
-  const auto [first, last] = ends->servers.equal_range(name);
-  const bool here = std::any_of(first, last, [&](const auto& entry) {
-    return &entry.second.port->request_type() == &request && entry.second.port->is_open();
-  });
-  if (here) return true;
+  if (is_offered(*ends, name, request)) return true;
   const auto asks = ends->clients.find(client);
   return asks != ends->clients.end() && asks->second.remote != nullptr;
 }
@@ -73,7 +119,21 @@ bool ServiceDirectory::is_ready(const std::string& name, const msgs::MessageType
 bool ServiceDirectory::is_ready(const std::string& name) const {
   auto ends = ends_.lock();
   const auto [first, last] = ends->servers.equal_range(name);
-  return std::any_of(first, last, [](const auto& entry) { return entry.second.port->is_open(); });
+  return std::any_of(first, last, [](const auto& entry) { return entry.second.is_open(); });
+}
+
+void ServiceDirectory::report_stand_ins(std::vector<ServiceReport>& out) const {
+  auto ends = ends_.lock();
+  for (const auto& [name, server] : ends->servers) {
+    if (server.port != nullptr) continue;
+    const auto standard = standard_services(server.info.node, true);
+    out.push_back({name, service_type_of(*server.info.request), server.info.node, true, server.is_open(),
+                   std::ranges::find(standard, name) != standard.end()});
+  }
+  for (const auto& [id, client] : ends->clients) {
+    if (client.is_stand_in)
+      out.push_back({client.info.name, service_type_of(*client.info.request), client.info.node, false, true});
+  }
 }
 
 Problem ServiceDirectory::why_not(const std::string& name, const msgs::MessageType& request) const {
@@ -81,7 +141,10 @@ Problem ServiceDirectory::why_not(const std::string& name, const msgs::MessageTy
   const auto [first, last] = ends->servers.equal_range(name);
   std::vector<std::string> others;
   for (auto it = first; it != last; ++it) {
-    const msgs::MessageType& type = it->second.port->request_type();
+    const msgs::MessageType& type = *it->second.info.request;
+    if (&type == &request && it->second.is_open())
+      return {"service " + name, "takes no more calls: too many wait for an answer, or the request is too long",
+              "see `nacelle top` for what its node is busy with"};
     if (&type == &request) return {"service " + name, "its node is not active", "see `nacelle lifecycle nodes`"};
     others.push_back(service_type_of(type));
   }
@@ -93,14 +156,10 @@ Problem ServiceDirectory::why_not(const std::string& name, const msgs::MessageTy
   return {"service " + name, "no node of this process offers it", suggestion(name, names)};
 }
 
-ServiceEndInfo ServiceDirectory::info_of(const std::string& name, const Server& server) {
-  return {server.id, true, name, server.node, &server.port->request_type(), &server.port->response_type()};
-}
-
 void ServiceDirectory::join(ServiceListener& listener) {
   auto ends = ends_.lock();
   ends->listeners.push_back(&listener);
-  for (const auto& [name, server] : ends->servers) listener.on_made(info_of(name, server));
+  for (const auto& [name, server] : ends->servers) listener.on_made(server.info);
   for (const auto& [id, client] : ends->clients) listener.on_made(client.info);
 }
 
@@ -109,17 +168,62 @@ void ServiceDirectory::leave(ServiceListener& listener) { std::erase(ends_.lock(
 void ServiceDirectory::set_remote(std::uint64_t client, RemoteServer* server) {
   auto ends = ends_.lock();
   const auto found = ends->clients.find(client);
-  if (found != ends->clients.end()) found->second.remote = server;
+  if (found == ends->clients.end()) return;
+  found->second.remote = server;
+  tell_ready(*ends, found->second.info.name);
+}
+
+ServiceDirectory::Servers::iterator ServiceDirectory::find_server(Ends& ends, std::uint64_t id) {
+  return std::find_if(ends.servers.begin(), ends.servers.end(),
+                      [&](const auto& entry) { return entry.second.info.id == id; });
 }
 
 ServiceGraph::Sent ServiceDirectory::send(std::uint64_t server, Call call) {
   auto ends = ends_.lock();
-  const auto found = std::find_if(ends->servers.begin(), ends->servers.end(),
-                                  [&](const auto& entry) { return entry.second.id == server; });
+  const auto found = find_server(*ends, server);
   if (found == ends->servers.end()) return Sent::Gone;
-  if (!found->second.port->is_open()) return Sent::Closed;
-  found->second.port->push(std::move(call));
-  return Sent::Yes;
+  if (!found->second.is_open()) return Sent::Closed;
+  return found->second.take(std::move(call)) ? Sent::Yes : Sent::Full;
+}
+
+std::uint64_t ServiceDirectory::add_stand_in(ServiceEndInfo end, RemoteServer* server) {
+  pin_library_of(*end.request);
+  pin_library_of(*end.response);
+  auto ends = ends_.lock();
+  if (end.is_server) {
+    add(*ends, Server{std::move(end), nullptr, server});
+    return ends->last_id;
+  }
+  const std::uint64_t id = end.id = ++ends->last_id;
+  for (ServiceListener* const listener : ends->listeners) listener->on_made(end);
+  const std::string name = end.name;
+  ends->clients.emplace(id, Client{std::move(end), nullptr, true});
+  tell_ready(*ends, name);
+  return id;
+}
+
+void ServiceDirectory::open_stand_in(std::uint64_t server, bool open) {
+  auto ends = ends_.lock();
+  const auto found = find_server(*ends, server);
+  if (found == ends->servers.end() || std::exchange(found->second.info.is_open, open) == open) return;
+  for (ServiceListener* const listener : ends->listeners) listener->on_ready(server, open);
+  tell_ready(*ends, found->first);
+}
+
+void ServiceDirectory::remove_stand_in(std::uint64_t id) {
+  {
+    auto ends = ends_.lock();
+    if (const auto found = find_server(*ends, id); found != ends->servers.end()) return remove(*ends, found);
+  }
+  remove_client(id);
+}
+
+bool ServiceDirectory::call(std::uint64_t client, Call call) {
+  auto ends = ends_.lock();
+  const auto asks = ends->clients.find(client);
+  if (asks == ends->clients.end()) return false;
+  const ServiceEndInfo& info = asks->second.info;
+  return send(*ends, info.name, *info.request, std::move(call), client);
 }
 
 std::string service_type_of(const msgs::MessageType& request) {

@@ -15,6 +15,7 @@
 #include "nacelle/host/service_graph.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/runtime/executor.hpp"
+#include "nacelle/runtime/introspection.hpp"
 
 namespace nacelle::runtime {
 
@@ -26,11 +27,13 @@ class ServerPort;
 [[nodiscard]] std::string service_type_of(const msgs::MessageType& request);
 
 /// The servers and clients of the container's services. Threads: any.
-class ServiceDirectory final : public ServiceGraph {
+class ServiceDirectory final : public ServiceHub {
  public:
   void add(const std::string& name, const std::string& node, ServerPort& server);
   /// May be called twice.
   void remove(const std::string& name, ServerPort& server);
+  /// Reports to listeners that the node of this server has become active or inactive. Without effect for an unknown server.
+  void note_gate(const std::string& name, const ServerPort& server);
   /// Returns the client's id. A client that is not registered can call too, but only servers of this process.
   [[nodiscard]] std::uint64_t add_client(ServiceEndInfo client);
   void remove_client(std::uint64_t client);
@@ -39,8 +42,9 @@ class ServiceDirectory final : public ServiceGraph {
                           std::uint64_t client = 0);
   [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request,
                               std::uint64_t client = 0) const;
-  /// For servers of this process.
+  /// For servers of this process and stand-ins.
   [[nodiscard]] bool is_ready(const std::string& name) const;
+  void report_stand_ins(std::vector<ServiceReport>& out) const;
   /// Returns why a call would not be delivered: no such service, another type, an inactive server.
   [[nodiscard]] Problem why_not(const std::string& name, const msgs::MessageType& request) const;
 
@@ -49,24 +53,43 @@ class ServiceDirectory final : public ServiceGraph {
   void leave(ServiceListener& listener) override;
   void set_remote(std::uint64_t client, RemoteServer* server) override;
   [[nodiscard]] Sent send(std::uint64_t server, Call call) override;
+  // ServiceHub
+  [[nodiscard]] std::uint64_t add_stand_in(ServiceEndInfo end, RemoteServer* server) override;
+  void open_stand_in(std::uint64_t server, bool open) override;
+  void remove_stand_in(std::uint64_t id) override;
+  [[nodiscard]] bool call(std::uint64_t client, Call call) override;
 
  private:
+  /// One of this process has a port, a stand-in what takes its calls.
   struct Server {
-    ServerPort* port;
-    std::uint64_t id;
-    std::string node;
+    [[nodiscard]] bool is_open() const;
+    [[nodiscard]] bool take(Call call) const;
+    ServiceEndInfo info;  // is_open: as it was told last
+    ServerPort* port = nullptr;
+    RemoteServer* remote = nullptr;
   };
   struct Client {
     ServiceEndInfo info;
     RemoteServer* remote = nullptr;
+    bool is_stand_in = false;
+    bool is_ready = false;  // as it was told last; of a stand-in
   };
   struct Ends {
-    std::multimap<std::string, Server> servers;
+    std::multimap<std::string, Server> servers;  // by name
     std::map<std::uint64_t, Client> clients;
     std::vector<ServiceListener*> listeners;
     std::uint64_t last_id = 0;
   };
-  [[nodiscard]] static ServiceEndInfo info_of(const std::string& name, const Server& server);
+  using Servers = std::multimap<std::string, Server>;
+  static void add(Ends& ends, Server server);
+  static void remove(Ends& ends, Servers::iterator server);
+  static void tell_gate(Ends& ends, Server& server);
+  /// Tells whether services of this name are ready for stand-in clients, where that has changed.
+  static void tell_ready(Ends& ends, const std::string& name);
+  [[nodiscard]] static bool is_offered(const Ends& ends, const std::string& name, const msgs::MessageType& request);
+  [[nodiscard]] static Servers::iterator find_server(Ends& ends, std::uint64_t id);
+  [[nodiscard]] static bool send(const Ends& ends, const std::string& name, const msgs::MessageType& request, Call call,
+                                 std::uint64_t client);
   Guarded<Ends> ends_;
 };
 

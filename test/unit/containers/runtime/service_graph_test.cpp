@@ -35,10 +35,19 @@ class Diary final : public ServiceListener {
     const std::lock_guard lock(mutex_);
     notes_.push_back("gone " + ids_[id].name);
   }
+  void on_ready(std::uint64_t id, bool ready) noexcept override {
+    const std::lock_guard lock(mutex_);
+    changes_.push_back(std::string(ids_[id].is_server ? "server " : "client ") + (ready ? "ready" : "not ready"));
+  }
   /// Since the last time.
   Texts notes() {
     const std::lock_guard lock(mutex_);
     return std::exchange(notes_, {});
+  }
+  /// Of what on_ready() tells, since the last time.
+  Texts changes() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(changes_, {});
   }
   ServiceEndInfo end(const std::string& name, bool is_server) {
     const std::lock_guard lock(mutex_);
@@ -51,7 +60,7 @@ class Diary final : public ServiceListener {
  private:
   std::mutex mutex_;
   std::map<std::uint64_t, ServiceEndInfo> ids_;
-  Texts notes_;
+  Texts notes_, changes_;
 };
 
 /// A server of another process, whose answers the test gives.
@@ -154,7 +163,7 @@ class ServiceGraphTest : public ::testing::Test {
   SystemClock clock_;
   Both offering_{true, false}, calling_{false, true};  // outlive their components
   Container container_{with_plugins(), clock_};
-  ServiceGraph& graph_ = container_.service_graph();
+  ServiceHub& graph_ = container_.service_graph();
   Diary diary_;
 };
 
@@ -235,6 +244,56 @@ TEST_F(ServiceGraphTest, sends_calls_elsewhere_only_without_an_open_server_here)
   EXPECT_FALSE(calling_.client->service_is_ready());
   EXPECT_FALSE(calling_.client->async_send_request(request_of(1, 2)).valid());
   graph_.leave(diary_);
+}
+
+TEST_F(ServiceGraphTest, a_stand_in_client_learns_when_its_service_is_ready_and_calls_it) {
+  const auto id = load(offering_, "adder", false);
+  graph_.join(diary_);
+  const ServiceEndInfo far{
+      0, false, "/add", "/far", &AddTwoInts::Request::message_type(), &AddTwoInts::Response::message_type()};
+  const std::uint64_t client = graph_.add_stand_in(far, nullptr);
+  EXPECT_EQ(diary_.end("/add", false).node, "/far");
+  Waiting asker;
+  EXPECT_FALSE(graph_.call(client, call_of(asker, 1, 1, 2)));
+  EXPECT_THAT(diary_.changes(), IsEmpty());
+
+  EXPECT_EQ(container_.trigger(id, Transition::Activate).reason, "");
+  EXPECT_THAT(diary_.changes(), ElementsAre("server ready", "client ready"));
+  EXPECT_TRUE(graph_.call(client, call_of(asker, 2, 3, 4)));
+  EXPECT_THAT(asker.next(1), ElementsAre("2: 7"));
+  ASSERT_TRUE(container_.unload(id));
+  EXPECT_THAT(diary_.changes(), ElementsAre("server not ready", "client not ready"));
+
+  Elsewhere elsewhere;
+  graph_.set_remote(client, &elsewhere);
+  EXPECT_THAT(diary_.changes(), ElementsAre("client ready"));
+  graph_.remove_stand_in(client);
+  EXPECT_FALSE(graph_.call(client, call_of(asker, 3, 5, 6)));
+  graph_.leave(diary_);
+}
+
+TEST_F(ServiceGraphTest, the_stand_in_of_a_server_is_called_as_any_server) {
+  Elsewhere elsewhere;
+  load(calling_, "caller");
+  const ServiceEndInfo far{
+      0, true, "/add", "/far", &AddTwoInts::Request::message_type(), &AddTwoInts::Response::message_type(), false};
+  const std::uint64_t server = graph_.add_stand_in(far, &elsewhere);
+  EXPECT_FALSE(calling_.client->service_is_ready());
+  graph_.open_stand_in(server, true);
+  EXPECT_TRUE(calling_.client->service_is_ready() && container_.service_is_ready("/add"));
+  auto pending = calling_.client->async_send_request(request_of(1, 2));
+  ASSERT_EQ(elsewhere.calls.size(), 1U);
+  EXPECT_TRUE(elsewhere.calls[0].asker.answer(std::make_unique<msgs::AnyMessage>(sum_of(33))));
+  ASSERT_EQ(pending.wait_for(20s), std::future_status::ready);
+  EXPECT_EQ(pending.get()->sum, 33);
+
+  Waiting asker;
+  EXPECT_EQ(graph_.send(server, call_of(asker, 1, 1, 2)), ServiceGraph::Sent::Yes);
+  elsewhere.is_full = true;
+  EXPECT_EQ(graph_.send(server, call_of(asker, 2, 1, 2)), ServiceGraph::Sent::Full);
+  EXPECT_FALSE(calling_.client->async_send_request(request_of(1, 2)).valid());
+  graph_.remove_stand_in(server);
+  EXPECT_FALSE(calling_.client->service_is_ready());
 }
 
 TEST_F(ServiceGraphTest, does_not_wait_for_removed_endpoints) {

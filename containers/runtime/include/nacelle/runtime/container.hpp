@@ -63,7 +63,7 @@ class Container final {
   [[nodiscard]] Transport& transport();
   /// Returns the graph of the same transport, for links to other processes.
   [[nodiscard]] Graph& graph();
-  [[nodiscard]] ServiceGraph& service_graph();
+  [[nodiscard]] ServiceHub& service_graph();
 
   /// Errors: an invalid plugin, library or parameter; a name that is taken; a constructor that threw, or did not return
   /// in time (then the image is kept, and the component is destroyed as soon as the constructor returns).

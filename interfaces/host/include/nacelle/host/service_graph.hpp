@@ -49,6 +49,7 @@ struct ServiceEndInfo {
   std::string node;
   const msgs::MessageType* request = nullptr;  ///< These stay for the life of the process, also when the end has gone.
   const msgs::MessageType* response = nullptr;
+  bool is_open = true;  ///< Of a server: its node is active.
 };
 
 /// Told which servers and clients come and go. Threads: any, with the graph's lock held: only note it and return.
@@ -57,6 +58,8 @@ class ServiceListener {
   virtual ~ServiceListener() = default;
   virtual void on_made(const ServiceEndInfo& end) noexcept = 0;
   virtual void on_gone(std::uint64_t id) noexcept = 0;
+  /// A server's node has become active or inactive, or the service of a stand-in client has become ready or not.
+  virtual void on_ready(std::uint64_t /*id*/, bool /*ready*/) noexcept {}
 };
 
 /// Servers of other processes, for one client of this one. Threads: any, with the graph's lock held: only note it and return.
@@ -84,10 +87,25 @@ class ServiceGraph {
   enum class Sent : std::uint8_t {
     Yes,
     Closed,  ///< Its node is not active: no response will come.
+    Full,    ///< A stand-in takes no more calls.
     Gone,
   };
   /// Hands a call from outside to this server. Preconditions: the request is of its type.
   [[nodiscard]] virtual Sent send(std::uint64_t server, Call call) = 0;
+};
+
+/// A graph with stand-ins for servers and clients of another process (docs/adr/0032). Listeners and callers see a stand-in as they
+/// see an end of this process. Threads: any.
+class ServiceHub : public ServiceGraph {
+ public:
+  /// Adds a stand-in and returns its id. `server` takes the calls of a server's stand-in; it is null for a client's.
+  [[nodiscard]] virtual std::uint64_t add_stand_in(ServiceEndInfo end, RemoteServer* server) = 0;
+  /// Opens or closes the stand-in of a server.
+  virtual void open_stand_in(std::uint64_t server, bool open) = 0;
+  /// Removes a stand-in. After the return no take() of its server runs.
+  virtual void remove_stand_in(std::uint64_t id) = 0;
+  /// Sends a call in the name of a client's stand-in. Returns false if no server takes it.
+  [[nodiscard]] virtual bool call(std::uint64_t client, Call call) = 0;
 };
 
 }  // namespace nacelle
