@@ -12,7 +12,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "link_impl.hpp"
+#include "link_services.hpp"
 
 namespace nacelle {
 namespace {
@@ -31,10 +31,12 @@ Link::Impl::Impl(Graph& g, const Clock& c, int s, LinkOptions o)
       socket(s),
       options(std::move(o)),
       event(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      token(new_token()) {
+      token(new_token()),
+      services(std::make_unique<Services>(*this)) {
   ::fcntl(socket, F_SETFL, ::fcntl(socket, F_GETFL) | O_NONBLOCK);
   wire::append_hello(out, options.carrier != nullptr ? options.carrier->name() : "", token);
   number = graph.join(*this);
+  services->join();
 }
 
 Link::Impl::~Impl() {
@@ -42,6 +44,7 @@ Link::Impl::~Impl() {
   wake();
   if (thread.joinable()) thread.join();
   graph.leave(number);
+  services->end();
   for (const auto& [writer, departure] : departures) lender->set(writer, nullptr);
   departures.clear();
   remotes.clear();
@@ -88,10 +91,11 @@ bool Link::Impl::pump(bool readable) {
   did |= tell_taken();
   do {
     did |= flush();
+    did |= services->send();
     did |= send_ready();
     did |= flush();
     // What was left for want of room, which there is now: the socket would not wake us for it.
-  } while (held_back && !is_full());
+  } while ((held_back || services->is_held_back()) && !is_full());
   return did;
 }
 
@@ -202,6 +206,11 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
     case LinkFrameKind::Note:
       if (options.on_note) options.on_note(std::string(as_text(frame.payload)));
       return true;
+    case LinkFrameKind::Service:
+    case LinkFrameKind::ServiceGone:
+    case LinkFrameKind::ServiceReady:
+    case LinkFrameKind::Call:
+    case LinkFrameKind::Answer: return services->handle(frame);
   }
   return false;
 }
@@ -209,6 +218,7 @@ bool Link::Impl::handle(const wire::LinkFrame& frame) {
 void Link::Impl::end(const Problem& problem) {
   if (ended.exchange(true)) return;
   graph.leave(number);
+  services->end();
   for (const auto& [writer, departure] : departures) lender->set(writer, nullptr);
   departures.clear();
   remotes.clear();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "link_impl.hpp"
+#include "link_services.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/msgs/message_type.hpp"
 
@@ -47,7 +47,7 @@ bool Link::Impl::take_events() {
     std::swap(events, events_now);
     std::swap(notes, notes_now);
   }
-  const bool did = !events_now.empty() || !notes_now.empty();
+  bool did = !events_now.empty() || !notes_now.empty();
   for (const Event& happened : events_now) {
     const std::uint64_t id = happened.info.id;
     switch (happened.kind) {
@@ -62,6 +62,7 @@ bool Link::Impl::take_events() {
         break;
     }
   }
+  did |= services->take_events();
   for (const auto& note : notes_now) wire::append_note(out, as_bytes(note));
   events_now.clear();
   notes_now.clear();
@@ -177,13 +178,13 @@ void Link::Impl::refuse(Remote& remote, const std::string& why, const std::strin
                       .text());
 }
 
+const msgs::MessageType* Link::Impl::find_type(const std::string& name) const {
+  if (const auto known = types.find(name); known != types.end()) return known->second;
+  return options.find_type ? options.find_type(name) : nullptr;
+}
+
 const msgs::MessageType* Link::Impl::type_for(Remote& remote) {
-  const msgs::MessageType* type = nullptr;
-  if (const auto known = types.find(remote.type); known != types.end()) {
-    type = known->second;
-  } else if (options.find_type) {
-    type = options.find_type(remote.type);
-  }
+  const auto* type = find_type(remote.type);
   if (type == nullptr) {
     refuse(remote, ", which this process does not know: the stream is not linked",
            "install its message package here too");

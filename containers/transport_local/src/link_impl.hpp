@@ -106,6 +106,8 @@ struct Link::Impl final : GraphListener {
     std::vector<std::uint64_t> remotes;
   };
 
+  struct Services;  // link_services.hpp
+
   Impl(Graph& graph, const Clock& clock, int socket, LinkOptions options);
   ~Impl() override;
 
@@ -140,6 +142,7 @@ struct Link::Impl final : GraphListener {
   void make_stand_in(Remote& remote) NACELLE_REQUIRES(pumping);
   void drop_stand_in(Remote& remote) NACELLE_REQUIRES(pumping);
   [[nodiscard]] const msgs::MessageType* type_for(Remote& remote) NACELLE_REQUIRES(pumping);
+  [[nodiscard]] const msgs::MessageType* find_type(const std::string& name) const NACELLE_REQUIRES(pumping);
   void refuse(Remote& remote, const std::string& why, const std::string& way_out) NACELLE_REQUIRES(pumping);
 
   // link_messages.cpp: messages and what became of them
@@ -203,6 +206,8 @@ struct Link::Impl final : GraphListener {
   std::vector<std::string> notes NACELLE_GUARDED_BY(noting);
   std::vector<std::uint64_t> ready NACELLE_GUARDED_BY(noting);
   std::map<std::uint64_t, Left> left NACELLE_GUARDED_BY(noting);
+
+  const std::unique_ptr<Services> services;
 
   Figure sent{0}, received{0}, bytes_sent{0}, bytes_received{0}, carried{0}, arrived{0}, dropped{0}, broken{0};
 };

@@ -146,7 +146,12 @@ bool is_known(LinkFrameKind kind) {
     case LinkFrameKind::Taken:
     case LinkFrameKind::Lost:
     case LinkFrameKind::Carry:
-    case LinkFrameKind::Note: return true;
+    case LinkFrameKind::Note:
+    case LinkFrameKind::Service:
+    case LinkFrameKind::ServiceGone:
+    case LinkFrameKind::ServiceReady:
+    case LinkFrameKind::Call:
+    case LinkFrameKind::Answer: return true;
   }
   return false;
 }
@@ -215,6 +220,40 @@ std::optional<LostFrame> read_lost(ByteView payload) {
     *value = fields.number<std::uint64_t>();
   if (!fields.all_read()) return std::nullopt;
   return lost;
+}
+
+std::optional<ServiceFrame> read_service(ByteView payload) {
+  Fields fields{payload};
+  ServiceFrame service;
+  service.id = fields.number<std::uint64_t>();
+  service.is_server = fields.flag();
+  service.open = fields.flag();
+  for (auto* text : {&service.name, &service.node, &service.request, &service.request_hash, &service.response,
+                     &service.response_hash})
+    *text = fields.text();
+  if (!fields.all_read() || service.id == 0 || service.name.empty() || service.request.empty()) return std::nullopt;
+  return service;
+}
+
+std::optional<CallFrame> read_call(ByteView payload) {
+  Fields fields{payload};
+  CallFrame call;
+  call.end = fields.number<std::uint64_t>();
+  call.number = fields.number<std::uint64_t>();
+  call.cdr = fields.rest();
+  if (!fields.good() || call.cdr.size() > kLongestServiceBytes) return std::nullopt;
+  return call;
+}
+
+std::optional<AnswerFrame> read_answer(ByteView payload) {
+  Fields fields{payload};
+  AnswerFrame answer;
+  answer.number = fields.number<std::uint64_t>();
+  answer.answered = fields.flag();
+  answer.cdr = fields.rest();
+  if (!fields.good() || answer.cdr.size() > kLongestServiceBytes) return std::nullopt;
+  if (!answer.answered && !answer.cdr.empty()) return std::nullopt;
+  return answer;
 }
 
 std::optional<DataFrame> read_data(ByteView payload, std::vector<std::uint64_t>& readers) {
@@ -289,6 +328,37 @@ void append_lost(Bytes& out, const LostFrame& lost) {
 }
 
 void append_note(Bytes& out, ByteView note) { append_frame(out, LinkFrameKind::Note, as_text(note)); }
+
+void append_service(Bytes& out, const ServiceFrame& service) {
+  const std::size_t begin = begin_frame(out, LinkFrameKind::Service);
+  put(out, service.id);
+  put(out, static_cast<std::uint8_t>(service.is_server));
+  put(out, static_cast<std::uint8_t>(service.open));
+  for (const auto* text : {&service.name, &service.node, &service.request, &service.request_hash, &service.response,
+                           &service.response_hash})
+    put_text(out, *text);
+  end_frame(out, begin);
+}
+
+std::uint8_t* append_call(Bytes& out, std::uint64_t end, std::uint64_t number, std::size_t cdr_bytes) {
+  const std::size_t begin = begin_frame(out, LinkFrameKind::Call);
+  put(out, end);
+  put(out, number);
+  out.resize(out.size() + cdr_bytes);
+  end_frame(out, begin);
+  return out.data() + out.size() - cdr_bytes;
+}
+
+std::uint8_t* append_answer(Bytes& out, std::uint64_t number, std::size_t cdr_bytes) {
+  const std::size_t begin = begin_frame(out, LinkFrameKind::Answer);
+  put(out, number);
+  put(out, std::uint8_t{1});
+  out.resize(out.size() + cdr_bytes);
+  end_frame(out, begin);
+  return out.data() + out.size() - cdr_bytes;
+}
+
+void append_no_answer(Bytes& out, std::uint64_t number) { append_id_and_byte(out, LinkFrameKind::Answer, number, 0); }
 
 std::uint8_t* append_data(Bytes& out, const DataFrame& head, const std::vector<std::uint64_t>& readers,
                           std::size_t cdr_bytes) {

@@ -31,18 +31,27 @@ namespace nacelle::transport_local {
 //   Lost       O  id of the peer's reader, u64 overwritten, full, expired, inactive: more than before, on this side of the link
 //   Carry      C  id of the writer, u8 step (CarryStep)
 //   Note       N  for whoever owns the link: any bytes
+//   Service    S  id of a server or client, u8 is a server, u8 its node is active, text name, node, type of requests, its hash,
+//                 type of responses, its hash. These ids are not those of endpoints
+//   ServiceGone   s  id of an announced server or client
+//   ServiceReady  r  id of a server or client, u8 ready: its node has become active or not (from the side that announced it), or
+//                 the client's service is ready or not (from the other side)
+//   Call       Q  id of the server or client that the call goes to or comes from, u64 number of the call, CDR with encapsulation
+//   Answer     P  u64 number of the call, u8 1 and CDR with encapsulation, or u8 0: there will be no answer
 //
 //   endpoint      id, u8 open, qos, text topic, type, type hash, node ("" for a tool),
 //                 i64 command timeout in ns (0: none), text its parameter, u8 announced (Announced),
 //                 u8 1 and the qos that it leaves to another reader (EndpointSpec::unless_offered), or u8 0
 //   qos           u8 history, reliability, durability, liveliness, u64 depth, u64 max_samples,
 //                 i64 deadline, lifespan, lease in ns (0: infinite)
-inline constexpr std::uint16_t kLinkVersion = 3;
+inline constexpr std::uint16_t kLinkVersion = 4;
 /// Longest payload: a message of 256 MiB. Memory is taken as bytes arrive, not as they are announced.
 inline constexpr std::size_t kLongestLinkPayload = std::size_t{256} << 20U;
 inline constexpr std::size_t kMostTextBytes = 512;
 inline constexpr std::size_t kMostReaders = 4096;
 inline constexpr std::uint64_t kDeepestQueue = 1'000'000;
+/// Longest request or response. A longer one is refused where it is made.
+inline constexpr std::size_t kLongestServiceBytes = std::size_t{16} << 20U;
 /// No time on a link is further away: sums of two do not overflow.
 inline constexpr std::int64_t kLatestNs = std::int64_t{1} << 61U;
 
@@ -58,6 +67,11 @@ enum class LinkFrameKind : std::uint8_t {
   Lost = 'O',
   Carry = 'C',
   Note = 'N',
+  Service = 'S',
+  ServiceGone = 's',
+  ServiceReady = 'r',
+  Call = 'Q',
+  Answer = 'P',
 };
 [[nodiscard]] bool is_known(LinkFrameKind kind);
 
@@ -113,6 +127,20 @@ struct DataFrame {
   std::int64_t source_ns = 0, expires_ns = 0;
   ByteView cdr;
 };
+struct ServiceFrame {
+  std::uint64_t id = 0;
+  bool is_server = false, open = true;
+  std::string name, node, request, request_hash, response, response_hash;
+};
+struct CallFrame {
+  std::uint64_t end = 0, number = 0;
+  ByteView cdr;
+};
+struct AnswerFrame {
+  std::uint64_t number = 0;
+  bool answered = false;
+  ByteView cdr;
+};
 struct LostFrame {
   std::uint64_t reader = 0, overwritten = 0, full = 0, expired = 0, inactive = 0;
 };
@@ -120,10 +148,14 @@ struct LostFrame {
 // Reading. Errors: nothing if the payload is not exactly such a frame.
 [[nodiscard]] Result<HelloFrame, LinkFault> read_hello(ByteView payload);
 [[nodiscard]] std::optional<EndpointFrame> read_endpoint(const LinkFrame& frame);
-[[nodiscard]] std::optional<std::uint64_t> read_id(ByteView payload);                                    // Gone, Life
-[[nodiscard]] std::optional<std::pair<std::uint64_t, std::uint8_t>> read_id_and_byte(ByteView payload);  // Gate, Carry
+[[nodiscard]] std::optional<std::uint64_t> read_id(ByteView payload);  // Gone, Life, ServiceGone
+[[nodiscard]] std::optional<std::pair<std::uint64_t, std::uint8_t>> read_id_and_byte(
+    ByteView payload);  // Gate, Carry, ServiceReady
 [[nodiscard]] std::optional<std::pair<std::uint64_t, std::uint64_t>> read_id_and_count(ByteView payload);  // Taken
 [[nodiscard]] std::optional<LostFrame> read_lost(ByteView payload);
+[[nodiscard]] std::optional<ServiceFrame> read_service(ByteView payload);
+[[nodiscard]] std::optional<CallFrame> read_call(ByteView payload);
+[[nodiscard]] std::optional<AnswerFrame> read_answer(ByteView payload);
 /// `readers` is filled anew, keeping its memory.
 [[nodiscard]] std::optional<DataFrame> read_data(ByteView payload, std::vector<std::uint64_t>& readers);
 
@@ -135,7 +167,12 @@ void append_id_and_byte(Bytes& out, LinkFrameKind kind, std::uint64_t id, std::u
 void append_id_and_count(Bytes& out, LinkFrameKind kind, std::uint64_t id, std::uint64_t count);
 void append_lost(Bytes& out, const LostFrame& lost);
 void append_note(Bytes& out, ByteView note);
-/// Everything but the CDR, for which it makes room: write `cdr_bytes` bytes to what it returns.
+void append_service(Bytes& out, const ServiceFrame& service);
+// Everything but the CDR, for which they make room: write `cdr_bytes` bytes to what they return.
+[[nodiscard]] std::uint8_t* append_call(Bytes& out, std::uint64_t end, std::uint64_t number, std::size_t cdr_bytes);
+[[nodiscard]] std::uint8_t* append_answer(Bytes& out, std::uint64_t number, std::size_t cdr_bytes);
+/// There will be no answer.
+void append_no_answer(Bytes& out, std::uint64_t number);
 [[nodiscard]] std::uint8_t* append_data(Bytes& out, const DataFrame& head, const std::vector<std::uint64_t>& readers,
                                         std::size_t cdr_bytes);
 

@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 
+#include "runtime/src/services.hpp"
 #include "support/linked_brokers.hpp"
 #include "support/manual_clock.hpp"
 
@@ -16,6 +17,18 @@ using namespace nacelle;
 void require(bool holds) {
   if (!holds) std::abort();
 }
+
+/// Calls what the peer offers, and counts how often it is answered.
+struct Caller final : AnswerTaker {
+  void push(std::int64_t, std::unique_ptr<msgs::AnyMessage>) override { ++answers; }
+  void call(runtime::ServiceDirectory& services, const msgs::MessageType& type) {
+    msgs::AnyMessage request{type};
+    if (services.send("/service", type, {{self, 1}, std::move(request)})) ++calls;
+  }
+  std::size_t calls = 0, answers = 0;
+  std::shared_ptr<Guarded<AnswerTaker*>> self =
+      std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this));
+};
 
 }  // namespace
 
@@ -34,6 +47,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   LinkOptions options;
   options.mirror_all = size % 2 == 0;
   options.find_type = test::find_test_type;
+  runtime::ServiceDirectory services;
+  Caller caller;
+  options.service_hub = &services;
   std::size_t ends = 0;
   options.on_end = [&](const Problem&) { ++ends; };
   {
@@ -43,6 +59,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       const ssize_t n = ::send(sockets.two, data + sent, size - sent, MSG_DONTWAIT | MSG_NOSIGNAL);
       if (n > 0) sent += static_cast<std::size_t>(n);
       static_cast<void>(writer->publish(*writer->borrow()));
+      caller.call(services, *type);
       link.pump();
       Bytes answers(4096);
       while (::recv(sockets.two, answers.data(), answers.size(), MSG_DONTWAIT) > 0) {}
@@ -52,6 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(link.has_ended() && ends == 1);
     const LinkStats stats = link.stats();
     require(stats.dropped + stats.broken <= stats.received);
+    require(caller.answers == caller.calls);
   }
   require(reader->writer_count() == 1 && writer->reader_count() == 1);
   while (Block* const block = reader->take()) drop_reference(*block);

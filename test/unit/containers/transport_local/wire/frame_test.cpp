@@ -98,6 +98,42 @@ TEST(LinkFrames, carry_every_field) {
   EXPECT_EQ(lost->overwritten * 1000 + lost->full * 100 + lost->expired * 10 + lost->inactive, 1234U);
 }
 
+TEST(LinkFrames, carry_services_calls_and_answers) {
+  Bytes bytes;
+  append_service(bytes, {7, true, false, "/add", "/adder", "Add_Request", "RIHS01_a", "Add_Response", "RIHS01_b"});
+  std::copy_n("abc", 3, append_call(bytes, 7, 42, 3));
+  std::copy_n("de", 2, append_answer(bytes, 42, 2));
+  append_no_answer(bytes, 43);
+  const auto service = read_service(frame_at(bytes, 0).payload);
+  ASSERT_TRUE(service);
+  EXPECT_EQ(service->id, 7U);
+  EXPECT_TRUE(service->is_server && !service->open);
+  EXPECT_EQ(service->name + service->node + service->request + service->request_hash + service->response +
+                service->response_hash,
+            "/add/adderAdd_RequestRIHS01_aAdd_ResponseRIHS01_b");
+  const auto call = read_call(frame_at(bytes, 1).payload);
+  ASSERT_TRUE(call);
+  EXPECT_EQ(call->end + call->number, 49U);
+  EXPECT_EQ(as_text(call->cdr), "abc");
+  const auto answer = read_answer(frame_at(bytes, 2).payload);
+  ASSERT_TRUE(answer && answer->answered);
+  EXPECT_EQ(answer->number, 42U);
+  EXPECT_EQ(as_text(answer->cdr), "de");
+  const auto none = read_answer(frame_at(bytes, 3).payload);
+  ASSERT_TRUE(none);
+  EXPECT_EQ(none->number, 43U);
+  EXPECT_FALSE(none->answered);
+
+  const ByteView whole = frame_at(bytes, 0).payload;
+  for (std::size_t size = 0; size < whole.size(); ++size) EXPECT_FALSE(read_service(whole.first(size))) << size;
+  EXPECT_FALSE(read_call(frame_at(bytes, 1).payload.first(15)));
+  EXPECT_FALSE(read_answer(frame_at(bytes, 2).payload.first(8)));
+  Bytes none_with_tail(frame_at(bytes, 3).payload.begin(), frame_at(bytes, 3).payload.end());
+  none_with_tail.push_back(1);
+  EXPECT_FALSE(read_answer(none_with_tail));
+  EXPECT_FALSE(read_call(Bytes(16 + kLongestServiceBytes + 1)));
+}
+
 TEST(LinkFrames, that_are_cut_or_have_a_tail_are_refused) {
   const Bytes bytes = conversation();
   std::vector<std::uint64_t> readers;

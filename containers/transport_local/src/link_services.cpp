@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+// Services over the link: stand-ins for the peer's servers and clients, calls and their answers.
+#include "link_services.hpp"
+
+#include <algorithm>
+
+#include "nacelle/base/names.hpp"
+#include "nacelle/msgs/message_type.hpp"
+
+namespace nacelle {
+namespace {
+
+constexpr std::size_t kMostServiceEnds = 4096;
+// Calls of one server or client that are not answered, in each direction. The result of an action is an answer that comes when
+// its goal ends.
+constexpr std::size_t kMostCalls = 256;
+// Requests and responses that wait to be sent.
+constexpr std::size_t kMostWaitingBytes = std::size_t{64} << 20U;
+
+}  // namespace
+
+// --- what this side's graph says ----------------------------------------------------------------------------------------
+
+void Link::Impl::Services::join() {
+  if (leaf != nullptr) leaf->join(*this);
+  if (hub != nullptr) hub->join(*this);
+}
+
+void Link::Impl::Services::end() {
+  if (leaf != nullptr) leaf->leave(*this);
+  if (hub != nullptr) hub->leave(*this);
+  for (auto& [id, end] : ends) {
+    if (end.stand_in != 0) hub->remove_stand_in(end.stand_in);
+    if (leaf != nullptr && end.exit) leaf->set_remote(id, nullptr);
+  }
+  *self->lock() = nullptr;  // waits for a push() that is under way
+  std::deque<NotedCall> unsent;
+  {
+    const std::lock_guard lock(noting);
+    unsent.swap(calls);
+    answers.clear();
+    events.clear();
+  }
+  for (const NotedCall& call : unsent) call.call.asker.answer(nullptr);
+  for (const auto& [number, call] : sent) call.asker.answer(nullptr);
+  sent.clear();
+  taken.clear();
+  stand_ins.clear();
+  ends.clear();
+}
+
+void Link::Impl::Services::note(Event event) noexcept {
+  {
+    const std::lock_guard lock(noting);
+    events.push_back(std::move(event));
+  }
+  link.wake();
+}
+
+void Link::Impl::Services::on_made(const ServiceEndInfo& end) noexcept {
+  if (leaf != nullptr && end.node != link.options.private_node) note({Event::Kind::Made, end});
+}
+void Link::Impl::Services::on_gone(std::uint64_t id) noexcept {
+  if (leaf != nullptr) note({Event::Kind::Gone, {.id = id}});
+}
+void Link::Impl::Services::on_ready(std::uint64_t id, bool ready) noexcept {
+  note({Event::Kind::Ready, {.id = id, .is_open = ready}});
+}
+
+bool Link::Impl::Services::Exit::take(Call call) noexcept {
+  const std::size_t bytes = call.request.type().encoded_size(call.request.get());
+  {
+    const std::lock_guard lock(services.noting);
+    if (unanswered >= kMostCalls || bytes > wire::kLongestServiceBytes ||
+        services.waiting_bytes + bytes > kMostWaitingBytes)
+      return false;
+    ++unanswered;
+    services.waiting_bytes += bytes;
+    services.calls.push_back({end, std::move(call), bytes});
+  }
+  services.link.wake();
+  return true;
+}
+
+void Link::Impl::Services::push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) {
+  std::size_t bytes = response ? response->type().encoded_size(response->get()) : 0;
+  if (bytes > wire::kLongestServiceBytes) {
+    link.log.error("a response of {} bytes ({}) is longer than a link carries: its caller gets none", bytes,
+                   response->type().name);
+    response.reset();
+  }
+  {
+    const std::lock_guard lock(noting);
+    if (waiting_bytes + bytes > kMostWaitingBytes) response.reset();
+    if (!response) bytes = 0;
+    waiting_bytes += bytes;
+    answers.push_back({sequence, std::move(response), bytes});
+  }
+  link.wake();
+}
+
+// --- to the peer --------------------------------------------------------------------------------------------------------
+
+bool Link::Impl::Services::take_events() {
+  {
+    const std::lock_guard lock(noting);
+    std::swap(events, events_now);
+  }
+  const bool did = !events_now.empty();
+  for (const Event& event : events_now) take_event(event);
+  events_now.clear();
+  return did;
+}
+
+void Link::Impl::Services::take_event(const Event& event) {
+  const std::uint64_t id = event.info.id;
+  if (event.kind == Event::Kind::Made) {
+    const ServiceEndInfo& info = event.info;
+    End& end = ends[id];
+    end.info = info;
+    if (!info.is_server) end.exit = std::make_unique<Exit>(*this, id, *info.response);
+    wire::append_service(link.out, {id, info.is_server, info.is_open, info.name, info.node, info.request->name,
+                                    info.request->hash, info.response->name, info.response->hash});
+  } else if (event.kind == Event::Kind::Gone) {
+    // Nothing takes calls for it any more, and its callers have gone with it.
+    if (ends.erase(id) == 0) return;
+    std::erase_if(sent, [&](const auto& entry) { return entry.second.end == id; });
+    wire::append_id(link.out, wire::LinkFrameKind::ServiceGone, id);
+  } else if (hub != nullptr) {
+    const auto found = stand_ins.find(id);
+    if (found == stand_ins.end() || ends.at(found->second).info.is_server) return;
+    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, found->second, event.info.is_open ? 1 : 0);
+  } else if (const auto found = ends.find(id); found != ends.end() && found->second.info.is_server) {
+    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, id, event.info.is_open ? 1 : 0);
+  }
+}
+
+bool Link::Impl::Services::send() {
+  bool did = false;
+  for (;;) {
+    std::optional<NotedCall> call;
+    std::optional<NotedAnswer> answer;
+    {
+      const std::lock_guard lock(noting);
+      held_back = link.is_full() && !(answers.empty() && calls.empty());
+      if (held_back || (answers.empty() && calls.empty())) return did;
+      if (!answers.empty()) {
+        answer.emplace(std::move(answers.front()));
+        answers.pop_front();
+        waiting_bytes -= answer->bytes;
+      } else {
+        call.emplace(std::move(calls.front()));
+        calls.pop_front();
+        waiting_bytes -= call->bytes;
+      }
+    }
+    did = true;
+    if (answer) send_answer(*answer);
+    if (call) send_call(std::move(*call));
+  }
+}
+
+void Link::Impl::Services::send_call(NotedCall call) {
+  const auto found = ends.find(call.end);
+  if (found == ends.end() || !found->second.exit) {  // gone meanwhile
+    call.call.asker.answer(nullptr);
+    return;
+  }
+  const msgs::AnyMessage& request = call.call.request;
+  request.type().encode(request.get(), wire::append_call(link.out, call.end, ++last_sent, call.bytes));
+  sent.emplace(last_sent, Sent{call.end, std::move(call.call.asker), &found->second.exit->response_type});
+  ++link.sent;
+  bool many = false;
+  {
+    const std::lock_guard lock(noting);
+    many = found->second.exit->unanswered > kMostCalls / 2;
+  }
+  if (many) forget_abandoned(call.end);
+}
+
+// Callers that no longer wait leave room for others.
+void Link::Impl::Services::forget_abandoned(std::uint64_t end) {
+  for (auto it = sent.begin(); it != sent.end();) {
+    if (it->second.end != end || !it->second.asker.client.expired()) {
+      ++it;
+      continue;
+    }
+    it = sent.erase(it);
+    note_answered(end);
+  }
+}
+
+void Link::Impl::Services::note_answered(std::uint64_t end) {
+  const auto found = ends.find(end);
+  if (found == ends.end() || !found->second.exit) return;
+  const std::lock_guard lock(noting);
+  --found->second.exit->unanswered;
+}
+
+void Link::Impl::Services::send_answer(const NotedAnswer& answer) {
+  const auto asked = taken.extract(answer.number);
+  if (asked.empty()) return;
+  if (const auto end = ends.find(asked.mapped().end); end != ends.end()) --end->second.unanswered;
+  if (answer.response) {
+    answer.response->type().encode(answer.response->get(),
+                                   wire::append_answer(link.out, asked.mapped().number, answer.bytes));
+  } else {
+    wire::append_no_answer(link.out, asked.mapped().number);
+  }
+  ++link.sent;
+}
+
+// --- from the peer ------------------------------------------------------------------------------------------------------
+
+bool Link::Impl::Services::handle(const wire::LinkFrame& frame) {
+  using wire::LinkFrameKind;
+  switch (frame.kind) {
+    case LinkFrameKind::Service: return handle_service(frame.payload);
+    case LinkFrameKind::ServiceGone: {
+      const auto id = wire::read_id(frame.payload);
+      if (id) handle_gone(*id);
+      return id.has_value();
+    }
+    case LinkFrameKind::ServiceReady: {
+      const auto ready = wire::read_id_and_byte(frame.payload);
+      if (ready) handle_ready(ready->first, ready->second != 0);
+      return ready.has_value();
+    }
+    case LinkFrameKind::Call: {
+      const auto call = wire::read_call(frame.payload);
+      if (call) handle_call(*call);
+      return call.has_value();
+    }
+    case LinkFrameKind::Answer: {
+      const auto answer = wire::read_answer(frame.payload);
+      if (answer) handle_answer(*answer);
+      return answer.has_value();
+    }
+    default: return false;
+  }
+}
+
+bool Link::Impl::Services::handle_service(ByteView payload) {
+  const auto told = wire::read_service(payload);
+  if (!told) return false;
+  if (hub == nullptr) return true;
+  if (ends.contains(told->id) || ends.size() >= kMostServiceEnds) return false;
+  if (const auto fine = validate_full_topic_name(told->name); !fine) {
+    link.log.error("a service of {} is refused: {}", link.options.peer, fine.error().text());
+    return true;
+  }
+  End& end = ends[told->id];
+  end.info = {0, told->is_server, told->name, told->node, nullptr, nullptr, told->open};
+  end.info.request = type_for(told->request, told->request_hash, end);
+  if (end.info.request != nullptr) end.info.response = type_for(told->response, told->response_hash, end);
+  if (end.info.response == nullptr) return true;
+  if (told->is_server) end.exit = std::make_unique<Exit>(*this, told->id, *end.info.response);
+  end.stand_in = hub->add_stand_in(end.info, end.exit.get());
+  stand_ins.emplace(end.stand_in, told->id);
+  return true;
+}
+
+const msgs::MessageType* Link::Impl::Services::type_for(const std::string& name, const std::string& hash,
+                                                        const End& end) {
+  const auto* const type = link.find_type(name);
+  if (type != nullptr && hash == type->hash) return type;
+  const std::string role = end.info.node + (end.info.is_server ? " offers " : " calls ") + name;
+  const Problem problem =
+      type == nullptr
+          ? Problem{"service " + end.info.name, role + ", which this process does not know: the service is not linked",
+                    "install its message package here too"}
+          : Problem{"service " + end.info.name,
+                    role + " as " + hash + ", this process has " + type->hash + ": the service is not linked",
+                    "build both sides with the same message definitions"};
+  link.log.error("{}", problem.text());
+  return nullptr;
+}
+
+void Link::Impl::Services::handle_gone(std::uint64_t id) {
+  const auto found = ends.find(id);
+  if (hub == nullptr || found == ends.end()) return;
+  if (found->second.stand_in != 0) {
+    hub->remove_stand_in(found->second.stand_in);
+    stand_ins.erase(found->second.stand_in);
+  }
+  // Calls that a server has taken are answered by the peer all the same; those of a client are for a caller that has gone.
+  ends.erase(found);
+}
+
+void Link::Impl::Services::handle_ready(std::uint64_t id, bool ready) {
+  const auto found = ends.find(id);
+  if (found == ends.end()) return;
+  if (hub != nullptr) {
+    if (found->second.info.is_server && found->second.stand_in != 0) hub->open_stand_in(found->second.stand_in, ready);
+  } else if (found->second.exit) {
+    leaf->set_remote(id, ready ? found->second.exit.get() : nullptr);
+  }
+}
+
+void Link::Impl::Services::handle_call(const wire::CallFrame& frame) {
+  ++link.received;
+  const auto found = ends.find(frame.end);
+  // On the leaf the peer calls servers, on the hub its clients call.
+  const bool known =
+      found != ends.end() && found->second.info.request != nullptr && found->second.info.is_server == (leaf != nullptr);
+  if (!known) {
+    ++link.dropped;
+    wire::append_no_answer(link.out, frame.number);
+    return;
+  }
+  End& end = found->second;
+  msgs::AnyMessage request{*end.info.request};
+  if (const auto decoded = end.info.request->decode(frame.cdr, request.get()); !decoded) {
+    note_broken(end.info.name, *end.info.request, decoded.error());
+    wire::append_no_answer(link.out, frame.number);
+    return;
+  }
+  if (end.unanswered >= kMostCalls) {
+    wire::append_no_answer(link.out, frame.number);
+    return;
+  }
+  ++end.unanswered;
+  taken.emplace(++last_taken, Taken{frame.number, frame.end});
+  if (hand_on(end, {{self, last_taken}, std::move(request)})) return;
+  --end.unanswered;
+  taken.erase(last_taken);
+  wire::append_no_answer(link.out, frame.number);
+}
+
+bool Link::Impl::Services::hand_on(const End& end, Call call) {
+  if (hub != nullptr) return hub->call(end.stand_in, std::move(call));
+  return leaf->send(end.info.id, std::move(call)) == ServiceGraph::Sent::Yes;
+}
+
+void Link::Impl::Services::handle_answer(const wire::AnswerFrame& frame) {
+  ++link.received;
+  const auto asked = sent.extract(frame.number);
+  if (asked.empty()) {
+    ++link.dropped;
+    return;
+  }
+  const Sent& call = asked.mapped();
+  note_answered(call.end);
+  std::unique_ptr<msgs::AnyMessage> response;
+  if (frame.answered) {
+    response = std::make_unique<msgs::AnyMessage>(*call.response_type);
+    if (const auto decoded = call.response_type->decode(frame.cdr, response->get()); !decoded) {
+      response.reset();
+      const auto end = ends.find(call.end);
+      note_broken(end == ends.end() ? "" : end->second.info.name, *call.response_type, decoded.error());
+    }
+  }
+  call.asker.answer(std::move(response));
+}
+
+void Link::Impl::Services::note_broken(const std::string& service, const msgs::MessageType& type,
+                                       msgs::DecodeFault fault) {
+  ++link.broken;
+  if (std::exchange(told_broken, true)) return;
+  link.log.error("service {}: what {} sent is no {}: {}; the call fails, and the next ones are only counted", service,
+                 link.options.peer, type.name, msgs::explain(fault));
+}
+
+}  // namespace nacelle
