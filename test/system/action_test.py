@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Actions through the program: what `nacelle action` says and does, with a server and a client in one container."""
+"""Actions through the program: what `nacelle action` says and does, with a server and a client in one container, or in two processes of it."""
 import json
+import os
 import pathlib
 import re
 import signal
@@ -18,7 +19,7 @@ class Actions(RobotTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.log = open(cls.folder / "log", "w+")
-        cls.container = cls.start_program("launch", LAUNCH, stdout=cls.log, stderr=subprocess.STDOUT)
+        cls.container = cls.start_program("launch", cls.launch_file(), stdout=cls.log, stderr=subprocess.STDOUT)
         wait_for("the action is offered", lambda: cls.container.poll() is not None or cls.state("series") == "active")
 
     @classmethod
@@ -27,6 +28,10 @@ class Actions(RobotTest):
         cls.container.wait(30 * SLOW)
         cls.log.close()
         super().tearDownClass()
+
+    @classmethod
+    def launch_file(cls):
+        return LAUNCH
 
     @classmethod
     def state(cls, node):
@@ -158,7 +163,35 @@ class Actions(RobotTest):
         self.assertIn(f"  Action Clients:\n    {NAME}: {TYPE}\n", text)
 
     def test_check_finds_nothing_to_complain_of(self):
-        self.expect_exit(self.run_program("check", LAUNCH), 0)
+        self.expect_exit(self.run_program("check", self.launch_file()), 0)
+
+
+class Isolated(Actions):
+    """The same with server and client in processes of their own."""
+
+    @classmethod
+    def launch_file(cls):
+        copy = cls.folder / "isolated.launch.yaml"
+        copy.write_text(re.sub(r"^( +)name: (series.*)$", r"\1name: \2\n\1isolate: process", LAUNCH.read_text(), flags=re.MULTILINE))
+        return copy
+
+    def process_of(self, node):
+        for entry in pathlib.Path("/proc").glob("[0-9]*"):
+            try:
+                words = (entry / "cmdline").read_bytes().split(b"\0")
+                parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
+            except (OSError, IndexError):
+                continue
+            if parent == self.container.pid and b"isolated" in words and node.encode() in words:
+                return int(entry.name)
+        return self.fail(f"{node} has no process")
+
+    def test_z_a_goal_fails_when_the_servers_process_ends(self):
+        goal = self.begin("{order: 1000000}")
+        os.kill(self.process_of("/series"), signal.SIGKILL)
+        text = goal.communicate(timeout=20 * SLOW)[0]
+        self.assertEqual(goal.returncode, 1, text)
+        self.assertNotIn("finished with status", text)
 
 
 if __name__ == "__main__":

@@ -94,7 +94,7 @@ class Isolated(IsolatedRobot):
         self.expect_exit(self.run_program("lifecycle", "set", "/lidar", "activate"), 0)
         self.expect_flow("/scan")
 
-    def test_2b_what_ros_2_s_tools_ask_is_answered_by_the_container(self):
+    def test_2b_its_services_are_those_of_any_component(self):
         def call(service, kind, values="{}"):
             text = self.expect_exit(self.run_program("service", "call", service, kind, values, "--json"), 0).stdout
             return json.loads(text)["response"]
@@ -103,11 +103,18 @@ class Isolated(IsolatedRobot):
             answer = call("/lidar/change_state", "lifecycle_msgs/srv/ChangeState", f"{{transition: {{label: {label}}}}}")
             self.assertEqual(answer, {"success": True})
             self.assertEqual(call("/lidar/get_state", "lifecycle_msgs/srv/GetState")["current_state"]["label"], state)
-        self.assertEqual(call("/lidar/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [frame_id]}"), {"values": []})
-        refused = call("/lidar/set_parameters", "rcl_interfaces/srv/SetParameters", "{parameters: [{name: frame_id, value: {type: 4, string_value: x}}]}")
-        self.assertIn("out of reach", refused["results"][0]["reason"])
-        for words in (["list", "lidar"], ["get", "lidar", "frame_id"], ["set", "lidar", "frame_id", "x"]):
-            self.assertIn("out of reach", self.expect_exit(self.run_program("param", *words), 1).stderr)
+        read = call("/lidar/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [frame_id]}")
+        before = read["values"][0]["string_value"]
+        self.assertIn("frame_id", self.expect_exit(self.run_program("param", "list", "lidar"), 0).stdout)
+        self.expect_exit(self.run_program("param", "set", "lidar", "frame_id", "elsewhere"), 0)
+        self.assertIn("elsewhere", self.expect_exit(self.run_program("param", "get", "lidar", "frame_id"), 0).stdout)
+        refused = call("/lidar/set_parameters", "rcl_interfaces/srv/SetParameters", "{parameters: [{name: topic_name, value: {type: 4, string_value: x}}]}")
+        self.assertIn("read-only", refused["results"][0]["reason"])
+        self.expect_exit(self.run_program("param", "set", "lidar", "frame_id", before), 0)
+        listed = self.expect_exit(self.run_program("service", "list", "--all"), 0).stdout.split("\n")
+        self.assertEqual(len([name for name in listed if name.startswith("/lidar/")]), 12, listed)
+        self.assertNotIn("/lidar/", self.expect_exit(self.run_program("service", "list"), 0).stdout)
+        self.assertNotIn("_container/", "".join(name for name in listed if "lidar" in name), "its process has no container of its own")
         graph = json.loads(self.expect_exit(self.run_program("topic", "info", "/rosout", "--json"), 0).stdout)
         self.assertIn("/lidar", [end["node"] for end in graph["publishers"]], "its log comes from its own process")
 

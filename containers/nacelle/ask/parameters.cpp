@@ -170,11 +170,6 @@ Result<json, Problem> list_parameters(Nodes& nodes, const std::string& node) {
   const auto listed = parameter_names(nodes, node);
   if (!listed) return err(listed.error());
   const auto& names = listed.value();
-  // Every node has use_sim_time, so the services of this one cannot see its parameters.
-  if (names.empty()) {
-    return err(Problem{node, "its parameters are out of reach, as those of a component with `isolate: process` are",
-                       "set them in the launch file, or take `isolate: process` out"});
-  }
   const auto described = nodes.call(node + "/describe_parameters", kDescribe, {{"names", names}});
   if (!described) return err(described.error());
   const json& descriptors = described.value()["descriptors"];

@@ -18,8 +18,7 @@ namespace nacelle::ask {
 ///   "name", "type", "value" (JSON; "NaN" and "Infinity" as text), "text" (YAML that reads back as the same value), "description",
 ///   "constraints", "read_only", "dynamic_typing"; with a range also "from", "to" and "step"
 ///
-/// `node`: its full name. Errors: as Nodes::call(); the parameters changed between two calls; the node's parameters
-/// cannot be reached by services (`isolate: process`).
+/// `node`: its full name. Errors: as Nodes::call(); the parameters changed between two calls.
 [[nodiscard]] Result<nlohmann::json, Problem> list_parameters(Nodes& nodes, const std::string& node);
 
 /// Returns the names of a node's parameters. Errors: as Nodes::call().

@@ -86,6 +86,7 @@ Result<void, Problem> IsolatedComponent::spawn() {
   options.peer = fmt::format("the process of {} ({})", plan_.full_name(), pid);
   options.carrier = carrier_;
   options.mirror_all = true;  // so that reports, checks and tools see its streams
+  options.service_hub = &container_.service_graph();
   options.find_type = [this](const std::string& name) -> const msgs::MessageType* {
     auto type = types_.message(name);
     return type ? type.value() : nullptr;

@@ -37,8 +37,7 @@ class IsolatedProcess {
     runtime::ContainerOptions options;
     options.name = name;
     options.component_path = places.component_folders;
-    options.node_interfaces =
-        runtime::NodeInterfaces::Topics;  // services end at the process: the container offers them
+    options.node_interfaces = runtime::NodeInterfaces::Isolated;
     container_ = std::make_unique<runtime::Container>(std::move(options), clock);
     if (!carrier.empty()) {
       auto started = start_carrier(carrier);
@@ -48,6 +47,8 @@ class IsolatedProcess {
     LinkOptions link;
     link.peer = "the container";
     link.carrier = carrier_.get();
+    link.services = &container_->service_graph();
+    link.private_node = container_->node();
     link.find_type = [this](const std::string& type_name) -> const msgs::MessageType* {
       auto type = types_.message(type_name);
       return type ? type.value() : nullptr;
@@ -184,15 +185,7 @@ class IsolatedProcess {
       static_cast<void>(container_->unload(id_));
       return fail(*problem, answer);
     }
-    runtime::ComponentInfo info = loaded.value();
-    std::vector<runtime::CallbackReport> callbacks;
-    container_->report_callbacks(callbacks);
-    for (const auto& callback : callbacks) {
-      if (callback.node != info.node || (callback.kind != "service" && callback.kind != "client")) continue;
-      info.warnings.push_back(info.node + ": isolate: process: its " + callback.kind + " '" + callback.name +
-                              "' reaches no other process; leave isolate out if it is needed");
-    }
-    answer["info"] = info_to_json(info);
+    answer["info"] = info_to_json(loaded.value());
     if (collect) answer["faults"] = faults_to_json(*wanted.faults->lock());
     answer["success"] = true;
   }

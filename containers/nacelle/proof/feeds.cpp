@@ -137,16 +137,11 @@ void check_clients(Evidence& evidence) {
           severity_of(*component->plan));
       continue;
     }
-    // A component in a process of its own: its services are known by name only.
-    const bool is_apart = std::ranges::any_of(evidence.loaded, [&](const LoadedComponent& other) {
-      return other.declared &&
-             std::ranges::find(other.declared->services, client.name) != other.declared->services.end();
-    });
     const bool is_standard = std::ranges::any_of(evidence.loaded, [&](const LoadedComponent& other) {
       const auto services = standard_services_of(evidence, other);
       return std::ranges::find(services, client.name) != services.end();
     });
-    if (is_apart || is_standard) continue;
+    if (is_standard) continue;
     const std::string near = slip_of(client.name, others);
     if (near.empty() && missing) continue;
     evidence.find(

@@ -89,7 +89,7 @@ struct Container::Impl final : Context {
   mutable Mutex mutex;  // no code of a component runs under it
   std::map<std::uint64_t, std::shared_ptr<Record>> records NACELLE_GUARDED_BY(mutex);
   std::map<std::uint64_t, std::shared_ptr<ForeignComponent>> foreign NACELLE_GUARDED_BY(mutex);  // of other processes
-  // Their nodes' standard services.
+  // Their lifecycle services.
   std::map<std::uint64_t, std::shared_ptr<NodeFace>> foreign_faces NACELLE_GUARDED_BY(mutex);
   // Of nodes that are loaded, being loaded or being unloaded.
   std::map<std::string, const Record*> names NACELLE_GUARDED_BY(mutex);
@@ -126,7 +126,7 @@ struct Container::Impl final : Context {
   };
   [[nodiscard]] Asked ask_for(std::uint64_t id) const;
   [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what);
-  /// Returns its present parameters, also while a callback runs. Errors: it is not loaded, or runs in another process.
+  /// Returns its present parameters, also while a callback runs. Errors: it is not loaded here.
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;
   /// NodeServices::set_parameters().
   void change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,

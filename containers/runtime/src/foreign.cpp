@@ -18,10 +18,11 @@ Result<ComponentInfo, Problem> Container::adopt(std::shared_ptr<ForeignComponent
   info.id = impl_->next_id++;
   impl_->foreign.emplace(info.id, std::move(component));
   lock.unlock();
-  if (impl_->node_services) {
-    auto face = impl_->node_services->offer(info.id, info.node, info.managed);
+  // Its own process offers the other services. These answer as long as it is listed, also when the process has ended.
+  if (impl_->node_services && info.managed) {
+    auto face = impl_->node_services->offer(info.id, info.node, NodeFace::Parts::Lifecycle);
     lock.lock();
-    if (face) impl_->foreign_faces.emplace(info.id, std::move(face));
+    impl_->foreign_faces.emplace(info.id, std::move(face));
     lock.unlock();
   }
   impl_->note_change();

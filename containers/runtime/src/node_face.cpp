@@ -26,16 +26,18 @@ NodeFace::NodeFace(NodeServices& desk, Commons& commons, Executor& executor, std
       lifecycle_(desk, id) {}
 
 std::shared_ptr<NodeFace> NodeFace::make(NodeServices& desk, Commons& commons, Executor& executor, std::uint64_t id,
-                                         const std::string& node, bool managed) {
+                                         const std::string& node, Parts parts) {
   std::shared_ptr<NodeFace> face{new NodeFace(desk, commons, executor, id, split(node))};
-  face->parameters_.start(face->node_, {face, &face->parameters_});
-  if (managed) face->lifecycle_.start(face->node_, {face, &face->lifecycle_});
-  face->type_description_ = offer<GetTypeDescription>(
-      face->node_, "get_type_description",
-      [&commons, node](const GetTypeDescription::Request& request, GetTypeDescription::Response& response) {
-        const auto types = commons.broker.types_of(node);
-        response = msgs::answer(request, std::vector<msgs::UsedType>(types.begin(), types.end()));
-      });
+  if (parts != Parts::Parameters) face->lifecycle_.start(face->node_, {face, &face->lifecycle_});
+  if (parts != Parts::Lifecycle) {
+    face->parameters_.start(face->node_, {face, &face->parameters_});
+    face->type_description_ = offer<GetTypeDescription>(
+        face->node_, "get_type_description",
+        [&commons, node](const GetTypeDescription::Request& request, GetTypeDescription::Response& response) {
+          const auto types = commons.broker.types_of(node);
+          response = msgs::answer(request, std::vector<msgs::UsedType>(types.begin(), types.end()));
+        });
+  }
   face->node_.open();
   return face;
 }

@@ -18,8 +18,13 @@ namespace nacelle::runtime {
 /// The standard services of one node, on the executor of all of them. Threads: any.
 class NodeFace {
  public:
+  enum class Parts : std::uint8_t {
+    Parameters,  ///< And type descriptions.
+    Lifecycle,
+    All,
+  };
   [[nodiscard]] static std::shared_ptr<NodeFace> make(NodeServices& desk, Commons& commons, Executor& executor,
-                                                      std::uint64_t id, const std::string& node, bool managed);
+                                                      std::uint64_t id, const std::string& node, Parts parts);
   /// Withdraws the services, and tells waiting callers that there will be no answer. When this returns, none of them
   /// runs any more (they return soon), and pending answers are discarded.
   void withdraw();

@@ -22,7 +22,7 @@ NodeServices::NodeServices(Container& container, Commons& commons, NodeInterface
   fixed.read_only = true;
   own_parameters_.declare("use_sim_time", false, ParameterType::Bool, std::move(fixed));
   executor_.open(log_node_);
-  own_face_ = offer(kOwnNode, own_node, false);
+  if (which == NodeInterfaces::All) own_face_ = offer(kOwnNode, own_node, NodeFace::Parts::Parameters);
 }
 
 NodeServices::~NodeServices() { withdraw(kOwnNode, own_face_); }
@@ -38,7 +38,8 @@ void NodeServices::begin(Record& record) {
   });
   record.events->on_change(all);
   store.set_listener(record.events);
-  record.face = offer(record.id, node, record.managed != nullptr);
+  const bool has_lifecycle = which_ == NodeInterfaces::All && record.managed != nullptr;
+  record.face = offer(record.id, node, has_lifecycle ? NodeFace::Parts::All : NodeFace::Parts::Parameters);
 }
 
 void NodeServices::end(Record& record, bool returned) {
@@ -50,9 +51,8 @@ void NodeServices::end(Record& record, bool returned) {
   rosout_.remove(record.runtime->identity().fully_qualified());
 }
 
-std::shared_ptr<NodeFace> NodeServices::offer(std::uint64_t id, const std::string& node, bool managed) {
-  if (which_ != NodeInterfaces::All) return nullptr;
-  return NodeFace::make(*this, commons_, executor_, id, node, managed);
+std::shared_ptr<NodeFace> NodeServices::offer(std::uint64_t id, const std::string& node, NodeFace::Parts parts) {
+  return NodeFace::make(*this, commons_, executor_, id, node, parts);
 }
 
 void NodeServices::withdraw(std::uint64_t id, const std::shared_ptr<NodeFace>& face) {

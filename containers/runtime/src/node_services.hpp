@@ -9,13 +9,13 @@
 
 #include "nacelle/node/parameter.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "node_face.hpp"
 #include "node_runtime.hpp"
 #include "rosout.hpp"
 #include "transition_lanes.hpp"
 
 namespace nacelle::runtime {
 
-class NodeFace;
 struct Record;
 
 /// Provides what ROS 2's tools expect of every node, on behalf of a container's loaded components: the services of
@@ -46,8 +46,8 @@ class NodeServices {
   void begin(Record& record);
   /// Call when none of its callbacks runs any more (`returned`), or when one does not return.
   void end(Record& record, bool returned);
-  /// Returns the services of a node; null if they are disabled.
-  [[nodiscard]] std::shared_ptr<NodeFace> offer(std::uint64_t id, const std::string& node, bool managed);
+  /// Offers these services in the name of a node. Returns null if they are disabled.
+  [[nodiscard]] std::shared_ptr<NodeFace> offer(std::uint64_t id, const std::string& node, NodeFace::Parts parts);
   /// Withdraws them at once; waiting callers get a notice that there will be no answer.
   void withdraw(std::uint64_t id, const std::shared_ptr<NodeFace>& face);
   static void report_services(const NodeFace* face, std::vector<ServiceReport>& out);

@@ -10,11 +10,6 @@
 namespace nacelle::runtime {
 namespace {
 
-Problem out_of_reach(const std::string& node) {
-  return {node, "runs in a process of its own, where its parameters are out of reach",
-          "set them in the launch file, or take `isolate: process` out"};
-}
-
 // All or nothing, with rclcpp's texts.
 SetParametersResult set_together(ParameterStore& store, const std::vector<Parameter>& parameters) {
   if (parameters.empty())
@@ -71,7 +66,6 @@ std::vector<SetParametersResult> set_in(ParameterStore& store, const std::vector
 Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what) {
   // Under the lock, because an unload moves the runtime out.
   const LockGuard lock(mutex);
-  if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
   if (found == records.end())
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
@@ -89,7 +83,6 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
 Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std::uint64_t id) const {
   // Under the lock: a listed component is not destroyed meanwhile.
   const LockGuard lock(mutex);
-  if (const auto other = foreign.find(id); other != foreign.end()) return err(out_of_reach(other->second->info().node));
   const auto found = records.find(id);
   if (found == records.end())
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",

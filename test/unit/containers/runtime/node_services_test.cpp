@@ -195,13 +195,14 @@ TEST_F(NodeServicesTest, the_containers_own_node_has_parameters) {
   EXPECT_FALSE(refused[1].successful);
 }
 
-struct WithTopicsOnly : NodeServicesTest {
-  WithTopicsOnly() : NodeServicesTest(NodeInterfaces::Topics) {}
+struct InAnIsolatedProcess : NodeServicesTest {
+  InAnIsolatedProcess() : NodeServicesTest(NodeInterfaces::Isolated) {}
 };
 
-TEST_F(WithTopicsOnly, a_node_has_no_services) {
+TEST_F(InAnIsolatedProcess, a_node_has_its_topics_and_all_services_but_the_lifecycles) {
   load("Talker");
-  EXPECT_THAT(standard_names("/talker"), IsEmpty());
+  EXPECT_THAT(standard_names("/talker"), UnorderedElementsAreArray(standard_services("/talker", false)));
+  EXPECT_THAT(standard_names("/test"), IsEmpty());
   std::vector<std::string> topics;
   for (const auto& end : container.endpoints()) {
     if (end.node == "/talker" && is_standard_topic(end.topic)) topics.push_back(end.topic);
@@ -632,6 +633,7 @@ class Elsewhere final : public ForeignComponent {
     ComponentInfo info;
     info.node = "/far/lidar";
     info.state = state_;
+    info.managed = true;
     return info;
   }
   TransitionOutcome trigger(Transition transition) override {
@@ -647,18 +649,15 @@ class Elsewhere final : public ForeignComponent {
   std::atomic<StateId> state_{StateId::Unconfigured};
 };
 
-TEST_F(NodeServicesTest, of_a_node_in_another_process_the_lifecycle_is_offered_and_parameters_say_why_not) {
+TEST_F(NodeServicesTest, of_a_node_in_another_process_the_lifecycle_is_offered) {
   const auto adopted = container.adopt(std::make_shared<Elsewhere>());
   ASSERT_TRUE(adopted);
-  EXPECT_THAT(standard_names("/far/lidar"), UnorderedElementsAreArray(standard_services("/far/lidar", true)));
+  std::vector<std::string> names;
+  for (const auto name : kLifecycleServices) names.push_back("/far/lidar/" + std::string(name));
+  EXPECT_THAT(standard_names("/far/lidar"), UnorderedElementsAreArray(names));
   EXPECT_TRUE(change("/far/lidar", 1));
   EXPECT_EQ(state("/far/lidar"), "inactive");
   EXPECT_FALSE(change("/far/lidar", 3));
-  const auto refused = set("/far/lidar", {text("word", "x"), text("rate", "y")});
-  ASSERT_EQ(refused.size(), 2U);
-  EXPECT_THAT(refused[1].reason, HasSubstr("runs in a process of its own, where its parameters are out of reach"));
-  EXPECT_THAT(set_atomically("/far/lidar", {text("word", "x")}).reason, HasSubstr("out of reach"));
-  EXPECT_EQ(word("/far/lidar"), "(nothing)");
   ASSERT_TRUE(container.unload(adopted.value().id));
   EXPECT_THAT(standard_names("/far/lidar"), IsEmpty());
 }

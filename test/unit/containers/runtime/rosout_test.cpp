@@ -36,7 +36,7 @@ class Lines : public test::Ear<Log> {
 };
 
 struct RosoutTest : ContainerTest {
-  RosoutTest() : ContainerTest(ContainerOptions{.node_interfaces = NodeInterfaces::Topics}) {}
+  RosoutTest() : ContainerTest(ContainerOptions{.node_interfaces = NodeInterfaces::Isolated}) {}
   std::string node_of(std::uint64_t writer) const {
     for (const auto& end : container.endpoints()) {
       if (end.id == writer) return end.node;

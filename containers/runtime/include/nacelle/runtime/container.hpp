@@ -23,8 +23,8 @@ namespace nacelle::runtime {
 /// The standard topics and services that each component's node offers, as rclcpp's nodes do (docs/node_interfaces.md).
 enum class NodeInterfaces : std::uint8_t {
   None,
-  Topics,  ///< /rosout and /parameter_events: for a process whose services no other process can reach.
-  All,     ///< Also the services for parameters, lifecycle and types.
+  Isolated,  ///< /rosout, /parameter_events, services for parameters and types. Another container offers the lifecycle's.
+  All,       ///< Also the lifecycle services, and services for parameters of the container's own node.
 };
 
 struct ContainerOptions {
