@@ -36,7 +36,7 @@ void Link::Impl::Services::end() {
   *self->lock() = nullptr;  // waits for a push() that is under way
   std::deque<NotedCall> unsent;
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     unsent.swap(calls);
     answers.clear();
     events.clear();
@@ -51,7 +51,7 @@ void Link::Impl::Services::end() {
 
 void Link::Impl::Services::note(Event event) noexcept {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     events.push_back(std::move(event));
   }
   link.wake();
@@ -70,7 +70,7 @@ void Link::Impl::Services::on_ready(std::uint64_t id, bool ready) noexcept {
 bool Link::Impl::Services::Exit::take(Call call) noexcept {
   const std::size_t bytes = call.request.type().encoded_size(call.request.get());
   {
-    const std::lock_guard lock(services.noting);
+    const LockGuard lock(services.noting);
     if (unanswered >= kMostCalls || bytes > wire::kLongestServiceBytes ||
         services.waiting_bytes + bytes > kMostWaitingBytes)
       return false;
@@ -90,7 +90,7 @@ void Link::Impl::Services::push(std::int64_t sequence, std::unique_ptr<msgs::Any
     response.reset();
   }
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     if (waiting_bytes + bytes > kMostWaitingBytes) response.reset();
     if (!response) bytes = 0;
     waiting_bytes += bytes;
@@ -103,7 +103,7 @@ void Link::Impl::Services::push(std::int64_t sequence, std::unique_ptr<msgs::Any
 
 bool Link::Impl::Services::take_events() {
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     std::swap(events, events_now);
   }
   const bool did = !events_now.empty();
@@ -141,7 +141,7 @@ bool Link::Impl::Services::send() {
     std::optional<NotedCall> call;
     std::optional<NotedAnswer> answer;
     {
-      const std::lock_guard lock(noting);
+      const LockGuard lock(noting);
       held_back = link.is_full() && !(answers.empty() && calls.empty());
       if (held_back || (answers.empty() && calls.empty())) return did;
       if (!answers.empty()) {
@@ -172,7 +172,7 @@ void Link::Impl::Services::send_call(NotedCall call) {
   ++link.sent;
   bool many = false;
   {
-    const std::lock_guard lock(noting);
+    const LockGuard lock(noting);
     many = found->second.exit->unanswered > kMostCalls / 2;
   }
   if (many) forget_abandoned(call.end);
@@ -193,7 +193,7 @@ void Link::Impl::Services::forget_abandoned(std::uint64_t end) {
 void Link::Impl::Services::note_answered(std::uint64_t end) {
   const auto found = ends.find(end);
   if (found == ends.end() || !found->second.exit) return;
-  const std::lock_guard lock(noting);
+  const LockGuard lock(noting);
   --found->second.exit->unanswered;
 }
 

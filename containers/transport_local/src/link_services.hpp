@@ -20,7 +20,8 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
     Services& services;
     const std::uint64_t end;  // as the leaf has announced it
     const msgs::MessageType& response_type;
-    std::size_t unanswered = 0;  // with those that wait to be sent; under Services::noting
+    // With those that wait to be sent.
+    std::size_t unanswered NACELLE_GUARDED_BY(services.noting) = 0;
   };
   /// A server or client: on the leaf one of its graph, on the hub one of the peer's.
   struct End {
@@ -63,7 +64,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
 
   void join();
   /// Removes the stand-ins, and tells every caller that waits that there will be no answer.
-  void end();
+  void end() NACELLE_REQUIRES(link.pumping);
 
   // ServiceListener
   void on_made(const ServiceEndInfo& end) noexcept override;
@@ -71,50 +72,52 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   void on_ready(std::uint64_t id, bool ready) noexcept override;
 
   /// Announces what has changed. Returns true if there was something.
-  bool take_events();
+  bool take_events() NACELLE_REQUIRES(link.pumping);
   /// Sends what waits, as long as the socket has room. Returns true if there was something.
-  bool send();
-  [[nodiscard]] bool is_held_back() const { return held_back; }
+  bool send() NACELLE_REQUIRES(link.pumping);
+  [[nodiscard]] bool is_held_back() const NACELLE_REQUIRES(link.pumping) { return held_back; }
   /// Returns false for a frame that breaks the protocol.
-  [[nodiscard]] bool handle(const wire::LinkFrame& frame);
+  [[nodiscard]] bool handle(const wire::LinkFrame& frame) NACELLE_REQUIRES(link.pumping);
 
  private:
   void push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) override;
   void note(Event event) noexcept;
-  void take_event(const Event& event);
-  void send_call(NotedCall call);
-  void send_answer(const NotedAnswer& answer);
-  [[nodiscard]] bool handle_service(ByteView payload);
-  void handle_gone(std::uint64_t id);
-  void handle_ready(std::uint64_t id, bool ready);
-  void handle_call(const wire::CallFrame& frame);
-  void handle_answer(const wire::AnswerFrame& frame);
-  [[nodiscard]] bool hand_on(const End& end, Call call);
-  [[nodiscard]] const msgs::MessageType* type_for(const std::string& name, const std::string& hash, const End& end);
-  void note_answered(std::uint64_t end);
-  void note_broken(const std::string& service, const msgs::MessageType& type, msgs::DecodeFault fault);
-  void forget_abandoned(std::uint64_t end);
+  void take_event(const Event& event) NACELLE_REQUIRES(link.pumping);
+  void send_call(NotedCall call) NACELLE_REQUIRES(link.pumping);
+  void send_answer(const NotedAnswer& answer) NACELLE_REQUIRES(link.pumping);
+  [[nodiscard]] bool handle_service(ByteView payload) NACELLE_REQUIRES(link.pumping);
+  void handle_gone(std::uint64_t id) NACELLE_REQUIRES(link.pumping);
+  void handle_ready(std::uint64_t id, bool ready) NACELLE_REQUIRES(link.pumping);
+  void handle_call(const wire::CallFrame& frame) NACELLE_REQUIRES(link.pumping);
+  void handle_answer(const wire::AnswerFrame& frame) NACELLE_REQUIRES(link.pumping);
+  [[nodiscard]] bool hand_on(const End& end, Call call) NACELLE_REQUIRES(link.pumping);
+  [[nodiscard]] const msgs::MessageType* type_for(const std::string& name, const std::string& hash, const End& end)
+      NACELLE_REQUIRES(link.pumping);
+  void note_answered(std::uint64_t end) NACELLE_REQUIRES(link.pumping);
+  void note_broken(const std::string& service, const msgs::MessageType& type, msgs::DecodeFault fault)
+      NACELLE_REQUIRES(link.pumping);
+  void forget_abandoned(std::uint64_t end) NACELLE_REQUIRES(link.pumping);
 
   Impl& link;
   ServiceGraph* const leaf;
   ServiceHub* const hub;
   const std::shared_ptr<Guarded<AnswerTaker*>> self;
-  std::map<std::uint64_t, End> ends;                 // by the leaf's ids
-  std::map<std::uint64_t, std::uint64_t> stand_ins;  // on the hub: the leaf's ids
-  std::map<std::uint64_t, Sent> sent;                // by number
-  std::uint64_t last_sent = 0;
-  std::map<std::int64_t, Taken> taken;
-  std::int64_t last_taken = 0;
-  bool held_back = false;
-  bool told_broken = false;
-  std::vector<Event> events_now;
+  std::map<std::uint64_t, End> ends NACELLE_GUARDED_BY(link.pumping);                 // by the leaf's ids
+  std::map<std::uint64_t, std::uint64_t> stand_ins NACELLE_GUARDED_BY(link.pumping);  // on the hub: the leaf's ids
+  std::map<std::uint64_t, Sent> sent NACELLE_GUARDED_BY(link.pumping);                // by number
+  std::uint64_t last_sent NACELLE_GUARDED_BY(link.pumping) = 0;
+  std::map<std::int64_t, Taken> taken NACELLE_GUARDED_BY(link.pumping);
+  std::int64_t last_taken NACELLE_GUARDED_BY(link.pumping) = 0;
+  bool held_back NACELLE_GUARDED_BY(link.pumping) = false;
+  bool told_broken NACELLE_GUARDED_BY(link.pumping) = false;
+  std::vector<Event> events_now NACELLE_GUARDED_BY(link.pumping);
 
-  // What follows: under `noting`, which is the last lock of all.
-  std::mutex noting;
-  std::vector<Event> events;
-  std::deque<NotedCall> calls;
-  std::deque<NotedAnswer> answers;
-  std::size_t waiting_bytes = 0;
+  // The last lock of all.
+  Mutex noting;
+  std::vector<Event> events NACELLE_GUARDED_BY(noting);
+  std::deque<NotedCall> calls NACELLE_GUARDED_BY(noting);
+  std::deque<NotedAnswer> answers NACELLE_GUARDED_BY(noting);
+  std::size_t waiting_bytes NACELLE_GUARDED_BY(noting) = 0;
 };
 
 }  // namespace nacelle
