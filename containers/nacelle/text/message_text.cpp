@@ -44,7 +44,7 @@ class TextReader {
     Json object = Json::object();
     for (const YamlNode& item : node.items) {
       const std::string at = path.empty() ? item.key : path + "." + item.key;
-      if (object.contains(item.key)) return refuse(item, at, "is given twice");
+      if (object.contains(item.key)) return err(Problem{at, "is given twice", "", msgs::MessageFault::Twice, item.key});
       const auto field =
           std::ranges::find_if(type.fields, [&](const Field& candidate) { return candidate.name == item.key; });
       // A name that is none is from_json()'s to refuse: it knows the nearest.
@@ -57,7 +57,8 @@ class TextReader {
 
  private:
   static Made refuse(const YamlNode& node, const std::string& path, std::string what) {
-    return err(Problem{path.empty() ? "the message:" + std::to_string(node.line) : path, std::move(what), ""});
+    return err(Problem{path.empty() ? Place("the message", node.line) : Place(path), std::move(what), "",
+                       msgs::MessageFault::WrongType, node.text});
   }
 
   [[nodiscard]] Json stamp() const {
@@ -200,6 +201,7 @@ Result<MessageText, Problem> read_message_text(std::string_view text, const msgs
   Made json = root ? reader.message(root.value(), type, "") : Made{err(root.error())};
   if (!json) {
     Problem problem = json.error();
+    if (problem.code.empty()) problem.code = msgs::MessageFault::Malformed;
     if (problem.way_out.empty()) problem.way_out = form_of(type);
     return err(problem);
   }

@@ -20,7 +20,7 @@ struct MessageText {
 /// Reads YAML ("{linear: {x: 0.1}}"; JSON is YAML too). The field decides what a scalar is: 5 is a number in a float64 and a text in a
 /// string. `auto` for a std_msgs/Header and `now` for a builtin_interfaces/Time stand for `now`. Nothing at all is a message of
 /// defaults.
-/// Errors: a Problem whose `where` is the line or the path of the value. from_json() checks whether values fit their
+/// Errors: a msgs::MessageFault whose `where` is the line or the path of the value. from_json() checks whether values fit their
 /// fields.
 /// Source: rosidl_runtime_py, set_message.py (jazzy).
 [[nodiscard]] Result<MessageText, Problem> read_message_text(std::string_view text, const msgs::MessageType& type,

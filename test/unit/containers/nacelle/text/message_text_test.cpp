@@ -18,6 +18,7 @@ namespace nacelle::text {
 namespace {
 
 using geometry_msgs::msg::TwistStamped;
+using msgs::MessageFault;
 using sensor_msgs::msg::JointState;
 using ::testing::HasSubstr;
 
@@ -37,12 +38,21 @@ T read(std::string_view text) {
 
 /// What is wrong with the text, by whichever of the two readers finds it.
 template <typename T>
-std::string complaint(std::string_view text) {
+Problem problem_of(std::string_view text) {
   T message;
   auto json = read_message_text(text, T::message_type(), kNow);
-  if (!json) return json.error().text();
+  if (!json) return json.error();
   auto done = msgs::from_json(json.value().json, T::message_type(), &message);
-  return done ? "" : done.error().text();
+  return done ? Problem{} : done.error();
+}
+
+/// The text is refused with this code; `where` is its line or the path of the field, `value` what stands there.
+template <typename T>
+void expect_refusal(std::string_view text, MessageFault code, const std::string& where, const std::string& value) {
+  const Problem problem = problem_of<T>(text);
+  EXPECT_EQ(problem.code.text(), code_text(code)) << problem.text();
+  EXPECT_EQ(problem.where.text(), where) << problem.text();
+  EXPECT_EQ(problem.value, value) << problem.text();
 }
 
 TEST(MessageText, reads_yaml_as_ros2_topic_pub_does) {
@@ -63,8 +73,8 @@ TEST(MessageText, the_field_decides_what_a_scalar_is) {
   EXPECT_EQ(read<std_msgs::msg::String>("{data: yes}").data, "yes");
   EXPECT_EQ(read<std_msgs::msg::String>("data: Hello World").data, "Hello World");
   EXPECT_EQ(read<std_msgs::msg::UInt64>("data: 18446744073709551615").data, std::numeric_limits<std::uint64_t>::max());
-  EXPECT_THAT(complaint<std_msgs::msg::UInt64>("data: -1"), HasSubstr("whole number from 0"));
-  EXPECT_THAT(complaint<std_msgs::msg::UInt64>("data: many"), HasSubstr("data"));
+  expect_refusal<std_msgs::msg::UInt64>("data: -1", MessageFault::OutOfRange, "data", "-1");
+  expect_refusal<std_msgs::msg::UInt64>("data: many", MessageFault::WrongType, "data", "\"many\"");
 }
 
 TEST(MessageText, json_is_read_as_json) {
@@ -75,7 +85,7 @@ TEST(MessageText, json_is_read_as_json) {
 TEST(MessageText, nothing_is_a_message_of_defaults) {
   EXPECT_EQ(read<std_msgs::msg::String>("").data, "");
   EXPECT_EQ(read<std_msgs::msg::String>("{}").data, "");
-  EXPECT_EQ(complaint<std_msgs::msg::Empty>("{}"), "");
+  EXPECT_EQ(problem_of<std_msgs::msg::Empty>("{}"), Problem{});
 }
 
 TEST(MessageText, auto_and_now_are_the_time) {
@@ -90,18 +100,25 @@ TEST(MessageText, auto_and_now_are_the_time) {
 }
 
 TEST(MessageText, what_does_not_fit_is_named_with_its_place) {
-  EXPECT_THAT(complaint<TwistStamped>("{twist: {linaer: {}}}"), HasSubstr("did you mean 'linear'"));
-  EXPECT_THAT(complaint<TwistStamped>("{twist: 5}"), HasSubstr("twist"));
-  EXPECT_THAT(complaint<TwistStamped>("{twist: {linear: {x: fast}}}"), HasSubstr("twist.linear.x"));
-  EXPECT_THAT(complaint<JointState>("{position: 1}"), HasSubstr("not a list"));
-  EXPECT_THAT(complaint<JointState>("{position: [[1]]}"), HasSubstr("position[0]"));
-  EXPECT_THAT(complaint<TwistStamped>("{twist: {}, twist: {}}"), HasSubstr("given twice"));
-  EXPECT_THAT(complaint<TwistStamped>("{twist: \"x"), HasSubstr("the message:1: this is not YAML"));
-  EXPECT_THAT(complaint<TwistStamped>("- 1"), HasSubstr("not a map"));
-  EXPECT_EQ(complaint<TwistStamped>("fast"),
+  using enum MessageFault;
+  expect_refusal<TwistStamped>("{twist: {linaer: {}}}", UnknownField, "twist.linaer", "linaer");
+  expect_refusal<TwistStamped>("{twist: 5}", WrongType, "twist", "5");
+  expect_refusal<TwistStamped>("{twist: {linear: {x: fast}}}", WrongType, "twist.linear.x", "\"fast\"");
+  expect_refusal<JointState>("{position: 1}", WrongType, "position", "1");
+  expect_refusal<JointState>("{position: [[1]]}", WrongType, "position[0]", "");
+  expect_refusal<TwistStamped>("{twist: {}, twist: {}}", Twice, "twist", "twist");
+  expect_refusal<TwistStamped>("{twist: \"x", Malformed, "the message:1", "");
+  expect_refusal<TwistStamped>("- 1", WrongType, "the message:1", "");
+  expect_refusal<TwistStamped>("fast", WrongType, "the message:1", "fast");
+}
+
+TEST(MessageText, a_refusal_shows_how_a_message_is_written) {
+  EXPECT_EQ(problem_of<TwistStamped>("fast").text(),
             "the message:1: is text, not a map of geometry_msgs/msg/TwistStamped; write {header: ..., twist: ...}, see "
             "`nacelle interface show geometry_msgs/msg/TwistStamped`");
-  EXPECT_THAT(complaint<TwistStamped>("{twist: {"), HasSubstr("(column 1); write {header: ..."));
+  EXPECT_THAT(problem_of<TwistStamped>("{twist: {linaer: {}}}").way_out, HasSubstr("did you mean 'linear'"));
+  EXPECT_THAT(problem_of<TwistStamped>("{twist: {}, twist: {}}").text(), HasSubstr("twist: is given twice"));
+  EXPECT_THAT(problem_of<TwistStamped>("{twist: {").text(), HasSubstr("(column 1); write {header: ..."));
 }
 
 TEST(MessageText, a_message_is_shown_as_python_shows_it) {
