@@ -112,7 +112,7 @@ void Builder::add_export(ExportPlan made, const Scope& scope) {
   plan_.network.exports.push_back(std::move(made));
 }
 
-// The bring-up's last line tells it to everybody, so it works with every file that does not mean something else by it.
+// The bring-up's last line suggests this argument, so it works with every file that does not use the name otherwise.
 void Builder::apply_network_argument() {
   const auto given = arguments_.find(kNetworkArgument);
   if (given == arguments_.end() || declared_.count(kNetworkArgument) != 0) return;

@@ -52,7 +52,7 @@ std::optional<std::string> Builder::evaluate(const RawText& raw, Scope& scope) {
       report(at(raw.line), LaunchFault::TooMuch, "the substituted texts are longer than 2 MiB together");
     return std::nullopt;
   }
-  // What check_template() finds was told when the file was read.
+  // The findings of check_template() were reported when the file was read.
   if (check_template(raw.text)) report(at(raw.line), value.error());
   return std::nullopt;
 }

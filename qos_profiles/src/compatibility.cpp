@@ -91,7 +91,7 @@ Verdict verdict_of(const QoS& o, const QoS& r) {
 Compatibility check(const QoS& o, const QoS& r) {
   Compatibility answer{verdict_of(o, r), {}};
   if (answer.verdict == Verdict::Ok) return answer;
-  // Only the worst is told: a warning beside an error would send the reader to the wrong line first.
+  // Only the worst is reported: a warning beside an error would lead to the wrong line first.
   const auto add = [&answer](Verdict severity, std::string policy, std::string offered, std::string requested,
                              auto change) {
     if (severity != answer.verdict) return;

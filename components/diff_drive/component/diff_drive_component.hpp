@@ -24,7 +24,7 @@ namespace nacelle::diff_drive {
 /// The base: takes commands (Twist or TwistStamped), drives two wheels, tells their states and the battery.
 ///
 /// Commands come on cmd_vel, or on the topics of the parameters `topics`, of which the highest priority commands.
-/// `emergency_stop` (std_msgs/Bool, set by anybody, released by a latched publisher) stops the wheels until it is released; with `emergency_stop_required` they also stand
+/// `emergency_stop` (std_msgs/Bool, any publisher can set it, and a latched one release it) stops the wheels until it is released; with `emergency_stop_required` they also stand
 /// while no publisher of it shows life (liveliness manual_by_topic). While something keeps the base from
 /// following its commands, /diagnostics says what (design D7).
 ///

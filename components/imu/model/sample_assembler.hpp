@@ -13,7 +13,7 @@ struct Sample {
   MonotonicTime captured{};  ///< When the device put the sample's first byte on the line.
   Vector3 acceleration_mps2{};
   Vector3 angular_velocity_rps{};
-  std::optional<Orientation> orientation{};  ///< ENU; absent if no frame of the mask tells it.
+  std::optional<Orientation> orientation{};  ///< ENU; absent if no frame of the mask contains it.
   std::optional<Vector3> magnetic_field_t{};
 };
 

@@ -114,7 +114,7 @@ Result<json, Problem> IsolatedComponent::call(json request) {
   link_->send_note(request.dump());
   const auto is_over = [&]() NACELLE_REQUIRES(mutex_) { return gone_ || answer_ != nullptr; };
   const MonotonicTime began = clock_.now(), latest = began + limit_ + kPatience;
-  // The limit may get shorter meanwhile: a shutdown waits for nobody that long.
+  // The limit may get shorter meanwhile: a shutdown waits less long.
   const auto deadline = [&]() NACELLE_REQUIRES(mutex_) {
     return limited_at_ > began ? std::min(latest, limited_at_ + limit_ + kPatience) : latest;
   };
@@ -220,7 +220,7 @@ void IsolatedComponent::on_end(const Problem& problem) {
   tell_fault(faulted, "");
 }
 
-// At once, by whoever finds the fault, as in a process of one's own; the rest is the supervision's.
+// Called at once, on the thread that finds the fault, as within the container. Supervision does the rest.
 void IsolatedComponent::tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback) {
   if (plan_.on_fault.policy_for(faulted.actuator) == FaultPolicy::StopRobot) container_.stop_what_moves();
   container_.tell_fault(faulted, callback);

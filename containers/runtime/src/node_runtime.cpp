@@ -199,7 +199,7 @@ class ServicePort final : public ServiceHandle, private PortBase {
       : PortBase(node, group, "service", std::move(name)),
         port_(*member_of_, request, response, callback, node.active(), node.commons().clock, node.is_measured()) {
     port_.describe_as(kind_, name_.c_str());
-    node_.enroll(*this);  // first: a gate that moves meanwhile is told
+    node_.enroll(*this);  // first, so that a change of the gate meanwhile is reported
     node_.commons().services.add(name_, node_.identity().fully_qualified(), port_);
     node_.enroll(name_, port_);
   }

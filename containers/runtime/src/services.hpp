@@ -64,7 +64,7 @@ class ServiceDirectory final : public ServiceHub {
   struct Server {
     [[nodiscard]] bool is_open() const;
     [[nodiscard]] bool take(Call call) const;
-    ServiceEndInfo info;  // is_open: as it was told last
+    ServiceEndInfo info;  // is_open: as last reported
     ServerPort* port = nullptr;
     RemoteServer* remote = nullptr;
   };
@@ -72,7 +72,7 @@ class ServiceDirectory final : public ServiceHub {
     ServiceEndInfo info;
     RemoteServer* remote = nullptr;
     bool is_stand_in = false;
-    bool is_ready = false;  // as it was told last; of a stand-in
+    bool is_ready = false;  // of a stand-in: as last reported
   };
   struct Ends {
     std::multimap<std::string, Server> servers;  // by name

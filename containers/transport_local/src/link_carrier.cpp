@@ -109,7 +109,7 @@ bool Link::Impl::handle_carry(ByteView payload) {
   }
   const auto found = remotes.find(writer);
   if (found == remotes.end() || !found->second.info.is_writer) {
-    // Unknown, or refused by name: whoever waits for an answer gets one.
+    // Unknown, or refused by name: a writer that waits for an answer gets one.
     if (step == CarryStep::Open || step == CarryStep::Offer) append_step(out, writer, CarryStep::Close);
     return true;
   }

@@ -109,7 +109,7 @@ bool Link::Impl::handle_endpoint(const wire::LinkFrame& frame) {
     return false;
   if (const auto fine = validate_full_topic_name(endpoint->topic); !fine) {
     log.error("a stream of {} is refused: {}", options.peer, fine.error().text());
-    return true;  // whatever comes for it finds nobody
+    return true;  // messages for it have no reader
   }
   Remote& remote = remotes[endpoint->id];
   remote.info.id = endpoint->id;

@@ -20,7 +20,7 @@ namespace wire = transport_local;
 /// A counter with one writing thread, read by others.
 using Figure = std::atomic<std::uint64_t>;
 
-/// What a link keeps. Threads: on_*() any; the rest under `pumping`, by whoever pumps.
+/// The data of a link. Threads: on_*() any; the rest under `pumping`, on the thread that pumps.
 struct Link::Impl final : GraphListener {
   /// What waits for a reader of the peer. Threads: on_*() any.
   struct Outbox final : ReadyListener, StatusListener {

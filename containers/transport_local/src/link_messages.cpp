@@ -38,7 +38,7 @@ void Link::Impl::on_left(std::uint64_t reader) noexcept {
 }
 
 bool Link::Impl::send_ready() {
-  // While the peer does not read, what is ready stays so: nobody wakes this thread for it again, but the socket's room does.
+  // While the peer does not read, ready messages stay ready. Nothing wakes this thread for them again but room in the socket.
   held_back = is_full();
   if (held_back) return false;
   {
@@ -51,7 +51,7 @@ bool Link::Impl::send_ready() {
     const auto found = remotes.find(id);
     if (found == remotes.end() || !found->second.outbox) continue;
     Outbox& outbox = *found->second.outbox;
-    // Before the look into the queue: what comes during it is told again.
+    // Before the queue is read: a message that comes meanwhile is announced again.
     outbox.queued = false;
     send_topic(topics.at(found->second.info.spec.topic));
     // Also one with nothing left: what it lost may not have been told.

@@ -30,7 +30,7 @@ namespace nacelle::transport_local {
 //   Taken      A  id of an announced KEEP_ALL reader, u64 messages that have left its queue since it was announced
 //   Lost       O  id of the peer's reader, u64 overwritten, full, expired, inactive: more than before, on this side of the link
 //   Carry      C  id of the writer, u8 step (CarryStep)
-//   Note       N  for whoever owns the link: any bytes
+//   Note       N  for the owner of the link: any bytes
 //   Service    S  id of a server or client, u8 is a server, u8 its node is active, text name, node, type of requests, its hash,
 //                 type of responses, its hash. These ids are not those of endpoints
 //   ServiceGone   s  id of an announced server or client

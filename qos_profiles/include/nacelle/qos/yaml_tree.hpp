@@ -13,7 +13,7 @@
 
 namespace nacelle {
 
-/// One value of a YAML document, with its line and with what the text looked like before anybody gave it a type.
+/// One value of a YAML document, with its line and with its text as written, before it has a type.
 struct YamlNode {
   enum class Kind : std::uint8_t { Null, Scalar, Sequence, Map };
 

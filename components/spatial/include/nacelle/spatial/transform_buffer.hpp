@@ -61,7 +61,7 @@ struct FrameInfo {
   bool is_static{};
   WallTime oldest{}, newest{};
   std::size_t samples{};
-  std::uint64_t writer{};  ///< Of the last sample, as insert() was told.
+  std::uint64_t writer{};  ///< Of the last sample: the argument of insert().
 };
 
 /// The transforms of the last ten seconds between all frames: one per container, for every component.

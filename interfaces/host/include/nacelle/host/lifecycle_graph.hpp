@@ -6,7 +6,7 @@
 
 #include "nacelle/host/lifecycle_state.hpp"
 
-// The state machine of lifecycle nodes as lifecycle_msgs tells it, in rcl_lifecycle's order.
+// The state machine of lifecycle nodes as lifecycle_msgs defines it, in rcl_lifecycle's order.
 // Source: rcl_lifecycle (jazzy), default_state_machine.c.
 namespace nacelle {
 

@@ -146,7 +146,7 @@ class NodeHost {
   /// A duration that reports show under the node's name. Lives as long as the node. Threads of record(): one writer.
   [[nodiscard]] virtual DurationHistogram& create_histogram(const std::string& name) = 0;
 
-  /// Bytes that stop the hardware, and where to write them, so that anybody can without running component code (design D7).
+  /// Bytes that stop the hardware, and where to write them, so that it can be done without running component code (design D7).
   /// The descriptor stays open until clear_safe_stop().
   virtual void register_safe_stop(int descriptor, ByteView frame) = 0;
   virtual void clear_safe_stop() = 0;

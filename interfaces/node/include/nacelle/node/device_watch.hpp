@@ -81,7 +81,7 @@ class DeviceWatch {
   const DeviceOptions options_;
   Settings settings_;
   MonotonicTime last_;
-  std::string why_;  // of the loss, as it was told last
+  std::string why_;  // of the loss, as last reported
   bool faulted_ = false;
   std::atomic<bool> lost_{false};
 };

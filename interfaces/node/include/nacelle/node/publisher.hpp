@@ -68,7 +68,7 @@ class Publisher {
  private:
   std::string topic_;
   QoS qos_;
-  std::unique_ptr<detail::PublisherEvents> events_;  // outlives the writer that tells it
+  std::unique_ptr<detail::PublisherEvents> events_;  // outlives the writer that calls it
   std::unique_ptr<Writer> writer_;
 };
 

@@ -117,7 +117,7 @@ class Subscription : public SubscriptionBase {
   Subscription(std::string topic, QoS qos) : topic_(std::move(topic)), qos_(std::move(qos)) {}
   std::string topic_;
   QoS qos_;
-  std::unique_ptr<detail::SubscriptionEvents> events_;  // outlives the reader that tells it
+  std::unique_ptr<detail::SubscriptionEvents> events_;  // outlives the reader that calls it
   std::unique_ptr<SubscriptionHandle> handle_;
 };
 
