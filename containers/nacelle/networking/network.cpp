@@ -97,8 +97,7 @@ Result<void, Problem> Network::start() {
   }
   static_cast<void>(join());  // why not: the bring-up's last line
   if (!is_asked_for_) return {};
-  for (const auto& remark : settings_.remarks)
-    say_((remark.where.words.starts_with("network: ") ? "nacelle: " : "nacelle: network: ") + remark.text());
+  for (const auto& remark : settings_.remarks) say_("nacelle: " + remark.text());
   return {};
 }
 
