@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nacelle/base/log.hpp"
 
-#include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cctype>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -107,31 +105,5 @@ void Logger::write_formatted(LogLevel level, const LogPlace& place, fmt::string_
 }
 
 void set_log_level(LogLevel level) { lowest_level.store(level, std::memory_order_relaxed); }
-
-bool parse_log_level(std::string_view text, LogLevel& level) {
-  std::string lower;
-  for (const char c : text) lower.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
-  if (lower == "debug")
-    level = LogLevel::Debug;
-  else if (lower == "info")
-    level = LogLevel::Info;
-  else if (lower == "warn" || lower == "warning")
-    level = LogLevel::Warn;
-  else if (lower == "error")
-    level = LogLevel::Error;
-  else if (lower == "fatal")
-    level = LogLevel::Fatal;
-  else
-    return false;
-  return true;
-}
-
-bool log_to_file(const std::string& path) {
-  try {
-    process_log() = with_format(
-        std::make_shared<spdlog::logger>("nacelle", std::make_shared<spdlog::sinks::basic_file_sink_mt>(path)), false);
-    return true;
-  } catch (const spdlog::spdlog_ex&) { return false; }
-}
 
 }  // namespace nacelle

@@ -159,10 +159,6 @@ std::string join_namespaces(std::string_view prefix, std::string_view name) {
   return full;
 }
 
-bool is_hidden_name(std::string_view name) {
-  return (!name.empty() && name.front() == '_') || name.find("/_") != std::string_view::npos;
-}
-
 Result<RemapRule, Problem> parse_remap_rule(std::string_view text) {
   const auto split = text.find(":=");
   if (split == std::string_view::npos) {

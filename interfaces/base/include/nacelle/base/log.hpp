@@ -107,9 +107,5 @@ class Logger {
 
 /// Lowest level that is written; Info unless set. Threads: any.
 void set_log_level(LogLevel level);
-/// "debug", "info", "warn", "error" or "fatal", in any case. Returns false on another text.
-[[nodiscard]] bool parse_log_level(std::string_view text, LogLevel& level);
-/// Sends lines to a file instead of stderr. Errors: false if it cannot be opened; the lines stay on stderr.
-[[nodiscard]] bool log_to_file(const std::string& path);
 
 }  // namespace nacelle

@@ -40,8 +40,6 @@ inline constexpr std::size_t kMaxNodeNameBytes = 255;
 [[nodiscard]] std::string fully_qualified_node_name(std::string_view node_namespace, std::string_view node_name);
 /// An absolute `name` stays, a relative one is put below `prefix`; empty is `prefix`. Never ends with '/' but for "/".
 [[nodiscard]] std::string join_namespaces(std::string_view prefix, std::string_view name);
-/// True if a token of the name starts with '_': tools do not list it unless they are asked to.
-[[nodiscard]] bool is_hidden_name(std::string_view name);
 
 /// What a remap rule changes.
 enum class RemapKind : std::uint8_t {
