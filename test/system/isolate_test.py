@@ -186,12 +186,23 @@ class Isolated(IsolatedRobot):
         self.assertGreater(streams["/scan"]["copies"], 0)
 
 
-class Stopped(IsolatedRobot):
+class Supervised(IsolatedRobot):
     @classmethod
     def changed(cls, text):
-        text, count = re.subn(r"^(- node_container:\n)", r"\1    param: [{name: transition_timeout, value: 3600}]\n", text, flags=re.MULTILINE)
-        assert count == 1
+        for line, added in ((r"- node_container:", "    param: [{name: transition_timeout, value: 3600}]"),
+                            (r" +name: lidar", "      on_fault: {restart: {max: 1, backoff: 10ms}}")):
+            text, count = re.subn(f"^({line}\n)", rf"\1{added}\n", text, flags=re.MULTILINE)
+            assert count == 1, line
         return text
+
+    def test_1_a_value_that_was_set_at_run_time_is_kept_when_its_process_is_restarted(self):
+        self.expect_exit(self.run_program("param", "set", "lidar", "frame_id", "elsewhere"), 0)
+        pid = self.child_of("/lidar")
+        settings = json.loads(self.expect_exit(self.run_program("component", "info", "lidar", "--json"), 0).stdout)
+        self.assertIn("elsewhere", json.dumps(settings), "the container knows it")
+        os.kill(pid, signal.SIGKILL)
+        wait_for("it was restarted", lambda: self.child_of("/lidar") not in (None, pid) and self.components()["/lidar"]["state"] == "active")
+        self.assertIn("elsewhere", self.expect_exit(self.run_program("param", "get", "lidar", "frame_id"), 0).stdout)
 
     def test_a_process_that_does_not_answer_holds_up_the_end_no_longer_than_a_step_of_the_shutdown(self):
         pid = self.child_of("/detector")

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "answers/statistics.hpp"
-#include "loading/load_request.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 #include "nacelle/runtime/parameter_messages.hpp"
@@ -46,7 +45,7 @@ nacelle_interfaces::msg::ComponentLoad load_of(const runtime::LoadRequest& reque
 }  // namespace
 
 nacelle_interfaces::srv::GetComponent::Response details_of(const runtime::Container& container,
-                                                           const launch::Plan& plan, const std::string& name) {
+                                                           const std::string& name) {
   nacelle_interfaces::srv::GetComponent::Response details;
   const auto found = container.find(name);
   details.success = found.has_value();
@@ -63,11 +62,8 @@ nacelle_interfaces::srv::GetComponent::Response details_of(const runtime::Contai
     if (fault.node == info.node) details.faults.push_back(runtime::message_of(fault));
   }
   details.callbacks = callbacks_of(container, info.node);
-  auto request = container.request_of(info.id);
-  details.isolated = !request;
-  if (const auto* const planned = plan.find(info.node); !request && planned != nullptr)
-    request = loading::load_request_of(*planned);
-  if (request) details.load.push_back(load_of(*request, info.actuator));
+  details.isolated = info.isolated;
+  if (const auto request = container.request_of(info.id)) details.load.push_back(load_of(*request, info.actuator));
   return details;
 }
 

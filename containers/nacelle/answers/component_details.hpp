@@ -4,16 +4,13 @@
 #include <nacelle_interfaces/srv/get_component.hpp>
 #include <string>
 
-#include "nacelle/launch/plan.hpp"
 #include "nacelle/runtime/container.hpp"
 
 namespace nacelle::answers {
 
 /// Returns the details of a component: its origin, the settings that it was loaded with, how it runs, its faults.
-/// `name`: as Container::find(). For an isolated component, `plan` has the settings that it was loaded with. Threads:
-/// any.
+/// `name`: as Container::find(). Threads: any.
 [[nodiscard]] nacelle_interfaces::srv::GetComponent::Response details_of(const runtime::Container& container,
-                                                                         const launch::Plan& plan,
                                                                          const std::string& name);
 
 }  // namespace nacelle::answers

@@ -30,14 +30,10 @@ json to_json(const runtime::EndpointReport& end) {
   return row;
 }
 
-bool is_isolated(Robot& robot, const runtime::ComponentInfo& info) {
-  return !robot.container().request_of(info.id).has_value();
-}
-
-json node_row(Robot& robot, const runtime::ComponentInfo& info) {
+json node_row(const runtime::ComponentInfo& info) {
   return {{"node", info.node},       {"id", info.id},
           {"managed", info.managed}, {"state", info.managed ? nacelle::to_text(info.state) : ""},
-          {"plugin", info.plugin},   {"isolated", is_isolated(robot, info)},
+          {"plugin", info.plugin},   {"isolated", info.isolated},
           {"hidden", false}};
 }
 
@@ -54,7 +50,7 @@ json graph_of(Robot& robot) {
   std::set<std::string> known;
   json nodes = json::array(), endpoints = json::array(), services = json::array();
   for (const auto& info : container.list()) {
-    nodes.push_back(node_row(robot, info));
+    nodes.push_back(node_row(info));
     known.insert(info.node);
   }
   const auto note = [&](const std::string& node, bool hidden) {

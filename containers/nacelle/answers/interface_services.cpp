@@ -92,9 +92,8 @@ SetNetwork::Response set_network(Robot& robot, const SetNetwork::Request& reques
 }  // namespace
 
 InterfaceServices::InterfaceServices(Robot& robot) : robot_(robot) {
-  offer<GetComponent>("get_component", [&robot](const auto& request) {
-    return details_of(robot.container(), robot.plan(), request.component);
-  });
+  offer<GetComponent>("get_component",
+                      [&robot](const auto& request) { return details_of(robot.container(), request.component); });
   offer<GetFaults>("get_faults", [&robot](const auto&) { return robot.faults(); });
   offer<GetStatistics>("get_statistics", [&robot](const auto&) { return statistics_of(robot.container()); });
   offer<GetFrames>("get_frames",

@@ -14,6 +14,7 @@
 
 #include "isolation/isolated_words.hpp"
 #include "loading/load_request.hpp"
+#include "loading/plan_json.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/problem_json.hpp"
 
@@ -36,7 +37,7 @@ Result<std::shared_ptr<IsolatedComponent>, Problem> IsolatedComponent::start(con
   auto made = std::make_shared<IsolatedComponent>(plan, places, container, carrier, clock);
   if (auto spawned = made->spawn(); !spawned) return err(spawned.error());
   made->give_up_transitions_after(container.options().transition_timeout);
-  auto loaded = made->call({{"do", "load"}, {"plan", plan_to_json(plan)}, {"collect", faults != nullptr}});
+  auto loaded = made->call({{"do", "load"}, {"plan", loading::plan_to_json(plan)}, {"collect", faults != nullptr}});
   if (!loaded) return err(loaded.error());
   if (faults != nullptr) {
     for (auto& fault : faults_from_json(loaded.value().value("faults", json::array())))
@@ -53,7 +54,8 @@ IsolatedComponent::IsolatedComponent(const launch::ComponentPlan& plan, const lo
       carrier_(carrier),
       clock_(clock),
       limit_(container.options().transition_timeout),
-      types_(places.message_folders) {
+      types_(places.message_folders),
+      request_(loading::load_request_of(plan)) {
   info_.node = plan.full_name();
   info_.plugin = plan.plugin;
 }
@@ -157,6 +159,13 @@ void IsolatedComponent::on_note(const std::string& note) {
       lock.unlock();
       return on_open_fault(said["open_fault"]);
     }
+    if (said.contains("parameters")) {
+      request_.parameters.clear();
+      for (auto& parameter : loading::parameters_from_json(said["parameters"]))
+        request_.parameters.insert_or_assign(std::move(parameter.name), std::move(parameter.value));
+      lock.unlock();
+      return container_.tell_change();
+    }
     if (said.contains("state")) {
       const json& change = said["state"];
       info_.state = static_cast<StateId>(change.at(2).get<std::uint8_t>());
@@ -231,8 +240,14 @@ void IsolatedComponent::tell_fault(const runtime::ComponentInfo& faulted, const 
 runtime::ComponentInfo IsolatedComponent::info() const {
   const LockGuard lock(mutex_);
   runtime::ComponentInfo now = info_;
+  now.isolated = true;
   now.process = process_;
   return now;
+}
+
+runtime::LoadRequest IsolatedComponent::request() const {
+  const LockGuard lock(mutex_);
+  return request_;
 }
 
 TransitionOutcome IsolatedComponent::trigger(Transition transition) {

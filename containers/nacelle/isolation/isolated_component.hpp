@@ -37,6 +37,7 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   ~IsolatedComponent() override;
 
   runtime::ComponentInfo info() const override;
+  runtime::LoadRequest request() const override;
   TransitionOutcome trigger(Transition transition) override;
   void stop_what_moves() override;
   void give_up_transitions_after(Duration limit) override;
@@ -66,6 +67,7 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   mutable Mutex mutex_;
   std::condition_variable answered_;
   runtime::ComponentInfo info_ NACELLE_GUARDED_BY(mutex_);
+  runtime::LoadRequest request_ NACELLE_GUARDED_BY(mutex_);
   std::uint64_t next_call_ NACELLE_GUARDED_BY(mutex_) = 1;
   std::unique_ptr<nlohmann::json> answer_ NACELLE_GUARDED_BY(mutex_);
   bool gone_ NACELLE_GUARDED_BY(mutex_) = false, closing_ NACELLE_GUARDED_BY(mutex_) = false;

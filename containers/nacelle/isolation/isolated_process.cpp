@@ -14,6 +14,7 @@
 #include "isolation/carriers.hpp"
 #include "isolation/isolated_words.hpp"
 #include "loading/load_request.hpp"
+#include "loading/plan_json.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/log.hpp"
@@ -80,6 +81,11 @@ class IsolatedProcess {
                               change.when.nanoseconds()}}}
                            .dump());
     });
+    // They are read on the main thread: this callback may not ask the container.
+    container_->on_change([this] {
+      changed_ = true;
+      wake();
+    });
     link_->start();
   }
   ~IsolatedProcess() {
@@ -94,6 +100,7 @@ class IsolatedProcess {
     // The component first: its last messages may still be on their way when it says goodbye.
     container_->on_fault({});
     container_->on_open_fault({});
+    container_->on_change({});
     for (const auto& info : container_->list()) static_cast<void>(container_->unload(info.id));
     container_->on_state({});
     const bool all_returned = container_->abandoned() == 0;
@@ -118,6 +125,7 @@ class IsolatedProcess {
         if (over_) return;
         serve(note);
       }
+      if (changed_.exchange(false)) tell_parameters();
     }
   }
 
@@ -162,7 +170,7 @@ class IsolatedProcess {
       answer["answer"] = request.at("call");
       const std::string what = request.at("do");
       if (what == "load") {
-        load(plan_from_json(request.at("plan")), request.value("collect", false), answer);
+        load(loading::plan_from_json(request.at("plan")), request.value("collect", false), answer);
       } else if (what == "trigger") {
         trigger(static_cast<Transition>(request.at("transition").get<std::uint8_t>()), answer);
       } else if (what == "unload") {
@@ -175,12 +183,21 @@ class IsolatedProcess {
     link_->send_note(answer.dump());
   }
 
+  // What was set at run time is kept by the container, for a restart.
+  void tell_parameters() {
+    const auto request = container_->request_of(id_);
+    if (!request || request->parameters == told_) return;
+    told_ = request->parameters;
+    link_->send_note(json{{"parameters", loading::parameters_to_json(loading::parameters_of(*request))}}.dump());
+  }
+
   void load(const launch::ComponentPlan& plan, bool collect, json& answer) {
     runtime::LoadRequest wanted = loading::load_request_of(plan);
     if (collect) wanted.faults = std::make_shared<ParameterFaults>();
     auto loaded = container_->load(wanted);
     if (!loaded) return fail(loaded.error(), answer);
     id_ = loaded.value().id;
+    told_ = wanted.parameters;
     if (const auto problem = tied()) {
       static_cast<void>(container_->unload(id_));
       return fail(*problem, answer);
@@ -223,12 +240,13 @@ class IsolatedProcess {
   const Logger log_;
   msgs::TypeLibrary types_;  // the link's thread's
   const int event_;
-  std::atomic<bool> over_{false};
+  std::atomic<bool> over_{false}, changed_{false};
   Guarded<std::vector<std::string>> notes_;
   std::unique_ptr<Carrier> carrier_;  // outlives the link
   std::unique_ptr<runtime::Container> container_;
   std::unique_ptr<Link> link_;
   std::uint64_t id_ = 0;
+  decltype(runtime::LoadRequest::parameters) told_;  // the parameters that the container knows
 };
 
 }  // namespace

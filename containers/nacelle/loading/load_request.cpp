@@ -38,6 +38,12 @@ runtime::LoadRequest load_request_of(const launch::ComponentPlan& plan) {
   return request;
 }
 
+std::vector<launch::Parameter> parameters_of(const runtime::LoadRequest& request) {
+  std::vector<launch::Parameter> parameters;
+  for (const auto& [name, value] : request.parameters) parameters.push_back({.name = name, .value = value});
+  return parameters;
+}
+
 Result<process::ProgramSpec, Problem> program_spec_of(const launch::ProgramPlan& plan, const std::string& own_program,
                                                       const std::vector<std::string>& prefixes) {
   process::ProgramSpec spec;

@@ -16,6 +16,9 @@ namespace nacelle::loading {
 /// Returns the container's load request for a launch file's component. Pure.
 [[nodiscard]] runtime::LoadRequest load_request_of(const launch::ComponentPlan& plan);
 
+/// Returns the parameters of a request as a launch file's component has them. Pure.
+[[nodiscard]] std::vector<launch::Parameter> parameters_of(const runtime::LoadRequest& request);
+
 /// Returns how to start a launch file's program. `own_program` is the path of the running `nacelle`: a node of the
 /// package "nacelle" is the program itself, and gets an option to end with its parent. Pure except for the search in
 /// the file system.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "loading/load_request.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/names.hpp"
 #include "session/supervision.hpp"
@@ -52,11 +53,7 @@ Composition composition_of(answers::Robot& robot, const Supervision& supervision
     } else {
       continue;  // of another process, and no longer in the plan: it cannot be restored
     }
-    if (request) {
-      component.plan.parameters.clear();
-      for (const auto& [name, value] : request->parameters)
-        component.plan.parameters.push_back({.name = name, .value = value});
-    }
+    if (request) component.plan.parameters = loading::parameters_of(*request);
     component.plan.target =
         info.managed ? supervision.target_of_restart(info.node).value_or(target_of(info.state)) : TargetState::Active;
     component.actuator = info.actuator || supervision.was_actuator(info.node);

@@ -12,7 +12,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "isolation/isolated_words.hpp"
+#include "loading/plan_json.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/names.hpp"
@@ -54,7 +54,7 @@ Duration duration_of(const json& row, const char* key) {
 
 json to_json(const ComposedComponent& component) {
   const launch::ComponentPlan& plan = component.plan;
-  json row = isolation::plan_to_json(plan);
+  json row = loading::plan_to_json(plan);
   row["package"] = plan.package;
   row["state"] = word_of(plan.target, kStates);
   row["actuator"] = component.actuator;
@@ -78,7 +78,7 @@ json to_json(const ComposedComponent& component) {
 ComposedComponent component_of(const json& row, const std::string& file) {
   ComposedComponent component;
   launch::ComponentPlan& plan = component.plan;
-  plan = isolation::plan_from_json(row);
+  plan = loading::plan_from_json(row);
   plan.where = {file, 0};
   plan.package = row.at("package").get<std::string>();
   plan.target = enum_of<TargetState>(row, "state", kStates);

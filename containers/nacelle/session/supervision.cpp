@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "loading/load_request.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/runtime/interface_messages.hpp"
 
@@ -150,10 +151,8 @@ std::optional<TargetState> Supervision::target_of_restart(const std::string& nod
 }
 
 FaultHandling Supervision::handling_of(const runtime::ComponentInfo& info) const {
-  if (auto request = container().request_of(info.id)) return request->on_fault;
-  // For another process: the settings of the launch file.
-  const auto* const plan = run_.robot.plan().find(info.node);
-  return plan != nullptr ? plan->on_fault : FaultHandling{};
+  const auto request = container().request_of(info.id);
+  return request ? request->on_fault : FaultHandling{};
 }
 
 void Supervision::on_fault(const runtime::ComponentInfo& info) {
@@ -166,12 +165,9 @@ void Supervision::on_fault(const runtime::ComponentInfo& info) {
     case FaultPolicy::StopRobot: stop_robot(info); break;
     case FaultPolicy::Restart: {
       Patient patient;
-      if (auto request = container().request_of(now.value().id)) {
-        patient.request = std::move(*request);
-        patient.request.name = info.node.substr(info.node.rfind('/') + 1);
-      } else {
-        patient.apart = true;
-      }
+      if (auto request = container().request_of(now.value().id)) patient.request = std::move(*request);
+      patient.request.name = info.node.substr(info.node.rfind('/') + 1);
+      patient.isolated = now.value().isolated;
       const auto before = before_fault_.find(info.node);
       const auto* const plan = run_.robot.plan().find(info.node);
       if (info.state == StateId::Active || info.state == StateId::Inactive) {
@@ -201,6 +197,14 @@ void Supervision::plan_restart(const std::string& node, const Patient& patient) 
   }
 }
 
+Result<runtime::ComponentInfo, Problem> Supervision::load_again(const std::string& node, const Patient& patient) {
+  const auto* const plan = run_.robot.plan().find(node);
+  if (!patient.isolated || plan == nullptr) return container().load(patient.request);
+  launch::ComponentPlan component = *plan;
+  component.parameters = loading::parameters_of(patient.request);
+  return run_.robot.load(component);
+}
+
 void Supervision::restart(const std::string& node) {
   const auto found = patients_.find(node);
   if (found == patients_.end()) return;
@@ -214,8 +218,7 @@ void Supervision::restart(const std::string& node) {
     patients_.erase(found);
     return;
   }
-  const auto* const plan = run_.robot.plan().find(node);
-  auto loaded = patient.apart && plan != nullptr ? run_.robot.load(*plan) : container().load(patient.request);
+  auto loaded = load_again(node, patient);
   Result<void, Problem> done{};
   patient.gone = !loaded;
   if (!loaded) {

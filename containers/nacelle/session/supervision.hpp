@@ -70,8 +70,8 @@ class Supervision {
   };
   struct Patient {  // how to bring a component back
     runtime::LoadRequest request;
-    bool apart = false;  // of another process: the plan loads it
-    bool gone = false;   // the last restart could not load it
+    bool isolated = false;  // the plan loads it
+    bool gone = false;      // the last restart could not load it
     launch::TargetState target = launch::TargetState::Active;
     FaultHandling handling;
   };
@@ -82,6 +82,7 @@ class Supervision {
   void on_fault(const runtime::ComponentInfo& info);
   void plan_restart(const std::string& node, const Patient& patient);
   void restart(const std::string& node);
+  [[nodiscard]] Result<runtime::ComponentInfo, Problem> load_again(const std::string& node, const Patient& patient);
   void stop_robot(const runtime::ComponentInfo& cause);
   /// The components that were left out and are not loaded now.
   [[nodiscard]] std::vector<FaultTopics::Absent> absent(const std::vector<runtime::ComponentInfo>& components) const;

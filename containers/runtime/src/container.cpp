@@ -289,9 +289,9 @@ std::shared_ptr<void> Container::shared_object(const std::string& name) const {
 void Container::write_safe_stops() const { impl_->write_safe_stops(); }
 
 std::optional<LoadRequest> Container::request_of(std::uint64_t id) const {
-  const auto record = impl_->record(id);
-  if (!record) return std::nullopt;
-  return *record->request.lock();
+  if (const auto record = impl_->record(id)) return *record->request.lock();
+  if (const auto foreign = impl_->foreign_component(id)) return foreign->request();
+  return std::nullopt;
 }
 
 }  // namespace nacelle::runtime

@@ -45,6 +45,8 @@ void Container::tell_state(const StateChange& change) {
   if (listener) listener(change);
 }
 
+void Container::tell_change() { impl_->note_change(); }
+
 std::shared_ptr<ForeignComponent> Container::Impl::foreign_component(std::uint64_t id) const {
   const LockGuard lock(mutex);
   const auto found = foreign.find(id);

@@ -636,6 +636,7 @@ class Elsewhere final : public ForeignComponent {
     info.managed = true;
     return info;
   }
+  LoadRequest request() const override { return {}; }
   TransitionOutcome trigger(Transition transition) override {
     if (transition != Transition::Configure) return {false, state_, "not that"};
     state_ = StateId::Inactive;

@@ -66,7 +66,8 @@ struct ComponentInfo {
   std::vector<std::string> warnings{};
   bool actuator = false;                           ///< True if it has registered a stop frame, so it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
-  std::int32_t process = 0;                        ///< The number of its own process; 0: this one, or it has ended.
+  bool isolated = false;                           ///< It has a process of its own.
+  std::int32_t process = 0;                        ///< The number of that process; 0: there is none, or it has ended.
   std::vector<FaultReason>
       open_faults{};  ///< Faults that it repairs itself; its state does not change, and `fault` is empty.
 };

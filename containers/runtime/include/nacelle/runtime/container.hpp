@@ -86,9 +86,11 @@ class Container final {
   void tell_open_fault(const FaultEvent& event);
   /// Reports that a component of another process has entered a state, as is done for those of this process.
   void tell_state(const StateChange& change);
+  /// Announces that the parameters of a foreign component have changed. Threads: any.
+  void tell_change();
   /// Returns the last faults of each node in their order, also of components that were unloaded.
   [[nodiscard]] std::vector<FaultEvent> faults() const;
-  /// Returns the request that loaded a component, with its parameters as they are now; nothing for a component of another process.
+  /// Returns the request that loaded a component, with its parameters as they are now; nothing for an unknown id.
   [[nodiscard]] std::optional<LoadRequest> request_of(std::uint64_t id) const;
   /// Describes what components of this process share other than streams and services, and could not share with another
   /// process.

@@ -12,6 +12,8 @@ class ForeignComponent {
   virtual ~ForeignComponent() = default;
   /// Returns its present state; the container sets the id. Must not wait.
   [[nodiscard]] virtual ComponentInfo info() const = 0;
+  /// Returns the request that loaded it, with its parameters as they are now. Must not wait.
+  [[nodiscard]] virtual LoadRequest request() const = 0;
   [[nodiscard]] virtual TransitionOutcome trigger(Transition transition) = 0;
   /// Makes a component that moves something ignore commands from now on, and writes its stop frame. Must not wait.
   virtual void stop_what_moves() = 0;
