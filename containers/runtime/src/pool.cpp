@@ -114,6 +114,7 @@ void MessagePool::set_limit(std::size_t messages) {
 }
 
 void MessagePool::reserve(std::size_t envelopes, const void* like) {
+  const ReservingCopies only_memory;
   while (pooled_ < envelopes) {
     Envelope* const envelope = make_pooled();
     ++pooled_;
@@ -125,6 +126,7 @@ void MessagePool::reserve(std::size_t envelopes, const void* like) {
 }
 
 void MessagePool::warm(const void* like, std::size_t most) {
+  const ReservingCopies only_memory;
   collect();
   Envelope** at = &free_pooled_;
   for (; *at != nullptr && most != 0; at = &(*at)->next, --most) type_.copy_assign((*at)->message, like);

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "nacelle/base/buffer.hpp"
 
@@ -61,6 +66,35 @@ TEST(Buffer, keeps_its_capacity_when_cleared_and_given_back) {
   buffer.resize(100);
   EXPECT_EQ(buffer.data(), memory);
   EXPECT_EQ(buffer[99], 0);
+}
+
+std::size_t resident_pages_of(const Buffer<std::uint8_t>& buffer) {
+  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<std::uintptr_t>(buffer.data()) / page * page;
+  const std::size_t bytes = reinterpret_cast<std::uintptr_t>(buffer.data()) + buffer.size() - begin;
+  std::vector<unsigned char> pages(bytes / page + 1);
+  EXPECT_EQ(::mincore(reinterpret_cast<void*>(begin), bytes, pages.data()), 0);
+  return static_cast<std::size_t>(std::ranges::count_if(pages, [](unsigned char flags) { return (flags & 1U) != 0; }));
+}
+
+TEST(Buffer, is_reserved_like_another_one_without_its_elements) {
+  const Buffer<std::uint8_t> large(std::size_t{64} << 20U, 7), small(1000, 7);
+  Buffer<std::uint8_t> reserved, short_one, elsewhere;
+  {
+    const ReservingCopies only_memory;
+    reserved = large;
+    short_one = small;
+    std::thread([&] { elsewhere = large; }).join();
+  }
+  EXPECT_EQ(reserved.size(), large.size());
+  EXPECT_EQ(reserved.capacity(), large.size());
+#if !defined(NACELLE_SANITIZED)
+  EXPECT_LT(resident_pages_of(reserved), 16U) << "of 16,384";
+#endif
+  EXPECT_EQ(short_one, small);
+  EXPECT_EQ(elsewhere, large) << "another thread copies as ever";
+  reserved = large;
+  EXPECT_EQ(reserved, large) << "and so does this one afterwards";
 }
 
 TEST(Buffer, behaves_like_a_vector) {

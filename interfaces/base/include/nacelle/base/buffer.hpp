@@ -21,6 +21,18 @@ struct ReleaseHook {
   void* context = nullptr;
 };
 
+/// While it lives, copies of Buffers of at least kBytes that this thread makes have memory and size of the original, and not
+/// its elements: a pool reserves messages like another one, and the kernel gives their pages when they are first written.
+class ReservingCopies {
+ public:
+  static constexpr std::size_t kBytes = std::size_t{64} * 1024;
+  ReservingCopies();
+  ~ReservingCopies();
+  ReservingCopies(const ReservingCopies&) = delete;
+  ReservingCopies& operator=(const ReservingCopies&) = delete;
+  [[nodiscard]] static bool are_on();
+};
+
 /// A sequence of numbers with std::vector's surface that can also hold memory it does not own.
 ///
 /// An Image's `data` is one of these: it may be a mapped capture buffer of the kernel, a block of a pool or plain heap,
@@ -164,6 +176,7 @@ class Buffer {
     // A copy is a message of its own: it never shares foreign memory with the original.
     if (foreign_) drop();
     resize_uninitialized(n);
+    if (n >= ReservingCopies::kBytes / sizeof(T) && ReservingCopies::are_on()) return;
     if (n != 0) std::memcpy(static_cast<void*>(data_), from, n * sizeof(T));
   }
   void grow_to(size_type n) {
