@@ -190,6 +190,7 @@ class RecordingHost final : public NodeHost {
     ++state_.arrivals;
     state_.arrived.notify_all();
   }
+  void set_parameters(ParameterStore& /*parameters*/) override {}
   void set_active(bool active) override {
     active_ = active;
     gate_ = active;

@@ -37,7 +37,7 @@ json node_row(const runtime::ComponentInfo& info) {
           {"hidden", false}};
 }
 
-/// A node that is no component: the container's own, or one of a tool's.
+/// A node that is no component: the container's own, one beside a component, or a tool's.
 json other_row(const std::string& node, bool hidden) {
   return {{"node", node}, {"id", 0},           {"managed", false}, {"state", ""},
           {"plugin", ""}, {"isolated", false}, {"hidden", hidden}};
@@ -52,6 +52,10 @@ json graph_of(Robot& robot) {
   for (const auto& info : container.list()) {
     nodes.push_back(node_row(info));
     known.insert(info.node);
+    for (const auto& other : info.other_nodes) {
+      nodes.push_back(other_row(other, false));
+      known.insert(other);
+    }
   }
   const auto note = [&](const std::string& node, bool hidden) {
     if (known.insert(node).second) nodes.push_back(other_row(node, hidden));

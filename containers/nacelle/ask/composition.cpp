@@ -34,7 +34,9 @@ std::string text_of(const json& row, const char* key) { return row.at(key).get<s
 /// nacelle_interfaces/msg/Component as a row for people and scripts.
 json row_of(json component) {
   unwrap(component, "fault");
-  if (component["open_faults"].empty()) component.erase("open_faults");
+  for (const char* const list : {"open_faults", "other_nodes"}) {
+    if (component[list].empty()) component.erase(list);
+  }
   component["state"] = component["managed"].get<bool>() ? json(component["state"]["label"]) : json("");
   return component;
 }

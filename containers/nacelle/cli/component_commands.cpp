@@ -38,6 +38,8 @@ int list(const ComponentWish& wish) {
       for (const auto& fault : row.value("open_faults", json::array()))
         print_text("  open fault: %s", fault_text(fault).c_str());
       std::printf("\n");
+      for (const auto& node : row.value("other_nodes", json::array()))
+        print_text("     and its node %s\n", node.get<std::string>().c_str());
     }
     for (const auto& image : reply["kept_images"]) {
       print_text("  image kept: %s of %s, held by %s\n", text_of(image, "library").c_str(),

@@ -72,6 +72,8 @@ void print_component(const json& reply) {
   if (!is_of_nacelle) return;
   print_text("  host: %s\n  process: %s\n", text_of(reply, "host").c_str(),
              reply["isolated"].get<bool>() ? "its own" : "the container's");
+  for (const auto& node : reply.value("other_nodes", json::array()))
+    print_text("  its node: %s\n", node.get<std::string>().c_str());
   if (reply.contains("thread")) print_given(reply);
   print_callbacks(reply["callbacks"]);
   if (reply.contains("fault")) print_text("  faulted: %s\n", fault_text(reply["fault"]).c_str());

@@ -163,6 +163,7 @@ void IsolatedComponent::on_note(const std::string& note) {
       request_.parameters.clear();
       for (auto& parameter : loading::parameters_from_json(said["parameters"]))
         request_.parameters.insert_or_assign(std::move(parameter.name), std::move(parameter.value));
+      info_.other_nodes = said.at("other_nodes").get<std::vector<std::string>>();
       lock.unlock();
       return container_.tell_change();
     }

@@ -125,7 +125,7 @@ class IsolatedProcess {
         if (over_) return;
         serve(note);
       }
-      if (changed_.exchange(false)) tell_parameters();
+      if (changed_.exchange(false)) tell_changes();
     }
   }
 
@@ -183,12 +183,19 @@ class IsolatedProcess {
     link_->send_note(answer.dump());
   }
 
-  // What was set at run time is kept by the container, for a restart.
-  void tell_parameters() {
+  // The container keeps what was set at run time, for a restart.
+  void tell_changes() {
     const auto request = container_->request_of(id_);
-    if (!request || request->parameters == told_) return;
-    told_ = request->parameters;
-    link_->send_note(json{{"parameters", loading::parameters_to_json(loading::parameters_of(*request))}}.dump());
+    if (!request) return;
+    std::vector<std::string> other_nodes;
+    for (const auto& info : container_->list()) other_nodes = info.other_nodes;
+    if (request->parameters == told_parameters_ && other_nodes == told_nodes_) return;
+    told_parameters_ = request->parameters;
+    told_nodes_ = std::move(other_nodes);
+    link_->send_note(json{
+        {"parameters", loading::parameters_to_json(loading::parameters_of(*request))},
+        {"other_nodes",
+         told_nodes_}}.dump());
   }
 
   void load(const launch::ComponentPlan& plan, bool collect, json& answer) {
@@ -197,7 +204,8 @@ class IsolatedProcess {
     auto loaded = container_->load(wanted);
     if (!loaded) return fail(loaded.error(), answer);
     id_ = loaded.value().id;
-    told_ = wanted.parameters;
+    told_parameters_ = wanted.parameters;
+    told_nodes_ = loaded.value().other_nodes;
     if (const auto problem = tied()) {
       static_cast<void>(container_->unload(id_));
       return fail(*problem, answer);
@@ -246,7 +254,8 @@ class IsolatedProcess {
   std::unique_ptr<runtime::Container> container_;
   std::unique_ptr<Link> link_;
   std::uint64_t id_ = 0;
-  decltype(runtime::LoadRequest::parameters) told_;  // the parameters that the container knows
+  decltype(runtime::LoadRequest::parameters) told_parameters_;  // as the container knows them
+  std::vector<std::string> told_nodes_;
 };
 
 }  // namespace

@@ -28,6 +28,7 @@ json info_to_json(const runtime::ComponentInfo& info) {
            {"warnings", info.warnings}, {"actuator", info.actuator}};
   row["open_faults"] = json::array();
   for (const auto& fault : info.open_faults) row["open_faults"].push_back({fault.code, fault.text});
+  row["other_nodes"] = info.other_nodes;
   if (!info.declared) return row;
   json& declared = row["declared"];
   declared = {{"unknown", info.declared->unknown_parameters},
@@ -53,6 +54,7 @@ runtime::ComponentInfo info_from_json(const json& row) {
   info.actuator = row.at("actuator").get<bool>();
   for (const auto& fault : row.at("open_faults"))
     info.open_faults.push_back({fault.at(0).get<std::string>(), fault.at(1).get<std::string>()});
+  info.other_nodes = row.at("other_nodes").get<std::vector<std::string>>();
   if (!row.contains("declared")) return info;
   const json& from = row.at("declared");
   auto declared = std::make_shared<runtime::Declarations>();

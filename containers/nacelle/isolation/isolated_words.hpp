@@ -20,7 +20,7 @@ namespace nacelle::isolation {
 //                          {"fault": info, "callback": text}                info: info_to_json()
 //                          {"open_fault": {"node", "code", "text", "callback", "when_ns"; over: "lasted_ns"}}
 //                          {"state": [node, from, to, ns]}
-//                          {"parameters": ...}                              after each change: parameters_to_json()
+//                          {"parameters": ..., "other_nodes": [name]}       after each change: parameters_to_json()
 //
 // plan_to_json() and parameters_to_json(): loading/plan_json.hpp.
 

@@ -227,11 +227,11 @@ void Broker::drop_what_is_home() {
   std::erase_if(retired_, [](const Retired& retired) { return retired.pool->outstanding() == 0; });
 }
 
-std::string Broker::sweep(const std::string& node) {
+std::string Broker::sweep(const std::vector<std::string>& nodes) {
   const LockGuard lock(mutex_);
   drop_what_is_home();
   for (const auto& retired : retired_) {
-    if (retired.node != node) continue;
+    if (std::ranges::find(nodes, retired.node) == nodes.end()) continue;
     const auto n = retired.pool->outstanding();
     return std::to_string(n) + (n == 1 ? " message of " : " messages of ") + retired.topic;
   }

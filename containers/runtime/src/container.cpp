@@ -70,7 +70,9 @@ ComponentInfo Container::Impl::info_of(const Record& record) {
     auto open = record.open_faults.lock();
     for (const auto& fault : *open) info.open_faults.push_back(fault.reason);
   }
-  info.actuator = record.runtime->is_actuator();
+  info.actuator = record.is_actuator();
+  auto others = record.others.lock();
+  for (const auto& other : *others) info.other_nodes.push_back(other->runtime->identity().fully_qualified());
   return info;
 }
 
@@ -87,8 +89,11 @@ Container::Impl::Asked Container::Impl::ask_for(std::uint64_t id) const {
   if (found == records.end()) return {};
   const Record& record = *found->second;
   const StateId state = record.managed != nullptr ? record.managed->get_current_state().state() : StateId::Unknown;
-  return {found->second, record.runtime->identity().fully_qualified(), state,
-          record.runtime->executor().why_not_wait_for(record.runtime->groups())};
+  std::string why_not_wait;
+  record.for_each_node([&](NodeRuntime& node) {
+    if (why_not_wait.empty()) why_not_wait = node.executor().why_not_wait_for(node.groups());
+  });
+  return {found->second, record.runtime->identity().fully_qualified(), state, std::move(why_not_wait)};
 }
 
 Container::Container(ContainerOptions options, const Clock& clock)
@@ -146,7 +151,8 @@ Result<ComponentInfo, Problem> Container::find(const std::string& name_or_id) co
   for (auto& info : list()) {
     names.push_back(info.node);
     const std::string last = info.node.substr(info.node.rfind('/') + 1);
-    if (info.node == name_or_id || last == name_or_id || std::to_string(info.id) == name_or_id)
+    const bool owns = std::ranges::find(info.other_nodes, name_or_id) != info.other_nodes.end();
+    if (info.node == name_or_id || last == name_or_id || std::to_string(info.id) == name_or_id || owns)
       hits.push_back(std::move(info));
   }
   if (hits.size() == 1) return std::move(hits.front());
@@ -248,14 +254,18 @@ void Container::report_readers(std::vector<ReaderReport>& out) const { impl_->co
 void Container::report_histograms(std::vector<HistogramReport>& out) const {
   const LockGuard lock(impl_->mutex);
   std::size_t used = 0;
-  for (const auto& [id, record] : impl_->records) record->runtime->report_histograms(out, used);
+  for (const auto& [id, record] : impl_->records) {
+    record->for_each_node([&](const NodeRuntime& node) { node.report_histograms(out, used); });
+  }
   out.resize(used);
 }
 
 void Container::report_callbacks(std::vector<CallbackReport>& out) const {
   const LockGuard lock(impl_->mutex);
   std::size_t used = 0;
-  for (const auto& [id, record] : impl_->records) record->runtime->report_callbacks(out, used);
+  for (const auto& [id, record] : impl_->records) {
+    record->for_each_node([&](const NodeRuntime& node) { node.report_callbacks(out, used); });
+  }
   out.resize(used);
 }
 
@@ -271,9 +281,14 @@ void Container::report_threads(std::vector<ThreadReport>& out) const {
 
 void Container::report_loads(std::vector<LoadReport>& out) const {
   const LockGuard lock(impl_->mutex);
-  out.resize(impl_->records.size());
-  auto row = out.begin();
-  for (const auto& [id, record] : impl_->records) record->runtime->report_load(*row++);
+  std::size_t used = 0;
+  for (const auto& [id, record] : impl_->records) {
+    record->for_each_node([&](const NodeRuntime& node) {
+      if (used == out.size()) out.emplace_back();
+      node.report_load(out[used++]);
+    });
+  }
+  out.resize(used);
 }
 
 const msgs::MessageType* Container::topic_type(const std::string& topic) const {

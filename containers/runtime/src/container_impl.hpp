@@ -25,15 +25,27 @@
 
 namespace nacelle::runtime {
 
-/// One component from the start of its load until its image is closed. The node is destroyed first, the image is closed
-/// last.
-struct Record {
-  std::uint64_t id = 0;
+/// A node of a component, and what its container offers on its behalf.
+struct NodeRecord {
+  std::uint64_t id = 0;  // of the component, or a number of no component
+  std::shared_ptr<NodeRuntime> runtime;
+  ParameterStore* parameters = nullptr;
+  std::shared_ptr<ParameterEvents> events;  // the node's standard topic ...
+  std::shared_ptr<NodeFace> face;           // ... and services; null if it has none
+  Mutex offering;                           // these come and go
+  enum class Offer : std::uint8_t { None, Standing, Over } offer NACELLE_GUARDED_BY(offering) = Offer::None;
+};
+
+/// One component from the start of its load until its image is closed, and the node that is the component. The nodes are
+/// destroyed first, the image is closed last.
+struct Record : NodeRecord {
   std::string plugin, file, package;
   std::unique_ptr<PluginLibrary> library;
   std::unique_ptr<Executor> own_executor;
+  std::unique_ptr<Context> context;  // makes its nodes
   const ComponentClass* made_by = nullptr;
-  std::shared_ptr<NodeRuntime> runtime;
+  Guarded<std::vector<std::shared_ptr<NodeRecord>>> others;  // nodes beside it
+  Guarded<std::vector<std::string>> node_names;              // of all that it has had
   Node* node = nullptr;
   LifecycleNode* managed = nullptr;
   std::vector<bool> used_remaps;  // by its constructor
@@ -46,14 +58,24 @@ struct Record {
   Guarded<std::vector<OpenFault>> open_faults;
   Guarded<LoadRequest> request;  // as it was loaded, with its present parameters
   std::atomic<bool> hung{false};
-  std::shared_ptr<ParameterEvents> events;  // the node's standard topic ...
-  std::shared_ptr<NodeFace> face;           // ... and services; null if it has none
 
   // Of loading and unloading. The container's lock covers given_up, and runtime while it comes and goes.
   std::unique_ptr<Errand> errand;
   std::optional<Problem> failure;
   bool given_up = false;
   std::atomic<const char*> busy_with{""};  // the call that has not returned, for display
+
+  /// Returns whether one of its nodes has ever registered a stop frame.
+  [[nodiscard]] bool is_actuator() const;
+  /// Calls `visit` with each of its nodes, its own first. No node ends meanwhile; code of the component must not run.
+  template <typename F>
+  void for_each_node(F&& visit) const {
+    if (runtime) visit(*runtime);
+    auto beside = others.lock();
+    for (const auto& other : *beside) visit(*other->runtime);
+  }
+  /// Returns its nodes, its own first.
+  [[nodiscard]] std::vector<std::shared_ptr<NodeRuntime>> runtimes() const;
 };
 
 /// Returns a node's present parameters, also while one of its callbacks runs. Threads: any.
@@ -65,7 +87,7 @@ struct Record {
                                                       const std::function<void(const std::vector<Parameter>&)>& on_set);
 
 /// The container's data about its components. Threads: any.
-struct Container::Impl final : Context {
+struct Container::Impl {
   Impl(Container& self, ContainerOptions o, const Clock& clock)
       : options(std::move(o)),
         commons(clock),
@@ -96,11 +118,13 @@ struct Container::Impl final : Context {
   std::vector<std::shared_ptr<Record>> abandoned NACELLE_GUARDED_BY(mutex);  // their code has not returned
   struct HeldImage {
     KeptImage about;
+    std::vector<std::string> nodes;          // of the component
     std::unique_ptr<PluginLibrary> library;  // held by messages; null if it is closed, and the process holds the image
     std::string image;
   };
   std::vector<HeldImage> held_images NACELLE_GUARDED_BY(mutex);
   std::uint64_t next_id NACELLE_GUARDED_BY(mutex) = 1;
+  std::uint64_t next_other_id NACELLE_GUARDED_BY(mutex) = std::uint64_t{1} << 63U;  // of nodes beside components
   Guarded<std::function<void(const ComponentInfo&)>> fault_listener;
   Guarded<std::function<void(const StateChange&)>> state_listener;
   Guarded<std::function<void(const FaultEvent&)>> open_fault_listener;
@@ -125,7 +149,8 @@ struct Container::Impl final : Context {
     std::string why_not_wait;  // empty if this thread may wait for it; else it would wait for itself
   };
   [[nodiscard]] Asked ask_for(std::uint64_t id) const;
-  [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what);
+  [[nodiscard]] Result<void, Problem> post_to(std::uint64_t id, const char* name,
+                                              std::function<void(Record&, NodeRecord&)> what);
   /// Returns its present parameters, also while a callback runs. Errors: it is not loaded here.
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;
   /// NodeServices::set_parameters().
@@ -148,15 +173,32 @@ struct Container::Impl final : Context {
   void stop_what_moves() const;
   void tell_listener(Record& record);
 
+  // Nodes of components (component_nodes.cpp).
+  class ComponentContext;
+  class OwnHost;
+  class OtherHost;
+  [[nodiscard]] std::unique_ptr<Context> context_for(Record& record, Executor& executor, bool uses_sim_time);
+  /// Begins the standard services of a node, and lets its callbacks run.
+  void offer(NodeRecord& node, bool has_lifecycle) const;
+  /// Ends the standard services of a node. `returned`: none of its callbacks runs any more.
+  void withdraw(NodeRecord& node, bool returned) const;
+  void begin_other(Record& record, const std::shared_ptr<NodeRecord>& node);
+  void end_other(Record& record, const std::shared_ptr<NodeRecord>& node);
+  /// Returns the component that a node belongs to, and the node; nulls for an unknown id.
+  struct Found {
+    Record* record = nullptr;
+    NodeRecord* node = nullptr;
+  };
+  [[nodiscard]] Found find_node(std::uint64_t id) const NACELLE_REQUIRES(mutex);
+
   // Loading and unloading (loading.cpp).
-  [[nodiscard]] std::unique_ptr<NodeHost> create_host(const NodeIdentity& identity) override;
-  void release_name(const Record& record);
+  void release_names(const Record& record);
   void make(Record& record, const LoadRequest& request);
   [[nodiscard]] static std::shared_ptr<const Declarations> declarations_of(const Record& record);
   void abandon(const std::shared_ptr<Record>& record);
   /// Returns false if no thread can be started for it.
   [[nodiscard]] bool start_destroying(const std::shared_ptr<Record>& record);
-  [[nodiscard]] UnloadOutcome finish(Record& record);
+  [[nodiscard]] UnloadOutcome finish(const std::shared_ptr<Record>& unloaded);
   void sweep();
 };
 

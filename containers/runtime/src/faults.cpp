@@ -36,10 +36,9 @@ void Container::Impl::note_fault(Record& record, const std::string& code, const 
     }
     return;
   }
-  record.runtime->write_safe_stop();
+  record.for_each_node([](const NodeRuntime& node) { node.write_safe_stop(); });
   // At once, on the thread that detects the fault: the rest of the handling may have to wait for a callback to return.
-  if (record.request.lock()->on_fault.policy_for(record.runtime->is_actuator()) == FaultPolicy::StopRobot)
-    stop_what_moves();
+  if (record.request.lock()->on_fault.policy_for(record.is_actuator()) == FaultPolicy::StopRobot) stop_what_moves();
   if (code == "HUNG") return give_up_on(record);
   record.runtime->post("on_error", patience, [this, &record, reason = FaultReason{code, text}] {
     if (record.hung) return;  // abandoned meanwhile, and that has been reported
@@ -104,8 +103,10 @@ void Container::Impl::tell_open_fault(FaultEvent event) {
 
 void Container::Impl::give_up_on(Record& record) {
   record.hung = true;
-  record.runtime->set_active(false);
-  record.runtime->write_safe_stop();
+  for (const auto& node : record.runtimes()) {
+    node->set_active(false);
+    node->write_safe_stop();
+  }
   tell_listener(record);
   note_change();
 }
@@ -115,7 +116,8 @@ void Container::Impl::note_failed_transition(Record& record, Transition transiti
   *record.fault.lock() = {};  // replaced by this reason
   static_cast<void>(keep_reason(record, kTransitionFailed, outcome.reason,
                                 std::string{"transition on_"} + nacelle::to_text(transition)));
-  if (outcome.state != StateId::Active) record.runtime->write_safe_stop();
+  if (outcome.state == StateId::Active) return;
+  record.for_each_node([](const NodeRuntime& node) { node.write_safe_stop(); });
 }
 
 StateWatch Container::Impl::watch_states(const Record& record) {
@@ -144,7 +146,9 @@ void Container::Impl::write_safe_stops() const {
   {
     const LockGuard lock(mutex);
     for (const auto& [id, component] : foreign) others.push_back(component);
-    for (const auto& [id, record] : records) record->runtime->write_safe_stop();
+    for (const auto& [id, record] : records) {
+      record->for_each_node([](const NodeRuntime& node) { node.write_safe_stop(); });
+    }
   }
   for (const auto& component : others) component->stop_what_moves();
 }
@@ -160,7 +164,9 @@ void Container::Impl::stop_what_moves() const {
     const LockGuard lock(mutex);
     for (const auto& [id, component] : foreign) others.push_back(component);
     for (const auto& [id, record] : records) {
-      if (record->runtime->is_actuator()) movers.push_back(record->runtime);
+      for (auto& node : record->runtimes()) {
+        if (node->is_actuator()) movers.push_back(std::move(node));
+      }
     }
   }
   for (const auto& mover : movers) {

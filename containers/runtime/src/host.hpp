@@ -10,7 +10,7 @@
 namespace nacelle::runtime {
 
 /// The interface of a container to one Node. The runtime half may outlive the node, as long as the container needs it.
-class Host final : public NodeHost {
+class Host : public NodeHost {
  public:
   /// `sim_clock`: of a node with use_sim_time; else null.
   Host(std::shared_ptr<NodeRuntime> node, SimClock* sim_clock)
@@ -46,7 +46,7 @@ class Host final : public NodeHost {
     return node_->create_callback_group(type);
   }
   std::unique_ptr<FrameClaim> claim_frame(const std::string& parent, const std::string& child, FrameClaimKind kind,
-                                          const Place& origin) override {
+                                          const nacelle::Place& origin) override {
     return node_->commons().frames.claim({node_->identity().fully_qualified(), parent, child, kind, origin});
   }
   std::shared_ptr<void> shared_object(const std::string& name, std::shared_ptr<void> (*make)()) override {

@@ -49,6 +49,7 @@ nacelle_interfaces::msg::Component message_of(const ComponentInfo& info) {
   if (info.managed) message.state = message_of(info.state);
   if (!info.fault.code.empty()) message.fault.push_back(message_of(info.fault));
   for (const auto& fault : info.open_faults) message.open_faults.push_back(message_of(fault));
+  for (const auto& node : info.other_nodes) message.other_nodes.push_back(node);
   return message;
 }
 

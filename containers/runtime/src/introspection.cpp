@@ -55,8 +55,10 @@ std::vector<ServiceReport> Container::services() const {
   {
     const LockGuard lock(impl_->mutex);
     for (const auto& [id, record] : impl_->records) {
-      record->runtime->report_services(all);
+      record->for_each_node([&](const NodeRuntime& node) { node.report_services(all); });
       NodeServices::report_services(record->face.get(), all);
+      auto others = record->others.lock();
+      for (const auto& other : *others) NodeServices::report_services(other->face.get(), all);
     }
     for (const auto& [id, face] : impl_->foreign_faces) NodeServices::report_services(face.get(), all);
     if (impl_->services) impl_->services->report_services(all);

@@ -13,61 +13,15 @@
 namespace nacelle::runtime {
 namespace {
 
-// The load that the component constructor on this thread belongs to.
-struct Making {
-  Record* record = nullptr;
-  Executor* executor = nullptr;
-  bool uses_sim_time = false;
-};
-
 bool uses_sim_time(const LoadRequest& request) {
   const auto found = request.parameters.find("use_sim_time");
   const bool* const value = found == request.parameters.end() ? nullptr : std::get_if<bool>(&found->second);
   return value != nullptr && *value;  // another type is refused when the node declares the parameter
 }
-thread_local Making making;
-
-constexpr const char* kAnotherName = "give this one another name";
 
 }  // namespace
 
-std::unique_ptr<NodeHost> Container::Impl::create_host(const NodeIdentity& identity) {
-  if (making.record == nullptr || making.record->runtime) {
-    throw std::logic_error("a node of this container is made by Container::load(), one per component");
-  }
-  Record& record = *making.record;
-  const std::string name = identity.fully_qualified();
-  auto on_fault = [this, &record](const std::string& code, const std::string& text, const std::string& callback) {
-    note_fault(record, code, text, callback);
-  };
-  auto runtime = std::make_shared<NodeRuntime>(commons, identity, *making.executor, std::move(on_fault));
-  runtime->set_open_faults(
-      {[this, &record](const std::string& code, const std::string& text, const std::string& callback) {
-         note_open_fault(record, code, text, callback);
-       },
-       [this, &record](const std::string& code) { note_closed_fault(record, code); }});
-  const LockGuard lock(mutex);
-  if (record.given_up) throw std::runtime_error("its load has timed out");
-  for (const auto& [id, other] : foreign) {
-    if (other->info().node != name) continue;
-    throw exceptions::InvalidNameError(
-        {"", fmt::format("a node {} runs in another process already (component {})", name, id), kAnotherName,
-         NameFault::Taken, name});
-  }
-  if (const auto [taken, is_new] = names.emplace(name, &record); !is_new) {
-    const std::uint64_t id = taken->second->id;
-    throw exceptions::InvalidNameError({"",
-                                        id != 0 ? fmt::format("a node {} is loaded already (component {})", name, id)
-                                                : fmt::format("a node {} is being loaded just now", name),
-                                        kAnotherName, NameFault::Taken, name});
-  }
-  runtime->set_image(record.library->image());
-  if (node_services) node_services->keep_log(name);
-  record.runtime = std::move(runtime);
-  return std::make_unique<Host>(record.runtime, making.uses_sim_time ? &commons.simulated() : nullptr);
-}
-
-void Container::Impl::release_name(const Record& record) {
+void Container::Impl::release_names(const Record& record) {
   const LockGuard lock(mutex);
   std::erase_if(names, [&](const auto& entry) { return entry.second == &record; });
 }
@@ -87,15 +41,15 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
                              "it holds " + join(record.library->class_names())};
     return;
   }
-  NodeOptions node_options{*this};
-  node_options.node_name(request.name).node_namespace(request.name_space).parameter_overrides(request.parameters);
-  node_options.remap_rules(request.remaps).qos_overrides(request.qos).collect_parameter_faults(request.faults);
   record.busy_with = "its constructor, which has not returned";
   Node* node = nullptr;
   std::string failed, wrong_name;
   const RemapNotes remap_notes{request.remaps.size()};
   try {
-    making = {&record, &executor_for(record, request), uses_sim_time(request)};
+    record.context = context_for(record, executor_for(record, request), uses_sim_time(request));
+    NodeOptions node_options{*record.context};
+    node_options.node_name(request.name).node_namespace(request.name_space).parameter_overrides(request.parameters);
+    node_options.remap_rules(request.remaps).qos_overrides(request.qos).collect_parameter_faults(request.faults);
     node = record.made_by->create(node_options);
   } catch (const exceptions::InvalidNameError& e) {
     failed = e.what();
@@ -103,7 +57,6 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   } catch (const std::exception& e) { failed = e.what(); } catch (...) {
     failed = "unknown exception";
   }
-  making = {};
   record.used_remaps = remap_notes.used();
   if (node == nullptr || !record.runtime) {
     if (node != nullptr) record.made_by->destroy(node);
@@ -134,7 +87,7 @@ std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Recor
   all->package = record.package;
   std::vector<CallbackReport> callbacks;
   std::size_t used = 0;
-  record.runtime->report_callbacks(callbacks, used);
+  record.for_each_node([&](const NodeRuntime& each) { each.report_callbacks(callbacks, used); });
   callbacks.resize(used);
   for (const auto& callback : callbacks) {
     if (callback.kind == "service") all->services.push_back(callback.name);
@@ -147,20 +100,20 @@ std::shared_ptr<const Declarations> Container::Impl::declarations_of(const Recor
 // Abandons a component whose code has not returned: does what is possible without running it. The rest follows when it
 // returns (sweep).
 void Container::Impl::abandon(const std::shared_ptr<Record>& record) {
-  std::shared_ptr<NodeRuntime> runtime;
+  std::vector<std::shared_ptr<NodeRuntime>> runtimes;
   {
     const LockGuard lock(mutex);
     record->given_up = true;
-    runtime = record->runtime;
+    runtimes = record->runtimes();
     abandoned.push_back(record);
   }
-  if (runtime) {
+  for (const auto& runtime : runtimes) {
     static_cast<void>(runtime->close(commons.clock.now()));
     runtime->withdraw();
     runtime->write_safe_stop();
     if (node_services) node_services->forget_log(runtime->identity().fully_qualified());
   }
-  release_name(*record);
+  release_names(*record);
 }
 
 bool Container::Impl::start_destroying(const std::shared_ptr<Record>& record) {
@@ -176,7 +129,13 @@ bool Container::Impl::start_destroying(const std::shared_ptr<Record>& record) {
 }
 
 // Called when the node is destroyed: ends its executor, and closes the image unless it is still in use.
-UnloadOutcome Container::Impl::finish(Record& record) {
+UnloadOutcome Container::Impl::finish(const std::shared_ptr<Record>& unloaded) {
+  Record& record = *unloaded;
+  if (!record.others.lock()->empty()) {
+    record.busy_with = "a node that it made and has not destroyed";
+    abandon(unloaded);
+    return {false, record.busy_with.load()};
+  }
   const std::string node = record.runtime ? record.runtime->identity().fully_qualified() : record.plugin;
   if (record.own_executor) supervisor.remove(*record.own_executor);
   supervisor.settle();
@@ -190,12 +149,14 @@ UnloadOutcome Container::Impl::finish(Record& record) {
   }
   runtime.reset();
   executor.reset();
-  release_name(record);
+  release_names(record);
   if (!record.library) return {true, {}};
-  if (std::string held = commons.broker.sweep(node); !held.empty()) {
+  std::vector<std::string> nodes = *record.node_names.lock();
+  if (std::string held = commons.broker.sweep(nodes); !held.empty()) {
     const LockGuard lock(mutex);
     const std::string image = record.library->image();
-    held_images.push_back({{node, record.plugin, record.file, held}, std::move(record.library), image});
+    held_images.push_back(
+        {{node, record.plugin, record.file, held}, std::move(nodes), std::move(record.library), image});
     return {false, std::move(held)};
   }
   const std::string image = record.library->image();
@@ -216,7 +177,7 @@ UnloadOutcome Container::Impl::finish(Record& record) {
   }
   std::string held_by =
       "the process (by thread-locals of threads that go on, or a symbol built without -fno-gnu-unique)";
-  held_images.push_back({{node, record.plugin, record.file, held_by}, nullptr, image});
+  held_images.push_back({{node, record.plugin, record.file, held_by}, {}, nullptr, image});
   return {false, std::move(held_by)};
 }
 
@@ -247,13 +208,13 @@ void Container::Impl::sweep() {
       }
       record->errand.reset();
     }
-    static_cast<void>(finish(*record));
+    static_cast<void>(finish(record));
   }
   std::vector<HeldImage> free;  // closed without the lock, because closing may run code of the library
   const LockGuard lock(mutex);
   std::erase_if(held_images, [&](HeldImage& held) {
     if (!held.library) return !PluginLibrary::is_mapped(held.image);
-    held.about.held_by = commons.broker.sweep(held.about.node);
+    held.about.held_by = commons.broker.sweep(held.nodes);
     if (!held.about.held_by.empty()) return false;
     free.push_back(std::move(held));
     return true;
@@ -301,9 +262,8 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
   }
   record->errand.reset();
   if (record->failure) {
-    if (impl_->node_services && record->runtime)
-      impl_->node_services->forget_log(record->runtime->identity().fully_qualified());
-    static_cast<void>(impl_->finish(*record));
+    if (record->runtime) impl_->withdraw(*record, true);
+    static_cast<void>(impl_->finish(record));
     record->failure->where = where;
     return err(*record->failure);
   }
@@ -320,14 +280,17 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
     const LockGuard lock(impl_->mutex);
     record->id = impl_->next_id++;
   }
-  if (impl_->node_services) impl_->node_services->begin(*record);
+  std::vector<std::shared_ptr<NodeRecord>> others;
   ComponentInfo info;
   {
+    // From here on a node that the component makes beside it begins by itself.
     const LockGuard lock(impl_->mutex);
     impl_->records.emplace(record->id, record);
-    record->runtime->open();
+    others = *record->others.lock();
     info = Impl::info_of(*record);
   }
+  for (const auto& other : others) impl_->offer(*other, false);
+  impl_->offer(*record, record->managed != nullptr);
   // All its endpoints exist now, so type clashes can be reported.
   static_cast<void>(impl_->commons.broker.watch(impl_->commons.clock.now()));
   info.warnings = std::move(warnings);
@@ -375,14 +338,19 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
         },
         deadline));
   }
-  record->runtime->set_active(false);
-  const bool returned = record->runtime->close(record->hung ? impl_->commons.clock.now() : deadline.now());
-  record->runtime->write_safe_stop();
+  bool returned = true;
+  for (const auto& runtime : record->runtimes()) {
+    runtime->set_active(false);
+    returned = runtime->close(record->hung ? impl_->commons.clock.now() : deadline.now()) && returned;
+    runtime->write_safe_stop();
+  }
   {
     const LockGuard lock(impl_->mutex);
     impl_->records.erase(id);
   }
-  if (impl_->node_services) impl_->node_services->end(*record, returned);
+  const std::vector<std::shared_ptr<NodeRecord>> others = *record->others.lock();
+  for (const auto& other : others) impl_->withdraw(*other, returned);
+  impl_->withdraw(*record, returned);
   impl_->note_change();
   if (!returned) {
     record->busy_with = "a callback that has not returned";
@@ -394,7 +362,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
     return UnloadOutcome{false, record->busy_with.load()};
   }
   record->errand.reset();
-  return impl_->finish(*record);
+  return impl_->finish(record);
 }
 
 std::vector<KeptImage> Container::kept_images() {

@@ -27,28 +27,28 @@ NodeServices::NodeServices(Container& container, Commons& commons, NodeInterface
 
 NodeServices::~NodeServices() { withdraw(kOwnNode, own_face_); }
 
-void NodeServices::begin(Record& record) {
-  const std::string node = record.runtime->identity().fully_qualified();
-  ParameterStore& store = record.node->parameters();
-  record.events = std::make_shared<ParameterEvents>(commons_.broker, commons_.clock, node);
+void NodeServices::begin(NodeRecord& node, bool has_lifecycle) {
+  const std::string name = node.runtime->identity().fully_qualified();
+  node.events = std::make_shared<ParameterEvents>(commons_.broker, commons_.clock, name);
   // The constructor's declarations were made before there was a publisher: publish them all at once.
   ParameterChange all;
-  store.for_each([&](const std::string& name, const ParameterValue& value, ParameterType, const ParameterDescriptor&) {
-    all.declared.emplace_back(name, value);
-  });
-  record.events->on_change(all);
-  store.set_listener(record.events);
-  const bool has_lifecycle = which_ == NodeInterfaces::All && record.managed != nullptr;
-  record.face = offer(record.id, node, has_lifecycle ? NodeFace::Parts::All : NodeFace::Parts::Parameters);
+  const auto declared = [&](const std::string& parameter, const ParameterValue& value, ParameterType,
+                            const ParameterDescriptor&) { all.declared.emplace_back(parameter, value); };
+  node.parameters->for_each(declared);
+  node.events->on_change(all);
+  node.parameters->set_listener(node.events);
+  const bool is_managed_here = which_ == NodeInterfaces::All && has_lifecycle;
+  node.face = offer(node.id, name, is_managed_here ? NodeFace::Parts::All : NodeFace::Parts::Parameters);
 }
 
-void NodeServices::end(Record& record, bool returned) {
-  withdraw(record.id, record.face);
-  record.face.reset();
-  if (!record.events) return;
-  if (returned) record.node->parameters().set_listener(nullptr);
-  record.events->end();
-  rosout_.remove(record.runtime->identity().fully_qualified());
+void NodeServices::end(NodeRecord& node, bool returned) {
+  withdraw(node.id, node.face);
+  node.face.reset();
+  if (node.events) {
+    if (returned) node.parameters->set_listener(nullptr);
+    node.events->end();
+  }
+  rosout_.remove(node.runtime->identity().fully_qualified());
 }
 
 std::shared_ptr<NodeFace> NodeServices::offer(std::uint64_t id, const std::string& node, NodeFace::Parts parts) {

@@ -16,7 +16,7 @@
 
 namespace nacelle::runtime {
 
-struct Record;
+struct NodeRecord;
 
 /// Provides what ROS 2's tools expect of every node, on behalf of a container's loaded components: the services of
 /// parameters, lifecycle and types, /parameter_events and /rosout. They are ordinary services and topics that
@@ -42,10 +42,11 @@ class NodeServices {
   /// forget_log().
   void keep_log(const std::string& node) { rosout_.add(node); }
   void forget_log(const std::string& node) { rosout_.remove(node); }
-  /// Call once a component is constructed and has its id, before any of its callbacks runs.
-  void begin(Record& record);
+  /// Call once a node is constructed and has its id, before any of its callbacks runs. `has_lifecycle`: it is a component with
+  /// one.
+  void begin(NodeRecord& node, bool has_lifecycle);
   /// Call when none of its callbacks runs any more (`returned`), or when one does not return.
-  void end(Record& record, bool returned);
+  void end(NodeRecord& node, bool returned);
   /// Offers these services in the name of a node. Returns null if they are disabled.
   [[nodiscard]] std::shared_ptr<NodeFace> offer(std::uint64_t id, const std::string& node, NodeFace::Parts parts);
   /// Withdraws them at once; waiting callers get a notice that there will be no answer.

@@ -62,44 +62,57 @@ std::vector<SetParametersResult> set_in(ParameterStore& store, const std::vector
   return results;
 }
 
-/// Runs something between two callbacks of a component. Errors: the component cannot run it.
-Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* name, std::function<void(Record&)> what) {
+Container::Impl::Found Container::Impl::find_node(std::uint64_t id) const {
+  if (const auto found = records.find(id); found != records.end()) return {found->second.get(), found->second.get()};
+  for (const auto& [component, record] : records) {
+    auto others = record->others.lock();
+    for (const auto& other : *others) {
+      if (other->id == id) return {record.get(), other.get()};
+    }
+  }
+  return {};
+}
+
+/// Runs something between two callbacks of a node. Errors: the component cannot run it.
+Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* name,
+                                               std::function<void(Record&, NodeRecord&)> what) {
   // Under the lock, because an unload moves the runtime out.
   const LockGuard lock(mutex);
-  const auto found = records.find(id);
-  if (found == records.end())
+  const auto [record, node] = find_node(id);
+  if (record == nullptr)
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
                        NameFault::Unknown, std::to_string(id)});
-  Record& record = *found->second;
-  if (record.hung) {
-    return err(Problem{record.runtime->identity().fully_qualified(), "hangs: " + record.fault.lock()->text,
+  if (record->hung) {
+    return err(Problem{node->runtime->identity().fully_qualified(), "hangs: " + record->fault.lock()->text,
                        "see `nacelle faults`"});
   }
-  // By reference: a posted task runs, or is dropped, before the record is destroyed.
-  record.runtime->post(name, patience, [&record, what = std::move(what)] { what(record); });
+  // By reference: a posted task runs, or is dropped, before the records are destroyed.
+  node->runtime->post(name, patience, [=, what = std::move(what)] { what(*record, *node); });
   return {};
 }
 
 Result<std::vector<ParameterReport>, Problem> Container::Impl::parameters_of(std::uint64_t id) const {
   // Under the lock: a listed component is not destroyed meanwhile.
   const LockGuard lock(mutex);
-  const auto found = records.find(id);
-  if (found == records.end())
+  const auto [record, node] = find_node(id);
+  if (record == nullptr)
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
                        NameFault::Unknown, std::to_string(id)});
-  return report_of(found->second->node->parameters());
+  return report_of(*node->parameters);
 }
 
 void Container::Impl::change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
                                         std::weak_ptr<void> asker, const NodeServices::Then& then) {
-  const auto change = [this, parameters = std::move(parameters), atomically, asker = std::move(asker),
-                       then](Record& record) {
+  const auto change = [this, parameters = std::move(parameters), atomically, asker = std::move(asker), then](
+                          Record& record, NodeRecord& node) {
     if (!asker.lock()) return;
-    auto results =
-        set_in(record.node->parameters(), parameters, atomically, [&record](const std::vector<Parameter>& some) {
-          auto request = record.request.lock();
-          for (const auto& parameter : some) keep_in(*request, parameter);
-        });
+    // Parameters of other nodes are the code's: a restart begins with its values.
+    const auto on_set = [&](const std::vector<Parameter>& some) {
+      if (&node != &record) return;
+      auto request = record.request.lock();
+      for (const auto& parameter : some) keep_in(*request, parameter);
+    };
+    auto results = set_in(*node.parameters, parameters, atomically, on_set);
     note_change();
     then(std::move(results));
   };

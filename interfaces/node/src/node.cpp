@@ -45,6 +45,7 @@ Node::Node(const std::string& default_name, const NodeOptions& options)
       host_(options.context().create_host(identity_)) {
   declare_parameter("use_sim_time", false,
                     {.description = "Take the time from /clock.", .additional_constraints = "", .read_only = true});
+  host_->set_parameters(parameters_);
 }
 
 Node::~Node() = default;

@@ -153,7 +153,7 @@ TEST(BrokerModel, readers_that_come_and_go_while_others_write_see_every_writer_i
   EXPECT_EQ(wrong, 0U);
   EXPECT_GT(seen, static_cast<std::uint64_t>(kReaders * kLives));
   writers.clear();
-  EXPECT_EQ(broker.sweep("/node"), "") << "every message has come home";
+  EXPECT_EQ(broker.sweep({"/node"}), "") << "every message has come home";
 }
 
 }  // namespace

@@ -404,11 +404,11 @@ TEST_F(BrokerTest, names_the_holders_of_messages_of_a_destroyed_node) {
     writer->publish(*writer->borrow());
     writer->publish(*writer->borrow());
   }
-  EXPECT_EQ(broker.sweep("/camera"), "2 messages of /image");
+  EXPECT_EQ(broker.sweep({"/camera"}), "2 messages of /image");
   drop_reference(*reader->take());
-  EXPECT_EQ(broker.sweep("/camera"), "1 message of /image");
+  EXPECT_EQ(broker.sweep({"/camera"}), "1 message of /image");
   drop_reference(*reader->take());
-  EXPECT_EQ(broker.sweep("/camera"), "");
+  EXPECT_EQ(broker.sweep({"/camera"}), "");
 }
 
 // --- topics that nothing uses any more ------------------------------------------------------------------------------------

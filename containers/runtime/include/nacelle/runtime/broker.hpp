@@ -71,8 +71,8 @@ class Broker final : public Graph {
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& name) const;
 
   /// Pools whose writer was destroyed wait here for their last messages; sweep() frees those that are complete.
-  /// Returns what a node's messages are still held by: "2 messages of /scan", or nothing.
-  [[nodiscard]] std::string sweep(const std::string& node);
+  /// Returns which messages of these nodes are still held: "2 messages of /scan", or nothing.
+  [[nodiscard]] std::string sweep(const std::vector<std::string>& nodes);
 
  private:
   friend class BrokerWriter;

@@ -66,6 +66,7 @@ struct ComponentInfo {
   std::vector<std::string> warnings{};
   bool actuator = false;                           ///< True if it has registered a stop frame, so it moves something.
   std::shared_ptr<const Declarations> declared{};  ///< Of load()'s answer only.
+  std::vector<std::string> other_nodes{};          ///< Full names of the nodes that it has made beside itself.
   bool isolated = false;                           ///< It has a process of its own.
   std::int32_t process = 0;                        ///< The number of that process; 0: there is none, or it has ended.
   std::vector<FaultReason>

@@ -17,6 +17,8 @@
 
 namespace nacelle {
 
+class ParameterStore;
+
 /// Runs a subscription's callback for one message. For Taking::Own it takes over the block's reference; for Taking::Share it
 /// looks (or adds a reference of its own). Lives in the component; called on its executor only.
 struct MessageCallback {
@@ -160,6 +162,8 @@ class NodeHost {
   virtual void close_fault(const std::string& code) = 0;
   /// Opens or closes the lifecycle gate of all endpoints of the node.
   virtual void set_active(bool active) = 0;
+  /// Gives the host the node's parameters, for their services. Called once, by the node's constructor; they outlive this host.
+  virtual void set_parameters(ParameterStore& parameters) = 0;
 };
 
 /// The name and namespace of a node.
@@ -169,10 +173,12 @@ struct NodeIdentity {
   [[nodiscard]] std::string fully_qualified() const { return name_space == "/" ? "/" + name : name_space + "/" + name; }
 };
 
-/// Makes hosts; one per container. Nodes find it in their NodeOptions.
+/// Makes the hosts of one component's nodes. Nodes find it in their NodeOptions.
 class Context {
  public:
   virtual ~Context() = default;
+  /// The first node is the component. Others belong to it (NodeOptions::another_node()). Threads: any of the component's.
+  /// Errors: exceptions::InvalidNameError for a name that is taken.
   [[nodiscard]] virtual std::unique_ptr<NodeHost> create_host(const NodeIdentity& identity) = 0;
 };
 

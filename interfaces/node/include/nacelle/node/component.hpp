@@ -10,7 +10,7 @@
 namespace nacelle {
 
 /// Grows when Node, LifecycleNode, NodeHost, Block or this header change in a way that old plugins cannot take.
-inline constexpr std::uint32_t kComponentAbi = 6;
+inline constexpr std::uint32_t kComponentAbi = 7;
 
 /// What the reference of components (`nacelle component info --doc`) says of a class beside what its constructor declares.
 struct ComponentAbout {

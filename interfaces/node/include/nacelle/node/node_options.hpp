@@ -59,6 +59,22 @@ class NodeOptions {
     return *this;
   }
 
+  /// Returns the options of another node of the same component: one that it makes beside itself, in its constructor or in a
+  /// callback, and destroys itself. They keep the namespace, remap rules, QoS and use_sim_time of the launch file. The other
+  /// node has the name and the parameters that the code gives it.
+  ///
+  ///     Mapper(const NodeOptions& options) : LifecycleNode("mapper", options), client_("mapper_client", options.another_node()) {}
+  [[nodiscard]] NodeOptions another_node() const {
+    NodeOptions other{*this};
+    other.name_.clear();
+    std::erase_if(other.overrides_, [](const auto& entry) { return entry.first != "use_sim_time"; });
+    for (RemapRule& rule : other.remaps_) {
+      if (rule.kind == RemapKind::NodeName && rule.node.empty())
+        rule.node = "/";  // the component is renamed, no other node
+    }
+    return other;
+  }
+
   [[nodiscard]] Context& context() const { return *context_; }
   [[nodiscard]] const std::string& node_name() const { return name_; }
   [[nodiscard]] const std::string& node_namespace() const { return namespace_; }
