@@ -109,7 +109,7 @@ TEST(Network, has_security_in_sros2s_words) {
   EXPECT_EQ(security->enclave, "/robot");
   EXPECT_FALSE(security->enforced);
   EXPECT_TRUE(network_of("- network: {security: {keystore: /etc/keys}}").security->enforced)
-      << "who asks for it means it";
+      << "enforced is the default";
   EXPECT_FALSE(network_of("- network: {mode: local}").security);
 }
 

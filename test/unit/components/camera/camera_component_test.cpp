@@ -200,8 +200,9 @@ TEST_F(CameraControls, of_a_device_that_comes_after_the_bring_up_are_parameters_
 
   device->plug();
   while (camera.stats().returns == 0) context.clock().advance(10ms);
-  // Time flies while the driver waits for a frame, so that it loses the device again as soon as no frame is there; and one that ran
-  // out of buffers opens the device again, after a pause. So frames come, and time is told, until the fault has been closed once.
+  // The clock advances while the driver waits for a frame, so the driver loses the device again as soon as a frame is missing. A
+  // driver that ran out of buffers reopens the device after a pause. Therefore deliver frames and advance the clock until the fault
+  // has been closed once.
   for (std::uint32_t frame = 0; context.closed_faults() == 0; ++frame) {
     device->deliver(frame, 1);
     context.advance(1ms);

@@ -101,7 +101,7 @@ TEST_F(CaptureLoopTest, image_and_camera_info_have_one_stamp_that_of_the_capture
             (clock.wall_now() - 30ms).nanoseconds());
   EXPECT_EQ(info.width, 640U);
   EXPECT_EQ(info.height, 480U);
-  EXPECT_EQ(info.k[0], 0.0) << "nobody calibrated this camera";
+  EXPECT_EQ(info.k[0], 0.0) << "this camera has no calibration";
 }
 
 TEST_F(CaptureLoopTest, converts_and_decodes_into_the_messages_own_memory) {

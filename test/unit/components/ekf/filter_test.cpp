@@ -251,7 +251,7 @@ TEST(FilterQueue, grows_with_the_rates_and_loses_nothing) {
   std::uint64_t fused = 0;
   for (std::size_t part = 0; part < 3; ++part) fused += filter.stats(part).fused;
   EXPECT_EQ(fused, offered);
-  EXPECT_GE(filter.queue_places(), 2U * 33U * 4U) << "twice of what waits";
+  EXPECT_GE(filter.queue_places(), 2U * 33U * 4U) << "twice the number of waiting readings";
   EXPECT_LE(filter.queue_places(), 512U);
 }
 

@@ -132,7 +132,7 @@ TEST_F(EmergencyStopTest, a_button_that_is_lost_stops_and_is_an_open_fault_until
   is_away_ = false;
   context_.wait_for_open_faults(0);
   EXPECT_EQ(stop.get_current_state().state(), StateId::Active);
-  EXPECT_EQ(said(), std::vector<bool>{true}) << "nobody released it";
+  EXPECT_EQ(said(), std::vector<bool>{true}) << "the stop was not released";
   EXPECT_TRUE(context_.faults().empty());
 }
 

@@ -13,7 +13,7 @@
 namespace nacelle::io {
 namespace {
 
-/// Writes down what it was called with and lets the test wait for it.
+/// Records the arguments of its calls, and lets a test wait for them.
 class RecordingSink final : public ByteSink {
  public:
   void on_bytes(ByteView bytes, MonotonicTime) override {

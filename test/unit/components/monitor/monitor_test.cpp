@@ -47,7 +47,7 @@ TEST(StreamWatch, counts_gaps_for_each_writer_alone) {
   EXPECT_EQ(report.level, Level::Warn);
   EXPECT_EQ(report.message, "2 messages missing");
   watch.record(at(1100ms), 7, 44, {});
-  EXPECT_EQ(watch.look(at(2s), {}).level, Level::Ok) << "a gap is told once";
+  EXPECT_EQ(watch.look(at(2s), {}).level, Level::Ok) << "a gap is reported once";
 }
 
 TEST(StreamWatch, a_pause_is_no_gap) {

@@ -258,7 +258,7 @@ TEST_F(OdometryNode, allocates_nothing_per_sample) {
   send();
   for (int i = 0; i < 30; ++i) roll(0.006, 0.005);
   joints_.position = {left_rad_ + 0.1, right_rad_ + 0.1};
-  // The component alone: publishing into the recorder keeps every message, so only what it does itself is looked at.
+  // The component alone: publishing into the recorder keeps every message, so the test counts only its own allocations.
   JointReader reader{{{"left_wheel_joint"}, {"right_wheel_joint"}, 0.033, 0.033, 40.0}};
   VelocityWindow window{10};
   PlanarPose pose;
@@ -302,7 +302,7 @@ TEST_F(OdometryNode, wheel_speeds_without_positions_are_enough) {
       << "the first step has the mean of both speeds";
 }
 
-// Ten radians are neither one turn nor a power of two of steps: nothing but the parameter tells where the circle ends.
+// Ten radians are neither one turn nor a power of two of steps: only the parameter gives the length of the circle.
 TEST_F(OdometryNode, position_range_names_the_circle_in_which_the_wheels_count) {
   options_.append_parameter_override("position_range", 10.0);
   start();

@@ -87,9 +87,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Broken{"unclosed", "<robot name=\"r\">\n<link name=\"a\">",
                              "/robots/broken.urdf:2: the element <link> that begins here is not closed"},
                       Broken{"no links", robot(""), "link"},
-                      Broken{"unknown parent", robot(links({"a"}) + joint("j", "fixed", "nobody", "a")), "nobody"},
+                      Broken{"unknown parent", robot(links({"a"}) + joint("j", "fixed", "ghost", "a")), "ghost"},
                       Broken{"two roots", robot(links({"a", "b"})), "root"},
-                      Broken{"mimics nobody",
+                      Broken{"mimics an unknown joint",
                              robot(links({"a", "b"}) +
                                    joint("j", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/><mimic joint=\"ghost\"/>")),
                              "ghost"},

@@ -172,7 +172,7 @@ TEST_F(LifecycleManagerTest, brings_up_independent_nodes_in_parallel_and_reports
   auto manager = manager_of({{"/a", {}}, {"/b", {}}, {"/d", {{"/a", ""}, {"/b", ""}}}, {"/c", {}}});
   EXPECT_THAT(manager.startup(crew).activated, ElementsAre("/a", "/b", "/d", "/c"));
   EXPECT_EQ(crew.most_at_once, 4U);
-  // Ended in another order than told: /d waits for both.
+  // The transitions end in another order than they are reported: /d waits for both.
   EXPECT_THAT(robot.log, ElementsAre("/c configure", "/d configure", "/b configure", "/a configure", "/c activate",
                                      "/b activate", "/a activate", "/d activate"));
   EXPECT_THAT(told, ElementsAre("configure /a", "configure /b", "configure /d", "configure /c", "activate /a",

@@ -387,7 +387,7 @@ TEST_F(Actions, rest_on_services_that_answer_later_in_any_order_and_once) {
   const RequestId fourth = slow.next();
   ASSERT_TRUE(container_.unload(id));
   EXPECT_EQ(caller.diary.wait_for(4), (Notes{"second", "first", "none", "none"}))
-      << "what is left open when the service goes: " << third.sequence_number << ", " << fourth.sequence_number;
+      << "calls still open when the service ends: " << third.sequence_number << ", " << fourth.sequence_number;
   EXPECT_TRUE(container_.unload(caller_id));
 }
 

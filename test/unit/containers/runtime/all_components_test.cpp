@@ -29,7 +29,7 @@ std::vector<std::string> our_components() {
 
 class EveryComponent : public ::testing::TestWithParam<std::string> {};
 
-// rcl_interfaces cannot tell such a parameter from one that is not there: `ros2 param dump` prints {} for the whole node.
+// rcl_interfaces cannot distinguish such a parameter from a missing one: `ros2 param dump` prints {} for the whole node.
 TEST_P(EveryComponent, has_no_parameter_without_a_value) {
   const SystemClock clock;
   ContainerOptions options;

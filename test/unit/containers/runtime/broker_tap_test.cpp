@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a link gets that has an end of its own for each writer: taps, and witnesses for the readers that they serve.
+// For a link that has an endpoint of its own for each writer: taps, and witnesses for the readers that they serve.
 #include <gtest/gtest.h>
 
 #include <std_msgs/msg/string.hpp>
@@ -68,7 +68,7 @@ TEST_F(BrokerTap, is_no_subscription) {
   send(*writer, "x");
   EXPECT_EQ(writer->reader_count(), 0U);
   EXPECT_EQ(writer->status().matched_total, 0U);
-  EXPECT_EQ(made.size(), 1U) << "no link is told";
+  EXPECT_EQ(made.size(), 1U) << "no link is notified";
   std::vector<ReaderReport> readers;
   broker.report(readers);
   EXPECT_TRUE(readers.empty());
@@ -145,7 +145,7 @@ TEST_F(BrokerTap, a_witness_is_counted_by_its_assigned_writers) {
   EXPECT_EQ(writer->status().matched_total, 1U);
   EXPECT_EQ(other->reader_count(), 0U);
   EXPECT_EQ(other->status().matched_total, 0U);
-  EXPECT_TRUE(made.empty()) << "no link is told";
+  EXPECT_TRUE(made.empty()) << "no link is notified";
   witness->count_for(id, false);
   EXPECT_EQ(writer->reader_count(), 0U);
   witness->count_for(id, true);

@@ -275,7 +275,7 @@ TEST_F(BrokerTest, a_pool_that_must_not_grow_drops_what_is_published_while_reade
   EXPECT_EQ(writer->publish(*writer->borrow()), PublishResult::Published);
   Block* const next = reader->take();
   ASSERT_NE(next, nullptr);
-  EXPECT_EQ(next->info.sequence, 6U) << "what was never published is no gap";
+  EXPECT_EQ(next->info.sequence, 6U) << "a message that was never published is no gap";
   kept.push_back(next);
   for (Block* block : kept) drop_reference(*block);
 }

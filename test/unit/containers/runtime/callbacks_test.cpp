@@ -179,7 +179,7 @@ TEST_F(CallbacksTest, a_component_runs_on_the_thread_that_its_launch_entry_asks_
   std::vector<ThreadReport> threads;
   const auto deadline = clock.now() + 20s;
   while (threads.empty() && clock.now() < deadline) container.report_threads(threads);
-  ASSERT_EQ(threads.size(), 1U) << "no spare: nobody else is there to be served";
+  ASSERT_EQ(threads.size(), 1U) << "no spare thread: the component is alone";
   const std::string folder = "/proc/self/task/" + std::to_string(threads[0].thread_id);
   std::string name, line, cpus;
   std::getline(std::ifstream(folder + "/comm") >> std::ws, name);

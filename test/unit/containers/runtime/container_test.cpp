@@ -81,7 +81,7 @@ TEST_F(ContainerTest, a_service_is_called_and_its_absence_is_reported) {
   const auto listener = load("Listener");
   bring_up(listener.id);
   say("/ask", "?");
-  EXPECT_EQ(heard.next(), "nobody there");
+  EXPECT_EQ(heard.next(), "no server");
   const auto talker = load("Talker");
   bring_up(talker.id);
   EXPECT_EQ(heard.next(), "hello");

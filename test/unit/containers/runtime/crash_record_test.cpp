@@ -134,7 +134,7 @@ TEST_F(CrashRecordTest, a_call_of_exit_writes_the_stops_and_a_record_and_fails) 
   EXPECT_EQ(line("component"), "/lidar");
   EXPECT_EQ(line("callback"), "subscription /scan");
   EXPECT_EQ(text_of("/line"), kThreeStops);
-#ifndef NACELLE_SANITIZED  // whose build has no guard, and at_quick_exit() does not tell the status
+#ifndef NACELLE_SANITIZED  // that build has no guard, and at_quick_exit() does not pass the status
   EXPECT_EQ(WEXITSTATUS(status_of([] { std::quick_exit(3); })), 3);
   EXPECT_EQ(line("signal"), "quick_exit(3) was called");
 #endif

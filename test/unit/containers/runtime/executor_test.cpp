@@ -208,7 +208,7 @@ TEST_F(ExecutorTest, a_node_exists_until_the_report_of_its_hang_has_returned) {
   });
   ASSERT_TRUE(telling.wait());
   release.open();
-  drain(a);  // the callback has returned, and its fault is still being told
+  drain(a);  // the callback has returned, and its fault is still being reported
   EXPECT_FALSE(executor.close(*node, clock.now()));
   told.open();
   EXPECT_TRUE(executor.close(*node, clock.now() + 20s));

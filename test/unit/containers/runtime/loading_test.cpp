@@ -302,7 +302,7 @@ TEST_F(LoadingTest, reports_both_nodes_that_broadcast_one_frame) {
 
 /// Components that sleep until they are woken, in a container whose time stands still until the test moves it.
 struct HangingTest : ContainerFixture<test::ManualClock> {
-  // Late is seen by the time that the test tells; hung is what the test says, not what the supervisor thinks.
+  // A callback is late by the clock that the test moves. The test, not the supervisor, decides that one hangs.
   explicit HangingTest(NodeInterfaces which = NodeInterfaces::None)
       : ContainerFixture({.hang_after = std::chrono::hours(1'000'000), .node_interfaces = which}) {
     EXPECT_EQ(::pipe2(entered.data(), O_CLOEXEC), 0);
@@ -395,7 +395,7 @@ TEST_F(HangingTest, a_callback_that_does_not_return_keeps_the_image_and_waiting_
   EXPECT_EQ(heard.next(), "no answer") << "the one that waits";
   EXPECT_EQ(held_by(), "a callback that has not returned");
   say("/ask", "?");
-  EXPECT_EQ(heard.next(), "nobody there");
+  EXPECT_EQ(heard.next(), "no server");
 
   const auto beside = load("Sleeper", {}, "talker");
   EXPECT_THAT(container.frame_conflicts(), IsEmpty());
@@ -496,7 +496,7 @@ TEST_F(ErrorProcessingTest, an_on_error_that_does_not_return_is_a_fault_too_and_
   ASSERT_EQ(faults.size(), 2U);
   EXPECT_EQ(faults[1].code + ", " + faults[1].callback, "HUNG, transition on_error");
   container.on_fault({});
-  // As a restart does it. The word is still there for who comes later, and is a fault again.
+  // As a restart does. The parameter value persists for a later component, and is a fault again.
   EXPECT_TRUE(container.unload(sleeper.id));
   const auto beside = load("Sleeper", {{"sleep_in", std::string{"nowhere"}}});
   bring_up(beside.id);

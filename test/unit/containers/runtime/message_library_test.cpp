@@ -38,7 +38,7 @@ struct Loaded final : ContainerTest {
   }
 };
 
-// Each in a process of its own: what is pinned stays.
+// Each in a process of its own, because a pinned library stays loaded.
 TEST(MessageLibraryTest, of_a_server_stays) {
   EXPECT_EQ(0, test::run_in_child([] { Loaded{}.loads_and_unloads("Talker", "/talker/enable"); }));
 }

@@ -371,8 +371,8 @@ TEST_F(NodeServicesTest, a_transition_that_fails_leaves_its_reason_and_is_forgot
   ASSERT_EQ(container.faults().size(), 1U);
   EXPECT_EQ(container.faults()[0].callback, "transition on_configure");
   static_cast<void>(container.trigger(talker.id, Transition::Activate));
-  EXPECT_EQ(container.faults().size(), 1U) << "what is not allowed runs no code of the component";
-  EXPECT_EQ(told, 0) << "who asked has been told; no policy is to run";
+  EXPECT_EQ(container.faults().size(), 1U) << "an invalid transition runs no code of the component";
+  EXPECT_EQ(told, 0) << "the caller got the reason; no fault policy runs";
 
   ASSERT_TRUE(set("/talker", {text("refuse", "")}).front().successful);
   bring_up(talker.id);

@@ -41,7 +41,7 @@ struct RosoutTest : ContainerTest {
     for (const auto& end : container.endpoints()) {
       if (end.id == writer) return end.node;
     }
-    return "(nobody)";
+    return "(unknown writer)";
   }
 };
 
@@ -132,7 +132,7 @@ TEST_F(RosoutTest, a_late_reader_gets_earlier_lines_but_not_those_of_an_unloaded
   EXPECT_EQ(node_of(lines.writer()), "/test");
 }
 
-/// A Rosout whose thread does nothing until it is let.
+/// A Rosout whose thread is blocked until it is released.
 struct StandingRosout : ::testing::Test {
   SystemClock clock;
   Broker broker{clock};

@@ -44,7 +44,7 @@ class Diary final : public ServiceListener {
     const std::lock_guard lock(mutex_);
     return std::exchange(notes_, {});
   }
-  /// Of what on_ready() tells, since the last time.
+  /// Returns the changes that on_ready() has reported since the last call.
   Texts changes() {
     const std::lock_guard lock(mutex_);
     return std::exchange(changes_, {});

@@ -60,7 +60,7 @@ TEST(ExportGate, pays_no_pause_back_in_a_burst) {
 
 TEST(ExportGate, keeps_bytes_per_second_after_the_first_second_in_store) {
   ExportGate gate{{"/a", 0, 10'000}};
-  // 100 kB/s for ten seconds: what is in store, and ten seconds' worth.
+  // 100 kB/s for ten seconds: the initial allowance, and that of ten seconds.
   EXPECT_NEAR(admitted(gate, 1000, 10ms, 1000), 110, 2);
 }
 

@@ -97,8 +97,8 @@ TEST_F(MirrorActions, go_from_goal_over_status_and_feedback_to_result) {
   ASSERT_TRUE(goal);
   EXPECT_EQ(goal->get_goal()->order, 3);
   EXPECT_EQ(goal->get_goal_id(), handle->get_goal_id());
-  EXPECT_TRUE(until([&] { return handle->get_status() == GoalStatus::Executing; })) << "told on the status topic";
-  // Each end of the topic may meet the other a moment after the services have: so more than once.
+  EXPECT_TRUE(until([&] { return handle->get_status() == GoalStatus::Executing; })) << "published on the status topic";
+  // The endpoints of the topic may match a moment after the services, so it is sent more than once.
   Fibonacci::Feedback feedback;
   feedback.sequence = {1, 1};
   EXPECT_TRUE(until([&] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A peer whose clock may be behind is asked; it is made by hand, so that its stamps are what a test says.
+// The mirror queries a peer whose clock may be behind. The peer is handmade, so that a test sets its stamps.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -86,7 +86,7 @@ class ClockQuestions : public ::testing::Test {
     return laptop.server.told.until(
         [&] { return laptop.server.reader->matched_count() == 0 && laptop.server.writer->matched_count() == 0; });
   }
-  /// Time goes on until it holds: the network's thread needs some to look who it has met.
+  /// Advances time until `holds`: the network's thread checks periodically which peers it has matched.
   template <typename F>
   [[nodiscard]] bool hear_until(F holds, Duration age) {
     return bell.until([&] {
@@ -167,7 +167,7 @@ TEST_F(ClockQuestions, leave_it_to_the_ages_if_there_is_no_answer) {
   start();
   hear_for(5s, 150ms);
   ASSERT_TRUE(is_met());
-  EXPECT_TRUE(mirror->clock_skews().empty()) << "told before the answer could come";
+  EXPECT_TRUE(mirror->clock_skews().empty()) << "reported before the answer could arrive";
   ASSERT_TRUE(hear_until([&] { return !mirror->clock_skews().empty(); }, 150ms));
   ASSERT_TRUE(is_left());
   EXPECT_LE(mirror->stats().clock_questions, 5U);

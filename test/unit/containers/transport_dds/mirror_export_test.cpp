@@ -38,7 +38,7 @@ TEST_F(MirrorExport, shows_what_is_listed_and_hides_the_rest_both_ways) {
   ASSERT_TRUE(joined(*shown, *reads_shown));
   EXPECT_EQ(here->stats().hidden, 2U);
   EXPECT_EQ(here->stats().writers, 1U);
-  // What had been announced before this is known by now: discovery tells in order.
+  // Earlier announcements have arrived by now: discovery delivers in order.
   auto late = here->writer("/shown");
   ASSERT_TRUE(until([&] { return reads_shown->writer_count() == 2; }));
   EXPECT_EQ(reads_hidden->writer_count(), 0U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services and clients of a container beside what anybody may send.
+// Services and clients of a container beside malformed messages of peers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -77,7 +77,7 @@ TEST_F(MirrorServices, drop_the_reply_to_a_client_that_has_gone) {
     return ends == 0;
   }));
   pondering.service->send_response(pondering.asked()[0], response_of(2));
-  // Its end is told to the reader and to the discovery apart; without a reader that reply goes nowhere in either case.
+  // Cyclone reports the end to the reader and to discovery separately. Without a reader the reply reaches no client in either case.
   EXPECT_TRUE(until([&] { return there.stats().replies_dropped + there.stats().replies == 1; }));
 }
 
@@ -100,7 +100,7 @@ TEST_F(MirrorServices, count_what_is_no_request_and_go_on) {
   }
   client->say({99, 7}, request_of(1, 1));
   EXPECT_EQ(read_reply(client->next()).second, 2);
-  EXPECT_EQ(there.problems.lock()->size(), 1U) << "told once";
+  EXPECT_EQ(there.problems.lock()->size(), 1U) << "reported once";
   EXPECT_EQ(adding.asked, 1);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What does not fit between two graphs that only the network joins, and what is broken.
+// Incompatible endpoints of two graphs that only the network joins, and broken messages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(EveryPolicy, MirrorMisfit,
                                                   QoS(1).liveliness_lease_duration(1s)}),
                          [](const auto& one) { return one.param.policy; });
 
-// Of an end that is of no node: its name is waited for, but only once, and though nobody here has its topic then.
+// The endpoint belongs to no node. The mirror waits for its name, but only once, even if no local reader has its topic at that time.
 TEST_F(Mirror, tells_a_later_reader_at_once_of_a_misfit_that_is_known) {
   auto reader = there.reader("/nameless"), fitting = there.reader("/fitting"), later = there.reader("/later");
   test::Told told;
@@ -65,7 +65,7 @@ TEST_F(Mirror, tells_a_later_reader_at_once_of_a_misfit_that_is_known) {
   const MonotonicTime made = clock.now();
   reader = there.reader("/nameless");
   ASSERT_TRUE(until([&] { return reader->status().incompatible_qos == 1; }));
-  EXPECT_LT(clock.now() - made, 900ms) << "a name is waited for a second";
+  EXPECT_LT(clock.now() - made, 900ms) << "the mirror waits one second for a name";
 }
 
 TEST_F(Mirror, tells_once_of_a_viewer_that_asks_for_more_and_does_not_count_it) {
@@ -160,7 +160,7 @@ TEST_F(Mirror, counts_bytes_that_are_no_message_and_goes_on) {
   ASSERT_EQ(test::say(**raw, "sane"), transport_dds::Writer::Sent::Yes);
   EXPECT_EQ(hear(there.bell, *reader, 1), Texts{"sane"});
   EXPECT_EQ(there.stats().broken, kMessages) << "seed " << seed;
-  EXPECT_EQ(there.problems.lock()->size(), 1U) << "told once";
+  EXPECT_EQ(there.problems.lock()->size(), 1U) << "reported once";
 }
 
 TEST_F(Mirror, does_not_listen_to_another_definition_of_a_type) {

@@ -84,7 +84,7 @@ TEST_F(MirrorServices, of_this_process_are_called_first) {
   EXPECT_EQ(calling.call(request_of(1, 2))->sum, -1);
   EXPECT_EQ(here.stats().calls, 0U);
   EXPECT_EQ(here.container().trigger(id, Transition::Deactivate).reason, "");
-  EXPECT_EQ(calling.call(request_of(1, 2))->sum, 3) << "it answers nobody while its node is not active";
+  EXPECT_EQ(calling.call(request_of(1, 2))->sum, 3) << "the local server does not answer while its node is inactive";
   ASSERT_TRUE(here.container().unload(id));
 }
 
@@ -139,7 +139,7 @@ TEST_F(MirrorServices, of_an_inactive_node_do_not_answer) {
   ASSERT_TRUE(until([&] { return there.stats().requests_refused == 1; }));
   EXPECT_EQ(there.container().trigger(id, Transition::Activate).reason, "");
   EXPECT_EQ(calling.call(request_of(3, 4))->sum, 7);
-  EXPECT_EQ(unheard.wait_for(0s), std::future_status::timeout) << "what was asked before is not done later";
+  EXPECT_EQ(unheard.wait_for(0s), std::future_status::timeout) << "an earlier request is not executed later";
   EXPECT_EQ(adding.asked, 1);
   EXPECT_THAT(*there.problems.lock(), ElementsAre(HasSubstr("/adder is not active")));
 }
@@ -157,7 +157,7 @@ TEST_F(MirrorServices, take_a_bounded_number_of_requests_and_their_callers_a_bou
       ASSERT_TRUE(until([&] { return here.stats().calls == i + 1; })) << "no more than a writer keeps";
     }
   }
-  EXPECT_TRUE(until([&] { return here.stats().calls_failed == kMore; })) << "the oldest are told";
+  EXPECT_TRUE(until([&] { return here.stats().calls_failed == kMore; })) << "the oldest calls fail";
   EXPECT_EQ(calling.answer_to(std::move(pending[0])), nullptr);
   EXPECT_EQ(pending[kMore].wait_for(0s), std::future_status::timeout);
   EXPECT_TRUE(until([&] { return there.stats().requests_refused == kKept + kMore - kServed; }))
@@ -175,7 +175,7 @@ TEST_F(MirrorServices, take_a_bounded_number_of_requests_and_their_callers_a_bou
   EXPECT_EQ(calling.answer_to(std::move(again))->sum, 2);
 }
 
-// --- what is refused -------------------------------------------------------------------------------------------------
+// --- refused calls ---------------------------------------------------------------------------------------------------
 
 TEST_F(MirrorServices, a_refused_service_answers_callers_outside_in_the_words_that_were_given) {
   LoadNode::Response no;

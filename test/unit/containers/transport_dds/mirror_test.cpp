@@ -63,7 +63,7 @@ TEST_F(Mirror, gives_a_late_reader_what_a_transient_local_writer_has_kept) {
   EXPECT_EQ(hear(there.bell, *late, 1), Texts{"four"});
   auto later = there.reader("/latched", latched);
   EXPECT_EQ(hear(there.bell, *later, 2), (Texts{"three", "four"}));
-  EXPECT_EQ(hear(*late), Texts{}) << "what is kept for one is not said again to the other";
+  EXPECT_EQ(hear(*late), Texts{}) << "history for a new reader is not sent to the others again";
 }
 
 TEST_F(Mirror, sends_what_was_published_before_the_network_was_there) {
@@ -120,7 +120,7 @@ TEST_F(Mirror, neither_fetches_nor_encodes_without_a_remote_reader) {
   say(*writer, "for both");
   EXPECT_EQ(hear(there.bell, *remote, 1), Texts{"for both"});
   EXPECT_TRUE(until([&] { return here.stats().encoded != 0; })) << "counted when it is gone";
-  EXPECT_EQ(here.stats().encoded, 1U) << "one, and nothing of what was before";
+  EXPECT_EQ(here.stats().encoded, 1U) << "one message, and no earlier one";
 
   remote.reset();
   ASSERT_TRUE(until([&] { return here.stats().taps == 0; }));

@@ -22,7 +22,7 @@ namespace nacelle::test {
 using std_msgs::msg::String;
 using Texts = std::vector<std::string>;
 
-/// Lets a test wait for what brokers and mirrors tell; what nobody tells of (figures) is looked at every few
+/// Lets a test wait for notifications of brokers and mirrors. Figures, which have no notification, are polled every few
 /// milliseconds.
 /// Threads: any.
 class Bell final : public StatusListener, public ReadyListener {

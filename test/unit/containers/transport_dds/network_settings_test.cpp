@@ -177,7 +177,7 @@ TEST(NetworkSettings, take_security_from_the_environment_or_the_launch_file) {
   launch.security = SecurityWish{true, true, "", "/robot"};
   const auto settings = settings_of(launch, shell);
   EXPECT_EQ(settings.security, (SecurityWish{true, true, "/shell", "/robot"}))
-      << "what it does not say, the shell says";
+      << "the shell supplies what the launch file leaves out";
   EXPECT_THAT(brief_remarks_of(settings), ElementsAre("network.overruled ROS_SECURITY_STRATEGY=Permissive",
                                                       "network.overruled ROS_SECURITY_ENCLAVE_OVERRIDE=/laptop"));
   EXPECT_THAT(brief_remarks_of(settings_of(launch, {{"ROS_SECURITY_ENABLE", "false"}})),

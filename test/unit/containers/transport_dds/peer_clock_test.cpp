@@ -139,8 +139,8 @@ TEST(PeerClock, does_not_repeat_what_hardly_changes) {
   EXPECT_EQ(peer.changes, 1);
 }
 
-// Whatever the way does, as long as something comes within 80 ms every two seconds: what is told as ahead is true to the
-// last nanosecond, less than 20 ms is never told, and a clock far off always is.
+// For any delays, as long as one message arrives within 80 ms every two seconds: a reported lead is true to the nanosecond, a
+// lead below 20 ms is never reported, and a clock that is far off always is.
 TEST(PeerClock, tells_only_what_is_so) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random{seed};
@@ -175,7 +175,7 @@ TEST(PeerClock, tells_only_what_is_so) {
 // --- with a node that answers ----------------------------------------------------------------------------------------
 
 constexpr Duration kDrift =
-    200us;  // an answer is looked at when the slice ends: that the clocks may have run apart since
+    200us;  // answers are evaluated when the slice ends; the clocks may have drifted this far by then
 
 TEST(PeerClock, is_sure_of_a_clock_that_is_behind_once_it_has_been_asked) {
   Peer peer;
@@ -275,7 +275,7 @@ TEST(PeerClock, forgets_answers_when_our_own_clock_is_set) {
   peer.answers = [] { return Peer::Ways{2ms, 2ms}; };
   peer.send_for(20s, 100ms, [] { return 2ms; });
   ASSERT_EQ(peer.clock.ahead(), -38ms + kDrift);
-  // An answer to what was asked before comes after it.
+  // An answer to an earlier question arrives after it.
   peer.wall.since_origin -= 40ms;
   peer.ahead = 0ms;
   peer.send(100ms, 2ms);
@@ -297,8 +297,8 @@ TEST(PeerClock, does_not_believe_an_answer_without_a_stamp) {
   EXPECT_EQ(peer.changes, 0);
 }
 
-// Whatever the ways do there and back: what is told as certain is so to the last nanosecond, and a clock that is further
-// behind than the way there is long is found.
+// For any delays in both directions: an offset reported as certain is true to the nanosecond, and a clock that is behind by more
+// than the delay of the outward path is found.
 TEST(PeerClock, reports_only_certain_offsets_of_peers_that_answer) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random{seed};

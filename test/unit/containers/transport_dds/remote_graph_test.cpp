@@ -175,7 +175,7 @@ TEST(RemoteGraph, forgets_all_of_a_participant_that_has_gone_and_nothing_of_othe
 
   EXPECT_THAT(names_of(graph), ElementsAre("/ node1", "/ node3"));
   EXPECT_EQ(graph.ends_of_topic("/chatter").size(), 4U);
-  graph.endpoint_has_gone(end(peer(2), 6, true));  // DDS tells it afterwards, too
+  graph.endpoint_has_gone(end(peer(2), 6, true));  // DDS reports it afterwards, too
   graph.participant_has_gone(peer(2));
   EXPECT_EQ(graph.ends_of_topic("/chatter").size(), 4U);
 }
@@ -184,7 +184,7 @@ TEST(RemoteGraph, knows_participants_that_have_not_announced_their_endpoints) {
   RemoteGraph graph{kUs};
   EXPECT_FALSE(graph.awaits_endpoints());
   graph.participant_is_there(ros_participant(kUs));
-  EXPECT_FALSE(graph.awaits_endpoints()) << "nobody waits for himself";
+  EXPECT_FALSE(graph.awaits_endpoints()) << "a participant does not wait for its own endpoints";
   graph.participant_is_there(ros_participant(peer(1)));
   graph.participant_is_there(ros_participant(peer(2)));
   EXPECT_TRUE(graph.awaits_endpoints());
@@ -193,7 +193,7 @@ TEST(RemoteGraph, knows_participants_that_have_not_announced_their_endpoints) {
   DiscoveredEndpoint square = chatter(peer(2), 6, true);
   square.topic = "Square";
   graph.endpoint_is_there(square);
-  EXPECT_FALSE(graph.awaits_endpoints()) << "what is not of ROS 2 was told, too";
+  EXPECT_FALSE(graph.awaits_endpoints()) << "an endpoint that is not of ROS 2 counts, too";
   graph.endpoint_has_gone(end(peer(1), 6, true));
   EXPECT_FALSE(graph.awaits_endpoints()) << "it has nothing any more";
   graph.participant_is_there(ros_participant(peer(3)));

@@ -107,7 +107,7 @@ TEST(RosEnvironment, asks_for_security) {
   EXPECT_NE(remark_on("ROS_SECURITY_ENABLE", "1"), "");
   const auto strategy = wish_of({{"ROS_SECURITY_ENABLE", "true"}, {"ROS_SECURITY_STRATEGY", "enforce"}});
   EXPECT_FALSE(strategy.security.enforced);
-  EXPECT_EQ(strategy.remarks.size(), 1U) << "a wish for safety that comes to nothing is told";
+  EXPECT_EQ(strategy.remarks.size(), 1U) << "a misspelt strategy is remarked on";
 }
 
 TEST(RosEnvironment, has_an_answer_to_every_other_variable_of_ros) {

@@ -78,7 +78,7 @@ TEST(UserData, keeps_rmws_own_rule_for_two_semicolons) {
   EXPECT_EQ(parsed("a=b;;"), (UserData{{"a", "b;"}}));
   EXPECT_EQ(parsed("a=;;"), (UserData{{"a", ";"}}));
   EXPECT_EQ(parsed("a=b;;c=d;"), (UserData{{"a", "b;"}, {"c", "d"}})) << "no escape: the value ends all the same";
-  EXPECT_EQ(parsed("a=b;;c"), UserData{}) << "what follows is a key without its value";
+  EXPECT_EQ(parsed("a=b;;c"), UserData{}) << "the last key has no value";
 }
 
 TEST(UserData, passes_over_one_byte_between_two_pairs) {

@@ -119,7 +119,7 @@ TEST_F(CarriedStreams, hold_messages_back_while_the_change_is_agreed_on) {
   connect();
   send("a");
   send("b");
-  // Several at once, whatever the step.
+  // Several messages at once, at any step.
   for (const char* text : {"c", "d", "e"}) publish(text);
   settle();
   carrier_.bring();

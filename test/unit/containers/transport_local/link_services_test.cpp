@@ -387,7 +387,7 @@ TEST_F(HostileServicesTest, calls_that_cannot_be_are_answered_with_none_and_coun
   announce(service(8, true));
   const std::string cdr{"\0\1\0\0\2\0\0\0x\0", 10};
   call(99, 1, cdr);  // no such client
-  call(8, 2, cdr);   // a server calls nobody
+  call(8, 2, cdr);   // a server sends no calls
   EXPECT_EQ(link_.stats().dropped, 2U);
   call(7, 3, "garbage");
   EXPECT_EQ(link_.stats().broken, 1U);

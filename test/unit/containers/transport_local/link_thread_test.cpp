@@ -36,7 +36,7 @@ LinkOptions options_with(std::atomic<bool>* ended = nullptr) {
   return options;
 }
 
-/// What the other process does: says each number once it finds room, and answers "/echo" for whatever it hears.
+/// The other process: publishes each number as soon as there is room, and publishes to "/echo" each message that it receives.
 [[noreturn]] void be_the_other_process(int socket) {
   const SystemClock clock;
   runtime::Broker broker{clock, runtime::Watching::ByThread};
@@ -145,7 +145,7 @@ TEST(LinkThreads, a_peer_that_does_not_read_blocks_nobody) {
   const test::SocketPair sockets;
   auto link = std::make_unique<Link>(broker, clock, sockets.one, options_with());
   link->start();
-  // The other end is a socket that nobody reads: only its announcement is written, by hand.
+  // No thread reads the other end's socket; the test only writes its announcement by hand.
   runtime::Broker far{clock};
   auto reader = far.create_reader(spec("/a", QoS(3), "/far"), Taking::Share, nullptr);
   Link peer{far, clock, sockets.two, options_with()};

@@ -12,7 +12,7 @@
 namespace nacelle {
 namespace {
 
-/// Equal, but that a float32 may stand there as the decimal that was meant (0.05) or as the value that it is.
+/// Returns whether the values are equal. A float32 may be written as the intended decimal (0.05) or as its exact value.
 bool same(const nlohmann::json& a, const nlohmann::json& b) {
   if (a.is_number_float() && b.is_number_float()) return a == b || a.get<float>() == b.get<float>();
   if (a.size() != b.size() || a.is_structured() != b.is_structured()) return false;

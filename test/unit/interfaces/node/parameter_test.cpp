@@ -170,7 +170,7 @@ TEST(ParameterStore, a_default_out_of_its_range_is_the_programmers_fault_even_th
   EXPECT_THROW(base.declare("gain", 2.0, ParameterType::Double, range), exceptions::InvalidParameterValueException);
 }
 
-/// What it was told, as text.
+/// Records the changes that it is notified of, as text.
 class Told final : public ParameterListener {
  public:
   void on_change(const ParameterChange& change) noexcept override {

@@ -446,9 +446,9 @@ TEST_F(DriveTest, a_line_that_comes_back_is_opened_again_without_a_transition) {
   pty_ = io::PtyPair::create().value();
   ASSERT_TRUE(pty_->link_as(link));
   TinyBoard board{*pty_};
-  ASSERT_TRUE(board.take_until(131)) << "the board is told again to speak";
+  ASSERT_TRUE(board.take_until(131)) << "the driver enables feedback again";
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(board.take_until(1));
-  EXPECT_EQ(board.left_mps, 0.0) << "what was commanded before does not go on";
+  EXPECT_EQ(board.left_mps, 0.0) << "the earlier command is not resumed";
   EXPECT_TRUE(context_.faults().empty());
   EXPECT_EQ(drive.get_current_state().state(), StateId::Active);
 }

@@ -17,7 +17,7 @@
 
 namespace nacelle::diff_drive {
 
-/// A clock that the test tells.
+/// A clock that the test sets.
 class ToldClock final : public Clock {
  public:
   [[nodiscard]] MonotonicTime now() const override { return now_; }
@@ -66,7 +66,7 @@ class LoopbackRig final : public BaseRig {
   LoopbackPort port_{clock_, {}, [this](MonotonicTime until) { clock_.set(until); }};
 };
 
-/// A motor board of a few lines on the device end of a real pty; it knows T 1 and says T 1001.
+/// A minimal motor board on the device end of a real pty: it understands T 1 and sends T 1001.
 class TinyBoard {
  public:
   explicit TinyBoard(io::PtyPair& pty) : pty_(pty) {}

@@ -165,7 +165,7 @@ TEST_F(LidarComponentTest, comes_up_without_its_device_and_publishes_when_it_is_
   is_away_ = true;
   LidarComponent& lidar = make();
   bring_up(lidar);
-  ASSERT_EQ(context_.open_faults().size(), 1U) << "told before the bring-up goes on";
+  ASSERT_EQ(context_.open_faults().size(), 1U) << "the fault is reported before the bring-up continues";
   EXPECT_EQ(context_.open_faults()[0].code, kDeviceLost);
 
   lidar_.play(*line_, 150);
@@ -261,7 +261,7 @@ TEST(LidarParameters, the_topic_can_be_named) {
   options.append_parameter_override("topic_name", std::string{"front/scan"});
   const LidarComponent lidar{options};
   EXPECT_EQ(lidar.get_name(), "lidar");
-  EXPECT_FALSE(context.wait_for("/scan", 0, 0ms)) << "nobody publishes there";
+  EXPECT_FALSE(context.wait_for("/scan", 0, 0ms)) << "the default topic has no publisher";
   EXPECT_TRUE(context.wait_for("/front/scan", 0, 0ms));
 }
 

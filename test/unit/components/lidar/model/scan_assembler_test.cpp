@@ -111,7 +111,7 @@ Scan one_scan(const ScanOptions& options, std::uint16_t range_mm) {
 }
 
 TEST(ScanAssembler, follows_rep_117_outside_its_range) {
-  EXPECT_EQ(one_scan({}, 0).ranges_m[5], INFINITY) << "nothing came back";
+  EXPECT_EQ(one_scan({}, 0).ranges_m[5], INFINITY) << "no echo";
   EXPECT_EQ(one_scan({}, 12001).ranges_m[5], INFINITY) << "too far";
   EXPECT_FLOAT_EQ(one_scan({}, 12000).ranges_m[5], 12.0F);
   EXPECT_FLOAT_EQ(one_scan({}, 20).ranges_m[5], 0.02F);

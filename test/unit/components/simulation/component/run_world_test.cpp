@@ -200,7 +200,7 @@ class WorldProcess {
   WorldProcess& operator=(const WorldProcess&) = delete;
   ~WorldProcess() { std::filesystem::remove_all(directory_); }
   void send(int signal) const { ASSERT_EQ(kill(child_, signal), 0); }
-  /// How it ended, as waitpid() tells it.
+  /// Returns its exit status as waitpid() reports it.
   [[nodiscard]] int wait() const {
     int status = -1;
     EXPECT_EQ(waitpid(child_, &status, 0), child_);

@@ -121,7 +121,7 @@ TEST_F(ControlServerTest, closes_the_writers_of_a_client_that_went) {
     ASSERT_TRUE(client.open_writer("/a", "some/msg/Type", 5s));
     ASSERT_TRUE(client.open_writer("/b", "some/msg/Type", 5s));
   }
-  server_.reset();  // ends the thread: whatever was to be closed has been
+  server_.reset();  // joins the thread, so all writers have been closed
   EXPECT_EQ(service_.closed, 2);
 }
 

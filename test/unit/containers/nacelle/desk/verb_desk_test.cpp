@@ -69,7 +69,7 @@ class Desk : public ::testing::Test {
     desk.take({std::move(connection), json{{"verb", verb}}.dump()});
     return control::Client::over(ends[0], 0ns);
   }
-  /// The next thing that it was told: a reply's words, or those of a fault.
+  /// Returns the text of the next frame that the client receives: a reply or a fault.
   static std::string next_words(control::Client& client) {
     auto frame = client.receive(0ns);
     if (!frame) return "gone";

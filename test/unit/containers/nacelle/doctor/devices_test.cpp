@@ -47,7 +47,7 @@ TEST_F(Devices, a_device_that_another_program_reads_is_reported_with_its_name_an
   run(812, "ModemManager", "/dev/ttyUSB0");
   run(14, "bash", "/dev/pts/0");
   EXPECT_EQ(find(check_devices, "/dev/ttyUSB0").severity, Severity::Advice)
-      << "nobody has said that the robot needs it";
+      << "no parameter of the robot names this device";
 
   wanted.devices = {{"/dev/ttyUSB0", "/lidar, parameter port_name"}};
   const Finding found = find(check_devices, "/dev/ttyUSB0 (/lidar, parameter port_name)");

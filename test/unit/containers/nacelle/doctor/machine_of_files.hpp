@@ -74,7 +74,7 @@ struct MachineOfFiles : ::testing::Test {
     const auto found = std::find_if(findings.begin(), findings.end(),
                                     [&](const Finding& f) { return f.problem.where.text().rfind(where, 0) == 0; });
     if (found != findings.end()) return *found;
-    ADD_FAILURE() << "nothing is said of " << where;
+    ADD_FAILURE() << "there is no finding at " << where;
     return {};
   }
 

@@ -62,7 +62,8 @@ TEST(NetworkInForce, is_none_where_security_is_enforced_and_cannot_be_had) {
             "/no/such: this is not a keystore: it has no folder enclaves; make one: `nacelle security create-keystore "
             "/no/such`");
 #endif
-  EXPECT_EQ(in_force(asking_for(launch::NetworkMode::Off), enforced).mode, NetworkMode::Off) << "nobody asks for files";
+  EXPECT_EQ(in_force(asking_for(launch::NetworkMode::Off), enforced).mode, NetworkMode::Off)
+      << "mode off needs no keystore";
 }
 
 TEST(NetworkInForce, continues_unsecured_with_a_warning_if_security_is_permissive) {

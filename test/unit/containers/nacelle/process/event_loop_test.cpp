@@ -77,7 +77,7 @@ TEST_F(EventLoopTest, a_task_is_served_when_it_is_due_and_only_then) {
   turn();
   EXPECT_EQ(served_, 0);
   clock_.advance(1s);
-  loop_.turn(std::nullopt);  // it does not wait for what is due now
+  loop_.turn(std::nullopt);  // it does not wait: a deadline is due now
   EXPECT_EQ(served_, 1);
   turn();
   EXPECT_EQ(served_, 1);
@@ -148,7 +148,8 @@ TEST_F(EventLoopTest, a_task_that_cannot_list_what_it_waits_for_is_left_out_for_
   testing::internal::CaptureStderr();
   const auto begin = std::chrono::steady_clock::now();
   loop_.turn(std::nullopt);
-  EXPECT_GE(std::chrono::steady_clock::now() - begin, 100ms) << "what it has appended does not wake the loop";
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 100ms)
+      << "descriptors appended before the exception do not wake the loop";
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "nacelle: container: a: std::bad_alloc\n");
   EXPECT_EQ(served_, 0);
   has_memory = true;

@@ -73,7 +73,7 @@ TEST_F(ForeignPrograms, that_ignore_every_wish_are_killed_with_their_children) {
   ASSERT_TRUE(program.value()->wait_until_ready(10s, -1, clock_));
   const pid_t group = program.value()->pid();
   EXPECT_EQ(program.value()->stop(clock_), "killed by signal 9 (Killed)");
-  EXPECT_NE(::kill(-group, 0), 0) << "nobody of its group is left";
+  EXPECT_NE(::kill(-group, 0), 0) << "no process of its group is left";
 }
 
 TEST_F(ForeignPrograms, get_the_environment_that_was_asked_for) {

@@ -111,7 +111,7 @@ TEST(RemoteCall, is_refused_where_there_will_be_no_answer) {
 
 TEST(RemoteCall, is_not_reached_after_its_end) {
   std::optional<RemoteCall> call;
-  call.emplace([] { ADD_FAILURE() << "nobody waits any more"; });
+  call.emplace([] { ADD_FAILURE() << "the call has ended"; });
   const Asker asker = call->asker();
 
   call.reset();

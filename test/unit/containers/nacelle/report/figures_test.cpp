@@ -207,7 +207,7 @@ TEST_F(Figures, who_is_not_active_or_has_just_come_is_not_late) {
   EXPECT_TRUE(late().empty());
   reader_of("/log")["open"] = true;
   before["readers"] = json::array();
-  EXPECT_TRUE(late().empty()) << "what was lost before the first look is not of this interval";
+  EXPECT_TRUE(late().empty()) << "losses before the first look are not of this interval";
 }
 
 TEST_F(Figures, of_components_are_sorted_by_what_they_cost) {

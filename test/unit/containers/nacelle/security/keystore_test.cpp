@@ -156,7 +156,7 @@ TEST_F(Keystore, is_never_made_over_another_one) {
   fs::remove(keystore / "enclaves/governance.p7s");
   const auto completed = create_keystore(keystore, 0, kNow);
   ASSERT_TRUE(completed) << completed.error().text();
-  EXPECT_EQ(count(completed.value(), Change::Kind::Made), 1U) << "what was missing";
+  EXPECT_EQ(count(completed.value(), Change::Kind::Made), 1U) << "the missing file";
   EXPECT_EQ(count(completed.value(), Change::Kind::Replaced), 0U);
   EXPECT_EQ(text_at(keystore / "private/ca.key.pem"), key);
   fs::remove(keystore / "private/ca.key.pem");

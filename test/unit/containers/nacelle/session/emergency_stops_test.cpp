@@ -99,7 +99,7 @@ TEST_F(EmergencyStopsTest, who_keeps_no_history_releases_nothing) {
   say(*passing, false);
   EXPECT_TRUE(stops.look());
   EXPECT_EQ(stops.set(), std::vector<std::string>{"/emergency_stop"});
-  EXPECT_EQ(heard(*late_joiner()), std::vector<bool>{true}) << "what is latched needs no repetition";
+  EXPECT_EQ(heard(*late_joiner()), std::vector<bool>{true}) << "a latched message needs no repetition";
 }
 
 TEST_F(EmergencyStopsTest, release_of_before_the_repetition_counts) {

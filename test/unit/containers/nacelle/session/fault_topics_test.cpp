@@ -106,7 +106,7 @@ TEST_F(DiagnosticsOfFaults, an_open_fault_is_repeated_while_it_lasts_and_its_end
     const auto heard = publish();
     ASSERT_EQ(heard.size(), 1U) << beat;
     EXPECT_EQ(heard[0].level, DiagnosticStatus::ERROR) << beat;
-    EXPECT_TRUE(lasts) << "another beat is asked for";
+    EXPECT_TRUE(lasts) << "the fault lasts, so another beat follows";
   }
   lidar.open_faults.clear();
 

@@ -39,7 +39,7 @@ TEST(Lookout, does_not_act_when_its_owner_was_quicker) {
 
 TEST(Lookout, ends_without_a_signal) {
   const process::StopSignal stop{nothing};
-  const Lookout lookout{stop, [] { return Duration{}; }, [] { ADD_FAILURE() << "nobody has asked for a stop"; }};
+  const Lookout lookout{stop, [] { return Duration{}; }, [] { ADD_FAILURE() << "no stop was requested"; }};
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace nacelle::session {
 namespace {
 
-/// Has no memory when it is asked for the first time, and ends the session when it is asked again.
+/// Throws std::bad_alloc on the first call, and ends the session on the second.
 class Unlucky final : public ClockAlarm {
  public:
   explicit Unlucky(process::StopSignal& stop) : stop_(stop) { event_.ring(); }

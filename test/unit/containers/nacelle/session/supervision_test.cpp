@@ -84,7 +84,7 @@ TEST_F(SupervisionTest, restarts_a_component_after_its_pause_and_no_more_often_t
     EXPECT_EQ(lidar_.loads, static_cast<int>(count)) << "not before its time";
     restart_is_due();
     EXPECT_EQ(lidar_.loads, static_cast<int>(count) + 1);
-    EXPECT_EQ(robot_.find("/lidar").state, StateId::Active) << "it comes back to where it was";
+    EXPECT_EQ(robot_.find("/lidar").state, StateId::Active) << "it returns to its previous state";
     EXPECT_EQ(robot_.find("/lidar").fault.code, "");
   }
   fault(lidar_);

@@ -43,7 +43,7 @@ class Juggler final : public LifecycleNode {
     own_client_ = create_client<SetBool>("answer");
     ask_ = create_subscription<String>("ask", QoS(10), [this](const String& how) {
       auto future = (how.data == "own group" ? own_client_ : client_)->async_send_request({});
-      if (!future.valid()) return say("nobody there");
+      if (!future.valid()) return say("no server");
       try {
         say(future.wait_for(limit_) == std::future_status::ready ? future.get()->message : "no answer in time");
       } catch (const exceptions::WaitsForItself& e) { say(e.what()); }

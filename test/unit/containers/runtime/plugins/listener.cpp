@@ -25,7 +25,7 @@ class Listener final : public LifecycleNode {
       const bool sent = client_->async_send_request({}, [this](const std_srvs::srv::SetBool::Response* response) {
         say(response != nullptr ? "answer " + response->message : "no answer");
       });
-      if (!sent) say("nobody there");
+      if (!sent) say("no server");
     });
   }
 

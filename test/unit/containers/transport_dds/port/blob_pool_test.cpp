@@ -63,7 +63,7 @@ TEST(BlobPool, keeps_about_twice_the_longest_of_late_and_gives_back_the_rest) {
   EXPECT_LE(type->pool->bytes_kept(), 2500000U);
   EXPECT_GE(type->pool->bytes_kept(), 1000000U);
   for (int i = 0; i < 100; ++i) Payload{type->pool->borrow(*type, 100)};
-  EXPECT_LE(type->pool->bytes_kept(), 65536U) << "the long ones are gone once nobody asks for them";
+  EXPECT_LE(type->pool->bytes_kept(), 65536U) << "long blocks are freed when they are no longer borrowed";
 }
 
 TEST(BlobPool, refuses_and_counts_what_is_beyond_its_limits) {
@@ -79,7 +79,7 @@ TEST(BlobPool, lives_until_the_last_payload_is_gone) {
   auto type = make_type();
   OutgoingPayload payload{type->pool->borrow(*type, 100)};
   type.reset();
-  payload.bytes()[99] = 7;  // the address sanitizer would tell
+  payload.bytes()[99] = 7;  // the address sanitizer would report it
   EXPECT_EQ(payload.bytes()[99], 7);
 }
 

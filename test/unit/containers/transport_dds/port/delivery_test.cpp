@@ -228,7 +228,7 @@ TEST_F(Delivery, has_nothing_out_once_all_is_acknowledged) {
   match(*writer, *reader);
   for (int i = 0; i < 5; ++i) ASSERT_EQ(say(*writer, std::to_string(i)), Writer::Sent::Yes);
   EXPECT_TRUE(writer->wait_for_acknowledgements(10s));
-  // Cyclone keeps the last one; it frees the others just after it has told.
+  // Cyclone keeps the last one. It frees the others just after it has reported the acknowledgement.
   const auto limit = std::chrono::steady_clock::now() + 10s;
   while (writer->out_count() > 1 && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
   EXPECT_LE(writer->out_count(), 1U);

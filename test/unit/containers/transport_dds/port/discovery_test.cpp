@@ -13,7 +13,7 @@ namespace {
 
 using Kind = DiscoveryEvent::Kind;
 
-/// A participant that looks at the network, and what it has seen so far.
+/// A participant that observes the network, and the endpoints that it has seen so far.
 class Onlooker {
  public:
   Onlooker() : discovery_(participant_->create_discovery(&told).value()) {}

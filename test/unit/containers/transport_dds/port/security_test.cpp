@@ -139,7 +139,7 @@ TEST(Security, keeps_a_participant_with_rights_from_what_it_has_no_right_to) {
   EXPECT_FALSE(camera->create_writer(test::string_topic("secret"), nullptr));
 }
 
-// Of Cyclone 0.10, and told in docs/security.md: it makes no topic of which a deny rule names one direction.
+// A limit of Cyclone 0.10 (docs/security.md): it creates no topic that a deny rule names, even if for one direction only.
 TEST(Security, denies_a_topic_both_ways_where_one_is_denied) {
   Keys keys;
   const auto robot = participant_with(keys.enclave(

@@ -66,7 +66,7 @@ class Udp {
   int socket_;
 };
 
-/// Hears what is announced in a domain on lo.
+/// Receives the announcements of a domain on lo.
 class Announced {
  public:
   explicit Announced(std::uint32_t domain) : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -189,7 +189,7 @@ TEST(ThisMachine, hears_nothing_of_how_a_domain_was_kept) {
   const std::uint32_t number = test::test_domain();
   const std::string config = test::loopback_config(number);
   const Announced announced{number};
-  // Whether the goodbye of what was there before is still to be sent depends on threads.
+  // Depending on threads, the farewell of the previous participant may still be unsent.
   std::string last;
   for (int i = 0; i < 50; ++i) {
     const Entity domain{dds_create_domain(97, config.c_str())};

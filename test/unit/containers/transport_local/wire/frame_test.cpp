@@ -195,9 +195,9 @@ TEST(LinkFrames, with_values_out_of_range_are_refused) {
   };
   EXPECT_FALSE(refused(kOpen, 0));
   for (std::size_t at = kOpen; at < kDepth; ++at) EXPECT_TRUE(refused(at, 77)) << at;
-  EXPECT_TRUE(refused(kDepth + 7, 1)) << "a queue that nobody has memory for";
+  EXPECT_TRUE(refused(kDepth + 7, 1)) << "a queue larger than any memory";
   EXPECT_TRUE(refused(kDeadline + 7, 0x80)) << "a negative time";
-  EXPECT_TRUE(refused(kDeadline + 7, 0x7F)) << "one that sums would overflow with";
+  EXPECT_TRUE(refused(kDeadline + 7, 0x7F)) << "a time that would overflow sums";
 }
 
 }  // namespace

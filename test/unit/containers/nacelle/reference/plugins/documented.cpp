@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Declares one of each thing that the reference of components tells, and more of them with a parameter.
+// Declares one of each thing that the reference of components lists, and more of them with a parameter.
 #include <example_interfaces/action/fibonacci.hpp>
 #include <std_msgs/msg/bool.hpp>
 #include <std_srvs/srv/trigger.hpp>
