@@ -78,8 +78,8 @@ def least(count, programs, limit):
 
 
 def compare(programs, recorded, is_record=False, say=print):
-    """Counts everything; for a record as often as may be. Returns what was measured, the names of what is above its limit, and why
-    others were not compared."""
+    """Runs all counts; to make a record, as often as the limit allows. Returns the figures, the names of those above their limit, and
+    the reasons why others were not compared."""
     measured, above, skipped = {}, [], []
     for name, count in counts():
         was = recorded.get(name)

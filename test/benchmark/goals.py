@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmarks, by name: each yields rows (id, what, value, unit, goal, baseline). A goal is a tuple ('<=', number) or None;
-a value None is said to be not measured, and why."""
+a value None is printed as not measured, with the reason."""
 import tempfile
 
 import graphs
@@ -186,7 +186,7 @@ def robot_on_network(programs, say):
     yield row("M19", "on the network: CPU", 100 * total(on, "cpu_s") / total(on, "seconds"), "% of one", at_most(0.45),
               f"the same program off it {100 * total(off, 'cpu_s') / total(off, 'seconds'):.2f} %")  # fmt: skip
     yield row("M19", "on the network: RSS", on[-1]["rss"] / (1 << 20), "MiB", at_most(14), f"off it {off[-1]['rss'] / (1 << 20):.1f}")
-    # 120 services with two each, 26 writers and 5 readers of topics, and the two that tell of nodes.
+    # 120 services with two each, 26 writers and 5 readers of topics, and the two that announce nodes.
     endpoints = 273
     bare = programs.run("bare_endpoints", endpoints=endpoints)
     least = (off[-1]["rss"] + bare["participant"] + bare["endpoints"]) / (1 << 20)

@@ -15,7 +15,7 @@
 
 namespace nacelle::test {
 
-/// A sink that keeps what comes until it is told to let go. Threads: the carrier's calls, and one test's.
+/// A sink that keeps arriving messages until let_go(). Threads: the carrier's calls, and one test's.
 class KeepingSink final : public CarrierSink {
  public:
   struct Arrival {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// iceoryx's carrier against the laws of all carriers, and against what it alone promises. One daemon serves the whole program.
+// iceoryx's carrier against the laws of all carriers and against its own promises. One daemon serves the whole program.
 #include <iceoryx_posh/popo/untyped_publisher.hpp>
 
 #include "carrier_laws.hpp"
@@ -29,7 +29,7 @@ class IceoryxFixture : public ::testing::Test {
   }
   IceoryxCarrier& carrier() { return *carrier_; }
 
-  // It is never destroyed: its keeper ends it when this process has ended, after iceoryx has said goodbye.
+  // Never destroyed: its keeper ends it after this process has ended and iceoryx has unregistered.
   static RouDi*& roudi() {
     static RouDi* one = nullptr;
     return one;
@@ -79,7 +79,7 @@ TEST_F(IceoryxCarrierTest, a_prepared_message_is_written_once_and_read_in_the_sa
   KeepingSink sink(Image::message_type());
   const Ends ends = open(image_stream(), sink);
   Sender<Image> sender(*ends.writer);
-  ASSERT_EQ(sender.send(image_of(200'000, 1)), Sent::Yes);  // tells the size
+  ASSERT_EQ(sender.send(image_of(200'000, 1)), Sent::Yes);  // announces the size
   static_cast<void>(sink.wait_for(1));
   sink.let_go();
   const auto copied_before = ends.writer->bytes_copied();
@@ -244,7 +244,7 @@ TEST_F(IceoryxCarrierTest, a_slow_reader_loses_the_oldest_and_reports_it) {
   const auto arrived = sink.wait_for(2);
   EXPECT_LE(arrived.size(), 4U);
   EXPECT_EQ(message_in<String>(arrived.back()).data, text_of(20).data);
-  EXPECT_EQ(arrived.back().info.sequence, 20U) << "the gap tells the loss";
+  EXPECT_EQ(arrived.back().info.sequence, 20U) << "the gap shows the loss";
   EXPECT_EQ(carrier().reading().overruns, 1U);
 }
 

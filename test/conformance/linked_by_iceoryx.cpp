@@ -27,7 +27,7 @@ class WithRouDi final : public ::testing::Environment {
  public:
   void SetUp() override {
     std::string why_not;
-    // Never destroyed: its keeper ends it when this process has ended, after iceoryx has said goodbye.
+    // Never destroyed: its keeper ends it after this process has ended and iceoryx has unregistered.
     static const RouDi* const roudi = RouDi::start(small_pools(), why_not).release();
     if (roudi == nullptr) GTEST_SKIP() << "SKIPPED, NOTHING WAS TESTED: " << why_not;
     auto started = IceoryxCarrier::start();
@@ -56,7 +56,7 @@ TEST(LinkedByIceoryx, moves_streams_by_the_carrier_and_those_of_keep_all_readers
       EXPECT_EQ(static_cast<const String*>(arrived->message)->data, text);
       drop_reference(*arrived);
     }
-    // The first message tells the link that there is a stream to carry.
+    // The first message lets the link open a stream to carry.
     EXPECT_EQ(transport.writers_link().stats().carried, keeps_all ? 0U : 2U);
     EXPECT_EQ(transport.writers_link().stats().sent, keeps_all ? 3U : 1U);
   }
@@ -69,7 +69,7 @@ TEST(LinkedByIceoryx, writes_a_large_message_once_into_shared_memory_and_reads_i
   auto reader = transport.create_reader(images, Taking::Share, nullptr);
   auto writer = transport.create_writer(images);
   std::uint64_t copied = 0;
-  // The first goes over the socket, the second tells how large they are.
+  // The first goes over the socket. The second announces their size.
   for (int i = 1; i <= 5; ++i) {
     Block* const block = writer->borrow();
     auto& image = *static_cast<Image*>(block->message);

@@ -30,7 +30,7 @@ bool fits(const EndpointSpec& writer, const EndpointSpec& reader) {
   return same_stream(writer, reader) && verdict_of(writer.qos.resolved(), reader.qos.resolved()) != Verdict::Error;
 }
 
-/// Of those that fit, a reader takes what it does not leave to another; DDS does not know of that.
+/// Returns whether the reader takes messages of a compatible writer, or leaves them to another reader. DDS does not know of the latter.
 bool hears(const EndpointSpec& writer, const EndpointSpec& reader) {
   const bool leaves_it =
       reader.unless_offered && verdict_of(writer.qos.resolved(), reader.unless_offered->resolved()) != Verdict::Error;
@@ -129,7 +129,7 @@ class MirroredBrokers::SettlingReader final : public Reader {
   }
 
  private:
-  /// All that were handed to it, whatever became of them.
+  /// Returns the number of messages that were passed to the reader, dropped ones included.
   [[nodiscard]] std::uint64_t came() const {
     const ReaderCounters counters = inner_->counters();
     return counters.received + counters.full + counters.inactive - dropped_by_gate_;
@@ -177,7 +177,7 @@ MirroredBrokers::MirroredBrokers(const Clock& clock) : clock_(clock, kDilation),
     fence.reader = readers_.broker.create_reader(spec, Taking::Share, &bell_);
     until("the fences have met", [&] { return fence.writer->reader_count() + fence.reader->writer_count() == 2; });
   }
-  // The first message of a stream may come later than what is sent behind it, when Cyclone knows who reads.
+  // The first message of a stream may arrive after later messages, which are sent when Cyclone already knows the readers.
   for (std::size_t i = 0; i < fences_.size(); ++i) send_fence();
 }
 
@@ -211,11 +211,10 @@ bool MirroredBrokers::has_met() const {
          there.stand_ins == writers_used;
 }
 
-// The end of an endpoint is reported by threads of Cyclone's in their own time, so that all is counted. Who was made
-// before the mark is known to the readers' side of Cyclone once that is, not to the mirror only: an end's announcements
-// are told in order.
+// Cyclone's threads report the end of an endpoint asynchronously, so all endpoints are counted. Announcements arrive in order:
+// once the readers' side of Cyclone (not only the mirror) knows the mark, it knows every endpoint that was made before it.
 void MirroredBrokers::settle_graph() const {
-  until("who should have met", [&] { return has_met(); });
+  until("matching endpoints have met", [&] { return has_met(); });
   until("what was announced is known", [&] {
     std::size_t known = 0;
     readers_.mirror->look(
@@ -269,7 +268,7 @@ std::uint64_t MirroredBrokers::copies_at(const std::string& topic) const {
 MonotonicTime MirroredBrokers::watch(MonotonicTime now) {
   const MonotonicTime at = clock_.dilated(now);
   const MonotonicTime due = std::min(writers_.broker.watch(at), readers_.broker.watch(at));
-  // A mirror looks at what has become due at the end of a turn: that of the first fence is over when the second one arrives.
+  // A mirror handles due deadlines at the end of a turn. The turn of the first fence is over when the second fence arrives.
   for (std::size_t i = 0; i < fences_.size(); ++i) send_fence();
   return clock_.first(due);
 }

@@ -31,12 +31,12 @@ class DilatedClock final : public Clock {
 /// Two brokers that only the network joins, DDS on the loopback interface in one process: writers are on one side, readers on
 /// the other.
 ///
-/// Each call returns when the network has come to rest: who should have met has met, what was said has arrived. What that is
-/// follows from QoS alone (`fits()`, history, gates); if it does not come about the test fails, and the calls after it no longer wait.
-/// Then a message of another topic goes after it, so that what should not have come would be there too.
+/// Each call returns when the network is quiescent: all endpoints that should match have matched, and all messages have arrived.
+/// Which these are follows from QoS alone (`fits()`, history, gates). If they do not, the test fails, and later calls no longer wait.
+/// A message of another topic is then sent as a fence, so that a message that should not arrive would have arrived before it.
 ///
-/// Times of the QoS and of the brokers' clock are a thousandfold of those of the test, so that nothing ends by Cyclone's own
-/// clock while a test is on: 50 ms that are told are 50 s that do not pass.
+/// Times of the QoS and of the brokers' clock are a thousand times those of the test, so that nothing expires by Cyclone's own
+/// clock during a test: 50 ms in a test's QoS are 50 s here, which do not pass.
 /// Threads: one.
 class MirroredBrokers final : public Transport {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds over the network in place of the laws that hold within one machine only, and what is told of peers that do not fit:
-// plain DDS endpoints, as any middleware makes them.
+// Laws over the network that replace those which hold within one machine only, and the reports on incompatible peers: plain DDS
+// endpoints, as any middleware creates them.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ TEST_F(MirroredTransport, numbers_what_a_late_reader_gets_from_one) {
   for (std::uint64_t sequence : {1U, 2U}) {
     Block* const block = late->take();
     ASSERT_NE(block, nullptr);
-    EXPECT_EQ(block->info.sequence, sequence) << "Cyclone does not tell DDS's own";
+    EXPECT_EQ(block->info.sequence, sequence) << "Cyclone does not pass DDS's own sequence number";
     drop_reference(*block);
   }
 }
@@ -137,7 +137,7 @@ TEST_F(MirroredInTime, manual_liveliness_of_a_remote_writer_is_lost_and_comes_ba
     return status.alive == alive && status.not_alive == not_alive;
   };
   ASSERT_TRUE(until([&] { return writer->reader_count() + reader->writer_count() == 2; }));
-  ASSERT_TRUE(until([&] { return is(0, 1); })) << "nothing was said for a lease";
+  ASSERT_TRUE(until([&] { return is(0, 1); })) << "the writer was silent for a lease";
   // More than once: a slow machine may look when it is over again. Cyclone takes a message for a return, and no assertion.
   const auto returns = [&] { return say(*writer, "here"), is(1, 0); };
   EXPECT_TRUE(until(returns));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The matrix of qos_matrix_test.cpp between two graphs that only the network joins: all pairs at once, each on a topic of its
-// own. Nothing is in step there, so each round of messages is waited for, and a fence is sent now and then: what was sent before it has
-// been written when it has arrived.
+// own. Delivery is asynchronous, so the test waits for each round of messages, and sends a fence now and then: when a fence has
+// arrived, all earlier messages have been written.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -120,7 +120,7 @@ class MirroredMatrix : public ::testing::Test {
     return clash ? writer.incompatible_qos == 1 && reader.incompatible_qos == 1
                  : writer.matched == 1 && reader.matched == 1;
   }
-  // By and by: a socket's buffer holds about two hundred packets, and what is lost there for the best-effort ones is lost.
+  // In batches: a socket's buffer holds about two hundred packets, and best-effort readers do not get lost ones again.
   void say_everywhere(const std::string& text) {
     constexpr std::size_t kAtOnce = 24;
     for (std::size_t i = 0; i < pairs.size(); ++i) {

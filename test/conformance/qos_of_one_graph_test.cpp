@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a broker promises of its own streams, in one process or two. On a network it is for DDS, by a clock of its own, and no reader
-// holds up a publisher (ADR 0012): mirrored_laws_test.cpp has what holds there.
+// holds up a publisher (ADR 0012): see mirrored_laws_test.cpp for the laws there.
 #include <thread>
 
 #include "qos_laws.hpp"

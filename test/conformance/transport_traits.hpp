@@ -7,14 +7,14 @@
 
 namespace nacelle {
 
-// Where a law does not hold for every transport: what it is about, and why not. Each has laws of its own in place of it.
+// Laws that do not hold for every transport, with the reason. A transport without such a law has laws of its own instead.
 
 /// A reader on a network holds up no publisher (ADR 0012): what is too much for a KEEP_ALL reader is refused and counted there.
 template <typename T>
 inline constexpr bool kHoldsUp = true;
 
-/// DDS tells a writer's gid and the wall time of a message, of which the reader's side makes an id and a time of its own clock; and
-/// Cyclone says which readers get the same bytes.
+/// DDS passes a writer's gid and a message's wall time, which the reader's side converts into an id and a time of its own clock.
+/// Cyclone reports which readers get the same bytes.
 template <typename T>
 inline constexpr bool kTellsInfo = true;
 

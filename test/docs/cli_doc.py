@@ -105,7 +105,7 @@ EXAMPLES = (
     Example("import docs/examples/ros2_drivers.yaml", lines=40),
     Example("qos check launch/robot.launch.yaml"),
     Example("qos explain --offered reliability=best_effort --requested reliability=reliable"),
-    Example("doctor", exit_codes=(0, 1), lines=40),  # what is wrong with the machine that wrote this page is its own affair
+    Example("doctor", exit_codes=(0, 1), lines=40),  # faults of the machine that wrote this page do not matter
     Example("doctor net", lines=40),
     Example("export on"),
     Example("export off"),
@@ -205,7 +205,7 @@ class Robot(RunningRobotTest):
         return outcome.stdout + outcome.stderr
 
     def run_until_interrupted(self, example):
-        # A person's patience, not a synchronisation: the command has no end of its own. On a busy machine a person sees that the
+        # The command does not end by itself. This is a user's patience, not a synchronisation: on a busy machine a user sees that the
         # robot is not up yet, and waits longer.
         for patience_s in (example.ends, 4 * example.ends, 16 * example.ends):
             program = self.start_program(*shlex.split(example.line, comments=True), cwd=self.home)

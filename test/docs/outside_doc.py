@@ -18,7 +18,7 @@ PAGE = ROOT / "docs" / "packages_outside_the_tree.md"
 BUILD = None  # of main
 BLOCK = re.compile(r"^(?P<before>[^\n]*)\n\n```(?P<language>\w+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"^`(my_robot/[\w./]+)`")
-# What a library of an older Nacelle tells about itself (nacelle/node/component.hpp).
+# The self-description of a library of an older Nacelle (nacelle/node/component.hpp).
 OLD_LIBRARY = """
 #include <stddef.h>
 #include <stdint.h>

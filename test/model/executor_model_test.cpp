@@ -259,7 +259,7 @@ std::set<std::string> run(unsigned seed) {
   for (unsigned s = 0; s <= scheduler.choose(4); ++s) {
     Part& part = parts[scheduler.choose(static_cast<unsigned>(parts.size()))];
     streams.push_back(std::make_unique<Stream>(world, *part.node, *part.group, part.inside));
-    // Publishes onwards, never back: what is published ends.
+    // Publishes onwards, never back, so that every chain of messages ends.
     if (s > 0 && scheduler.choose(2) == 0) streams[s]->next.push_back(streams[scheduler.choose(s)].get());
   }
   std::vector<std::unique_ptr<Beat>> beats;
@@ -392,7 +392,7 @@ TEST(ExecutorModel, as_many_run_as_there_are_threads) {
 
 TEST(ExecutorModel, holds_its_promises_in_thousands_of_interleavings) {
 #ifdef NACELLE_SANITIZED
-  constexpr unsigned kRuns = 200;  // what is looked for is a wrong access; the plain build looks for a wrong order
+  constexpr unsigned kRuns = 200;  // looks for invalid memory accesses; the plain build looks for wrong orders
 #else
   constexpr unsigned kRuns = 1500;
 #endif

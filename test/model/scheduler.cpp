@@ -43,7 +43,7 @@ void Scheduler::end(std::size_t id) {
   go_on(lock);
 }
 
-// Under the lock: chooses who runs, and returns when that is us (or at once if we are done).
+// Under the lock: chooses the next thread, and returns when that is the calling one (or at once if it is done).
 void Scheduler::go_on(std::unique_lock<std::mutex>& lock) {
   std::vector<std::size_t> ready;
   for (;;) {
@@ -57,7 +57,7 @@ void Scheduler::go_on(std::unique_lock<std::mutex>& lock) {
       if (!one->done && (next == nullptr || one->until < next->until)) next = one.get();
     }
     if (next == nullptr || next->until == kForEver) {
-      std::fprintf(stderr, "seed %u: a wake-up was lost, everybody waits for ever:\n", seed_);
+      std::fprintf(stderr, "seed %u: a wake-up was lost, all threads wait for ever:\n", seed_);
       for (std::size_t i = 0; i < all_.size(); ++i) {
         if (!all_[i]->done) std::fprintf(stderr, "  thread %zu waits for a %s\n", i, all_[i]->kind);
       }

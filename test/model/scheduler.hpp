@@ -19,11 +19,11 @@ namespace nacelle::model {
 
 inline constexpr MonotonicTime kForEver{Duration::max()};
 
-/// Lets one of its threads run at a time and chooses, by a seed, who goes on at every lock, unlock, wait and wake: a run is one
+/// Lets one of its threads run at a time and chooses, by a seed, which one continues at every lock, unlock, wait and wake: a run is one
 /// interleaving, and the same seed is the same run. Time stands still but for small steps when it is read; when every thread
 /// waits, it jumps to the first deadline.
 ///
-/// If every thread waits for ever, a wake-up was lost: it prints the seed and who waits for what, and ends the process.
+/// If every thread waits for ever, a wake-up was lost: it prints the seed and what each thread waits for, and ends the process.
 /// Threads: the one that made it is its first thread; the others are model::Thread.
 class Scheduler final : public Clock {
  public:

@@ -12,7 +12,7 @@ import check_binaries as check  # noqa: E402
 
 
 def elf(kind=check.ET_DYN, program=True, relro=True, now=True, stack=6, pie=True, runpath="$ORIGIN/../lib", tag=check.DT_RUNPATH):
-    """The smallest file that has what is looked at; `stack` is the flags of PT_GNU_STACK, None for no such segment."""
+    """Returns the smallest file with all fields that the check reads. `stack` is the flags of PT_GNU_STACK, None for no such segment."""
     names = b"\0" + runpath.encode() + b"\0"
     types = [(check.PT_LOAD, 5), (check.PT_DYNAMIC, 6)]
     types += [(check.PT_INTERP, 4)] if program else []

@@ -33,7 +33,7 @@ namespace nacelle::test {
 /// Options of a ROS 2 topic "rt/..." of std_msgs/String.
 [[nodiscard]] transport_dds::EndpointOptions string_topic(const std::string& topic, const QoS& qos = QoS(10));
 
-/// Lets a test wait for what listeners tell. Threads: any.
+/// Lets a test wait for notifications of listeners. Threads: any.
 class Told final : public transport_dds::EndpointListener, public transport_dds::DiscoveryListener {
  public:
   void on_status() noexcept override { note(); }

@@ -31,7 +31,7 @@ class FakeTransport final : public Transport {
     explicit State(const Clock& c) : clock(c) {}
     const Clock& clock;
     std::recursive_mutex mutex;
-    std::condition_variable_any room;  // told when a message leaves a queue
+    std::condition_variable_any room;  // notified when a message leaves a queue
     std::vector<FakeWriter*> writers;
     std::vector<FakeReader*> readers;
     std::set<std::pair<const void*, const void*>> introduced;

@@ -11,8 +11,8 @@
 
 namespace nacelle::test {
 
-/// A carrier within a process: what is sent waits in a queue by the stream's name until the reader is drained, so that a test says
-/// when it arrives. Both links are given the same one. Threads: one.
+/// A carrier within a process: a sent message waits in its stream's queue until the test drains the reader, so that the test decides
+/// when it arrives. Both links use the same carrier. Threads: one.
 class QueueCarrier final : public Carrier {
  public:
   bool refuses_readers = false, refuses_messages = false, alive = true, connected = true;

@@ -54,7 +54,7 @@ class RecordingContext final : public Context {
   }
   /// Waits, by an event, until a topic has had that many messages. Returns false after the limit.
   [[nodiscard]] bool wait_for(const std::string& topic, std::size_t messages, Duration limit = 10s);
-  /// Returns false without a server that is open, and if it did not answer within its callback (what it sends later is lost).
+  /// Returns false without a server that is open, and if it did not answer within its callback (a later answer is lost).
   template <typename S>
   [[nodiscard]] bool call(const std::string& service, typename S::Request request, typename S::Response& response) {
     return call(service, &request, &response);

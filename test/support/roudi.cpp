@@ -59,7 +59,7 @@ void remove_files() {
   }
 }
 
-/// The keeper's side: the daemon and what it says.
+/// The keeper's side: the daemon and its output.
 class Keeper {
  public:
   Keeper(int control, std::string configuration) : control_(control), configuration_(std::move(configuration)) {}
@@ -106,7 +106,7 @@ class Keeper {
     ::close(says[1]);
     const bool ready = wait_until_ready(says[0]);
     ::unlink(name);
-    // It has been told to say nothing more: this end stays open and unread until it ends.
+    // The daemon logs nothing more (-l off), so this end stays open and unread until it ends.
     output_ = says[0];
     if (ready) return kReady;
     int status = 0;

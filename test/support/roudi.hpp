@@ -24,8 +24,8 @@ struct ChunkPool {
 /// iceoryx's daemon for a test. There can be one on a machine: its socket, lock and shared memory have fixed names. Tests take turns
 /// by a lock on the folder of shared memory (and, in CTest, by RESOURCE_LOCK roudi).
 ///
-/// A keeper process stands between: it starts the daemon, and when the test ends in whatever way it kills it and removes its files.
-/// The daemon is killed, not asked: one that is asked to end sends SIGTERM to every process that has used it.
+/// A keeper process starts the daemon. When the test ends, even by a crash, the keeper kills the daemon and removes its files.
+/// The daemon is killed: on SIGTERM it would send SIGTERM to every process that has used it.
 /// Threads: the first start() comes before the test has any. Errors: fatal ones end the test program with their words.
 class RouDi {
  public:

@@ -131,7 +131,7 @@ TEST_F(RealLine, the_component_sets_the_stop_when_it_is_pressed_and_when_the_chi
   EXPECT_TRUE(context.published<Bool>("/emergency_stop").back().data);
   EXPECT_TRUE(context.faults().empty());
 
-  // It comes back under a number of the kernel's choice; a link of udev's follows it.
+  // It reappears under a number of the kernel's choice, and a link of udev's follows it.
   write(told("NACELLE_GPIO_LIVE"), "1");
   point_to_chip();
   const MonotonicTime limit = clock_.now() + 10s;

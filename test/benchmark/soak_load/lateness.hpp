@@ -19,8 +19,8 @@ struct Lateness {
   Duration waited_for_cpu{};  ///< How long the timer's threads were ready without a CPU since its last tick.
 };
 
-/// Follows a timer's grid, which leaves out what it has missed, and what the scheduler did to the threads that run it: an
-/// executor has more than one, and which of them was held up is not to be seen from the next tick. Threads: that of the ticks.
+/// Measures how late a timer's ticks are on its grid, which skips missed ticks, and how long the scheduler held up the threads that
+/// run it. An executor has several threads, and the next tick does not show which of them was held up. Threads: that of the ticks.
 class LatenessMeter {
  public:
   void restart(MonotonicTime now, Duration period) {

@@ -338,8 +338,8 @@ class Soak {
     add("unloads whose image was kept for a while", static_cast<double>(kept_), "", "", "", true);
     add("ticks of the neighbour's 1 kHz timer", static_cast<double>(late_.ticks), "", "none unseen", "",
         lost_ticks_ == 0);
-    // A virtual machine stops either CPU for a millisecond now and then (a bare thread with real-time priority on it sees 1 to 5 of
-    // 10,000 ticks late), and without that priority other programs do so too: held is what is clearly more than that.
+    // A virtual machine stops either CPU for a millisecond now and then: a bare thread with real-time priority on it sees 1 to 5 of
+    // 10,000 ticks late. Without that priority, other programs delay it, too. Only a clearly larger number is an error.
     add("ticks late by more than 1 ms", static_cast<double>(late_.above_1ms), "", "",
         fmt::format("{} of {} of a bare thread", bare.above_1ms, bare.ticks), true);
     const auto allowed = 2 * bare.own_above_1ms + 3 * (1 + late_.ticks / 10'000);

@@ -140,7 +140,7 @@ Steps count_steps(const std::function<void()>& work) {
   if (child > 0 && read(ends[0], &thread, sizeof thread) == sizeof thread) steps = follow(thread);
   close(ends[0]);
   if (child > 0) {
-    kill(child, SIGKILL);  // what it had to tell has been told
+    kill(child, SIGKILL);  // it has reported its result
     waitpid(child, nullptr, 0);
   }
   return steps;

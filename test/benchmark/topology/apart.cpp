@@ -98,7 +98,7 @@ LinkOptions options_for(const Graph& graph, bool hub) {
   rig.add(node.name, recipe);
   const Share share = measure(tally, from, measured);
   if (::write(results, &share, sizeof share) != sizeof share) std::_Exit(1);
-  // The others measure still; the end of the socket is the end.
+  // The other processes still measure. They are done when the socket closes.
   ended.wait();
   std::_Exit(0);
 }

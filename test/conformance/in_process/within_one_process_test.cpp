@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds only where nothing leaves the process; linked_transport_test.cpp and mirrored_laws_test.cpp have what holds elsewhere.
+// Laws that hold within one process only. See linked_transport_test.cpp and mirrored_laws_test.cpp for those that hold elsewhere.
 #include "transport_laws.hpp"
 
 namespace nacelle {

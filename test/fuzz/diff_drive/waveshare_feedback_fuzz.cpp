@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes, in any chopping: nothing crashes, every byte is accounted for, and what comes out is finite and does not
+// Any bytes, in any chopping: nothing crashes, every byte is accounted for, and the output is finite and does not
 // depend on the chopping.
 #include <algorithm>
 #include <cmath>

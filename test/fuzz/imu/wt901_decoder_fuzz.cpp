@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes, in any chopping: nothing crashes, every byte and every frame is accounted for, what comes out does not
+// Any bytes, in any chopping: nothing crashes, every byte and every frame is accounted for, the output does not
 // depend on the chopping, and every sample is finite with a unit quaternion.
 #include <algorithm>
 #include <cmath>

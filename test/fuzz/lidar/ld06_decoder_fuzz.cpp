@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes, in any chopping: nothing crashes, every byte is accounted for, what comes out does not depend on the
+// Any bytes, in any chopping: nothing crashes, every byte is accounted for, the output does not depend on the
 // chopping, and every scan made of it has its length and only ranges that REP 117 allows.
 #include <algorithm>
 #include <cmath>

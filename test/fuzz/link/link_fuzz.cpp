@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A peer that says anything: the link ends or goes on, nothing crashes, what it brings is accounted for, and the graph is as
-// before when the link has gone.
+// A peer that sends arbitrary bytes: the link ends or continues, nothing crashes, each message is accounted for, and the graph is as
+// before once the link is gone.
 #include <sys/socket.h>
 #include <unistd.h>
 

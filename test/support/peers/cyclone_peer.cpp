@@ -126,7 +126,7 @@ dds_qos_t* make_qos(const Qos& qos) {
 
 class Cyclone {
  public:
-  // How it is on the network is said by CYCLONEDDS_URI.
+  // CYCLONEDDS_URI configures the network.
   Cyclone(const Options& options, Bell& bell)
       : bell_(bell),
         ahead_(DDS_MSECS(options.ahead_ms)),

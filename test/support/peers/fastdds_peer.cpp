@@ -167,7 +167,7 @@ void set(Policies& out, const Qos& qos) {
   out.durability().kind = qos.transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   out.history().kind = qos.keep_all ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
   out.history().depth = qos.depth;
-  // Sized by what comes, not by the longest message that might.
+  // Sized by the messages that arrive, not by the longest possible one.
   out.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 }
 

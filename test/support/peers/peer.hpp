@@ -114,7 +114,7 @@ inline void tell_message(const Odometry& message) {
 
 /// usage: PEER VERB --domain N --topic NAME [options]
 ///   pub    writes --count messages once --readers are matched and a line has come, and stays; --every MS between them
-///   echo   tells of each message
+///   echo   reports each message
 ///   serve  answers --topic's requests (add_two_ints)
 ///   call   asks once for --a plus --b when a line has come
 /// All stay until their standard input ends. The line is for the other side to say that it has found them: what is
@@ -127,7 +127,7 @@ struct Options {
   int ahead_ms = 0;           ///< How far the clock of source stamps is ahead; Cyclone's only.
   double speed = 0;           ///< Of a twist, in m/s.
   bool as_delivered = false;  ///< Interfaces and transports as the DDS has them by itself.
-  bool at_home = false;       ///< The same, as ROS 2's range LOCALHOST has it; Cyclone is told by CYCLONEDDS_URI.
+  bool at_home = false;       ///< The same, as ROS 2's range LOCALHOST has it; for Cyclone, CYCLONEDDS_URI sets it.
   std::size_t bytes = 64;
   std::int64_t a = 0, b = 0;
   std::optional<unsigned> garbage;  ///< Seed: bytes that are no message, under the type's name.
