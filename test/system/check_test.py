@@ -231,7 +231,7 @@ class Check(RobotTest):
         self.assertNotIn("wheel_separation is", self.check(self.write("one_base.launch.yaml", text)).stdout.replace("# finds", ""))
 
     def test_writes_each_line_of_errors_at_once(self):
-        """A packet of this socket is one system call. Two processes that share a stream would mix what is written in pieces."""
+        """A packet of this socket is one system call. Two processes that share a stream could interleave partial writes."""
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with ours, theirs:
             outcome = self.run_program("launch", BROKEN / "two_parents.launch.yaml", capture_output=False, stdout=subprocess.DEVNULL,

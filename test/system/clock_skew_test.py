@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A laptop whose clock is not the robot's: told with its name, and only if it is so."""
+"""A laptop whose clock differs from the robot's is reported by name, and only if it does differ."""
 import json
 import os
 import unittest
@@ -20,7 +20,7 @@ def milliseconds_of(line):
 
 class ClockSkew(NetworkTest):
     def sends_commands(self, ahead_ms, host="laptop", count=1000000):
-        """A program on plain Cyclone DDS that stamps so far ahead what it sends twenty times a second."""
+        """Starts a program on plain Cyclone DDS that sends twenty commands a second, with stamps that are `ahead_ms` ahead."""
         peer = Lines(self.laptop.within(*named(host), PEERS["cyclone"], "pub", "--topic", "rt/cmd_vel", "--type", "twist", "--speed", 0,
                                         "--every", 50, "--count", count, "--ahead", ahead_ms, "--as-delivered"), self.environment)
         self.addCleanup(peer.close)
@@ -145,7 +145,7 @@ class TwoRobots(NetworkTest):
         self.addCleanup(way.__exit__, None, None, None)
         one, two, _ = self.start_both("tf:=frames")
         wait_for("the other's nodes have answered", lambda: self.figures("robot1")["clock_answers"] >= 3, 60)
-        # A guess would be told with the first message of the next two seconds.
+        # A wrong guess would be reported with the first message of the next two seconds.
         for robot in (one, two):
             self.assertFalse(robot.within(5, is_skew), robot.seen[-5:])
 
@@ -153,7 +153,7 @@ class TwoRobots(NetworkTest):
         self.start_both()
 
         def others():
-            """Ends of the other robot on topics of this one: /diagnostics and /rosout are everybody's."""
+            """Endpoints of the other robot on topics of this one: both have /diagnostics and /rosout."""
             containers = json.loads(self.nacelle("doctor", "net", "--json").stdout)["containers"]
             return next(row["figures"]["others"] for row in containers if row["name"] == "robot1")
 

@@ -22,7 +22,7 @@ STREAMS = ("/odom", "/odometry/filtered", "/imu/data_raw", "/joint_states")
 
 
 class Listening(RunningRobotTest):
-    """Writes down what is said on topics: the whole messages, or their stamps."""
+    """Records the messages of topics, or only their stamps."""
 
     def echo(self, topic, *field):
         path = self.folder / f"echo{topic.replace('/', '_')}"
@@ -250,7 +250,7 @@ class JumpingSimTime(Listening):
         for name, stamps in jumped.items():
             with self.subTest(stream=name):
                 late = [s for s in stamps[5:] if not self.BACK_TO_S - 1 < s < self.BACK_TO_S + 60]
-                self.assertEqual(late, [], "of the new time, all but what was on its way")
+                self.assertEqual(late, [], "all stamps but those of messages in flight are of the new time")
                 # Real devices' ages are taken from a time that moves in ticks: two samples of one tick may change places.
                 back = [a - b for a, b in zip(stamps[5:], stamps[6:]) if a - b > 0.1 * SLOW]
                 self.assertEqual(back, [], "they go on in order but for /clock's own ticks")

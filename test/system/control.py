@@ -94,7 +94,7 @@ class Sender(threading.Thread):
                 self.changed.wait(None if self.paused else self.period_s)
 
     def say(self, make):
-        """From now on something else, at once. Returns when the old was said for the last time."""
+        """Publishes another message from now on, starting at once. Returns the time at which the old one was last published."""
         with self.changed:
             last = self.sent_ns
             self.make, self.paused = make, False

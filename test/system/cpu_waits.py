@@ -6,7 +6,7 @@ import pathlib
 import threading
 import time
 
-LOOK_S = 0.5  # between two looks: a thread that has ended tells nothing more
+LOOK_S = 0.5  # between two looks: a thread that has ended is no longer in /proc
 # In that time, a thread waits for a tenth of this on a free machine, if it wakes a hundred times a second. A queue of five messages at 100 Hz
 # overflows after as long.
 BUSY_S = 0.05
@@ -41,8 +41,8 @@ def cpu_waits():
 class CpuWatch:
     """Between `with` and its end: `longest_s`, the most that any thread has waited between two looks.
 
-    A machine that stands still as a whole lets no thread wait for a CPU: all of them sleep, and wake late. So the watching thread wakes
-    a hundred times a second, and how late it was counts as well.
+    If the whole machine is stopped, no thread waits for a CPU: all of them sleep, and wake late. Therefore the watching thread wakes
+    a hundred times a second, and its own lateness counts as well.
     """
 
     def __enter__(self):

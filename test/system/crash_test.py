@@ -66,7 +66,7 @@ class CrashTest(RobotTest):
 
     def expect_stops(self, count):
         wait_for(f"{count} stops", lambda: self.stop_file.read_text() == STOP * count, 5)
-        wait_for("it is said", lambda: "stop frames written by its watcher: 1" in self.said(), 5)
+        wait_for("the watcher reports its stop frame", lambda: "stop frames written by its watcher: 1" in self.said(), 5)
 
 
 class Ends(CrashTest):
@@ -146,7 +146,7 @@ launch:
         self.assertIn("/bad  left out: 2 crashes", self.ask("faults"))
         shown = json.loads(self.ask("topic", "echo", "/diagnostics", "--once", "--json", "--full"))["status"]
         self.assertIn("LEFT_OUT: 2 crashes within 30 s", next(row["message"] for row in shown if row["name"] == "/bad"))
-        # It stays out of further runs, and comes back by hand, or with a start that resumes nothing.
+        # Further runs leave it out. It returns by hand, or with a start that resumes nothing.
         self.container.kill()
         self.container.wait()
         self.start("launch", self.file, "--resume")
@@ -169,7 +169,7 @@ launch:
             self.start("container", "--name", "box", "--resume")
         self.assertIn("left out: /chaos: 2 crashes within 30 s", self.said())
         self.assertEqual(self.states(), {"/crane": "inactive"})
-        wait_for("it is said why", lambda: "/crane moves something, so it was restored as inactive on purpose" in self.said())
+        wait_for("the reason is printed", lambda: "/crane moves something, so it was restored as inactive on purpose" in self.said())
         self.assertIn("`nacelle lifecycle set /crane activate` activates it", self.said())
         self.ask("lifecycle", "set", "/crane", "activate")
         self.assertEqual(self.states(), {"/crane": "active"})

@@ -179,7 +179,7 @@ class Graph(OnRobot):
         self.assertIn("did you mean '/scan'", wrong.stderr)
 
     def silence_of(self, *words):
-        """What is said on stderr of a topic on which nothing comes; then it is ended as a person does."""
+        """Returns the line that a command prints on stderr for a silent topic, then ends the command with Ctrl-C."""
         listening = self.start_program("topic", *words, stderr=subprocess.PIPE)
         said = listening.stderr.readline()
         listening.send_signal(signal.SIGINT)

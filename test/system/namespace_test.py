@@ -102,7 +102,7 @@ class NamespaceTest(RunningRobotTest):
         state = self.folder / "nacelle/robot.composition"
         for name in ("calm", "composed"):
             node = "/robot1/" + name
-            wait_for("it is part of what comes back after a crash", lambda: f'"{name}"' in state.read_text())
+            wait_for("it is in the state file that a restart restores", lambda: f'"{name}"' in state.read_text())
             self.assertEqual(self.compose("unload_node", unique_id=self.names()[node]), {"success": True, "error_message": ""})
             self.assertNotIn(node, self.names())
         self.assertEqual(self.compose("unload_node", unique_id=4711)["error_message"], "No node found with unique_id: 4711")

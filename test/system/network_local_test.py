@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A robot that is kept to its machine: who sees it there, and that nothing of it leaves."""
+"""A robot that is local to its machine: which programs see it there, and that no packet leaves the machine."""
 import json
 import unittest
 
@@ -64,7 +64,7 @@ class Kept(NetworkTest):
     def test_programs_with_nothing_set_see_a_local_robot_and_nothing_of_it_leaves(self):
         outside, inside = self.capture(self.laptop), self.capture(self.robot_machine, "lo")
         robot = self.start_robot()
-        wait_for("the robot speaks at home", inside.speakers)
+        wait_for("the robot sends on its own machine", inside.speakers)
         speakers = inside.speakers()
         self.assertEqual(len(speakers), 1, inside.frames())
         for vendor in PEERS:
@@ -81,7 +81,7 @@ class Kept(NetworkTest):
         self.assertTrue(outside.speakers(), "the programs themselves speak to the LAN: the capture works")
         self.assertEqual(outside.speakers() & speakers, set())
 
-    # What docs/network.md tells people who want to see a local robot with programs on the robot itself.
+    # The settings of docs/network.md for programs on the robot itself that want to see a local robot.
 
     def sees(self, vendor, machine, *more, **variables):
         return self.reads_odometry(vendor, machine, *more, **variables).wait_for(f"{vendor} sees the robot", is_odometry)

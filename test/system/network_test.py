@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A robot that is shown to a LAN: who reads it and drives it there, and what becomes of that as networks come and go."""
+"""A robot that is exported to a LAN: peers read and drive it there, and networks come and go meanwhile."""
 import json
 import os
 import re
@@ -199,7 +199,7 @@ class Moved(NetworkTest):
         robot.wait_for("it has taken the LAN's address", lambda line: line.endswith("rejoined"))
         self.reads_odometry("cyclone", self.robot_machine).wait_for("odometry", is_odometry)
         self.robot_machine.ip("addr", "del", "10.77.0.1/24", "dev", "lan0")
-        robot.wait_for("it has let go of it", lambda line: line.endswith("rejoined"))
+        robot.wait_for("it has left that address", lambda line: line.endswith("rejoined"))
         self.robot_machine.ip("addr", "add", "10.77.0.9/24", "dev", "lan0")
         robot.wait_for("it has taken the next one", lambda line: line.endswith("rejoined"))
         self.reads_odometry("cyclone", self.robot_machine).wait_for("odometry", is_odometry)
@@ -232,7 +232,7 @@ class Moved(NetworkTest):
         reader.wait_for("odometry, in 3 s", is_odometry, 3)
 
     def nothing_for_a_second(self, reader):
-        wait_for("what was on its way is through", lambda: (reader.seen.clear(), not reader.within(0.5, is_odometry))[1], 10)
+        wait_for("messages in flight have arrived", lambda: (reader.seen.clear(), not reader.within(0.5, is_odometry))[1], 10)
         return reader.within(1.0, is_odometry)
 
 

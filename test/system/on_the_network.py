@@ -42,11 +42,11 @@ class NetworkTest(ApartTest):
         return machine
 
     def start_robot(self, *arguments, machine=None, name="robot", host=None, **variables):
-        """Returns when it is up, with what it has said so far."""
+        """Starts a robot. Returns when it is up, with the lines that it has printed so far."""
         command = (machine or self.robot_machine).within(
             *(named(host) if host else ()), PROGRAM, "launch", LAUNCH_FILE, "sim:=true", f"sim_dir:={self.folder}/sim-{name}", "--name", name, *arguments)
         robot = Lines(command, {**self.environment, **variables})
-        robot.before = []  # what it said until it was up, and perhaps a little more
+        robot.before = []  # its lines until it was up, and perhaps a few more
         self.addCleanup(robot.interrupt)
         wait_for("the robot is up or has ended", lambda: any(" active in " in line for line in robot.read()) or robot.process.poll() is not None, 60)
         robot.before += robot.seen

@@ -52,7 +52,7 @@ class Orders(RemoteRobotTest):
 
     @contextlib.contextmanager
     def recorder(self):
-        """Runs a program with DDS alone that subscribes to every topic, as `bag record -a` does. Gives what says what it has."""
+        """Runs a program with DDS alone that subscribes to every topic, as `bag record -a` does. Returns a function that reads its state."""
         recorder = Lines(self.laptop.within(pathlib.Path(PEERS["cyclone"]).with_name("cyclone_recorder")), self.laptop_environment())
 
         def state():
@@ -80,7 +80,7 @@ class Orders(RemoteRobotTest):
             wait_for("it finds both", lambda: state()["clashes"] == ["rt/cmd_vel_teleop"])
 
     def test_a_publisher_of_the_other_type_is_served_within_a_second(self):
-        """docs/stop.md names the times of an idle machine. What is said before is lost; the peer waits for a subscription."""
+        """docs/stop.md gives the times for an idle machine. Earlier messages are lost; the peer waits for a subscription."""
         took = []
         for _ in range(3):
             wait_for("the default", lambda: "/cmd_vel [geometry_msgs/msg/TwistStamped]" in self.ask("topic", "list", "-t").stdout.splitlines())
@@ -116,7 +116,7 @@ class Orders(RemoteRobotTest):
     def test_parameters_are_read_and_set(self):
         self.assertEqual(self.ask("param", "list", "lidar").stdout, self.run_program("param", "list", "lidar").stdout)
         self.assertEqual(self.ask("param", "dump", "/lidar").stdout, self.run_program("param", "dump", "/lidar").stdout)
-        # The container's own node is asked as any other.
+        # The container's own node answers like any other.
         self.assertEqual(self.ask("param", "get", "/robot", "use_sim_time").stdout, "Boolean value is: False\n")
         everything = self.rows("param", "list")
         self.assertEqual(sorted(everything), sorted(["/robot", *(row["node"] for row in self.local("component", "list")["components"])]))

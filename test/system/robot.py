@@ -12,7 +12,7 @@ import time
 import unittest
 
 PROGRAM = os.environ["NACELLE_PROGRAM"]
-# A shell without job control lets what it puts into the background ignore SIGINT, and so would the programs started here.
+# A shell without job control lets background jobs ignore SIGINT, and the programs started here would inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 LAUNCH_FILE = os.environ["NACELLE_LAUNCH_FILE"]
 SLOW = float(os.environ.get("NACELLE_TEST_SLOWNESS", "1"))  # sanitizers need more patience
@@ -26,7 +26,7 @@ needs_no_sanitizer = unittest.skipIf(SLOW > 1, "a sanitizer needs file descripto
 needs_no_thread_sanitizer = unittest.skipIf(os.environ.get("NACELLE_SANITIZER") == "thread", "the thread sanitizer is in the way")
 # CI sets NACELLE_SHORT and leaves these out. The nightly run and ./dev test have them.
 SHORT = bool(os.environ.get("NACELLE_SHORT"))
-# What shows the words of commands: each start takes 0.4 s under a sanitizer, and most of what it executes is executed elsewhere.
+# For tests of the output of commands: each start takes 0.4 s under a sanitizer, and other tests execute most of the same code.
 of_words = unittest.skipIf(SHORT and SLOW > 1, "words are the same under a sanitizer: NACELLE_SHORT is set")
 # A case of real time that repeats what a shorter one shows.
 nightly = unittest.skipIf(SHORT, "a long case of real time: NACELLE_SHORT is set")

@@ -22,7 +22,7 @@ def announcements_of(message):
         kind, flags = message[at], message[at + 1]
         length = struct.unpack_from("<H" if flags & LITTLE_ENDIAN else ">H", message, at + 2)[0]
         body = message[at + 4 : at + 4 + length] if length else message[at + 4 :]
-        if kind == INFO_SRC:  # what follows is said by another participant than the one that the header names
+        if kind == INFO_SRC:  # the submessages that follow are of another participant than the header names
             prefix = body[8:20].hex()
         if kind == DATA and flags & WITH_PAYLOAD and flags & LITTLE_ENDIAN:
             writer = struct.unpack_from(">I", body, 8)[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whole runs: figures, order, the drive, what is broken, interruptions."""
+"""Whole runs: figures, order, the drive, broken parts, interruptions."""
 import json
 import os
 import pathlib
@@ -218,7 +218,7 @@ class Broken(RobotTest):
     def robot_with(self, before, after):
         text = pathlib.Path(LAUNCH_FILE).read_text()
         self.assertIn(before, text)
-        # The file is elsewhere now; what it names relative to itself is not.
+        # The file has moved; the files that it names relative to itself have not.
         return text.replace(before, after).replace("$(dirname)", str(pathlib.Path(LAUNCH_FILE).parent))
 
     def test_a_port_that_does_not_exist(self):

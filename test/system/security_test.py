@@ -17,12 +17,12 @@ try:
 except ImportError:  # no python3-cryptography
     sros2_keystore = None
 
-# Words that anybody who reads packets would look for: of discovery, and of a message.
+# Words that an eavesdropper would look for: of discovery, and of a message.
 REVEALING = (b"rt/odom", b"nav_msgs::msg", b"base_footprint", b"/diff_drive")
 
 
 def secured_by(keystore, enclave):
-    """CYCLONEDDS_URI for a plain program: what rmw_cyclonedds would tell Cyclone."""
+    """Returns CYCLONEDDS_URI for a plain program, with the settings that rmw_cyclonedds would pass to Cyclone."""
     folder = pathlib.Path(keystore) / "enclaves" / enclave.strip("/")
 
     def library(name):
@@ -154,7 +154,7 @@ class Secured(NetworkTest):
         self.assertGreater(len(sent), 100000, "it was on the link that was looked at")
         for word in REVEALING:
             self.assertNotIn(word, sent)
-        self.assertIn(b"enclave=/robot", sent, "what a participant says of itself before anybody is known")
+        self.assertIn(b"enclave=/robot", sent, "a participant announces its enclave before any peer is authenticated")
 
     def test_packets_of_a_robot_without_security_reveal_everything(self):
         capture = Capture(self.robot_machine, sent=True)
@@ -172,9 +172,9 @@ class Secured(NetworkTest):
                      self.reads_odometry("cyclone", self.laptop, CYCLONEDDS_URI=secured_by(self.foreign, "/laptop"))]  # fmt: skip
         drivers = [self.drives(self.laptop), self.drives(self.laptop, CYCLONEDDS_URI=secured_by(self.foreign, "/laptop"))]
         known = self.known_reader()
-        known.wait_for("odometry for who has keys", is_odometry)
+        known.wait_for("odometry for a participant with keys", is_odometry)
         known.seen.clear()
-        self.assertFalse(known.within(SILENCE_S, lambda line: abs(speed_of(line)) > 0.01), "no accepted participant says drive")
+        self.assertFalse(known.within(SILENCE_S, lambda line: abs(speed_of(line)) > 0.01), "no accepted participant sends a drive command")
         self.assertGreater(sum(map(is_odometry, known.read())), 20)
         for stranger in strangers:
             self.assertEqual(list(filter(is_odometry, stranger.read())), [])
@@ -302,7 +302,7 @@ class Secured(NetworkTest):
 
 
 class Refused(NetworkTest):
-    """Security that is asked for and cannot be had."""
+    """Security that is requested and not available."""
 
     def test_enforced_it_keeps_the_robot_off_the_network_and_running(self):
         robot = self.start_robot("network:=export", ROS_SECURITY_ENABLE="true", ROS_SECURITY_STRATEGY="Enforce",

@@ -12,7 +12,7 @@ PACKET_OUTGOING = 4  # linux/if_packet.h
 
 
 def without_checksum(frame):
-    """A veth leaves the checksum of UDP to who is last; with 0 there is none (RFC 768)."""
+    """Clears the UDP checksum, which a veth leaves to the last device. 0 means none (RFC 768)."""
     is_udp = frame[12:14] == b"\x08\x00" and frame[23] == socket.IPPROTO_UDP
     is_first = is_udp and (frame[20] & 0x1F) == 0 and frame[21] == 0
     if is_first:
@@ -29,7 +29,7 @@ def main():
         link.bind((name, 0))
         links.append(link)
     delay_s = float(sys.argv[3])
-    with contextlib.suppress(PermissionError):  # what is late by more is another way
+    with contextlib.suppress(PermissionError):  # without real-time priority, the delay is less exact
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
     on_their_way = collections.deque()
     print("ready", flush=True)

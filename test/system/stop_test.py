@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The stop: whatever dies, the motor side sees zero in time, and nothing moves before the input was neutral and a new command came.
+"""The stop: whichever part dies, the motor side sees zero in time, and nothing moves before the input was neutral and a new command came.
 
 The world is a process of its own here, so that the container can be killed under it. Times are those of the simulated motor board:
 CLOCK_MONOTONIC of the instant at which its aim became zero.
@@ -112,7 +112,7 @@ class StopTest(RobotTest):
         wait_for("the wheels are driven", self.truth.moves, 5)
 
     def zero_after(self, cause_ns, limit_s, case):
-        """The motor side is at zero no later than this after the cause; the time goes into the table."""
+        """Asserts that the motor side is at zero within this time after the cause, and adds the time to the table."""
         wait_for("the wheels get zero", lambda: not self.truth.moves(), limit_s + 5)
         took_s = (self.truth.last_stop_ns - cause_ns) * 1e-9
         TABLE.append((case, took_s, limit_s))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults that are injected into the running simulated robot: who is faulted, why, what follows, and what the others notice."""
+"""Faults injected into the running simulated robot: which component is faulted, why, the consequences, and the effect on the others."""
 import json
 import os
 import pathlib
@@ -71,7 +71,7 @@ class ChaosTest(RunningRobotTest):
     def expect_steady(self, seconds=5.0):
         """Over a window that begins now, each stream keeps its rate within 1 % (and the one message that the window's ends cut).
 
-        A machine that lets the robot wait for a CPU says nothing of the robot: then the next window is looked at.
+        If the machine makes the robot wait for a CPU, the window says nothing about the robot, and the next one is used.
         """
         control = Control(self.folder / "nacelle" / "robot.sock")  # a command of its own takes a tenth of a second and more to ask
         self.addCleanup(control.close)
@@ -215,7 +215,7 @@ class StopsTheRobot(ChaosTest):
 
 
 class StopsBesideAHang(ChaosTest):
-    """/far moves something, in a process of its own, and never comes back from its deactivation."""
+    """/far is an actuator in a process of its own, and its deactivation never returns."""
 
     MORE = """    - pkg: nacelle_test
       plugin: nacelle::test::Chaos

@@ -128,7 +128,7 @@ class Tools(RunningRobotTest):
         self.assertRegex(text, r"(?m)^/scan +\d+\.\d\d +\d")
 
     def test_streams_names_a_reader_that_is_stopped_and_started(self):
-        # An inactive reader is not late: its messages are dropped by its lifecycle, and told as that.
+        # An inactive reader is not late: its lifecycle drops its messages, and they are reported as such.
         before = next(row for row in self.json_of("streams")["streams"] if row["name"] == "/scan")
         self.expect_exit(self.run_program("lifecycle", "set", "monitor_2", "deactivate"), 0)
         try:

@@ -149,7 +149,7 @@ class Chaos final : public LifecycleNode {
                                     .on_exception = [this](const std::string& text) { fault("READER_ENDED", text); }});
     }
     if (order == "crash") *nowhere_ = 1;
-    if (order == "abort") std::thread{[] { throw std::runtime_error("nobody catches this"); }}.join();
+    if (order == "abort") std::thread{[] { throw std::runtime_error("uncaught on purpose"); }}.join();
     if (order == "blocked abort") run_with_all_signals_blocked([] { std::abort(); });
     if (order == "overflow") run_with_all_signals_blocked([] { static_cast<void>(go_deeper(0)); });
     if (order == "exit") std::exit(0);

@@ -178,7 +178,7 @@ class Wiretap {
   }
   [[nodiscard]] bool is_open() const { return hears_ >= 0 && sends_ >= 0; }
 
-  /// Keeps some of what has passed.
+  /// Keeps a sample of the packets that have passed.
   void listen(Dice& dice) {
     constexpr std::size_t kMost = 500, kIpHeader = 20, kHeaders = 28;
     Bytes packet(65536);

@@ -38,7 +38,7 @@ const std::map<std::string, std::string> kPeers{
 
 /// Where a peer and a participant of this side meet.
 enum class Where : std::uint8_t {
-  OnLo,        ///< On one machine, both told to use the loopback interface.
+  OnLo,        ///< On one machine, both configured to use the loopback interface.
   BesideALan,  ///< On one machine that has a LAN; the peer with nothing set, this side as a robot in mode `local`.
   OverACable,  ///< On two machines: network namespaces with a link between them; the peer with nothing set.
 };
@@ -105,7 +105,7 @@ Words words_of(const Sample& sample) {
   return words;
 }
 
-/// As a robot in mode `local` whose machine has a LAN: what it must be for peers with nothing set to see it.
+/// Returns a participant as a robot in mode `local` on a machine with a LAN has it: peers without any settings must see it.
 std::unique_ptr<Participant> at_home_beside_a_lan() {
   static const bool has_lan = test::add_lan("10.78.0.1");
   if (!has_lan) return nullptr;
@@ -169,7 +169,7 @@ class PeerTest : public ::testing::Test {
     EXPECT_TRUE(told.until([&] { return reader.matched_count() == writers; }));
     peer.go();
   }
-  /// Once it has found this side, which has found it: what is written before that may be lost.
+  /// Blocks until both sides have found each other. Messages written before that may be lost.
   static void meet(PeerProcess& peer) {
     peer.go();
     EXPECT_EQ(peer.line(), "met");
@@ -212,8 +212,9 @@ class EveryVendor : public PeerTest, public ::testing::WithParamInterface<Place>
 INSTANTIATE_TEST_SUITE_P(Peers, EveryVendor, ::testing::ValuesIn(every_place()),
                          [](const auto& place) { return name_of(place.param); });
 
-// Cyclone counts as history what the first heartbeat of a writer covers and what has not come by then; a volatile reader does not get
-// it, nor ask for it. Fast DDS sends that heartbeat every 100 ms, so it may cover the first messages (seen once in CI: all three of three).
+// Cyclone treats messages that a writer's first heartbeat covers, and that have not arrived by then, as history, which a volatile reader
+// neither gets nor requests. Fast DDS sends that heartbeat every 100 ms, so it may cover the first messages (seen once in CI: all three
+// of three).
 TEST_P(EveryVendor, is_received_when_it_publishes) {
   constexpr int kUntilAHeartbeat = 20, kThenEveryOne = 20;
   const auto reader = make_reader(test::string_topic("chatter", QoS(KeepAll{})));
@@ -389,7 +390,7 @@ TEST_F(PeerTest, that_has_stopped_reading_does_not_block_others) {
   constexpr int kMessages = 300;
   const sensor_msgs::msg::Image image = make_image(1 << 20, 0);
   for (int i = 0; i < kMessages; ++i) ASSERT_EQ(send_image(*writer, image), Writer::Sent::Yes) << i;
-  EXPECT_LE(writer->out_count(), 3U + 2U) << "the history, and what is being sent";
+  EXPECT_LE(writer->out_count(), 3U + 2U) << "the history, and messages being sent";
   EXPECT_EQ(witness->counters().received, static_cast<std::uint64_t>(kMessages));
   peer->go_on();
   EXPECT_THAT(peer->line(), StartsWith("image")) << "it goes on with what the history still has";

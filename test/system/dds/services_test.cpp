@@ -95,7 +95,7 @@ TEST_P(ServicePeer, that_dies_keeps_no_caller_waiting) {
   auto pending = calling.client->async_send_request(AddTwoInts::Request{});
   ASSERT_TRUE(here.bell.until([&] { return here.stats().calls == 1; }));
   peer->kill_hard();
-  EXPECT_EQ(calling.answer_to(std::move(pending)), nullptr) << "told when its lease has run out";
+  EXPECT_EQ(calling.answer_to(std::move(pending)), nullptr) << "the call fails when the lease has expired";
   EXPECT_FALSE(calling.client->service_is_ready());
 }
 

@@ -89,7 +89,7 @@ class Program:
 
 
 class WireTest(unittest.TestCase):
-    """Robot and laptop, and what is done to the wire between them."""
+    """Robot and laptop, and the wire between them, which tests can disturb."""
 
     @classmethod
     def setUpClass(cls):
@@ -129,7 +129,7 @@ class WireTest(unittest.TestCase):
             subprocess.run([*host.inside, "nft", "flush", "ruleset"], check=False, capture_output=True)
         subprocess.run([*self.here.inside, "tc", "qdisc", "del", "dev", "wire0", "root"], check=False, capture_output=True)
 
-    # --- who is on it ------------------------------------------------------------------------------------------------
+    # --- participants ------------------------------------------------------------------------------------------------
 
     def start_robot(self, *words):
         robot = Program(self.here, ROBOT, "--domain", 7, "--config", ROBOT_CONFIG, *words)
@@ -174,8 +174,8 @@ class WireTest(unittest.TestCase):
     # --- what must hold ----------------------------------------------------------------------------------------------
 
     def expect_local_rates(self, seconds, *measured):
-        """Within 1 % of what they are without a network, and two messages that begin and end of the time may cut off. Of
-        several times one: a busy machine may spoil the others."""
+        """Asserts rates within 1 % of those without a network, and two messages that the ends of the window may cut off. One of
+        several windows suffices: a busy machine may spoil the others."""
         for name, hz in STREAMS_HZ.items():
             best = min((here["streams"][name]["heard"] for here in measured), key=lambda heard: abs(heard - hz * seconds))
             self.assertAlmostEqual(best, hz * seconds, delta=2 + 0.01 * hz * seconds, msg=f"{name} here")
