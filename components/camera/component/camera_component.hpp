@@ -24,7 +24,7 @@ namespace nacelle::camera {
 ///
 /// Parameters have v4l2_camera's names (camera_options.hpp), one more per control of the device. on_configure opens the
 /// device and agrees on a format, on_activate streams: the thread "camera_rx" captures and publishes. A pulled cable
-/// ends nothing, and an absent device neither (DEVICE_LOST, an open fault): the thread waits for the device and goes on.
+/// or an absent device does not end it (DEVICE_LOST, an open fault): the thread waits for the device and continues.
 /// With output_encoding equal to what the camera sends, Image.data is the driver's buffer; its release hook is code of
 /// this library, which therefore stays loaded while such an image lives.
 /// Frame:   headers are in camera_frame_id, the optical frame.

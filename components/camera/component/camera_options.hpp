@@ -43,8 +43,8 @@ struct CameraSetup {
 
 /// Declares every parameter on the node. Errors: rclcpp's named exceptions.
 [[nodiscard]] CameraOptions declare_options(Node& node);
-/// Checks them all. Errors: the first Problem, naming parameter, value, what is allowed and the way out; `node` is who
-/// has it.
+/// Checks all options. Errors: the first Problem, with parameter, value, allowed values and the way out; `node` is the node
+/// of the options.
 [[nodiscard]] Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::string& node);
 
 }  // namespace nacelle::camera

@@ -128,7 +128,7 @@ bool CaptureLoop::bring_back() {
     opened = around_.port.start();
   }
   if (!opened) {
-    // Once per outage; the device's absence is what is being waited for.
+    // Once per outage: while the device is absent, every attempt fails.
     if (!said_why_) around_.logger.info("{}", opened.error().text());
     said_why_ = true;
     if (around_.watch != nullptr) around_.watch->lose(opened.error().what);

@@ -60,7 +60,7 @@ class CaptureLoop {
   CaptureLoop(Surroundings surroundings, Settings settings)
       : around_(std::move(surroundings)), settings_(std::move(settings)), backoff_(settings_.first_pause) {}
 
-  /// Opens the device and checks that its pictures can become what was asked for. Says the port's remarks.
+  /// Opens the device, checks that its frames can be converted to the requested encoding, and logs the port's remarks.
   [[nodiscard]] Result<void, Problem> open();
   /// Threads: any.
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }

@@ -33,7 +33,7 @@ class ImageMaker {
   /// Fills every field of the image but its header.
   [[nodiscard]] Outcome fill(const Frame& frame, sensor_msgs::msg::Image& image);
 
-  /// Memory for a port that fills what it is offered; empty for the others.
+  /// Returns memory of the image for a port that fills offered memory; empty for other ports.
   [[nodiscard]] ByteSpan room_in(sensor_msgs::msg::Image& image) const;
 
  private:

@@ -23,7 +23,7 @@ struct Pinhole {
 /// path.
 ///
 /// The picture is a function of the frame number alone. The disc faces the camera, so that it appears as a circle whose
-/// size tells its distance: a detector's answer can be compared with disc_position().
+/// size depends on its distance. A detector's result can be compared with disc_position().
 /// Threads:   const members from any thread.
 /// Allocates: the background once, in the constructor; render() nothing.
 class PatternScene {

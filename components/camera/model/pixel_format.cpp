@@ -9,7 +9,7 @@ namespace nacelle::camera {
 namespace {
 
 // Source: ros2/common_interfaces jazzy, sensor_msgs/image_encodings.hpp; linux/videodev2.h.
-// In the order of preference when a device does not offer what was asked for.
+// In the order of preference if a device does not offer the requested format.
 constexpr std::array<PixelFormat, 7> kFormats{{
     {kYuyv, "yuyv", 2},
     {kUyvy, "uyvy", 2},

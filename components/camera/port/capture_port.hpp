@@ -33,9 +33,9 @@ struct CaptureFormat {
   std::size_t frame_bytes = 0;        ///< Of a whole frame; the most that one takes if compressed.
   Duration frame_period{};            ///< Zero if the device does not say.
   bool fills_offered_memory = false;  ///< The port has no memory of its own: next() needs `offered`.
-  std::optional<Pinhole> lens;        ///< Of a drawn picture, whose lens is known.
+  std::optional<Pinhole> lens;        ///< Of a synthetic picture only.
   std::string camera_name;            ///< "hd_webcam": lower case, as in the names of calibration files.
-  std::vector<std::string> remarks;   ///< Where the device did not give what was asked for, in words.
+  std::vector<std::string> remarks;   ///< One sentence per setting in which the device deviates from the request.
 };
 
 /// One picture.
@@ -57,7 +57,7 @@ enum class CaptureFault : std::uint8_t {
 };
 [[nodiscard]] const char* to_text(CaptureFault fault);
 
-/// frames + damaged + torn is what the driver delivered; what it lost on the way is `lost`. Counts on across close().
+/// The driver delivered frames + damaged + torn; it lost `lost` frames itself. The counters survive close().
 struct CaptureStats {
   std::uint64_t frames{};           ///< Handed out.
   std::uint64_t lost{};             ///< Gaps in the driver's count.
@@ -93,7 +93,7 @@ class CapturePort {
   /// Errors: a Problem naming device, cause and way out.
   [[nodiscard]] virtual Result<CaptureFormat, Problem> open(const CaptureWish& wish) = 0;
   [[nodiscard]] virtual Result<void, Problem> start() = 0;
-  /// Waits for the next picture. `offered` is used only by ports whose format says so, and holds frame_bytes then.
+  /// Blocks until the next picture. Only ports with fills_offered_memory use `offered`, which must then hold frame_bytes.
   [[nodiscard]] virtual Result<Frame, CaptureFault> next(MonotonicTime deadline, ByteSpan offered) = 0;
   /// Makes a waiting next() return, or the next one if none waits.
   virtual void interrupt() noexcept = 0;

@@ -12,8 +12,8 @@ namespace nacelle::camera {
 
 /// A camera that needs no device: PatternScene at the wished rate, on the clock's monotonic time.
 ///
-/// It draws into the memory that next() is offered. Frame n is due at start + n periods, so that no delay adds up; who
-/// comes more than a period late finds frames lost, as with a real camera.
+/// It draws into the memory that next() is offered. Frame n is due at start + n periods, so that delays do not add up. A
+/// caller that is more than a period late loses frames, as with a real camera.
 /// Threads: as CapturePort. The clock outlives this object.
 class PatternSource final : public CapturePort {
  public:

@@ -13,7 +13,7 @@ struct v4l2_buffer;
 
 namespace nacelle::camera {
 
-/// A camera of the kernel: single-planar streaming with mapped buffers. USB cameras, and whatever else offers that.
+/// A camera of the kernel: single-planar streaming with mapped buffers. USB cameras and any other device with that interface.
 ///
 /// A frame is the driver's own buffer; nothing is copied. Three system calls a frame: poll, DQBUF, and the hook's QBUF.
 /// Threads: as CapturePort. The clock outlives this object.

@@ -25,7 +25,7 @@ namespace nacelle::camera {
 /// Threads: call() and hooks from any; the rest from the capturing thread.
 class V4l2Device final : public std::enable_shared_from_this<V4l2Device> {
  public:
-  /// Takes over the descriptor. The bell is rung when a buffer comes back to a device that had none.
+  /// Takes ownership of the descriptor. Rings the bell when a buffer returns to a device that had none.
   V4l2Device(std::shared_ptr<V4l2Calls> calls, int descriptor, std::shared_ptr<Bell> bell);
   V4l2Device(const V4l2Device&) = delete;
   V4l2Device& operator=(const V4l2Device&) = delete;
@@ -42,7 +42,7 @@ class V4l2Device final : public std::enable_shared_from_this<V4l2Device> {
     const char* step = nullptr;  ///< Null when all went well.
     int os_code = 0;
   };
-  /// Asks for `count` buffers, maps and queues what it gets, and starts the stream; once per object.
+  /// Requests `count` buffers, maps and queues those that it gets, and starts the stream. Once per object.
   [[nodiscard]] StartFault start(unsigned count);
   /// Ends the stream and closes the descriptor. Frames that are out stay readable.
   void shut();

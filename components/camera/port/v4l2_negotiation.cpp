@@ -83,7 +83,7 @@ void agree_on_rate(const V4l2Device& device, const CaptureWish& wish, CaptureFor
   if ((parameters.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) != 0 && wish.period_num != 0 &&
       wish.period_den != 0) {
     parameters.parm.capture.timeperframe = {wish.period_num, wish.period_den};
-    // Refused while another program streams, for example: the rate is then what it is.
+    // Refused while another program streams, for example. The rate then stays unchanged.
     static_cast<void>(device.call(VIDIOC_S_PARM, parameters));
   }
   const v4l2_fract period = parameters.parm.capture.timeperframe;

@@ -17,7 +17,7 @@ namespace nacelle::camera {
 /// has.
 ///
 /// Errors: not a capture device, driven by a media controller alone, or no format that the component can read; the
-///         Problem then lists what is there.
+///         Problem then lists the formats of the device.
 [[nodiscard]] Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const CaptureWish& wish);
 
 /// The device's controls that are numbers or switches.

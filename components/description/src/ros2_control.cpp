@@ -22,7 +22,7 @@ using tinyxml2::XMLElement;
 const std::vector<std::string> kTypes{"system", "actuator", "sensor"};
 const std::vector<std::string> kInterfaces{"position", "velocity", "acceleration", "effort",
                                            "torque",   "force",    "current",      "temperature"};
-// What may stand in what. Below the others nothing is looked at.
+// The known child elements of each element. Other elements are not checked below.
 const std::map<std::string_view, std::vector<std::string>> kTags{
     {"ros2_control", {"hardware", "joint", "sensor", "gpio", "transmission"}},
     {"hardware", {"plugin", "param", "group", "properties"}},

@@ -18,7 +18,7 @@ namespace nacelle::description {
 /// XML of a document that outlives the expansion.
 using Block = const tinyxml2::XMLElement*;
 
-/// Text that is evaluated when it is asked for, a value, or a block.
+/// Text that is evaluated on first use, a value, or a block.
 struct Property {
   std::string text;
   bool is_block = false;

@@ -151,7 +151,7 @@ Result<Value, std::string> Texts::value_named(std::string_view name, const Scope
   if (being_read_.size() > Trail::kMaxDepth) return err(std::string{"properties are nested too deeply"});
   if (++reads_ > kMaxReads) return err(std::string{"properties are read more than a million times"});
   being_read_.push_back(reading);
-  // Evaluated when it is asked for, with the names that it can see where it stands.
+  // Lazy evaluation, with the names of the scope that defines the property.
   Value value = evaluate_text(property.text, *owner);
   being_read_.pop_back();
   if (const auto* read = std::get_if<std::string>(&value)) return value_of(*read);

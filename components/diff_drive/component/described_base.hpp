@@ -17,7 +17,7 @@ struct DescribedBase {
   std::vector<Problem> warnings;
 };
 
-/// What the launch file has said itself, and the description need not.
+/// Names that the launch file gives, so that they need not be in the description.
 struct GivenNames {
   std::optional<std::vector<std::string>> left_wheels, right_wheels;
   bool hardware = false;
@@ -28,7 +28,7 @@ struct GivenNames {
 /// Pure.
 [[nodiscard]] DescribedBase described_base(const description::ControlDescription& description, const GivenNames& given);
 
-/// Declares robot_description, robot_description_file and xacro_arguments on the node and reads what they name.
+/// Declares robot_description, robot_description_file and xacro_arguments on the node and reads the description that they name.
 [[nodiscard]] DescribedBase read_described_base(Node& node);
 
 }  // namespace nacelle::diff_drive

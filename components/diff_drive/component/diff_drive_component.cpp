@@ -96,7 +96,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
     limited_velocity_ = create_publisher<geometry_msgs::msg::TwistStamped>("~/cmd_vel_out", QoS(kStateDepth));
   }
   diagnostics_ = create_publisher<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", QoS(kStateDepth));
-  // First of all subscriptions: where an activation brings what was said before it, a stop comes before any command.
+  // The first subscription: if activation delivers latched messages, a stop precedes any command.
   listen_for_emergency_stop();
   listen_for_guards();
   for (std::size_t i = 0; i < options_.locks.size(); ++i) listen_to_lock(i, options_.locks[i].topic);
@@ -170,9 +170,9 @@ void DiffDriveComponent::on_emergency_stop(const std_msgs::msg::Bool& stop, cons
   if (loop_) loop_->interrupt();
 }
 
-// A stop must take effect whatever its publisher's QoS (`ros2 topic pub` is volatile): a second subscription requests
-// nothing, and gets what the first one cannot. It only sets the stop; a releasing publisher must reach late joiners,
-// too.
+// A stop must take effect with any QoS of its publisher (`ros2 topic pub` is volatile). Therefore a second subscription requests
+// nothing, and also matches publishers that are incompatible with the first one. It only sets the stop: a releasing publisher must
+// reach late joiners, too.
 void DiffDriveComponent::listen_for_emergency_stop() {
   const QoS latched = QoS(KeepAll{}).reliable().transient_local();
   SubscriptionOptions first;

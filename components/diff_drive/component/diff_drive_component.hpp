@@ -21,12 +21,12 @@
 
 namespace nacelle::diff_drive {
 
-/// The base: takes commands (Twist or TwistStamped), drives two wheels, tells their states and the battery.
+/// The base: takes commands (Twist or TwistStamped), drives two wheels, publishes their states and the battery's.
 ///
-/// Commands come on cmd_vel, or on the topics of the parameters `topics`, of which the highest priority commands.
-/// `emergency_stop` (std_msgs/Bool, any publisher can set it, and a latched one release it) stops the wheels until it is released; with `emergency_stop_required` they also stand
-/// while no publisher of it shows life (liveliness manual_by_topic). While something keeps the base from
-/// following its commands, /diagnostics says what (design D7).
+/// Commands arrive on cmd_vel, or on the topics of the parameters `topics`, of which the one with the highest priority commands.
+/// `emergency_stop` (std_msgs/Bool; any publisher can set it, and a latched one release it) stops the wheels until it is released.
+/// With `emergency_stop_required` the wheels also stop while no publisher of it is alive (liveliness manual_by_topic).
+/// While anything keeps the base from following its commands, /diagnostics names it (design D7).
 ///
 /// configure opens the line and registers the stop frame with the container; activate stops the wheels and starts the
 /// control loop on its own thread "diff_drive_loop"; deactivate, cleanup, shutdown, errors and the destructor end the

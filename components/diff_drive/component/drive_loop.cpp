@@ -169,7 +169,7 @@ void DriveLoop::bring_board_back(MonotonicTime now) {
   }
   if (now < next_attempt_) return;
   next_attempt_ = now + backoff_.next();
-  // Its power may have gone and come behind a line that stayed: it has forgotten what it was asked for.
+  // The board may have lost power while the line stayed up, and with it its settings.
   if (const auto started = port_.start(); !started) line_fault_ = started.error();
 }
 

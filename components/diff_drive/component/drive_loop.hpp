@@ -13,7 +13,7 @@
 
 namespace nacelle::diff_drive {
 
-/// What the control loop tells. Threads: every call comes from the thread that runs the loop. Must not block or throw.
+/// Callbacks of the control loop. Threads: the one that runs the loop. Must not block or throw.
 class DriveObserver {
  public:
   DriveObserver() = default;

@@ -16,7 +16,7 @@
 
 namespace nacelle::diff_drive {
 
-/// Publishes what the loop tells: joint states, battery, the limited velocity, latencies.
+/// Publishes the results of the loop: joint states, battery, the limited velocity, latencies.
 ///
 /// Threads:   made on the executor, then the loop's; the publishers are the loop's as long as it runs.
 /// Allocates: nothing once each pooled message has been filled for the first time.

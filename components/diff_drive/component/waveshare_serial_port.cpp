@@ -98,14 +98,14 @@ Result<void, BaseFault> WaveshareSerialPort::send_speed(ByteView frame) {
   const bool is_late = waits && clock_.now() > gone_by_ + kTakenWithin;
   // A slow line is still at the last one: this one's turn is the next cycle, so that no queue grows.
   if (waits && !is_late && (!is_stop || is_stopped_)) return {};
-  // A pty does not say what waits in it. Before the first of several stops all of it goes.
+  // A pty does not report unsent bytes. Before the first of several stops, all of them are dropped.
   if (waits || (is_stop && !is_stopped_)) drop_unsent();
   const auto sent = send(frame);
   is_stopped_ = is_stop && sent;
   if (!sent) return sent;
   ++stats_.commands;
   if (!is_late) return {};
-  // The board, or the adapter, takes nothing: what was sent stands in the queue for as long as that lasts.
+  // The board, or the adapter, takes no bytes. Sent bytes stay in the queue meanwhile.
   ++stats_.stuck;
   return err(BaseFault::LineStuck);
 }
@@ -147,7 +147,7 @@ MonotonicTime WaveshareSerialPort::capture_time(MonotonicTime received_at, std::
 void WaveshareSerialPort::advance(const BaseFeedback& feedback, MonotonicTime captured_at) {
   const double elapsed_s = has_state_ ? to_seconds(captured_at - last_at_) : 0.0;
   if (!feedback.left_travel_m || !feedback.right_travel_m) {
-    // The oldest firmware tells speeds only.
+    // The oldest firmware sends speeds only.
     total_.left_m += feedback.left_mps * elapsed_s;
     total_.right_m += feedback.right_mps * elapsed_s;
     return;

@@ -22,7 +22,7 @@ class WaveshareSerialPort final : public BasePort {
   struct Settings {
     double wheel_radius_m = 0.033;                  ///< As configured in the board. Must be positive.
     std::chrono::milliseconds motor_watchdog{500};  ///< The board stops after this silence of ours; 0 leaves its 3 s.
-    /// How long a byte is on the line. The board looks at its wheels, then sends: a state is as old as its line is long
+    /// Transmission time of a byte. The board reads its wheels, then sends, so a state is as old as its line takes to transmit
     /// (16 ms at 115200 baud). Zero: states are stamped when they are read.
     Duration byte_time{};
   };
@@ -68,10 +68,10 @@ class WaveshareSerialPort final : public BasePort {
   WaveshareLineDecoder decoder_;
   bool line_torn_ = false;   // a command was sent in part: the next one must not continue it
   bool is_stopped_ = false;  // a stop was the last speed that was sent
-  MonotonicTime gone_by_{};  // what was sent has left the line by then, if the line takes anything
+  MonotonicTime gone_by_{};  // when all sent bytes have left the line, if it takes any
   bool has_state_ = false;
-  Travel board_;  // what the board said last
-  Travel total_;  // what it adds up to
+  Travel board_;  // as last reported by the board
+  Travel total_;  // accumulated
   MonotonicTime last_at_{};
   std::uint64_t told_bytes_ = 0;  // of all feedback lines so far
   Stats stats_;

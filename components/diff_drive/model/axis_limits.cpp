@@ -67,7 +67,7 @@ double limited_speed(const AxisLimits& limits, const AxisMemory& memory, double 
   }
   const SpeedChangeRange range = acceleration_range(limits, memory.last, dt_s);
   const double clamped = std::clamp(change, range.lowest, range.highest);
-  // An unlimited request is handed on as it is: last + (wanted - last) may differ from it by a rounding.
+  // An unlimited request is returned unchanged: last + (wanted - last) may differ from it by a rounding.
   const double speed = clamped == wanted - memory.last ? wanted : memory.last + clamped;
   return within_velocity(limits, speed);
 }

@@ -40,7 +40,7 @@ struct AxisMemory {
   double before_last = 0.0;
 };
 
-/// The speed that may follow when `wanted` is asked for, on this axis alone.
+/// Returns the limited speed for the request `wanted`, on this axis alone.
 ///
 /// Source: control_toolbox RateLimiter::limit: jerk, then acceleration, then velocity.
 /// Preconditions: resolved limits, finite speeds, dt_s > 0.

@@ -14,7 +14,7 @@ enum class RearmRule : std::uint8_t {
   Fresh,    ///< A command follows that came after the stop.
 };
 
-/// What holds the wheels still, whatever is commanded.
+/// Reasons that hold the wheels still against any command.
 enum class Hold : std::uint8_t {
   EmergencyStop = 1,  ///< Latched until it is released.
   LineLost = 2,       ///< The motor board cannot receive commands.
@@ -24,12 +24,12 @@ enum class Hold : std::uint8_t {
 
 /// Decides what the wheels should do now: which of several inputs commands them, and whether any may.
 ///
-/// An input is one topic. Of those whose newest command is not older than their timeout and that no lock blocks, the one of
-/// the highest priority commands; of equals the first. Without commands the base stands still.
+/// An input is one topic. Among inputs whose newest command is within its timeout and that no lock blocks, the one with the
+/// highest priority commands; among equals the first. Without commands the base stands still.
 ///
 /// A stop (activation, an input's timeout, a lock, a hold) disarms the inputs that it stops. A disarmed one commands nothing
 /// until it has been neutral: zero or silent for one timeout of its own (half a second where that is 0), refused commands
-/// counting as neither. Its next command of motion arms it again. What came before the end of a hold counts as old.
+/// counting as neither. Its next command of motion arms it again. Commands from before the end of a hold count as old.
 ///
 /// Source:  priorities, timeouts and locks are twist_mux's, except that priority 0 is an ordinary one here.
 /// Threads: belongs to the control loop. Allocates: nothing after it was made.
@@ -69,7 +69,7 @@ class CommandInput {
 
   explicit CommandInput(Settings settings);
 
-  /// Starts anew: what was received before `now` counts no more. Holds stay.
+  /// Starts anew: discards commands received before `now`. Holds stay.
   void arm(MonotonicTime now);
   void hold(Hold why);
   /// Ends a time in which no command was read: a stop. Earlier commands are discarded, and no input is known to be neutral.
@@ -78,10 +78,10 @@ class CommandInput {
   void release(Hold why, MonotonicTime now);
   /// Takes only the holds from the inbox. Returns true if one of them is new. take() includes this.
   bool take_holds(const CommandInbox& inbox);
-  /// Takes what has come. Call it once per cycle, before wanted(). Returns whether a command came into force that was not
-  /// before; `newest` is it then.
+  /// Takes all commands from the inbox. Call it once per cycle, before wanted(). Returns whether a new command came into force,
+  /// which `newest` then holds.
   bool take(CommandInbox& inbox, MonotonicTime now, DriveCommand& newest);
-  /// What is wanted at this time.
+  /// Returns the commanded motion at this time.
   [[nodiscard]] BodyTwist wanted(MonotonicTime now);
 
   [[nodiscard]] State state() const { return state_; }

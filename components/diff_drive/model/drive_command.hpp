@@ -9,7 +9,7 @@
 
 namespace nacelle::diff_drive {
 
-/// What a person or a planner asked for, as it reaches the control loop.
+/// A command of an operator or a planner, as it reaches the control loop.
 struct DriveCommand {
   BodyTwist wanted;
   MonotonicTime received_at{};   ///< When the callback saw it: ages count from here, the wall clock may step.

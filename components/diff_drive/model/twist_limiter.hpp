@@ -31,7 +31,7 @@ class TwistLimiter {
 
   /// The twist of this cycle. Preconditions: `wanted` is finite, dt_s > 0.
   BodyTwist limit(const BodyTwist& wanted, double dt_s);
-  /// The base stands still now, whatever was commanded before.
+  /// Resets the limiter: the base stands still now.
   void reset() { linear_ = angular_ = {}; }
   /// The last limited twist.
   [[nodiscard]] BodyTwist last() const { return {linear_.last, angular_.last}; }

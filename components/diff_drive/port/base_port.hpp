@@ -24,7 +24,7 @@ struct WheelState {
 /// Why the base could not be read or commanded.
 enum class BaseFault : std::uint8_t {
   LineLost,     ///< The other end is gone (pulled cable); only reopening may help.
-  LineStuck,    ///< The line took no bytes, or only a part, in time; the wheels still do what they did. Try again.
+  LineStuck,    ///< The line took no bytes, or only a part, in time. The wheels keep their motion. Try again.
   LineRefused,  ///< The kernel refused for another reason.
   NotSendable,  ///< The rates are not finite or above max_wheel_rate(): a bug of the caller. Nothing was sent.
 };
@@ -40,7 +40,7 @@ class WheelStateSink {
   virtual void on_wheel_state(const WheelState& state) = 0;
 };
 
-/// A base on two driven wheels, at whatever distance.
+/// A base on two driven wheels, local or behind a line.
 ///
 /// Threads:   one at a time; interrupt() from any.
 /// Allocates: nothing after it was made.
@@ -59,7 +59,7 @@ class BasePort {
   BasePort& operator=(const BasePort&) = delete;
   virtual ~BasePort() = default;
 
-  /// Stops the wheels, asks the board for what the driver needs, forgets what it said before.
+  /// Stops the wheels, requests the feedback that the driver needs, and discards earlier feedback.
   [[nodiscard]] virtual Result<void, BaseFault> start() = 0;
   /// Hands wheel states to the sink as they come; returns after the first ones, at the deadline, or on interrupt().
   /// Errors: LineLost, LineRefused.
@@ -77,7 +77,7 @@ class BasePort {
   /// Makes a waiting read_until() or rest_until() return at once; the next one waits again.
   virtual void interrupt() noexcept = 0;
 
-  /// rad/s that a command may ask of a wheel; infinity when the base has no limit of its own.
+  /// Returns the highest wheel speed that a command may request, in rad/s; infinity if the base has no limit of its own.
   [[nodiscard]] virtual double max_wheel_rate() const = 0;
   /// Bytes that stop the wheels when they are written to descriptor() (design D7); empty without a line.
   [[nodiscard]] virtual ByteView stop_frame() const = 0;

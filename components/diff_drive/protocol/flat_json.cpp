@@ -63,7 +63,7 @@ std::optional<std::string_view> FlatJsonReader::take_string() {
   for (std::size_t i = 0; i < rest_.size(); ++i) {
     if (static_cast<unsigned char>(rest_[i]) < 0x20) return std::nullopt;
     if (rest_[i] == '\\') {
-      ++i;  // whatever is escaped, it is not the end
+      ++i;  // an escaped character does not end the text
     } else if (rest_[i] == '"') {
       const std::string_view text = rest_.substr(0, i);
       rest_.remove_prefix(i + 1);

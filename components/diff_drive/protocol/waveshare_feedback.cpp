@@ -74,7 +74,7 @@ Result<BaseFeedback, LineFault> decode_base_feedback(std::string_view line) {
   feedback.voltage_v = times(raw.voltage, raw_integers ? 0.01 : 1.0);
   feedback.roll_rad = times(raw.roll_deg, kRadPerDeg);
   feedback.pitch_rad = times(raw.pitch_deg, kRadPerDeg);
-  // Without travel it is the oldest firmware, whose y is a coordinate of the arm.
+  // The oldest firmware has no travel, and its y is a coordinate of the arm.
   if (has_travel) feedback.yaw_rad = times(raw.yaw_deg, kRadPerDeg);
   if (!is_plausible(feedback)) return err(LineFault::Malformed);
   return feedback;

@@ -50,7 +50,7 @@ struct EkfOptions {
   /// The transform that the filter broadcasts: world -> base, or map -> odom when the world is the map.
   [[nodiscard]] const std::string& tf_parent() const { return world_frame; }
   [[nodiscard]] const std::string& tf_child() const { return corrects_odom() ? odom_frame : base_link_frame_output; }
-  /// The world is the map: what is broadcast is the odometry's error.
+  /// Returns true if the world is the map: the transform corrects the odometry's error.
   [[nodiscard]] bool corrects_odom() const { return world_frame == map_frame && map_frame != odom_frame; }
 };
 

@@ -166,7 +166,7 @@ void declare_ekf_parameters(Node& node) {
   node.declare_parameter("initial_estimate_covariance", std::vector<double>{},
                          say("15 numbers (diagonal), 225, or 36 (pose block)."));
   node.declare_parameter("initial_state", std::vector<double>{}, say("15 numbers; zeros unless set."));
-  // Known to robot_localization's files; only what they are by default is served, and said so when the node is configured.
+  // Parameters of robot_localization. Only the default is supported; another value is refused at configure.
   for (const char* name : {"smooth_lagged_data", "permit_corrected_publication", "reset_on_time_jump", "debug"}) {
     node.declare_parameter(name, false, say("Must be false; true is not supported."));
   }

@@ -121,7 +121,7 @@ Prepared Input::prepare(WallTime stamp, const PoseIn& in, Reading& out) {
   const Matrix6d covariance = matrix_of(in.pose->covariance);
   const PartSetup how = setup(p.mask, options_.pose_gate);
   if (options_.pose_use_child_frame && !in.child.empty()) {
-    // The message tells where its child is; where the base is follows from how the child sits on it.
+    // The message is the pose of its child. The base's pose follows from the child's mounting.
     const auto X_CB = transform(in.child, context_.options->base_link_frame, stamp);
     if (!X_CB) return err(X_CB.error());
     X_MB = X_MB * *X_CB;

@@ -36,9 +36,9 @@ class Input {
   void take(const geometry_msgs::msg::TwistWithCovarianceStamped& message);
   void take(const sensor_msgs::msg::Imu& message);
   /// Counts the gap before a message as lost. Call before take(), with the message's MessageInfo. The publishers of one
-  /// topic are told apart; of more than kMostWriters, a gap is detected only in those with the latest messages.
+  /// topic are distinguished. Of more than kMostWriters, gaps are detected only in those with the latest messages.
   void comes_from(std::uint64_t writer, std::uint64_t sequence);
-  /// Forgets what differential and relative poses refer to.
+  /// Forgets the reference of differential and relative poses.
   void forget();
   /// What is sent while nothing listens is no loss.
   void begin() { heard_ = {}; }

@@ -112,7 +112,7 @@ void Watch::look_at_stamps(const Input& input, const Input::Part& part, const Pa
   }
   if (!far && seen.behind) logger.info("{}: its stamps are up to date again", part.name);
   seen.behind = behind || (seen.behind && far);
-  // Without a fused one among them, look() has said so.
+  // If none of them was fused, look() has reported it.
   const std::uint64_t early = now.of(Rejection::Future) - seen.stats.of(Rejection::Future);
   const bool fused = now.fused > seen.stats.fused;
   if (early > 0 && fused && !seen.ahead)

@@ -12,12 +12,12 @@
 
 namespace nacelle::ekf {
 
-/// Says why a part of an input is not fused, once per cause, and when it is fused again; which input's stamps stand still,
-/// lag behind the clock or are ahead of it, once; and how many of its messages were lost, at most every ten seconds.
-/// Threads: one. Allocates: only when there is something to say.
+/// Logs why a part of an input is not fused, once per cause, and when it is fused again. Logs once which input's stamps stand still,
+/// lag behind the clock or are ahead of it. Logs how many of its messages were lost, at most every ten seconds.
+/// Threads: one. Allocates: only to log.
 class Watch {
  public:
-  /// `skews`: whose clocks differ, for complaints about stamps; null: unknown.
+  /// `skews`: machines whose clocks differ, for warnings about stamps; null: unknown.
   Watch(const std::vector<std::unique_ptr<Input>>& inputs, const Filter& filter,
         std::shared_ptr<const ClockSkews> skews = nullptr);
   /// Looks at what happened since the last look; call about once a second.

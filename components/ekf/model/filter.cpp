@@ -72,8 +72,8 @@ Duration Filter::slack_of_rates() const {
   return std::min(kUsualIntervals * longer, kMostSlack);
 }
 
-// The queue has reached its limit. What is due is fused now instead of at the step, in the same order, and nothing is lost;
-// if all of it waits for its time, what waits longest goes, so that one clock that is ahead does not stop the rest.
+// The queue has reached its limit. Due readings are fused now instead of at the step, in the same order, and none is lost. If none
+// is due, the one that has to wait longest is dropped, so that an input whose clock is ahead does not stop the others.
 bool Filter::make_place(Part& part, WallTime stamp, WallTime now) {
   if (queue_.oldest().stamp <= now) {
     fuse_oldest();
@@ -188,7 +188,7 @@ void Filter::process(const Measurement& measurement) {
   }
 }
 
-// The first measurement is believed as it is, and only in what it measures.
+// The first measurement initialises exactly the states that it measures.
 bool Filter::initialise_from(const Reading& reading) {
   Belief first = belief_;
   for (std::size_t k = 0; k < static_cast<std::size_t>(reading.rows); ++k) {
@@ -209,7 +209,7 @@ bool Filter::is_timed() const {
   return beat_ != MonotonicTime{} && last_beat_ != MonotonicTime{} && beat_ - last_beat_ <= kLongestPause;
 }
 
-// Since a step last moved or corrected the belief; if nothing tells, as long as that may take.
+// The time since a step last moved or corrected the belief. If it is unknown, the longest possible one.
 Duration Filter::passed() const {
   return is_timed() ? beat_ - last_beat_ : options_.sensor_timeout + 2 * options_.period;
 }

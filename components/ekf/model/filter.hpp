@@ -49,9 +49,9 @@ class Filter {
     settle(*place, prepared);
   }
 
-  /// Fuses what is due at `now`. A clock that was set back moves the filter's stamps with it, one that was set ahead does not
-  /// carry the robot away; the estimate holds in both cases. `beat` tells how much time has really passed since the last step;
-  /// zero: nothing does (simulated time), then only the rates tell a gap from a clock that was set.
+  /// Fuses the readings that are due at `now`. If the clock was set back, the filter's stamps follow; if it was set ahead, the robot is
+  /// not predicted onwards. The estimate holds in both cases. `beat` measures the real time since the last step. If it is zero
+  /// (simulated time), only the rates distinguish a gap from a clock that was set.
   void step(WallTime now, MonotonicTime beat = {});
 
   /// Resumes steps after a gap in which the robot's motion is unknown.

@@ -11,7 +11,7 @@ using spatial::wrap_to_pi;
 constexpr double kMaskLength = 1e-6;    // robot_localization: rows of a rotated mask shorter than this are off
 constexpr double kFlatVariance = 1e-6;  // robot_localization, forceTwoD
 
-// Three configured axes, seen from a turned frame: an axis is on if anything of a configured one falls on it.
+// Returns the mask of three axes in a rotated frame: an axis is set if a configured axis has a component along it.
 unsigned rotated_mask(const Eigen::Matrix3d& R, StateMask mask, int first) {
   unsigned on = 0;
   for (int i = 0; i < 3; ++i) {

@@ -23,7 +23,7 @@ inline constexpr StateMask kFlatStates =
 
 /// What a filter wants of one part of a message.
 struct PartSetup {
-  StateMask mask{};  ///< Of the states that the part tells.
+  StateMask mask{};  ///< Of the states that the part measures.
   double gate{std::numeric_limits<double>::infinity()};
   bool two_d{};  ///< Add z, roll, pitch, vz, vroll, vpitch, az = 0 +- 0.001 to every reading.
 };
@@ -47,7 +47,7 @@ struct Turning {
   Eigen::Vector3d w_B = Eigen::Vector3d::Zero();      ///< rad/s
   Eigen::Vector3d alpha_B = Eigen::Vector3d::Zero();  ///< rad/s^2
 };
-/// Acceleration of S along its axes; `gravity_S` is what it would read at rest and is subtracted (zero: keep it).
+/// Acceleration of S along its axes; `gravity_S` is its reading at rest, which is subtracted (zero: keep it).
 [[nodiscard]] Prepared prepare_acceleration(const Eigen::Vector3d& a_S, const Eigen::Matrix3d& covariance,
                                             const Eigen::Vector3d& gravity_S, const RigidTransform& X_BS,
                                             const Turning& turning, const PartSetup& setup, Reading& out);

@@ -36,7 +36,7 @@ inline constexpr std::array<std::string_view, kStates> kStateNames{
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 
-/// Which quantities a sensor tells, bit i for StateIndex i: the 15 booleans of a `_config` parameter.
+/// The quantities that a sensor measures, bit i for StateIndex i: the 15 booleans of a `_config` parameter.
 using StateMask = std::uint16_t;
 [[nodiscard]] constexpr StateMask mask_of(StateIndex i) { return static_cast<StateMask>(1U << i); }
 [[nodiscard]] constexpr bool has(StateMask mask, int i) { return ((static_cast<unsigned>(mask) >> i) & 1U) != 0; }

@@ -54,8 +54,8 @@ struct Updated {
 ///
 /// Cost:      about 5000 instructions for 3 rows, 13,000 for 12.
 /// Threads:   pure. Allocates: nothing.
-/// Source:    Kalman update with H a selection of rows, Joseph's form for what is not measured; the columns of what is are
-///            K R, which the same form gives without rounding. robot_localization, Ekf::correct.
+/// Source:    Kalman update with H a selection of rows. Joseph's form for unmeasured states; the columns of measured states are
+///            K R, which is the same form without rounding. robot_localization, Ekf::correct.
 [[nodiscard]] Result<Fused, UpdateFault> fuse(Belief& belief, const Reading& reading);
 [[nodiscard]] inline Result<Updated, UpdateFault> update(const Belief& prior, const Reading& reading) {
   Updated posterior{prior, {}};

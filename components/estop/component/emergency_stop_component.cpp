@@ -16,7 +16,7 @@ namespace {
 
 const std::vector<std::string> kLevels{"high", "low"};
 const std::vector<std::string> kBiases{"pull_up", "pull_down", "none"};
-// Changes wake the thread; this only bounds how long a change that the kernel did not tell could stay unseen.
+// Changes wake the thread. This only bounds how long a change that the kernel did not report can stay unseen.
 constexpr Duration kLookPeriod = 500ms;
 // The lifecycle gate opens just after on_activate(): a stop from before is published again until it gets through.
 constexpr Duration kSayAgain = 5ms;
@@ -139,7 +139,7 @@ CallbackReturn EmergencyStopComponent::on_configure(const State&) {
 
 CallbackReturn EmergencyStopComponent::on_activate(const State&) {
   if (!has_button_) return CallbackReturn::SUCCESS;
-  // Said here, so that the bring-up can name what is absent; the thread sets the stop.
+  // Reported here, so that the bring-up can name the absent device. The thread sets the stop.
   if (!button_) watch_->lose(kUnreadable);
   ended_ = false;
   looked_at_ns_ = steady_clock().now().nanoseconds();

@@ -55,7 +55,7 @@ class EmergencyStopComponent final : public LifecycleNode {
   void show_life();
   static PublishResult say(Publisher<Bool>& publisher, bool stop);
   void watch() noexcept;
-  /// Says what is wrong with the button, pauses, and opens it again. Returns false when the thread is to end.
+  /// Reports the fault of the button, pauses, and reopens it. Returns false when the thread has to end.
   [[nodiscard]] bool bring_back(Duration length);
   /// Returns false when the thread is to end.
   [[nodiscard]] bool pause(Duration length);

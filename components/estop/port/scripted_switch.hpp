@@ -8,7 +8,7 @@
 
 namespace nacelle::estop {
 
-/// A switch that a test presses. Waits last until it does something, whatever their deadline. Threads: any.
+/// A switch that a test presses. Waits ignore their deadline and last until the test acts. Threads: any.
 class ScriptedSwitch final : public SwitchPort {
  public:
   Result<bool, SwitchFault> is_pressed() override;

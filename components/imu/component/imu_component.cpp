@@ -81,7 +81,7 @@ CallbackReturn ImuComponent::on_configure(const State&) {
       steady_clock().now());
   stream_ = std::make_unique<ImuStream>(options_, steady_clock(), publishers_, get_logger(), *watch_);
   if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
-  // A look at the line a few times per limit is enough to tell silence in time.
+  // Checking the line a few times per limit detects silence in time.
   const Duration look = std::min<Duration>(options_.silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
       *line_, steady_clock(), *stream_,

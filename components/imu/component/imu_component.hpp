@@ -15,7 +15,7 @@ namespace nacelle::imu {
 ///
 /// configure opens the line, sets the device up and waits for a sample; activate waits until the gyro's bias is
 /// known, for which the robot must stand still; the thread "imu_rx" publishes. The bias is taken off both imu topics.
-/// A device that comes back is set up again; one that was absent at activation is calibrated before its samples are published.
+/// A device that returns is set up again; one that was absent at activation is calibrated before its samples are published.
 /// Errors: an open fault DEVICE_LOST while the device is absent or silent (0.5 s or three periods); with device_lost: fault the
 /// fault IMU_SILENT when no sample came for silence_limit.
 class ImuComponent final : public LifecycleNode {
@@ -45,7 +45,7 @@ class ImuComponent final : public LifecycleNode {
   ImuPublishers publishers_;
   ImuOptions options_;
   bool calibrated_ = false;
-  // In this order: the thread ends before what it reads from and writes to.
+  // In this order: the thread ends before the objects that it uses.
   std::unique_ptr<io::ByteStream> line_;
   std::unique_ptr<DeviceWatch> watch_;
   std::unique_ptr<ImuStream> stream_;

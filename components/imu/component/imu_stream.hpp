@@ -56,10 +56,10 @@ class ImuStream final : public io::ByteSink {
   void set_active(bool active) { active_.store(active, std::memory_order_relaxed); }
   /// Waits, by an event, for the first sample.
   [[nodiscard]] bool wait_for_sample(Duration limit);
-  /// Waits for a calibration at rest and takes its result. A robot that moves begins a new one again and again, so
-  /// the first moment of rest that is long enough counts. Errors: what was wrong with the last one before the limit.
+  /// Blocks until a calibration at rest is complete and returns its result. Motion restarts the calibration, so the first
+  /// sufficiently long rest counts. Errors: the fault of the last attempt before the limit.
   [[nodiscard]] Result<GyroBias, CalibrationFault> take_calibration(Duration limit);
-  /// The device is absent: what it sends later is published after a calibration at rest, and its open fault lasts until then.
+  /// For an absent device: its later samples are published after a calibration at rest, and its open fault lasts until then.
   void calibrate_later();
   [[nodiscard]] ImuCounters counters() const;
 

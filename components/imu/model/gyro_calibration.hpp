@@ -16,7 +16,7 @@ enum class CalibrationFault : std::uint8_t {
   Turning         ///< The readings are steady but too large for a bias: the robot turns evenly.
 };
 
-/// The mean angular velocity at rest: what the gyro tells when nothing turns.
+/// The mean angular velocity that the gyro reports at rest.
 struct GyroBias {
   Vector3 mean_rps{};
   double stddev_rps{};  ///< Largest of the three axes' standard deviations.

@@ -25,7 +25,7 @@ void Wt901Decoder::skip(std::size_t count) {
 
 bool Wt901Decoder::settle(Wt901Frame& frame) {
   for (;;) {
-    // To the next byte that may start a frame, as far as the bytes tell by now.
+    // Skip to the next byte that may start a frame, judging by the bytes so far.
     std::size_t start = 0;
     while (start < pending_ &&
            (window_[start] != kStartByte || (start + 1 < pending_ && (window_[start + 1] & 0xF0U) != 0x50U))) {
@@ -35,7 +35,7 @@ bool Wt901Decoder::settle(Wt901Frame& frame) {
     if (pending_ < kFrameBytes) return false;
     const auto sum = std::accumulate(window_.begin(), window_.begin() + kChecksum, 0U);
     if (static_cast<std::uint8_t>(sum) != window_[kChecksum]) {
-      // The real frame may begin inside this one: give up one byte only.
+      // The real frame may begin inside this one: drop one byte only.
       ++stats_.bad_checksums;
       skip(1);
       continue;

@@ -33,7 +33,7 @@ inline constexpr std::uint8_t kStartByte = 0x55;
 static_assert(kValues + 4 * sizeof(std::int16_t) == kChecksum && kChecksum + 1 == kFrameBytes);
 }  // namespace wt901_layout
 
-/// What a frame tells. Other types exist (clock, ports, pressure, GPS); they are frames without a use here.
+/// The types of frames. Other types exist (clock, ports, pressure, GPS); they are frames without a use here.
 enum class Wt901Type : std::uint8_t {
   Acceleration = 0x51,
   AngularVelocity = 0x52,

@@ -62,7 +62,7 @@ CallbackReturn LidarComponent::on_configure(const State&) {
   stream_ = std::make_unique<ScanStream>(*options, steady_clock(), publisher_, get_logger(), *watch_);
   const bool is_there = !line_->is_away();
   if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
-  // A look at the line a few times per limit is enough to tell silence in time.
+  // Checking the line a few times per limit detects silence in time.
   const Duration look = std::min<Duration>(options->silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
       *line_, steady_clock(), *stream_,

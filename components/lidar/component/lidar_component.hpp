@@ -40,7 +40,7 @@ class LidarComponent final : public LifecycleNode {
 
   OpenLine open_line_;
   std::shared_ptr<Publisher<sensor_msgs::msg::LaserScan>> publisher_;
-  // In this order: the thread ends before what it reads from and writes to.
+  // In this order: the thread ends before the objects that it uses.
   std::unique_ptr<io::ByteStream> line_;
   std::unique_ptr<DeviceWatch> watch_;
   std::unique_ptr<ScanStream> stream_;

@@ -16,7 +16,7 @@ constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
 ScanAssembler::ScanAssembler(const ScanOptions& options)
     : options_(options),
-      // Whole millimetres: 12 m as the device counts it is in range, whatever float makes of 12.0.
+      // Whole millimetres, so that 12 m as the device counts it is in range in spite of rounding.
       nearest_mm_(std::round(options.range_min_m * 1000.0)),
       farthest_mm_(std::round(options.range_max_m * 1000.0)) {
   NACELLE_EXPECT(options.points > 0, "a scan has rays");

@@ -39,8 +39,8 @@ struct Scan {
 class ScanAssembler {
  public:
   struct Stats {
-    std::uint64_t points{};         ///< Taken so far, in whatever turn.
-    std::uint64_t scans{};          ///< Turns that were handed out.
+    std::uint64_t points{};         ///< Taken so far, in all turns.
+    std::uint64_t scans{};          ///< Complete turns.
     std::uint64_t dropped_turns{};  ///< Turns with a gap of half a turn or more, and the one before the first angle 0.
   };
 

@@ -56,7 +56,7 @@ void Ld06Decoder::skip(std::size_t count) {
 
 bool Ld06Decoder::settle(Ld06Frame& frame) {
   for (;;) {
-    // To the next byte that may start a frame, as far as the bytes tell by now.
+    // Skip to the next byte that may start a frame, judging by the bytes so far.
     std::size_t start = 0;
     while (start < pending_ &&
            (window_[start] != kStartByte || (start + 1 < pending_ && window_[start + 1] != kSizeByte))) {
@@ -72,7 +72,7 @@ bool Ld06Decoder::settle(Ld06Frame& frame) {
       return true;
     }
     if (decoded.error() == Ld06Fault::ChecksumMismatch) {
-      // The real frame may begin inside this one: give up one byte only.
+      // The real frame may begin inside this one: drop one byte only.
       ++stats_.bad_checksums;
       skip(1);
     } else {

@@ -33,8 +33,8 @@ class Ld06Decoder {
     friend bool operator==(const Stats&, const Stats&) = default;
   };
 
-  /// Calls `on_frame(const Ld06Frame&, std::size_t bytes_after)` for each frame; bytes_after is how much of this
-  /// chunk came after the frame's last byte, from which the caller tells when the frame ended.
+  /// Calls `on_frame(const Ld06Frame&, std::size_t bytes_after)` for each frame; bytes_after is the number of
+  /// bytes of this chunk after the frame's last byte, from which the caller computes when the frame ended.
   template <typename Sink>
   void feed(ByteView bytes, Sink&& on_frame) {
     stats_.bytes += bytes.size();

@@ -41,7 +41,7 @@ struct StreamPlan {
 
 /// Reads an entry of the parameter `streams`: "/scan" for the robot's own topics, "/front/scan
 /// sensor_msgs/msg/LaserScan" for any other.
-/// Errors: an unknown type, or a topic whose type must be said; the way out names the nearest.
+/// Errors: an unknown type, or a topic that needs a type; the way out names the nearest.
 [[nodiscard]] Result<StreamPlan, Problem> plan_stream(std::string_view entry);
 
 }  // namespace nacelle::monitor

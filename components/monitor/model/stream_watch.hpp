@@ -20,7 +20,7 @@ struct Expectation {
   double tolerance = 0.1;  ///< Share of the rate that it may be off before it is a warning; half the rate is an error.
   Duration stale_after = 2s;  ///< Silence of a periodic stream.
   Duration most_age{};        ///< Age of a message that is a warning; zero: any.
-  bool periodic = true;       ///< False for commands and for what is sent once: their silence is no fault.
+  bool periodic = true;       ///< False for commands and latched messages: their silence is no fault.
 };
 
 /// What was seen since the last look, and what to think of it.

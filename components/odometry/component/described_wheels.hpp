@@ -10,7 +10,7 @@ namespace nacelle::odometry {
 /// What the robot description says of the wheels: defaults below the parameters that are given.
 struct DescribedWheels {
   OdometryOptions defaults;
-  std::vector<Problem> problems;  ///< The description cannot be read, or names wheels whose side is ambiguous.
+  std::vector<Problem> problems;  ///< The description cannot be read, or the side of a wheel is ambiguous.
 };
 
 /// Declares robot_description, robot_description_file and xacro_arguments on the node, and reads the wheels' names from the

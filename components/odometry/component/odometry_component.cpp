@@ -89,7 +89,7 @@ void OdometryComponent::take_wheels_of_base() {
   if (!base) return;
   options_.left_wheel_names = base->left_joints;
   options_.right_wheel_names = base->right_joints;
-  // A length comes with its corrections; a correction of its own corrects the base's length.
+  // A length of the base comes with the base's multiplier, unless the odometry has a multiplier of its own.
   const bool separation = !is_given("wheel_separation"), radius = !is_given("wheel_radius");
   if (separation) {
     options_.wheel_separation_m = base->separation_m;
@@ -174,7 +174,7 @@ void OdometryComponent::publish_odometry(const sensor_msgs::msg::JointState& joi
   twist.linear.x = speed_mps;
   twist.linear.y = twist.linear.z = twist.angular.x = twist.angular.y = 0.0;
   twist.angular.z = yaw_rate_rps;
-  // The same noise as the pose's: the variance of what was travelled in the window, by the window's square.
+  // The same noise as the pose's: the variance of the distance in the window, divided by the square of its duration.
   const double half_m = 0.5 * options_.separation_m() * yaw_rate_rps;
   const double window_s = velocity_->duration_s();
   const double left = options_.noise.k_left_m * std::abs(speed_mps - half_m) / window_s;

@@ -18,7 +18,7 @@ class PositionUnwrap {
   explicit PositionUnwrap(double declared_range_rad = 0.0)
       : range_rad_(declared_range_rad), is_declared_(declared_range_rad > 0.0) {}
 
-  /// The next position starts the differences; what is known of the circle stays.
+  /// The next position starts the differences anew. Knowledge of the circle is kept.
   void restart() { last_rad_.reset(); }
   /// The step since the last position, or nothing for the first one and after a jump. `most_rad` is the longest step that the wheel
   /// can have made, `expected_rad` the likely one; `is_measured` says that a measured speed stands behind it.

@@ -6,7 +6,7 @@
 
 namespace nacelle::odometry {
 
-/// The mean velocity over the last few steps: what was travelled in them by how long they took.
+/// The mean velocity over the last few steps: their distance divided by their duration.
 /// Threads: one. Allocates: in the constructor only.
 class VelocityWindow {
  public:

@@ -164,7 +164,7 @@ io::Descriptor start_ticks() {
 }
 
 constexpr std::size_t kTicks = 0, kSignals = 1, kStop = 2, kControl = 3,
-                      kFirstLine = 4;  // what is polled, in this order
+                      kFirstLine = 4;  // the polled descriptors, in this order
 
 /// The world between its lines and the clock.
 class Runner {
@@ -249,7 +249,7 @@ class Runner {
  private:
   [[nodiscard]] WorldReport::Line& count(Device device) { return report_.lines[static_cast<std::size_t>(device)]; }
 
-  /// Notices when the board's aim leaves zero, or comes back to it.
+  /// Records when the board's aim leaves zero, or returns to it.
   void note_aim() {
     const MotorBoard& board = world_.board();
     const bool turns = board.left_command_mps() != 0.0 || board.right_command_mps() != 0.0;

@@ -18,8 +18,8 @@ class PacedLine {
  public:
   explicit PacedLine(unsigned baud) : byte_time_(10'000'000'000LL / baud) {}
 
-  /// Queues bytes; the first leaves at `now`, or after what is queued already. What does not fit is lost and counted: a
-  /// device's transmit buffer is small, and a host that asks for echoes without end must not fill this one.
+  /// Queues bytes. The first leaves at `now`, or after those that are already queued. Bytes that do not fit are lost and counted:
+  /// a device's transmit buffer is small, and a host that requests endless echoes must not fill this one.
   void send(Duration now, ByteView bytes) {
     if (queue_.size() + bytes.size() > kLongestQueue) {
       lost_ += bytes.size();
@@ -31,7 +31,7 @@ class PacedLine {
   /// When the last queued byte has left.
   [[nodiscard]] Duration free_at() const { return free_at_; }
 
-  /// Calls `deliver(ByteView)` with what has left by now and was not delivered yet.
+  /// Calls `deliver(ByteView)` with the bytes that have left by now and were not delivered yet.
   template <typename Deliver>
   void release(Duration now, Deliver&& deliver) {
     std::size_t gone = queue_.size();

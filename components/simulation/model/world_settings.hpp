@@ -31,7 +31,7 @@ struct WorldErrors {
   double heading_error_deg = 1.0;  ///< Amplitude of the magnetic heading's error over one turn; drawn once per seed.
 };
 
-/// Everything that makes a world what it is.
+/// All settings of a world.
 struct WorldSettings {
   std::uint64_t seed = 1;
   RobotNominal robot{};

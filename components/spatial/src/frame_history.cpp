@@ -128,8 +128,8 @@ FrameHistory::Answer FrameHistory::at(std::int64_t stamp_ns, RigidTransform& X_P
       const std::uint64_t head = head_.load(kAcquire);
       std::uint64_t lowest = head;
       answer = search(stamp_ns, ring, head, X_PC, lowest);
-      // Index i shares its slot with i + mask + 1, which is written once head_ has reached that number. In another ring than
-      // the one that was current all the time, head_ may lie beyond what was written.
+      // Index i shares its slot with i + mask + 1, which is written once head_ has reached that number. If the
+      // ring was replaced meanwhile, head_ may lie beyond the written samples.
       clean = lowest + ring.mask >= head_.load(kAcquire) && ring_.load(kAcquire) == now;
     }
     if (clean && read_was_clean(epoch)) return answer;
@@ -252,7 +252,7 @@ void FrameHistory::grow_if_full(std::int64_t newest_ns, const Sizes& sizes) {
   auto larger = std::make_unique<Ring>(2 * (old.mask + 1));
   const View ring = view(*larger);
   for (std::uint64_t i = oldest; i < head; ++i) copy(ring[i], old[i]);
-  tail_.store(oldest, kRelease);  // what was there before is not in the larger one
+  tail_.store(oldest, kRelease);  // earlier samples are not in the larger ring
   larger->smaller = std::move(rings_);
   rings_ = std::move(larger);
   ring_.store(rings_.get(), kRelease);

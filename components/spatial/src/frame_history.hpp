@@ -19,10 +19,10 @@ struct TransformSample {
 /// The samples of one frame: a ring that one writer appends to and readers search without a lock.
 ///
 /// A sample that is newer than all others (nearly every one) is written beside the visible window and then published by
-/// moving head_: a reader is never disturbed, unless it looks at the very sample that is overwritten, which it notices
-/// afterwards and repeats. Anything else (late sample, new kind, clear) happens while epoch_ is odd; readers wait for it.
-/// A ring that would lose a sample that is still wanted is replaced by one of twice the size beside the readers, who notice that
-/// afterwards, too; the smaller ones stay until the end, in all less than the last.
+/// moving head_. A reader is disturbed only if it reads the very sample that is overwritten, which it detects
+/// afterwards, and repeats. All other changes (late sample, new kind, clear) are made while epoch_ is odd; readers wait for them.
+/// A ring that would lose a sample that is still needed is replaced by one of twice the size while readers continue; they detect
+/// that afterwards, too. The smaller rings are kept until the end; together they are smaller than the last.
 /// All shared fields are atomics, stored with release and loaded with acquire, so that the order holds without fences.
 class [[gnu::visibility("hidden")]] FrameHistory {
  public:
@@ -102,7 +102,7 @@ class [[gnu::visibility("hidden")]] FrameHistory {
     return epoch_.load(std::memory_order_acquire) == epoch;
   }
 
-  // ring_ is not null once kind_ has said Dynamic. A reader takes it before head_ and looks again at the end.
+  // ring_ is not null once kind_ is Dynamic. A reader loads it before head_ and checks it again at the end.
   std::unique_ptr<Ring> rings_;
   std::atomic<const Ring*> ring_{nullptr};
   Slot static_slot_;

@@ -91,8 +91,8 @@ Result<void, LookupFault> TransformBuffer::Impl::check(FrameId target, FrameId s
   return err(f);
 }
 
-// The usual question: a sensor below the base, whose chain holds one moving frame, or several with one stamp. Then the
-// newest samples are the answer, in one walk. False means: not so, ask the long way.
+// The fast path for the usual lookup: a sensor below the base, with one moving frame in its chain, or several with one stamp. Then
+// the newest samples are the result of one walk. Returns false if this does not apply.
 bool TransformBuffer::Impl::climb_newest(FrameId target, FrameId source, StampedTransform& out) const {
   std::uint32_t frame = source.value;
   std::int64_t stamp_ns = kNever;
@@ -149,7 +149,7 @@ Result<std::int64_t, LookupFault> TransformBuffer::Impl::latest_common(FrameId t
     frame = newest.parent;
   }
   if (count < kMarks) return err(fault(TransformError::Connectivity, target, source));
-  // An ancestor beyond the marks: the earliest stamp of both whole chains is common to whatever joins them.
+  // An ancestor beyond the marks: the earliest stamp of both whole chains is common to any frame that joins them.
   const std::int64_t both = std::min(source_ns, target_ns);
   return both == kNever ? 0 : both;
 }

@@ -52,7 +52,7 @@ TransformsComponent::TransformsComponent(const NodeOptions& options) : Lifecycle
   claim_frames();
 }
 
-// Here already, so that two owners of a frame are found before anything moves. What is wrong with the description is said
+// Called in the constructor, so that two owners of a frame are found before anything moves. Faults of the description are reported
 // when the node is configured.
 void TransformsComponent::claim_frames() {
   const auto options = read_transforms_parameters(*this);

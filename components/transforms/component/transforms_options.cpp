@@ -75,7 +75,7 @@ Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node) 
     if (!tree) return err(tree.error());
     options.tree = std::move(tree).value();
   }
-  // The description does not know of the prefix: its links get it whatever they are called, as robot_state_publisher's.
+  // The prefix is added to every link, as in robot_state_publisher, even to one that already begins with it.
   for (Joint& joint : options.tree.joints) {
     joint.parent.insert(0, options.frame_prefix);
     joint.child.insert(0, options.frame_prefix);

@@ -23,7 +23,7 @@ struct TransformsOptions {
 
 void declare_transforms_parameters(Node& node);
 /// Reads the parameters and the description they name.
-/// Errors: what is wrong in which parameter or file: not readable, no URDF, no transform, a frame with two parents.
+/// Errors: a Problem that names the parameter or file: not readable, no URDF, no transform, a frame with two parents.
 [[nodiscard]] Result<TransformsOptions, Problem> read_transforms_parameters(const Node& node);
 
 }  // namespace nacelle::transforms

@@ -24,7 +24,7 @@ JointTransforms::JointTransforms(const RobotTree& tree, const JointTransformsOpt
   std::sort(joints_.begin(), joints_.end(), [](const Joint& a, const Joint& b) { return a.name < b.name; });
   leaders_.resize(joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    // Through the chain to the joint that moves by itself; read_urdf() has seen that there is one.
+    // Follow the chain to the joint that moves by itself. read_urdf() ensures that there is one.
     double multiplier = 1.0, offset = 0.0;
     std::size_t at = i;
     for (std::size_t hops = 0; joints_[at].mimic && hops <= joints_.size(); ++hops) {
@@ -80,7 +80,7 @@ std::span<const JointTransforms::Moved> JointTransforms::update(WallTime stamp, 
       ++stats_.not_finite;
       continue;
     }
-    if (joints_[joint].mimic) continue;  // it follows its leader, whatever it says itself
+    if (joints_[joint].mimic) continue;  // it follows its leader; its own state is ignored
     any = true;
     // A joint twice in one message has had its turn.
     if (moved_.size() == moved_.capacity() || !is_due(leaders_[joint], stamp.nanoseconds())) continue;

@@ -13,7 +13,7 @@ namespace nacelle::transforms {
 
 struct JointTransformsOptions {
   double publish_frequency_hz = 30.0;  ///< At most this often per joint; 0 is never.
-  bool ignore_timestamp = false;       ///< Every joint state counts, whatever its stamp.
+  bool ignore_timestamp = false;       ///< Every joint state counts, with any stamp.
 };
 
 /// messages == used + mismatched + too_soon + empty.

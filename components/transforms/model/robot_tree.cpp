@@ -58,7 +58,7 @@ std::optional<JointKind> kind_of(int type) {
   }
 }
 
-// A mimic joint must reach a joint of its own in the end.
+// The chain of mimic joints must end at a joint that is none.
 std::optional<std::string> mimic_trouble(const RobotTree& tree) {
   std::map<std::string, const Joint*> by_name;
   for (const Joint& joint : tree.joints) by_name[joint.name] = &joint;

@@ -69,8 +69,8 @@ struct ControlDescription {
 /// Pure. Threads: any.
 [[nodiscard]] ControlDescription read_ros2_control(const RobotDescription& description);
 
-/// The driven wheels, left and right: continuous joints with a velocity command. The one of a positive y is on the left; where y does
-/// not tell, its name has to ("left", "right"). In the order in which the blocks name them.
+/// The driven wheels, left and right: continuous joints with a velocity command. A wheel with a positive y is on the left. If y is
+/// zero, its name must contain "left" or "right". In the order in which the blocks name them.
 struct Wheels {
   std::vector<std::string> left, right;
 };

@@ -12,7 +12,7 @@
 
 namespace nacelle::description {
 
-/// How a xacro file reaches what is outside it. Everything may be empty: then there is nothing.
+/// Access of a xacro file to other files, packages and arguments. Each member may be empty: then nothing is found.
 struct XacroEnvironment {
   /// The text of a file. Errors: why it cannot be read.
   std::function<Result<std::string, Problem>(const std::string& path)> read_file;

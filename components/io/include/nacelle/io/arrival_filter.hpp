@@ -10,13 +10,13 @@ namespace nacelle::io {
 
 /// Tells when a device that sends at a steady pace measured, from when its bytes came.
 ///
-/// A receive time is never too early but often too late: the reading thread had to wait for a processor. So the
-/// earliest times are believed: a sample is placed one device step after the one before, sooner if it came sooner,
-/// and later only by as much as two quartz clocks can differ. A lasting delay is believed after a while.
+/// A receive time is never too early but often too late, because the reading thread had to wait for a processor. Therefore the
+/// earliest times count: a sample is placed one device step after the one before, earlier if it arrived earlier, and later only
+/// by as much as two quartz clocks can differ. A lasting delay is accepted after a while.
 ///
-/// A sample that is very late comes after a gap, or is the first of a burst that waited for a thread that was away. The
-/// next one tells: in a burst it comes at once, and all of them keep their places; after a gap it comes one step later,
-/// and the gap is believed. The first one after a gap is so placed as if there were none.
+/// A very late sample follows a gap, or is the first of a burst that waited for a delayed thread. The next sample decides: in a
+/// burst it arrives at once, and all samples keep their places; after a gap it arrives one step later, and the gap is accepted.
+/// The first sample after a gap is therefore placed as if there were no gap.
 /// Threads: one. Allocates: nothing.
 class ArrivalFilter {
  public:

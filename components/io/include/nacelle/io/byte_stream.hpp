@@ -11,7 +11,7 @@
 
 namespace nacelle::io {
 
-/// Why a byte stream could not do what it was asked.
+/// Failures of byte streams.
 enum class StreamFault : std::uint8_t {
   HungUp,       ///< The other end is closed: a pulled cable, a closed pty. reopen() may restore it.
   ReadFailed,   ///< The kernel refused the read for another reason. reopen() may help.
@@ -39,7 +39,7 @@ class ByteStream {
   ///
   /// An empty view means the deadline or an interrupt. The view is valid until the next call of read_until() or
   /// reopen().
-  /// Errors: HungUp, ReadFailed. The stream stays as it is; reopen() tries to mend it.
+  /// Errors: HungUp, ReadFailed. The stream stays unchanged; reopen() tries to restore it.
   [[nodiscard]] virtual Result<ByteView, StreamFault> read_until(MonotonicTime deadline) = 0;
 
   /// Sends all bytes, or says why not.
@@ -48,7 +48,7 @@ class ByteStream {
 
   /// Bytes that were written and have not left; 0 where the kernel does not say (a pty).
   [[nodiscard]] virtual std::size_t unsent() const noexcept { return 0; }
-  /// Forgets what was written and has not left. A part may have left: what follows must not continue it.
+  /// Drops bytes that were written and have not left. A part of a frame may have left: the next write must not continue it.
   virtual void drop_unsent() noexcept {}
 
   /// Makes a waiting read_until() return an empty view at once; the next read waits again.

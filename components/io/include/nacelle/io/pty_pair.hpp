@@ -26,7 +26,7 @@ class PtyPair {
   /// Removes the link, if it is still this pty's.
   ~PtyPair();
 
-  /// Makes `link` point to the line, instead of whatever link was there; a file of another kind is not touched.
+  /// Makes `link` point to the line, replacing an existing link. A file of another kind is not touched.
   /// Errors: a Problem that names the link.
   [[nodiscard]] Result<void, Problem> link_as(const std::string& link);
 

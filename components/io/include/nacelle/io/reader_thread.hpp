@@ -26,13 +26,13 @@ class ByteSink {
   virtual void on_bytes(ByteView bytes, MonotonicTime received) = 0;
   /// A read ended at its deadline without a byte, or the line is still away: the place to notice silence.
   virtual void on_silence(MonotonicTime now) = 0;
-  /// The line broke. Comes once per break, before the first attempt to open it again.
+  /// The line broke. Called once per break, before the first attempt to reopen it.
   virtual void on_break(StreamFault fault, MonotonicTime now) = 0;
-  /// An attempt to open it again failed.
+  /// An attempt to reopen the line failed.
   virtual void on_refusal(StreamFault) {}
-  /// False while what comes is of no use, or nothing comes: the device may have lost its settings (Options::set_up).
+  /// Returns false while no usable data arrives: the device may have lost its settings (Options::set_up).
   [[nodiscard]] virtual bool hears() const { return true; }
-  /// The line is back; half a frame from before is not continued by what comes now.
+  /// The line is back. New bytes do not continue a half frame from before.
   virtual void on_return(MonotonicTime now) = 0;
 };
 

@@ -28,7 +28,7 @@ class ScriptedStream final : public ByteStream {
   /// What a read finds when the script is over.
   enum class AtEnd : std::uint8_t {
     Silence,  ///< Nothing comes: every read ends at its deadline.
-    Blocks,   ///< Reads wait for append() or interrupt(), whatever their deadline: for tests with a reading thread.
+    Blocks,   ///< Reads ignore their deadline and wait for append() or interrupt(): for tests with a reading thread.
     HangsUp   ///< The other end is closed.
   };
   using Wait = std::function<void(MonotonicTime until)>;
@@ -53,11 +53,11 @@ class ScriptedStream final : public ByteStream {
   void wait_until_read();
   /// Lets the next reopen() calls fail this often with NotFound.
   void refuse_reopen(std::size_t times);
-  /// Lets every write fail from now on; nothing means it succeeds again.
+  /// Makes every write fail from now on; std::nullopt makes writes succeed again.
   void fail_writes(std::optional<StreamFault> fault);
-  /// From now on what is written waits in the line's queue (unsent()); false lets it, and what follows, out.
+  /// If true, written bytes wait in the line's queue (unsent()) from now on. False sends them, and later ones at once.
   void hold_writes(bool hold);
-  /// Everything that was written so far, in order; without what waits or was dropped.
+  /// Returns all bytes written so far, in order, without waiting or dropped ones.
   [[nodiscard]] Bytes written() const;
   /// Answers a write: called with the bytes, returns what the device sends back at once. Set before reading starts.
   void answer_writes(std::function<Bytes(ByteView)> device);

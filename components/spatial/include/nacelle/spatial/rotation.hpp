@@ -68,7 +68,7 @@ struct RollPitchYaw {
 
 namespace detail {
 // sin(r a) / sin(a) as a series in c = cos(a) - 1; term i has (u r^2 - v) c with u = 1/(i (2i+1)), v = i/(2i+1).
-// Four terms: what is left out is below (|c|/2)^5, under 1e-16 for |c| < 1e-3.
+// Four terms: the remainder is below (|c|/2)^5, under 1e-16 for |c| < 1e-3.
 [[nodiscard]] inline double near_slerp_weight(double ratio, double c) {
   const double square = ratio * ratio;
   double sum = 1.0 + (square * (1.0 / 36.0) - 4.0 / 9.0) * c;

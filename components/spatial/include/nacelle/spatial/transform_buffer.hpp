@@ -95,12 +95,11 @@ class TransformBuffer {
   [[nodiscard]] Result<void, InsertFault> insert(std::string_view parent, std::string_view child, WallTime stamp,
                                                  const RigidTransform& X_PC, Permanence permanence,
                                                  std::uint64_t writer = 0);
-  /// Faults about time tell from now on if the last writer of the frame has another clock. Only the first
-  /// call counts.
+  /// From now on, faults about time mention if the clock of the frame's last writer differs. Only the first call counts.
   void explain_by(std::shared_ptr<const ClockSkews> skews);
 
-  /// X_TS at a time; time 0 means lookup_latest(), as in tf2. A frame seen from itself is where it is, even if nothing was
-  /// ever heard of it, at the time asked for (0: at its newest sample's).
+  /// X_TS at a time; time 0 means lookup_latest(), as in tf2. If target and source are the same frame, returns
+  /// the identity at the requested time (0: at the newest sample's), even if the frame is unknown.
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(FrameId target, FrameId source, WallTime at) const;
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, std::string_view source,
                                                              WallTime at) const;
@@ -109,14 +108,14 @@ class TransformBuffer {
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup_latest(std::string_view target,
                                                                     std::string_view source) const;
 
-  /// X_TS between two times, through a frame that stays where it is meanwhile: where the source was at source_time, seen from
-  /// where the target is at target_time. The answer's stamp is that of the target's part.
+  /// X_TS between two times, through a frame that is fixed meanwhile: the pose of the source at source_time, relative to the target
+  /// at target_time. The stamp of the result is that of the target's part.
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, WallTime target_time,
                                                              std::string_view source, WallTime source_time,
                                                              std::string_view fixed) const;
 
-  /// The same, but waits for what is not there yet, for at most so long; then the fault says what is missing. Blocks the
-  /// calling thread. One that feeds the buffer would wait for itself: its fault (`would_starve`) comes at once.
+  /// The same, but blocks the calling thread until the transform is available, at most for `timeout`; then the fault names what is
+  /// missing. A thread that feeds the buffer would wait for itself, so it gets the fault (`would_starve`) at once.
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, std::string_view source,
                                                              WallTime at, Duration timeout) const;
   [[nodiscard]] Result<StampedTransform, LookupFault> lookup(std::string_view target, WallTime target_time,
