@@ -14,9 +14,8 @@ namespace nacelle::answers {
 namespace {
 
 struct Clashes {
-  std::string within;  // pairs of this container that cannot talk
-  std::vector<std::string>
-      outside;  // with nodes of the network: whatever QoS they have keeps nothing from being loaded
+  std::string within;                // pairs of this container that cannot talk
+  std::vector<std::string> outside;  // with nodes of the network, which do not prevent loading
 };
 
 Clashes clashes_of(const runtime::Container& container, const std::string& node) {

@@ -78,7 +78,7 @@ CLI::Option* add(CLI::App& app, const Option& option) {
         } else {
           CLI::Option* const made = app.add_option(option.names, *target, option.what);
           if constexpr (std::is_same_v<Target, std::vector<std::string>*>) {
-            // One value an occurrence: what follows it may be a positional word.
+            // One value per occurrence: the next word may be positional.
             if (!option.is_positional())
               made->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
           }
@@ -115,7 +115,7 @@ void add_command(CLI::App& app, const Command& command, const Command*& chosen) 
     add_command(*app.add_subcommand(below.name(), below.what()), below, chosen);
 }
 
-// --- what was typed wrong ----------------------------------------------------------------------------------------------------
+// --- errors of the user ----------------------------------------------------------------------------------------------
 
 /// How far the words lead, and the word that leads nowhere from there.
 struct Way {

@@ -135,7 +135,7 @@ std::vector<Candidate> completions(const Command& root, std::vector<std::string>
   return all;
 }
 
-// The shells' part is small: they hand over the words, and get lines of "candidate<tab>what it is".
+// The shells' part is small: they pass the words, and get lines of "candidate<tab>description".
 
 const char* completion_script(const std::string& shell) {
   if (shell == "zsh") {
@@ -170,7 +170,7 @@ end
 complete -c nacelle -f -a '(__nacelle_complete)'
 )FISH";
   }
-  // bash breaks words at ':' and '=' too, and replaces only what follows the last of them.
+  // bash breaks words at ':' and '=' too, and replaces only the text after the last of them.
   return R"BASH(_nacelle() {
   local line=${COMP_LINE:0:COMP_POINT} words current before
   read -ra words <<<"$line"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `completion` and what it calls, and the man page: everything that is made of the tree of commands.
+// `completion`, the hidden command that its scripts call, and the man page: all that is generated from the tree of commands.
 #include <cstdio>
 #include <cstdlib>
 #include <memory>

@@ -98,7 +98,7 @@ int info(const ComponentWish& wish) {
   return component_info(wish.whom, wish.name, wish.as_json);
 }
 
-/// Needs no container: what is installed where launch files' plugins are looked for.
+/// Lists the components in the plugin search path of launch files. Needs no container.
 int types(const ComponentWish& wish) {
   const auto places = program_places();
   runtime::PluginIndex index{places.component_folders};

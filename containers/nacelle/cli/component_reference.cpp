@@ -37,7 +37,7 @@ int component_reference(const std::string& plugin, bool as_json) {
   const char* between = "";
   for (const auto& entry : wanted) {
     auto declared = reference::declarations_of(entry, places, clock);
-    if (!declared) {  // the others are printed all the same
+    if (!declared) {  // the others are printed nevertheless
       outcome = complain(declared.error());
     } else if (as_json) {
       rows.push_back(std::move(declared).value());

@@ -85,7 +85,7 @@ int tell(const EstopWish& wish, bool set, const std::string& topic) {
     if (!handle) return complain(handle.error());
     if (auto sent = client.value().publish(handle.value(), msgs::to_cdr(message)); !sent) return complain(sent.error());
   }
-  // A refusal comes as a fault; an answer to what was asked behind the messages says that they were taken.
+  // A refusal arrives as a fault. The reply to a request behind the messages shows that they were accepted.
   if (auto taken = client.value().stats(limit); !taken) return complain(taken.error());
   return print_stops(wish, set, listeners);
 }

@@ -42,7 +42,7 @@ int list(const InterfaceWish& wish) {
   return 0;
 }
 
-/// "std_msgs/msg/Bool" from "std_msgs/Bool", as topic and service commands take it too; what has no such type stays.
+/// "std_msgs/msg/Bool" from "std_msgs/Bool", as topic and service commands take it too. Other names are returned unchanged.
 std::string whole_name(msgs::TypeLibrary& library, const std::string& name) {
   const auto slash = name.find('/');
   if (slash == std::string::npos || slash != name.rfind('/')) return name;

@@ -62,7 +62,7 @@ Publishers publishers_of(const json& graph, const std::string& topic, const std:
   return found;
 }
 
-/// Why nothing comes, as far as the container can tell.
+/// Returns why no messages arrive, as far as the container knows.
 Problem why_silent(const Listening& wish, const std::string& topic, const Heard& heard) {
   // A container that is busy is not waited for: messages may come meanwhile.
   constexpr Duration kPatience = 500ms;
@@ -118,7 +118,7 @@ int listen(const Listening& wish, const std::function<bool(std::size_t, std::str
   const MonotonicTime silent_at = clock.now() + kSilence;
   bool looked = false;
   while (!stop.is_raised()) {
-    // First what is here already: a latched topic's message may have come in one piece with the reply, and be the last.
+    // First messages that are here already: a latched message may have arrived together with the reply, and be the last.
     std::vector<pollfd> waits{{stop.descriptor(), POLLIN, 0}};
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (const auto ended = take_all(all[i], i, stop, take)) return *ended;

@@ -65,7 +65,7 @@ void ControlServer::run() {
     waits.push_back({was_lost ? -1 : stop_event_.descriptor(), POLLIN, 0});
     waits.push_back({listens_ && !accept_again_ ? claim_.listening_descriptor() : -1, POLLIN, 0});
     for (const Client& client : clients_) {
-      // A slow client is only written to: what it asks for next stays in the kernel's buffer, and that is bounded.
+      // A slow client is only written to. Its next requests stay in the kernel's buffer, which is bounded.
       const int events =
           (client.connection->is_slow() ? 0 : POLLIN) | (client.connection->wants_to_write() ? POLLOUT : 0);
       waits.push_back({client.connection->descriptor(), static_cast<short>(events), 0});

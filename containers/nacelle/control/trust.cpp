@@ -37,7 +37,7 @@ std::optional<std::string> distrust_of_socket(const std::string& path, FolderKin
   struct stat seen {};
   if (::lstat(path.c_str(), &seen) != 0) return std::strerror(errno);
   if (!S_ISSOCK(seen.st_mode)) return "not a socket";
-  // Only root makes files in a folder of the system, for whatever user.
+  // Only root creates files in a system folder, for any user.
   if (kind == FolderKind::Private && !is_own_or_root(seen.st_uid)) return fmt::format("owned by user {}", seen.st_uid);
   // To connect is to write.
   if ((seen.st_mode & (kind == FolderKind::System ? 0002U : 0022U)) != 0) return "open to other users";

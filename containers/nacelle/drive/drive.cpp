@@ -300,7 +300,7 @@ class Run {
     }
     const bool failed = container_ && how_ended_ != "exited with 0";
     if (failed && !container_->complaints().empty()) {
-      // It said itself what is wrong, and the lost connection is a consequence. Verbose, its line stands above.
+      // The container has printed the cause, and the lost connection is a consequence. If verbose, its line stands above.
       if (!settings_.verbose) std::fputs(container_->complaints().c_str(), stderr);
       return 1;
     }

@@ -177,7 +177,7 @@ void IsolatedComponent::on_note(const std::string& note) {
       return;
     }
     if (said.contains("info")) info_ = info_from_json(said["info"]);
-    // An answer that comes after its question was given up tells the state, and nothing else.
+    // An answer to an abandoned question only updates the state.
     if (said.at("answer").get<std::uint64_t>() != next_call_) return;
     answer_ = std::make_unique<json>(said);
     answered_.notify_all();
@@ -208,7 +208,7 @@ void IsolatedComponent::on_end(const Problem& problem) {
   {
     const LockGuard lock(process_mutex_);
     if (!program_ || is_closing()) return;
-    // A process closes its sockets a moment before its end can be waited for. One that closed ours and goes on is of no use.
+    // A process closes its sockets a moment before its end can be waited for. A process that closed ours and continues is useless.
     if (program_->wait_for_end(1s, clock_)) {
       how = program_->ended();
     } else {
@@ -277,7 +277,7 @@ void IsolatedComponent::give_up_transitions_after(Duration limit) {
 }
 
 runtime::UnloadOutcome IsolatedComponent::unload() {
-  // The component puts its hardware to rest itself; whatever it answers, its process goes.
+  // The component stops its hardware itself. Its process ends after any answer.
   static_cast<void>(call({{"do", "unload"}}));
   end_process();
   return {true, {}};

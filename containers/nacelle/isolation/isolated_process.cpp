@@ -146,7 +146,7 @@ class IsolatedProcess {
     ::_exit(1);
   }
 
-  // On the link's thread, beside whatever the component is at: a stop does not wait for a transition to return.
+  // Runs on the link's thread, concurrently with the component: a stop does not wait for a transition to return.
   bool obeys_at_once(const std::string& note) const {
     const json order = parse_json_or_discard(note);
     if (!order.is_object() || !order.contains("do")) return false;

@@ -60,7 +60,7 @@ Result<process::ProgramSpec, Problem> program_spec_of(const launch::ProgramPlan&
   }
   if (plan.package == "nacelle" && plan.executable == "nacelle") {
     spec.path = own_program;
-    spec.arguments = plan.arguments;  // it is no node, whatever namespace it stands in
+    spec.arguments = plan.arguments;  // not a node, so its namespace does not matter
     const bool is_world = spec.arguments.size() >= 2 && spec.arguments[0] == "sim" && spec.arguments[1] == "world";
     if (is_world) {
       // The robot's devices exist once the world reports it.

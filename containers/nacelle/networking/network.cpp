@@ -36,7 +36,7 @@ std::vector<NetworkLink> with_an_ipv4_address(std::vector<NetworkLink> links) {
 #ifdef NACELLE_HAS_DDS
 namespace {
 
-/// Of the network itself; who has a graph to show says more.
+/// Options of the network itself. A caller with a graph adds to them.
 MirrorOptions options_of(const transport_dds::NetworkSettings& settings) {
   MirrorOptions options;
   options.domain_id = static_cast<std::uint32_t>(settings.domain);
@@ -59,7 +59,7 @@ auto begin_with(transport_dds::NetworkSettings& settings, MirrorOptions& options
     options.config = transport_dds::cyclone_config(settings);
     begun = begin(options);
   }
-  // Multicast needs no port of a number; only who asks by unicast does not find us then (ROS 2's range LOCALHOST, static peers).
+  // Multicast needs no numbered port. Only peers that ask by unicast do not find this process then (range LOCALHOST, static peers).
   if (settings.discovery != Reach::Unicast && failed_by(NetworkFault::NoParticipantIndex)) {
     options.config += ",<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>";
     begun = begin(options);

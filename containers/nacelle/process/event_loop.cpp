@@ -50,7 +50,7 @@ void EventLoop::list(Entry& entry) {
   entry.first = waits_.size();
   entry.is_listed = !entry.task.watch || attempt(entry.task.name.c_str(), [&] { entry.task.watch(waits_); });
   if (!entry.is_listed)
-    waits_.resize(entry.first);  // what it appended before it failed would wake the loop, and not be served
+    waits_.resize(entry.first);  // entries appended before the failure would wake the loop without being served
   entry.count = waits_.size() - entry.first;
   entry.due = entry.task.next_due ? entry.task.next_due() : std::nullopt;
 }

@@ -82,7 +82,7 @@ void check_components(Evidence& evidence) {
   for (const LoadedComponent& component : evidence.loaded) {
     check_parameters(component, evidence);
     check_package(component, evidence);
-    // A constructor that stumbles over a default in the place of a refused value would tell a consequence.
+    // A constructor that fails on a default in place of a refused value reports only a consequence.
     if (!component.failure || has_errors(component.faults)) continue;
     const Problem& failure = *component.failure;
     evidence.find(Rule::NotMade,

@@ -36,7 +36,7 @@ std::optional<T> value_of(const LoadedComponent& component, std::string_view par
   return std::nullopt;
 }
 
-/// A reader in the base's process takes what it was not given from the base.
+/// Returns whether the reader, in the base's process, takes the parameter from the base because it is not set.
 bool takes_from_base(const LoadedComponent& base, const LoadedComponent& reader, std::string_view parameter) {
   using launch::Isolation;
   if (reader.plan->isolate != Isolation::None || base.plan->isolate != Isolation::None) return false;

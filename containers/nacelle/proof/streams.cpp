@@ -8,7 +8,7 @@
 namespace nacelle::proof {
 namespace {
 
-/// The line of `qos:` that made this end what it is; else the component's.
+/// Returns the line of `qos:` that set this endpoint's QoS; otherwise the component's line.
 Place place_of_end(const launch::Plan& plan, const std::string& node, const std::string& topic, launch::Side side) {
   const launch::ComponentPlan* const component = plan.find(node);
   if (component == nullptr) return node;

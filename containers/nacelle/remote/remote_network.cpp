@@ -55,7 +55,7 @@ RemoteNetwork::RemoteNetwork(const RemoteOptions& options)
       clients_(node_, [this] { bell_.ring(); }) {}
 
 RemoteNetwork::~RemoteNetwork() {
-  // An end that goes is wound up by the network's thread: what it had to send is sent.
+  // The network's thread sends the remaining messages of an endpoint that ends.
   constexpr Duration kLastWords = 500ms;
   if (network_) {
     interrupts_.clear();

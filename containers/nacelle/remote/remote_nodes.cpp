@@ -124,7 +124,7 @@ desk::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
       {"request '" + verb + "'", "cannot be asked of remote nodes", "ask the container itself, without --remote"});
 }
 
-// --- what comes ------------------------------------------------------------------------------------------------------
+// --- receiving -------------------------------------------------------------------------------------------------------
 
 Result<const msgs::MessageType*, Problem> RemoteNodes::type_of(const TapWish& wish, const Ends& ends) {
   const auto first =
@@ -173,7 +173,7 @@ Result<std::unique_ptr<desk::TopicTap>, Problem> RemoteNodes::tap(const TapWish&
   return tap;
 }
 
-// --- what goes -------------------------------------------------------------------------------------------------------
+// --- sending ---------------------------------------------------------------------------------------------------------
 
 void RemoteNodes::take_frame(control::Connection& from, const control::Frame& frame) {
   using control::FrameKind;
@@ -218,7 +218,7 @@ Result<std::uint16_t, std::string> RemoteNodes::open_writer(control::NamePair na
   const bool settled = network_.find(is_settled);
   if (const auto problem = network_.problem_of(topic)) return err(problem->text());
   if (settled) {
-    constexpr Duration kSettling = 100ms;  // DDS does not tell when the other side has met us (docs/adr/0013)
+    constexpr Duration kSettling = 100ms;  // DDS does not report when the other side has matched (docs/adr/0013)
     static_cast<void>(network_.wait(clock().now() + kSettling, [] { return false; }));
   }
   writers_.push_back(std::move(made));

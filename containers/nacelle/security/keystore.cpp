@@ -27,7 +27,7 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, unreadable);
 }
 
-/// Writes files and notes what it did; after the first problem it does nothing more.
+/// Writes files and records each change. Does nothing after the first problem.
 class Maker {
  public:
   void folder(const fs::path& path, Secrecy secrecy = Secrecy::Public) {

@@ -57,7 +57,7 @@ Result<std::vector<const XMLElement*>, Problem> selected(const tinyxml2::XMLDocu
 
 Result<Document, Problem> load(const std::filesystem::path& file, int depth);
 
-/// Puts what it includes behind an element, and takes the element away.
+/// Replaces an include element with the elements that it includes.
 Result<void, Problem> replace(XMLElement& include, const std::filesystem::path& file, int depth) {
   const char *const href = include.Attribute("href"), *const pointer = include.Attribute("xpointer");
   if (href == nullptr)

@@ -59,7 +59,7 @@ Composition composition_of(answers::Robot& robot, const Supervision& supervision
     component.actuator = info.actuator || supervision.was_actuator(info.node);
     composition.components.push_back(std::move(component));
   }
-  // What was left out stays known, so that it can come back when it is loaded by hand and runs.
+  // Components that were left out stay recorded, so that a later restart restores them if they were loaded by hand meanwhile.
   for (const auto& component : left_out) {
     const auto same = [&](const ComposedComponent& other) {
       return other.plan.full_name() == component.plan.full_name();

@@ -194,7 +194,7 @@ launch::Plan resumed(launch::Plan plan, const Composition& composition, const st
       for (auto& condition : component.after) condition.when = launch::When::Active;
     }
   }
-  // No component waits for one that comes back below active and stays there.
+  // No component waits for one that is restored below active.
   std::set<std::string> below;
   for (const auto& component : components) {
     if (component.target != TargetState::Active) below.insert(component.full_name());

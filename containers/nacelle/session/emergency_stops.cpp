@@ -48,8 +48,8 @@ void EmergencyStops::Topic::hear_latched(const Block& block) {
   }
 }
 
-// Returns whether it is a stop, which counts however old it is, as for the base: after a release it is later than that, whatever its
-// clock says, so that the release does not undo it for a late joiner. A release has to be heard by late joiners, too.
+// Returns whether it is a stop. As for the base, a stop takes effect even if its stamp is older than the last release, so that the
+// release does not undo it for a late joiner. A release must reach late joiners, too.
 bool EmergencyStops::Topic::hear_passing(const Block& block) {
   if (!static_cast<const std_msgs::msg::Bool*>(block.message)->data) return false;
   is_set = true;

@@ -156,7 +156,7 @@ FaultHandling Supervision::handling_of(const runtime::ComponentInfo& info) const
 }
 
 void Supervision::on_fault(const runtime::ComponentInfo& info) {
-  // It may have been unloaded, or mended by hand, since.
+  // It may have been unloaded, or restarted by hand, since.
   const auto now = container().find(info.node);
   if (!now || now.value().fault.code.empty()) return;
   const FaultHandling handling = handling_of(now.value());
@@ -236,16 +236,16 @@ void Supervision::restart(const std::string& node) {
   run_.robot.composition_changed();
 }
 
-// Who moves the robot goes first, though it is in the middle of the order: a stop frame that was written from outside holds only
-// until the next command of a base that is still active.
+// Deactivates actuators first, though they are in the middle of the order: a stop frame written from outside holds only until the
+// next command of a base that is still active.
 void Supervision::stop_robot(const runtime::ComponentInfo& cause) {
   container().stop_what_moves();
-  // Nothing comes back by itself.
+  // No component restarts by itself.
   known_.lock()->restarts = {};
   patients_.clear();
   std::vector<runtime::ComponentInfo> order = container().list();
   std::erase_if(order, [](const auto& info) { return !info.managed || info.state != StateId::Active; });
-  // The last one that became active goes first.
+  // In reverse order of activation.
   const auto place = [this](const auto& info) {
     return std::ranges::find(active_order_, info.node) - active_order_.begin();
   };

@@ -32,7 +32,7 @@ void Session::take_down() {
   container_->write_safe_stops();
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);
-  // Components that were loaded by hand go first: the plan's cannot depend on them.
+  // Components that were loaded by hand are stopped first: those of the plan cannot depend on them.
   auto components = container_->list();
   for (const auto& info : reversed(components)) {
     if (plan_of(info.node) == nullptr && info.managed && info.state == StateId::Active) {

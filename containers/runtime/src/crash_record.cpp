@@ -261,7 +261,7 @@ void write_record(const Cause& cause, unsigned stops) noexcept {
 void stop_and_record(const Cause& cause) noexcept {
   const unsigned stops = write_all_safe_stops();
   // stderr may not be read, and a process stuck in write() would keep the motor board's watchdog satisfied, hence the
-  // alarm. It needs a thread that does not block it, whatever this one did before.
+  // alarm. It needs a thread that does not block it, as this one may.
   ::signal(SIGALRM, SIG_DFL);
   sigset_t alarm_only;
   sigemptyset(&alarm_only);

@@ -46,9 +46,8 @@ struct OpenImage {
   std::size_t uses = 0;
 };
 
-// For a path that it knows, dlopen returns the existing image, whatever file is there now. So a file that was replaced
-// while its old image is mapped is opened under another spelling of its path ("/dir/./x.so"), which also preserves
-// $ORIGIN.
+// For a known path, dlopen returns the existing image, even if the file has been replaced. Therefore a file that was replaced while
+// its old image is mapped is opened under another spelling of its path ("/dir/./x.so"), which also preserves $ORIGIN.
 class ImageRegistry {
  public:
   /// Returns the spelling to open the file with; release it with leave().

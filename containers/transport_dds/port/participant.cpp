@@ -96,8 +96,8 @@ Result<Entity, Problem> make_domain(const ParticipantOptions& options, const std
                      "take another domain"});
 }
 
-/// Peers that Cyclone cannot ask, of what it said when the domain was made: "add_peer_addresses: laptop: unknown address".
-/// It asks the resolver then, and not again.
+/// Returns the peers that Cyclone cannot contact, from its messages at the creation of the domain ("add_peer_addresses: laptop:
+/// unknown address"). It asks the resolver only then.
 std::vector<Problem> peers_not_asked(std::string_view said) {
   constexpr std::string_view kBegin = "add_peer_addresses: ";
   std::vector<Problem> found;

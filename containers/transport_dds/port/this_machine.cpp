@@ -116,8 +116,8 @@ void drain(const ddsi_domaingv& domain) {
   await([&] { return std::all_of(sockets.begin(), sockets.end(), is_empty); });
 }
 
-/// Until they have ended, and what they had to say has been said: both is done by other threads of Cyclone's. False: there
-/// is one yet.
+/// Blocks until other threads of Cyclone's have ended the participants and sent their last messages. Returns false if a participant
+/// is left.
 bool await_end_of_participants(ddsi_domaingv& domain) {
   const bool none_is_left = await([&] {
     ddsrt_mutex_lock(&domain.participant_set_lock);
@@ -125,8 +125,8 @@ bool await_end_of_participants(ddsi_domaingv& domain) {
     ddsrt_mutex_unlock(&domain.participant_set_lock);
     return none;
   });
-  // The thread that sends takes what is queued in turn, this call too, collects the messages in a datagram, sends that
-  // last of all, and is asleep then. It runs as long as its domain does, so that the call comes for certain.
+  // The sending thread handles queued events in order, this call included, collects the messages in a datagram, sends that
+  // last, and then sleeps. It runs as long as its domain, so the call is certain to happen.
   using Thread = decltype(::lookup_thread_state());
   std::atomic<Thread> sends{nullptr};
   qxev_nt_callback(
@@ -161,8 +161,8 @@ Result<void, Problem> keep_to_this_machine(int socket, const std::vector<std::ui
   const std::uint32_t network_order = htonl(lo);  // unlike other indices
   if (::setsockopt(socket, IPPROTO_IP, IP_UNICAST_IF, &network_order, sizeof network_order) != 0)
     return err(refused("no way but lo for unicasts"));
-  // Groups are joined on lo alone, since the kernel tells the LAN of each other. What a program of this machine sends to a
-  // group on the LAN's interface comes all the same, as that program has joined it there.
+  // Groups are joined on lo alone, since the kernel announces any other membership on the LAN. Messages that a program of this
+  // machine sends to a group on the LAN's interface arrive nevertheless, as that program has joined the group there.
   if (::setsockopt(socket, IPPROTO_IP, IP_MULTICAST_ALL, &all, sizeof all) != 0)
     return err(refused("no multicasts that others have joined"));
   auto program = from_this_machine(own);

@@ -68,14 +68,14 @@ DdsMirror::Impl::~Impl() {
   if (number != 0) graph.leave(number);
   services.reset();
   if (options.clock_skews) options.clock_skews->replace({});
-  // Before what they use, and without a word to a graph that may see each go.
+  // Before the objects that they use, and without notifying a graph of each end.
   stand_ins.clear();
   writers.clear();
   ending.clear();
   readers.clear();
 }
 
-// --- what others tell ------------------------------------------------------------------------------------------------
+// --- notifications ---------------------------------------------------------------------------------------------------
 
 template <typename F>
 void DdsMirror::Impl::note(F change) noexcept {
@@ -169,7 +169,7 @@ void DdsMirror::Impl::turn() {
       // Reset before reading: events that arrive meanwhile signal again.
       end.queued = false;
       const bool busy = is_busy(end);
-      // Cyclone answers no question about a writer that writes; the lane tells when it is done.
+      // Cyclone cannot be queried about a writer that is writing. The lane notifies when it is done.
       if (!end.at_lane && end.is_status_new.exchange(false)) look_at_status(end);
       if (!busy) send(end);
       count_overtaken(end);

@@ -12,8 +12,8 @@ namespace {
 constexpr int kMostRepliesAtOnce = 256;
 // The most unanswered calls of one client. Beyond it, the oldest calls get a notice that there will be no answer.
 constexpr std::size_t kMostWaitingCalls = 1000;
-// Both sides learn of each other apart. What a client sends before its server's side has met it is lost, and DDS does
-// not tell when it has: so the server is left that long. As with the other direction (kReplyPatience).
+// Both sides discover each other separately. A request that a client sends before the server's side has matched it is lost, and DDS
+// does not report when it has. Therefore requests wait this long. kReplyPatience does the same for replies.
 constexpr Duration kSettling = 100ms;
 
 }  // namespace

@@ -43,7 +43,7 @@ void MirrorLane::run() {
     working_ = true;
     lock.unlock();
     job();
-    job = nullptr;  // what it owned ends here too
+    job = nullptr;  // destroys what the job owns
     lock.lock();
     working_ = false;
   }

@@ -219,7 +219,7 @@ void DdsMirror::Impl::take_gone(std::uint64_t id) {
   if (use.writers.empty() && use.readers.empty()) topics.erase(topic);
 }
 
-// Sends what was published before its end, and of large messages those that get away in time.
+// Sends the messages published before its end; of large messages, as many as leave in time.
 void DdsMirror::Impl::wind_up(std::unique_ptr<LocalWriter> end) {
   const bool busy = is_busy(*end);
   if (!busy && clock.now() < end->gives_up_at) {

@@ -10,7 +10,7 @@ namespace {
 
 // After so many, others get their turn.
 constexpr int kMostSentAtOnce = 16, kMostReceivedAtOnce = 256;
-// More than one datagram: what a slow wire holds up, and then whatever comes behind it on the same thread.
+// More than one datagram: a slow network delays such a message, and all later ones on the same thread.
 constexpr std::size_t kLarge = std::size_t{16} << 10U;
 // For KEEP_ALL writers whose slowest reliable reader has not acknowledged enough.
 constexpr Duration kRetryAfter = 5ms;
@@ -170,8 +170,8 @@ DdsMirror::Impl::StandIn* DdsMirror::Impl::stand_in_of(const dds::Sample& sample
   return found == stand_ins.end() || !found->second.writer ? nullptr : &found->second;
 }
 
-// A message lies in the queues of all our readers as the same bytes: it is decoded once for those to whom it is the
-// same one.
+// All readers of this process have the same bytes of a message in their queues. It is decoded once for all readers that have
+// reached it.
 bool DdsMirror::Impl::receive(TopicUse& use) {
   for (int left = kMostReceivedAtOnce;; --left) {
     LocalReader* first = nullptr;

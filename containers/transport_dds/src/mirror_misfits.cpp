@@ -9,9 +9,9 @@
 namespace nacelle {
 namespace {
 
-// For what is announced behind an end: the name of its node (what is no node of ROS 2 has none), and the other ends of that.
+// For announcements that follow an endpoint's: the name of its node (only ROS 2 nodes have one), and the node's other endpoints.
 constexpr Duration kRestIsKnown = 1s;
-// A peer may announce what it likes.
+// A bound, since a peer may announce any number.
 constexpr std::size_t kMostNoted = 4096;
 
 template <typename End>
@@ -75,8 +75,8 @@ void DdsMirror::Impl::note_misfit(const EndpointInfo& ours, const dds::RemoteEnd
 
 // --- other types -----------------------------------------------------------------------------------------------------
 
-// Of an end without a stand-in: of the others the graph tells by itself. A node that reads both types misses nothing, as a base
-// that takes Twist and TwistStamped on one name.
+// For an endpoint without a stand-in: the graph reports the others itself. A node that reads both types misses nothing, such as a
+// base that takes Twist and TwistStamped on one name.
 std::vector<const EndpointInfo*> DdsMirror::Impl::those_with_other_types(const dds::RemoteEndpoint& end) const {
   std::vector<const EndpointInfo*> out;
   const auto use = topics.find(end.name);

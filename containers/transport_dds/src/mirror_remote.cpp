@@ -232,8 +232,8 @@ void DdsMirror::Impl::forget(const dds::Gid& gid) {
   for (const auto& [id, reader] : readers) reader->sequences.erase(gid);
 }
 
-// A writer may show life without a message, of which DDS tells only when it stops and when it begins again. As long as
-// it has not stopped, its stand-in shows it too.
+// A writer may assert its liveliness without a message. DDS reports only when that stops and when it resumes. As long as it has
+// not stopped, the stand-in asserts its own.
 MonotonicTime DdsMirror::Impl::show_life() {
   MonotonicTime due = kNeverExpires;
   for (const auto& gid : manual) {

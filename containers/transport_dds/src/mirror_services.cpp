@@ -25,7 +25,7 @@ std::string service_type_of(const ServiceEndInfo& info) {
 
 }  // namespace
 
-// --- what others tell ------------------------------------------------------------------------------------------------
+// --- notifications ---------------------------------------------------------------------------------------------------
 
 DdsMirror::Impl::Services::Services(DdsMirror::Impl& owner, ServiceGraph& of)
     : mirror(owner), graph(of), questions(std::make_unique<Questions>(*this)) {
@@ -254,7 +254,7 @@ void DdsMirror::Impl::Services::hide(const End& end) {
   mirror.hide(end.info.node, end.writer->gid(), true);
 }
 
-// --- whom they have met ----------------------------------------------------------------------------------------------
+// --- matched peers ---------------------------------------------------------------------------------------------------
 
 DdsMirror::Impl::Services::Peers DdsMirror::Impl::Services::peers_of(const End& end, bool are_writers) {
   const bool are_of_requests = are_writers == end.info.is_server;

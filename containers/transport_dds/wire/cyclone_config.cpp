@@ -29,7 +29,7 @@ std::string interfaces_of(const NetworkSettings& settings) {
 
 std::string general_of(const NetworkSettings& settings) {
   std::string general;
-  // To join a group on the LAN's interface is to tell the LAN; port/this_machine.cpp knows how to do without.
+  // Joining a group on the LAN's interface announces it to the LAN. port/this_machine.cpp does without.
   if (settings.discovery == Reach::ThisMachine)
     general += fmt::format("<MulticastRecvNetworkInterfaceAddresses>{}</MulticastRecvNetworkInterfaceAddresses>",
                            settings.interfaces.empty() ? "none" : "127.0.0.1");
@@ -50,7 +50,7 @@ std::string discovery_of(const NetworkSettings& settings) {
       fmt::format("<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>",
                   kMostParticipantIndex);
   // On this machine in both ways: with multicast, and as rmw_cyclonedds does for the range LOCALHOST, so that its tools
-  // see us though we have not been told how they look.
+  // find this process without knowing its settings.
   const bool asks_this_machine = settings.discovery == Reach::Unicast || settings.discovery == Reach::ThisMachine;
   std::string peers = asks_this_machine ? R"(<Peer address="localhost"/>)" : "";
   for (const auto& peer : settings.peers) peers += fmt::format(R"(<Peer address="{}"/>)", xml_escaped(peer));

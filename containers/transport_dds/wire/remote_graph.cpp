@@ -9,7 +9,7 @@
 namespace nacelle::transport_dds {
 namespace {
 
-// What is not ROS 2's name may be anything, and is shown all the same.
+// A name that is not ROS 2's may contain any bytes, and is shown nevertheless.
 std::string printable(std::string_view text) {
   std::string shown(text.substr(0, kMaxDdsNameBytes));
   std::replace_if(

@@ -48,7 +48,7 @@ int holder_of(const std::string& locks, unsigned long inode, unsigned device_maj
   std::string line;
   int by_inode = 0, matches = 0;
   while (std::getline(lines, line)) {
-    // "1: FLOCK  ADVISORY  WRITE 22384 fe:00:10952874 0 EOF"; who waits for a lock has "->" behind the number.
+    // "1: FLOCK  ADVISORY  WRITE 22384 fe:00:10952874 0 EOF". A process that waits for a lock has "->" behind the number.
     int pid = 0;
     unsigned major_number = 0, minor_number = 0;
     unsigned long file = 0;

@@ -18,8 +18,8 @@ namespace nacelle::transport_iceoryx {
 namespace {
 
 constexpr std::size_t kMostDepth = iox::build::IOX_MAX_CHUNKS_HELD_PER_SUBSCRIBER_SIMULTANEOUSLY;
-// iceoryx lets a reader hold 256 chunks. One is taken while the held ones are counted; and a component that hoards messages
-// shall not drain the daemon's pool: what is beyond the queue's depth and a few in callbacks is copied.
+// iceoryx lets a reader hold 256 chunks. One is taken while the held ones are counted. A component that hoards messages
+// must not drain the daemon's pool: messages beyond the queue's depth and a few in callbacks are copied.
 constexpr std::size_t kMostHeld = 240, kHeldBeyondDepth = 8;
 
 iox::capro::IdString_t id(std::string_view text) {

@@ -54,8 +54,8 @@ void ReadingThread::run() {
 
 void ReadingThread::look_at(std::size_t place) {
   std::atomic_bool& flag = condition_.m_activeNotifications[place];
-  // Cleared before the look: what comes during it sets the flag again. By exchange, which sees the last sender that has set it, and
-  // so that sender's chunk.
+  // Cleared before reading, so that a chunk that arrives meanwhile sets the flag again. The exchange synchronises with the last sender
+  // that has set it, and so with that sender's chunk.
   if (!flag.load(std::memory_order_relaxed) || !flag.exchange(false, std::memory_order_acq_rel)) return;
   std::shared_ptr<StreamReader> reader;
   {

@@ -17,7 +17,7 @@
 namespace nacelle {
 namespace {
 
-// Who sends, in the name of a carried stream: a container hands on what it got by the same carrier from elsewhere.
+// Identifies the sender in the name of a carried stream: a container forwards messages that it got by the same carrier from elsewhere.
 std::uint64_t new_token() {
   static std::atomic<std::uint32_t> links{0};
   return static_cast<std::uint64_t>(::getpid()) << 32U | ++links;
@@ -83,7 +83,7 @@ void Link::Impl::run() {
 bool Link::Impl::pump(bool readable) {
   const LockGuard lock(pumping);
   if (ended) return false;
-  // Before the look: what is noted during it wakes again.
+  // Cleared before events are taken, so that a later event wakes again.
   signalled = false;
   bool did = take_events();
   if (readable) did |= read_socket();
@@ -143,7 +143,7 @@ bool Link::Impl::flush() {
     const ssize_t n = ::send(socket, out.data() + out_sent, out.size() - out_sent, MSG_NOSIGNAL);
     if (n < 0) {
       if (errno == EINTR) continue;
-      // A peer that is gone is noticed when it is read: what it sent before is taken first.
+      // The end of a peer is handled when reading, after its last messages.
       if (errno != EAGAIN && errno != EWOULDBLOCK) {
         out.clear();
         out_sent = 0;

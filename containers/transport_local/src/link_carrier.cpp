@@ -125,7 +125,7 @@ bool Link::Impl::handle_carry(ByteView payload) {
 
 // --- the reader's side --------------------------------------------------------------------------------------------------
 
-// For those who pump: what the carrier's thread would bring in its time, now.
+// For callers that pump: delivers now what the carrier's thread would deliver later.
 bool Link::Impl::drain_carrier() {
   const LockGuard lock(pumping);
   const std::uint64_t before = arrived;

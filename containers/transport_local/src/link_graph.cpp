@@ -16,7 +16,7 @@ const std::atomic<bool> kClosed{false};
 
 }  // namespace
 
-// --- what this side's graph tells ---------------------------------------------------------------------------------------
+// --- notifications of this side's graph ------------------------------------------------------------------------------
 
 void Link::Impl::note(Event happened) noexcept {
   {
@@ -35,7 +35,7 @@ void Link::Impl::on_gate(std::uint64_t reader, bool open) noexcept {
 void Link::Impl::on_life(std::uint64_t writer) noexcept {
   {
     const LockGuard lock(noting);
-    // Many at once show what one shows.
+    // Several assertions in a row are merged into one.
     if (!events.empty() && events.back().kind == Event::Kind::Life && events.back().info.id == writer) return;
   }
   note({Event::Kind::Life, {.id = writer}});
@@ -101,7 +101,7 @@ void Link::Impl::take_gone(std::uint64_t id) {
   forget_if_unused(topic);
 }
 
-// --- what the peer tells ------------------------------------------------------------------------------------------------
+// --- frames of the peer ----------------------------------------------------------------------------------------------
 
 bool Link::Impl::handle_endpoint(const wire::LinkFrame& frame) {
   auto endpoint = wire::read_endpoint(frame);
@@ -134,7 +134,7 @@ void Link::Impl::handle_gone(std::uint64_t id) {
   if (found == remotes.end()) return;
   const std::string topic = found->second.info.spec.topic;
   std::erase(topics.at(topic).remotes, id);
-  if (found->second.arrival) found->second.arrival->reader->drain();  // what was sent before the end
+  if (found->second.arrival) found->second.arrival->reader->drain();  // messages sent before the end
   remotes.erase(found);
   forget_if_unused(topic);
 }
@@ -151,7 +151,7 @@ void Link::Impl::handle_gate(std::uint64_t id, bool open) {
   if (Outbox* const outbox = found->second.outbox.get(); outbox != nullptr) {
     if (open) outbox->reader->forget_seen();
     outbox->reader->set_enabled(open);
-    note_ready(*outbox);  // what it lost
+    note_ready(*outbox);  // to report its losses
   }
 }
 

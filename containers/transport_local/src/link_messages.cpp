@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages over the socket, what acknowledges them, and what was lost on the way.
+// Messages over the socket, their acknowledgements, and losses.
 #include <algorithm>
 
 #include "link_impl.hpp"
@@ -9,7 +9,7 @@
 namespace nacelle {
 namespace {
 
-// One message may wait for several readers: the oldest goes first, so that each gets its own in order.
+// One message may wait for several readers: the oldest is sent first, so that each reader gets its messages in order.
 bool is_older(const Block& a, const Block& b) {
   if (a.info.source_time != b.info.source_time) return a.info.source_time < b.info.source_time;
   if (a.info.writer_id != b.info.writer_id) return a.info.writer_id < b.info.writer_id;
@@ -54,7 +54,7 @@ bool Link::Impl::send_ready() {
     // Before the queue is read: a message that comes meanwhile is announced again.
     outbox.queued = false;
     send_topic(topics.at(found->second.info.spec.topic));
-    // Also one with nothing left: what it lost may not have been told.
+    // Also one with an empty queue: its losses may not have been reported.
     if (is_full() && !outbox.queued.exchange(true)) again.push_back(id);
   }
   ready_now.clear();
@@ -165,7 +165,7 @@ bool Link::Impl::tell_taken() {
   return !taken_now.empty();
 }
 
-// --- what comes ---------------------------------------------------------------------------------------------------------
+// --- receiving -------------------------------------------------------------------------------------------------------
 
 bool Link::Impl::handle_data(ByteView payload) {
   const auto data = wire::read_data(payload, targets);

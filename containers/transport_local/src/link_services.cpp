@@ -283,7 +283,7 @@ void Link::Impl::Services::handle_gone(std::uint64_t id) {
     hub->remove_stand_in(found->second.stand_in);
     stand_ins.erase(found->second.stand_in);
   }
-  // Calls that a server has taken are answered by the peer all the same. Those of a client have no caller any more.
+  // Calls that a server has taken are still answered by the peer. Those of a client have no caller any more.
   if (!found->second.info.is_server) std::erase_if(taken, [&](const auto& call) { return call.second.end == id; });
   ends.erase(found);
 }
