@@ -7,6 +7,7 @@
 
 #include "nacelle/base/log.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/runtime/plugin_fault.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "output.hpp"
 #include "program.hpp"
@@ -30,7 +31,7 @@ int component_reference(const std::string& plugin, bool as_json) {
     wanted.push_back(std::move(*found));
   } else {
     return complain({plugin, "there is no plugin " + plugin + " in " + join(places.component_folders, ":"),
-                     suggestion(plugin, index.class_names())});
+                     suggestion(plugin, index.class_names()), runtime::PluginFault::UnknownClass, plugin});
   }
   json rows = json::array();
   int outcome = kDone;

@@ -14,6 +14,7 @@
 #include "nacelle/launch/parameter_value.hpp"
 #include "nacelle/qos/text.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "nacelle/runtime/plugin_fault.hpp"
 
 namespace nacelle::reference {
 namespace {
@@ -177,7 +178,9 @@ Result<json, Problem> declarations_of(const runtime::PluginEntry& plugin, const 
   const auto library = runtime::PluginLibrary::open(plugin.file);
   if (!library) return err(library.error());
   const ComponentClass* const made_by = library.value()->find(plugin.class_name);
-  if (made_by == nullptr) return err(Problem{plugin.file, "holds no class " + plugin.class_name, "build it again"});
+  if (made_by == nullptr)
+    return err(Problem{Place(plugin.file, 0), "holds no class " + plugin.class_name, "build it again",
+                       runtime::PluginFault::ClassNotInLibrary, plugin.class_name});
   const ComponentAbout& about = made_by->about;
   told["plugin"] = plugin.class_name;
   told["package"] = plugin.package;

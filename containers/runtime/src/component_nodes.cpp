@@ -78,16 +78,15 @@ void Container::Impl::ComponentContext::reserve(const std::string& name) {
   constexpr const char* kAnotherName = "give this one another name";
   for (const auto& [id, other] : container_.foreign) {
     if (other->info().node != name) continue;
-    throw exceptions::InvalidNameError(
-        {"", fmt::format("a node {} runs in another process already (component {})", name, id), kAnotherName,
-         NameFault::Taken, name});
+    throw NameTaken({"", fmt::format("a node {} runs in another process already (component {})", name, id),
+                     kAnotherName, NameFault::Taken, name});
   }
   if (const auto [taken, is_new] = container_.names.emplace(name, &record_); !is_new) {
     const std::uint64_t id = taken->second->id;
-    throw exceptions::InvalidNameError({"",
-                                        id != 0 ? fmt::format("a node {} is loaded already (component {})", name, id)
-                                                : fmt::format("a node {} is being loaded just now", name),
-                                        kAnotherName, NameFault::Taken, name});
+    throw NameTaken({"",
+                     id != 0 ? fmt::format("a node {} is loaded already (component {})", name, id)
+                             : fmt::format("a node {} is being loaded just now", name),
+                     kAnotherName, NameFault::Taken, name});
   }
 }
 

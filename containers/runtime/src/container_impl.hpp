@@ -25,6 +25,11 @@
 
 namespace nacelle::runtime {
 
+/// Thrown to a constructor whose node's name is taken.
+struct NameTaken : exceptions::InvalidNameError {
+  using InvalidNameError::InvalidNameError;
+};
+
 /// A node of a component, and what its container offers on its behalf.
 struct NodeRecord {
   std::uint64_t id = 0;  // of the component, or a number of no component

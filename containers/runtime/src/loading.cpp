@@ -9,6 +9,7 @@
 #include "host.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/host/remap_notes.hpp"
+#include "nacelle/runtime/plugin_fault.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -31,19 +32,27 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
   record.busy_with = "its library's start-up code, which has not returned";
   auto library = PluginLibrary::open(record.file);
   if (!library) {
-    record.failure = Problem{"", library.error().where.text() + " " + library.error().what, library.error().way_out};
+    record.failure = Problem{"", library.error().where.text() + " " + library.error().what, library.error().way_out,
+                             library.error().code, library.error().value};
     return;
   }
   record.library = std::move(library).value();
   record.made_by = record.library->find(request.plugin);
   if (record.made_by == nullptr) {
-    record.failure = Problem{"", record.file + " holds no class " + request.plugin,
-                             "it holds " + join(record.library->class_names())};
+    record.failure =
+        Problem{"", record.file + " holds no class " + request.plugin,
+                "it holds " + join(record.library->class_names()), PluginFault::ClassNotInLibrary, request.plugin};
     return;
   }
   record.busy_with = "its constructor, which has not returned";
   Node* node = nullptr;
-  std::string failed, wrong_name;
+  std::string failed, value = request.plugin;
+  ProblemCode code = PluginFault::FailedConstructor;
+  const auto refuse_name = [&](const exceptions::InvalidNameError& e, NameFault fault) {
+    failed = e.what();
+    value = e.name;
+    code = fault;
+  };
   const RemapNotes remap_notes{request.remaps.size()};
   try {
     record.context = context_for(record, executor_for(record, request), uses_sim_time(request));
@@ -51,17 +60,16 @@ void Container::Impl::make(Record& record, const LoadRequest& request) {
     node_options.node_name(request.name).node_namespace(request.name_space).parameter_overrides(request.parameters);
     node_options.remap_rules(request.remaps).qos_overrides(request.qos).collect_parameter_faults(request.faults);
     node = record.made_by->create(node_options);
-  } catch (const exceptions::InvalidNameError& e) {
-    failed = e.what();
-    wrong_name = e.name;
+  } catch (const NameTaken& e) { refuse_name(e, NameFault::Taken); } catch (const exceptions::InvalidNameError& e) {
+    refuse_name(e, NameFault::Invalid);
   } catch (const std::exception& e) { failed = e.what(); } catch (...) {
     failed = "unknown exception";
   }
   record.used_remaps = remap_notes.used();
   if (node == nullptr || !record.runtime) {
     if (node != nullptr) record.made_by->destroy(node);
-    record.failure = Problem{
-        "", "its constructor failed: " + (failed.empty() ? "it made no node" : failed), "", {}, std::move(wrong_name)};
+    record.failure = Problem{"", "its constructor failed: " + (failed.empty() ? "it made no node" : failed), "",
+                             std::move(code), std::move(value)};
     return;
   }
   bool wanted = true;
@@ -230,15 +238,15 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
       return err(Problem{"component " + name->substr(0, kShown) + "...",
                          fmt::format("its {} has {} bytes; at most {} are allowed",
                                      name == &request.plugin ? "class name" : "name", name->size(), kMostBytes),
-                         ""});
+                         "", NameFault::Invalid, name->substr(0, kShown) + "..."});
   }
   const std::string where =
       request.name.empty() ? request.plugin : "component " + request.name + " (" + request.plugin + ")";
   const auto entry = impl_->index.find(request.plugin);
   if (!entry) {
-    return err(Problem{where,
-                       "there is no plugin " + request.plugin + " in " + join(impl_->options.component_path, ":"),
-                       suggestion(request.plugin, impl_->index.class_names())});
+    return err(
+        Problem{where, "there is no plugin " + request.plugin + " in " + join(impl_->options.component_path, ":"),
+                suggestion(request.plugin, impl_->index.class_names()), PluginFault::UnknownClass, request.plugin});
   }
   const auto record = std::make_shared<Record>();
   record->plugin = request.plugin;
@@ -251,14 +259,14 @@ Result<ComponentInfo, Problem> Container::load(const LoadRequest& request) {
         std::make_unique<Errand>("load", [impl = impl_.get(), record, request] { impl->make(*record, request); });
   } catch (const std::system_error& failure) {
     return err(Problem{where, std::string{"not loaded: cannot start a thread: "} + failure.what(),
-                       "raise `ulimit -u`, or TasksMax= of the service"});
+                       "raise `ulimit -u`, or TasksMax= of the service", PluginFault::NoThread, request.plugin});
   }
   if (!record->errand->wait(impl_->commons.clock, deadline)) {
     const std::string busy_with = record->busy_with.load();
     impl_->abandon(record);
-    return err(Problem{where,
-                       fmt::format("not loaded: {} within {:g} s", busy_with, to_seconds(impl_->transition_limit())),
-                       "the others continue; its library stays until it returns"});
+    return err(
+        Problem{where, fmt::format("not loaded: {} within {:g} s", busy_with, to_seconds(impl_->transition_limit())),
+                "the others continue; its library stays until it returns", PluginFault::TimedOut, request.plugin});
   }
   record->errand.reset();
   if (record->failure) {

@@ -78,7 +78,9 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
                                                std::function<void(Record&, NodeRecord&)> what) {
   // Under the lock, because an unload moves the runtime out.
   const LockGuard lock(mutex);
-  const auto [record, node] = find_node(id);
+  const Found found = find_node(id);
+  Record* const record = found.record;
+  NodeRecord* const node = found.node;
   if (record == nullptr)
     return err(Problem{"component " + std::to_string(id), "is not loaded", "see `nacelle component list`",
                        NameFault::Unknown, std::to_string(id)});
@@ -87,7 +89,8 @@ Result<void, Problem> Container::Impl::post_to(std::uint64_t id, const char* nam
                        "see `nacelle faults`"});
   }
   // By reference: a posted task runs, or is dropped, before the records are destroyed.
-  node->runtime->post(name, patience, [=, what = std::move(what)] { what(*record, *node); });
+  node->runtime->post(name, patience,
+                      [&owner = *record, &target = *node, what = std::move(what)] { what(owner, target); });
   return {};
 }
 

@@ -16,6 +16,7 @@
 
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/runtime/plugin_fault.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -54,15 +55,17 @@ class ImageRegistry {
   Result<std::string, Problem> enter(const std::string& file) {
     struct stat status {};
     if (::stat(file.c_str(), &status) != 0)
-      return err(Problem{file, std::string("cannot be read: ") + std::strerror(errno), "build or install it"});
+      return err(Problem{Place(file, 0), std::string("cannot be read: ") + std::strerror(errno), "build or install it",
+                         PluginFault::NoLibrary, file});
     const FileIdentity now{status.st_dev, status.st_ino, status.st_size, nanoseconds(status.st_mtim)};
     auto images = images_.lock();
     std::erase_if(*images, [](const OpenImage& i) { return i.uses == 0 && !PluginLibrary::is_mapped(i.image); });
     for (auto& open : *images) {
       if (!open.identity.is_same_file(now)) continue;
       if (!open.identity.is_same_content(now))
-        return err(Problem{file, "was overwritten while its code is loaded",
-                           "unload what uses it; install libraries as a new file (install, mv), not over the old one"});
+        return err(Problem{Place(file, 0), "was overwritten while its code is loaded",
+                           "unload what uses it; install libraries as a new file (install, mv), not over the old one",
+                           PluginFault::OverwrittenLibrary, file});
       ++open.uses;
       return open.image;
     }
@@ -114,10 +117,10 @@ std::string last_dl_error() {
 Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::string& file) {
   auto image = registry().enter(file);
   if (!image) return err(image.error());
-  const auto fail = [&](void* handle, std::string what, std::string way_out) {
+  const auto fail = [&](void* handle, PluginFault fault, std::string what, std::string way_out) {
     if (handle != nullptr) dlclose(handle);
     registry().leave(image.value());
-    return err(Problem{file, std::move(what), std::move(way_out)});
+    return err(Problem{Place(file, 0), std::move(what), std::move(way_out), fault, file});
   };
   void* const handle = dlopen(image.value().c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
@@ -125,7 +128,7 @@ Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::s
     // The library is fine: the process has no descriptors left.
     const bool is_our_lack =
         why.find(std::strerror(EMFILE)) != std::string::npos || why.find(std::strerror(ENFILE)) != std::string::npos;
-    return fail(nullptr, "cannot be loaded: " + why,
+    return fail(nullptr, is_our_lack ? PluginFault::TooManyFiles : PluginFault::NotLinked, "cannot be loaded: " + why,
                 is_our_lack
                     ? "raise `ulimit -n`, or LimitNOFILE= of the service"
                     : "build or install it for this version of Nacelle (`ldd -r " + file + "` shows what is missing)");
@@ -133,13 +136,14 @@ Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::s
   using Entry = const ComponentTable* (*)();
   const auto entry = reinterpret_cast<Entry>(dlsym(handle, kComponentEntry));
   if (entry == nullptr) {
-    return fail(handle, std::string("is not a component library: it has no symbol ") + kComponentEntry,
+    return fail(handle, PluginFault::NotAComponentLibrary,
+                std::string("is not a component library: it has no symbol ") + kComponentEntry,
                 "end one source file with NACELLE_REGISTER_COMPONENT(Class)");
   }
   const ComponentTable* const table = entry();
   if (table == nullptr || table->abi != kComponentAbi) {
     const std::string version = table == nullptr ? "none" : std::to_string(table->abi);
-    return fail(handle,
+    return fail(handle, PluginFault::OtherAbi,
                 "was built for component ABI " + version + ", this container has " + std::to_string(kComponentAbi),
                 "build it again");
   }

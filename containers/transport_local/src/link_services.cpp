@@ -27,6 +27,7 @@ void Link::Impl::Services::join() {
 }
 
 void Link::Impl::Services::end() {
+  assume_pumping();
   if (leaf != nullptr) leaf->leave(*this);
   if (hub != nullptr) hub->leave(*this);
   for (auto& [id, end] : ends) {
@@ -42,7 +43,7 @@ void Link::Impl::Services::end() {
     events.clear();
   }
   for (const NotedCall& call : unsent) call.call.asker.answer(nullptr);
-  for (const auto& [number, call] : sent) call.asker.answer(nullptr);
+  for (const auto& [id, call] : sent) call.asker.answer(nullptr);
   sent.clear();
   taken.clear();
   stand_ins.clear();
@@ -102,6 +103,7 @@ void Link::Impl::Services::push(std::int64_t sequence, std::unique_ptr<msgs::Any
 // --- to the peer --------------------------------------------------------------------------------------------------------
 
 bool Link::Impl::Services::take_events() {
+  assume_pumping();
   {
     const LockGuard lock(noting);
     std::swap(events, events_now);
@@ -136,6 +138,7 @@ void Link::Impl::Services::take_event(const Event& event) {
 }
 
 bool Link::Impl::Services::send() {
+  assume_pumping();
   bool did = false;
   for (;;) {
     std::optional<NotedCall> call;
@@ -213,6 +216,7 @@ void Link::Impl::Services::send_answer(const NotedAnswer& answer) {
 // --- from the peer ------------------------------------------------------------------------------------------------------
 
 bool Link::Impl::Services::handle(const wire::LinkFrame& frame) {
+  assume_pumping();
   using wire::LinkFrameKind;
   switch (frame.kind) {
     case LinkFrameKind::Service: return handle_service(frame.payload);

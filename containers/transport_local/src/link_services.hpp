@@ -64,7 +64,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
 
   void join();
   /// Removes the stand-ins, and tells every caller that waits that there will be no answer.
-  void end() NACELLE_REQUIRES(link.pumping);
+  void end();
 
   // ServiceListener
   void on_made(const ServiceEndInfo& end) noexcept override;
@@ -72,14 +72,19 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   void on_ready(std::uint64_t id, bool ready) noexcept override;
 
   /// Announces what has changed. Returns true if there was something.
-  bool take_events() NACELLE_REQUIRES(link.pumping);
+  bool take_events();
   /// Sends what waits, as long as the socket has room. Returns true if there was something.
-  bool send() NACELLE_REQUIRES(link.pumping);
-  [[nodiscard]] bool is_held_back() const NACELLE_REQUIRES(link.pumping) { return held_back; }
+  bool send();
+  [[nodiscard]] bool is_held_back() const {
+    assume_pumping();
+    return held_back;
+  }
   /// Returns false for a frame that breaks the protocol.
-  [[nodiscard]] bool handle(const wire::LinkFrame& frame) NACELLE_REQUIRES(link.pumping);
+  [[nodiscard]] bool handle(const wire::LinkFrame& frame);
 
  private:
+  /// Every caller of the members above, whose lock it is by another name, holds it.
+  void assume_pumping() const NACELLE_ASSERTS_HELD(link.pumping) {}
   void push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) override;
   void note(Event event) noexcept;
   void take_event(const Event& event) NACELLE_REQUIRES(link.pumping);

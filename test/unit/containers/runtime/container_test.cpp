@@ -11,10 +11,14 @@
 #include <semaphore>
 
 #include "container_fixture.hpp"
+#include "nacelle/base/name_fault.hpp"
+#include "nacelle/runtime/plugin_fault.hpp"
 
 namespace nacelle::runtime {
 namespace {
 
+using ::testing::AnyOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 TEST_F(ContainerTest, loads_each_class_of_a_library_with_several) {
@@ -237,17 +241,19 @@ TEST_F(ContainerTest, an_exception_in_a_transition_is_an_error_with_its_text) {
 struct BadLoad {
   const char* plugin;
   std::map<std::string, ParameterValue> parameters;
+  PluginFault fault;
   const char* says;
 };
 
-TEST_F(ContainerTest, whatever_cannot_be_loaded_is_named_and_leaves_nothing) {
+TEST_F(ContainerTest, a_component_that_cannot_be_loaded_is_named_and_leaves_nothing) {
   const BadLoad cases[] = {
-      {"nacelle::test::Thrower", {}, "no such calibration file: /nowhere"},
-      {"nacelle::test::WrongAbi", {}, "component ABI"},
-      {"nacelle::test::Talkre", {}, "did you mean 'nacelle::test::Talker'?"},
-      {"nacelle::test::Talker", {{"rate", 0.5}}, "0.5 is not in 1 to 1000"},
+      {"nacelle::test::Thrower", {}, PluginFault::FailedConstructor, "no such calibration file: /nowhere"},
+      {"nacelle::test::WrongAbi", {}, PluginFault::OtherAbi, " was built for component ABI "},
+      {"nacelle::test::Talkre", {}, PluginFault::UnknownClass, "did you mean 'nacelle::test::Talker'?"},
+      {"nacelle::test::Talker", {{"rate", 0.5}}, PluginFault::FailedConstructor, "0.5 is not in 1 to 1000"},
       {"nacelle::test::Talker",
        {{"rate", std::string("fast")}},
+       PluginFault::FailedConstructor,
        "parameter 'rate' is double but was given string (fast)"},
   };
   for (const auto& bad : cases) {
@@ -256,6 +262,9 @@ TEST_F(ContainerTest, whatever_cannot_be_loaded_is_named_and_leaves_nothing) {
     request.parameters = bad.parameters;
     const auto loaded = container.load(request);
     ASSERT_FALSE(loaded) << bad.plugin;
+    EXPECT_EQ(loaded.error().code, bad.fault) << bad.plugin;
+    EXPECT_EQ(loaded.error().where, Place(bad.plugin));
+    EXPECT_THAT(loaded.error().value, AnyOf(bad.plugin, EndsWith("/nacelle_test_wrong_abi.so")));
     EXPECT_THAT(loaded.error().text(), HasSubstr(bad.says));
   }
   EXPECT_TRUE(container.list().empty());
@@ -268,7 +277,27 @@ TEST_F(ContainerTest, a_name_that_is_taken_is_refused) {
   request.plugin = "nacelle::test::Talker";
   const auto again = container.load(request);
   ASSERT_FALSE(again);
-  EXPECT_THAT(again.error().text(), HasSubstr("/talker is loaded already"));
+  EXPECT_EQ(again.error().code, NameFault::Taken);
+  EXPECT_EQ(again.error().value, "/talker");
+  EXPECT_EQ(container.list().size(), 1U);
+}
+
+TEST_F(ContainerTest, a_name_that_no_node_may_have_is_refused) {
+  LoadRequest request;
+  request.plugin = "nacelle::test::Talker";
+  request.name = "4 talkers";
+  const auto malformed = container.load(request);
+  ASSERT_FALSE(malformed);
+  EXPECT_EQ(malformed.error().code, NameFault::Invalid);
+  EXPECT_EQ(malformed.error().value, "4 talkers");
+
+  request.name = std::string(256, 'x');
+  const auto too_long = container.load(request);
+  ASSERT_FALSE(too_long);
+  EXPECT_EQ(too_long.error().code, NameFault::Invalid);
+  EXPECT_EQ(too_long.error().value, std::string(60, 'x') + "...");
+  EXPECT_EQ(too_long.error().what, "its name has 256 bytes; at most 255 are allowed");
+  EXPECT_TRUE(container.list().empty());
 }
 
 TEST_F(ContainerTest, remaps_and_namespaces_move_topics) {

@@ -2,6 +2,7 @@
 // Loading and unloading where it is not simple: many at once, held messages, new files, code that does not return.
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,7 +21,10 @@
 
 #include "asking.hpp"
 #include "container_fixture.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/runtime/composition_host.hpp"
+#include "nacelle/runtime/plugin_fault.hpp"
+#include "nacelle/runtime/plugin_library.hpp"
 #include "support/manual_clock.hpp"
 #include "support/places.hpp"
 
@@ -32,8 +36,10 @@ using nacelle_interfaces::srv::GetComponents;
 using nacelle_interfaces::srv::GetEmergencyStops;
 using nacelle_interfaces::srv::LoadComponent;
 using nacelle_interfaces::srv::UnloadComponent;
+using ::testing::AllOf;
 using ::testing::AnyOf;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -92,7 +98,9 @@ TEST_F(LoadingTest, of_eight_loads_of_one_name_exactly_one_wins) {
     if (loaded) {
       ++winners;
     } else {
-      EXPECT_THAT(loaded.error().text(),
+      EXPECT_EQ(loaded.error().code, NameFault::Taken);
+      EXPECT_EQ(loaded.error().value, "/listener");
+      EXPECT_THAT(loaded.error().what,
                   AnyOf(HasSubstr("/listener is loaded already"), HasSubstr("/listener is being loaded just now")));
     }
   }
@@ -163,7 +171,11 @@ TEST_F(LoadingTest, thread_locals_pin_an_image_to_the_shared_thread_but_not_to_a
 TEST_F(LoadingTest, a_missing_symbol_is_named_as_in_the_source) {
   const auto loaded = try_to_load("MissingSymbol");
   ASSERT_FALSE(loaded);
-  EXPECT_THAT(loaded.error().text(), HasSubstr("undefined symbol: nacelle::test::defined_nowhere(int)"));
+  EXPECT_EQ(loaded.error().code, PluginFault::NotLinked);
+  EXPECT_THAT(loaded.error().value, EndsWith("/nacelle_test_missing_symbol.so"));
+  EXPECT_THAT(loaded.error().text(),
+              AllOf(HasSubstr("nacelle_test_missing_symbol.so cannot be loaded: "),
+                    HasSubstr("undefined symbol: nacelle::test::defined_nowhere(int)"), HasSubstr("(`ldd -r ")));
   EXPECT_FALSE(is_mapped("nacelle_test_missing_symbol.so"));
 }
 
@@ -198,6 +210,14 @@ struct RebuiltTest : ::testing::Test {
     std::ifstream maps("/proc/self/maps");
     for (std::string line; std::getline(maps, line);) n += line.find(folder.string()) != std::string::npos ? 1 : 0;
     return n;
+  }
+  /// Returns the path of a mapped file whose path contains `part`; empty if there is none.
+  static std::string path_of_image(const std::string& part) {
+    std::ifstream maps("/proc/self/maps");
+    for (std::string line; std::getline(maps, line);) {
+      if (line.find(part) != std::string::npos) return line.substr(line.find('/'));
+    }
+    return "";
   }
   std::filesystem::path folder;
   SystemClock clock;
@@ -247,7 +267,10 @@ TEST_F(RebuiltTest, a_library_that_was_overwritten_in_place_is_refused_while_it_
   std::ofstream(folder / "edition.so", std::ios::app) << "one byte more";
   const auto second = load(container, "second");
   ASSERT_FALSE(second);
-  EXPECT_THAT(second.error().text(), HasSubstr("was overwritten while its code is loaded"));
+  EXPECT_EQ(second.error().code, PluginFault::OverwrittenLibrary);
+  EXPECT_EQ(second.error().where, Place("component second (nacelle::test::Edition)"));
+  EXPECT_EQ(second.error().value, folder / "edition.so");
+  EXPECT_EQ(second.error().what, (folder / "edition.so").string() + " was overwritten while its code is loaded");
   EXPECT_TRUE(container.unload(first.id).value().image_closed);
   EXPECT_TRUE(load(container, "second"));
 }
@@ -257,9 +280,61 @@ TEST_F(RebuiltTest, a_plugin_that_is_installed_later_is_found) {
   EXPECT_TRUE(load(container, "first"));
   LoadRequest request;
   request.plugin = "nacelle::test::Newcomer";
-  EXPECT_THAT(container.load(request).error().text(), HasSubstr("there is no plugin nacelle::test::Newcomer"));
+  const Problem unknown = container.load(request).error();
+  EXPECT_EQ(unknown.code, PluginFault::UnknownClass);
+  EXPECT_EQ(unknown.where, Place("nacelle::test::Newcomer"));
+  EXPECT_EQ(unknown.value, "nacelle::test::Newcomer");
+  EXPECT_EQ(unknown.what, "there is no plugin nacelle::test::Newcomer in " + folder.string());
+
   std::ofstream(folder / "index/editions", std::ios::app) << "nacelle::test::Newcomer;edition.so\n";
-  EXPECT_THAT(container.load(request).error().text(), HasSubstr("holds no class nacelle::test::Newcomer"));
+  const Problem absent = container.load(request).error();
+  EXPECT_EQ(absent.code, PluginFault::ClassNotInLibrary);
+  EXPECT_EQ(absent.value, "nacelle::test::Newcomer");
+  EXPECT_EQ(absent.text(), "nacelle::test::Newcomer: " + (folder / "edition.so").string() +
+                               " holds no class nacelle::test::Newcomer; it holds nacelle::test::Edition");
+}
+
+TEST_F(RebuiltTest, an_absent_library_is_refused_with_its_path) {
+  const std::string file = folder / "absent.so";
+
+  const auto opened = PluginLibrary::open(file);
+
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, PluginFault::NoLibrary);
+  EXPECT_EQ(opened.error().where, Place(file, 0));
+  EXPECT_EQ(opened.error().value, file);
+  EXPECT_EQ(opened.error().text(), file + ": cannot be read: No such file or directory; build or install it");
+}
+
+TEST_F(RebuiltTest, a_library_without_components_is_refused_with_the_way_to_register_one) {
+  const std::string file = path_of_image("/libc.so");
+  ASSERT_NE(file, "");
+
+  const auto opened = PluginLibrary::open(file);
+
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, PluginFault::NotAComponentLibrary);
+  EXPECT_EQ(opened.error().where, Place(file, 0));
+  EXPECT_EQ(opened.error().text(),
+            file +
+                ": is not a component library: it has no symbol nacelle_component_table; end one "
+                "source file with NACELLE_REGISTER_COMPONENT(Class)");
+}
+
+TEST_F(RebuiltTest, a_library_is_not_blamed_if_the_process_has_no_descriptor_left) {
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  const auto opened = PluginLibrary::open(folder / "edition.so");
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, PluginFault::TooManyFiles);
+  EXPECT_EQ(opened.error().value, folder / "edition.so");
+  EXPECT_THAT(opened.error().text(),
+              AllOf(HasSubstr("edition.so: cannot be loaded: "), HasSubstr("Too many open files"),
+                    EndsWith("; raise `ulimit -n`, or LimitNOFILE= of the service")));
 }
 
 TEST_F(LoadingTest, with_a_place_for_faults_a_component_is_made_with_defaults_and_declares_itself) {
@@ -352,7 +427,9 @@ TEST_F(HangingTest, a_constructor_that_does_not_return_fails_only_its_own_load) 
 
   const auto loaded = let_time_pass_for(hanging);
   ASSERT_FALSE(loaded);
-  EXPECT_THAT(loaded.error().text(), HasSubstr("its constructor, which has not returned within 30 s"));
+  EXPECT_EQ(loaded.error().code, PluginFault::TimedOut);
+  EXPECT_EQ(loaded.error().value, "nacelle::test::Sleeper");
+  EXPECT_EQ(loaded.error().what, "not loaded: its constructor, which has not returned within 30 s");
   EXPECT_EQ(held_by(), "its constructor, which has not returned");
   EXPECT_THAT(container.list(), SizeIs(1));
 

@@ -65,8 +65,8 @@ class Container final {
   [[nodiscard]] Graph& graph();
   [[nodiscard]] ServiceHub& service_graph();
 
-  /// Errors: an invalid plugin, library or parameter; a name that is taken; a constructor that threw, or did not return
-  /// in time (then the image is kept, and the component is destroyed as soon as the constructor returns).
+  /// Errors: a PluginFault (plugin_fault.hpp); NameFault::Invalid and Taken. After TimedOut the image is kept, and the component is
+  /// destroyed as soon as its constructor returns.
   [[nodiscard]] Result<ComponentInfo, Problem> load(const LoadRequest& request);
   /// Destroys the instance at once, and closes its library once nothing holds it (UnloadOutcome, kept_images()).
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);

@@ -20,8 +20,8 @@ namespace nacelle::runtime {
 /// Threads: any; no lock is held while code of the library runs.
 class PluginLibrary {
  public:
-  /// Errors: a Problem with the file and dlopen's reason (the missing symbol by its C++ name), a missing entry point, another
-  /// ABI version, or a file that was overwritten under its own mapped image.
+  /// Errors: a PluginFault of the library (plugin_fault.hpp); `where` is the file. The text of NotLinked has dlopen's reason, with a
+  /// missing symbol by its C++ name.
   [[nodiscard]] static Result<std::unique_ptr<PluginLibrary>, Problem> open(const std::string& file);
   ~PluginLibrary();
   PluginLibrary(const PluginLibrary&) = delete;
