@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <ranges>
 
+#include "nacelle/base/lifecycle_fault.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/lifecycle_manager/lifecycle_manager.hpp"
 
 namespace nacelle::lifecycle_manager {
@@ -27,7 +29,7 @@ struct Sorter {
       std::vector<std::string> cycle(std::ranges::find(path, nodes[i].name), path.end());
       cycle.push_back(nodes[i].name);
       return err(Problem{nodes[i].after.front().where, "these nodes wait for each other: " + join(cycle, " -> "),
-                         "remove one of their after: entries"});
+                         "remove one of their after: entries", LifecycleFault::OrderCircle, nodes[i].name});
     }
     marks[i] = Mark::Open;
     path.push_back(nodes[i].name);
@@ -38,7 +40,7 @@ struct Sorter {
         for (const auto& node : nodes) names.push_back(node.name);
         return err(Problem{dependency.where,
                            nodes[i].name + " is after '" + dependency.node + "', which is not in the plan",
-                           suggestion(dependency.node, names)});
+                           suggestion(dependency.node, names), NameFault::Unknown, dependency.node});
       }
       if (auto ok = visit(static_cast<std::size_t>(j)); !ok) return ok;
     }

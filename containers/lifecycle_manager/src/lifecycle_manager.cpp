@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "nacelle/base/lifecycle_fault.hpp"
 #include "nacelle/base/reversed.hpp"
 
 namespace nacelle::lifecycle_manager {
@@ -189,11 +190,13 @@ void LifecycleManager::run_phase(Transition transition, Crew& crew, Outcome& res
     if (entry.outcome.success || entry.left_out) continue;
     result.problem = {Place::of_node(entry.node.name),
                       std::string("could not ") + to_text(transition) + ": " + entry.outcome.reason,
-                      "nothing was left running: everything started so far was rolled back"};
+                      "nothing was left running: everything started so far was rolled back",
+                      LifecycleFault::TransitionFailed, to_text(transition)};
     return;
   }
   if (!interrupted.empty())
-    result.problem = {"bring-up", interrupted, "nothing was left running: everything started so far was rolled back"};
+    result.problem = {"bring-up", interrupted, "nothing was left running: everything started so far was rolled back",
+                      LifecycleFault::Interrupted};
 }
 
 TransitionOutcome LifecycleManager::step_down(Entry& entry, Transition transition, const std::string& why) {
@@ -245,7 +248,8 @@ Outcome LifecycleManager::take_down(Transition transition) {
     } else if (result.success) {
       result.success = false;
       result.problem = {Place::of_node(entry.node.name),
-                        std::string("could not ") + to_text(transition) + ": " + outcome.reason, ""};
+                        std::string("could not ") + to_text(transition) + ": " + outcome.reason, "",
+                        LifecycleFault::TransitionFailed, to_text(transition)};
     }
   }
   return result;

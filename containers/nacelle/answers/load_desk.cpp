@@ -7,7 +7,9 @@
 #include <memory>
 #include <utility>
 
+#include "answers/robot_fault.hpp"
 #include "loading/wiring.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 
 namespace nacelle::answers {
@@ -15,6 +17,8 @@ namespace {
 
 struct Clashes {
   std::string within;                // pairs of this container that cannot talk
+  ProblemCode code;                  // of the first one
+  std::string topic;                 // of the first one
   std::vector<std::string> outside;  // with nodes of the network, which do not prevent loading
 };
 
@@ -23,6 +27,10 @@ Clashes clashes_of(const runtime::Container& container, const std::string& node)
   for (const auto& clash : container.clashes()) {
     if (clash.writer_node != node && clash.reader_node != node) continue;
     if (container.find(clash.writer_node).has_value() && container.find(clash.reader_node).has_value()) {
+      if (found.within.empty()) {
+        found.code = clash.policy == "type" ? RobotFault::TopicTypes : RobotFault::QosMismatch;
+        found.topic = clash.topic;
+      }
       found.within.append(found.within.empty() ? "" : "; ").append(clash.text());
     } else {
       found.outside.push_back(clash.text());
@@ -61,7 +69,8 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned_now(const std::string& 
   }
   const std::string nearest = suggestion(name, names);
   return err(Problem{"component " + name, "the launch file has no component of that name",
-                     nearest + (nearest.empty() ? "" : "; ") + "a plugin is loaded with its class and --name"});
+                     nearest + (nearest.empty() ? "" : "; ") + "a plugin is loaded with its class and --name",
+                     NameFault::Unknown, name});
 }
 
 Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest request, launch::TargetState target) {
@@ -93,7 +102,7 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::Target
   std::ranges::move(clashes.outside, std::back_inserter(loaded.warnings));
   Result<void, Problem> done{};
   if (!clashes.within.empty()) {
-    done = err(Problem{component.node, clashes.within, ""});
+    done = err(Problem{component.node, clashes.within, "", clashes.code, clashes.topic});
   } else if (component.managed) {
     done = robot_.bring_to(component, target);
   }
@@ -114,10 +123,7 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::Target
   return loaded;
 }
 
-Problem LoadDesk::not_running() const {
-  return {"container " + robot_.name(), std::string{"it is "} + to_text(robot_.phase()),
-          "try again when it is running"};
-}
+Problem LoadDesk::not_running() const { return why_not_running(robot_); }
 
 // The call goes with the desk's end, and with it the promise of its answer.
 template <typename Act>

@@ -1,7 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "answers/robot.hpp"
 
+#include "answers/robot_fault.hpp"
+#include "nacelle/base/lifecycle_fault.hpp"
+
 namespace nacelle::answers {
+
+Problem why_not_running(const Robot& robot) {
+  const char* const phase = to_text(robot.phase());
+  return {"container " + robot.name(), std::string{"it is "} + phase, "try again when it is running",
+          RobotFault::NotRunning, phase};
+}
 
 Result<void, Problem> Robot::bring_to(const runtime::ComponentInfo& component, launch::TargetState target) {
   std::vector<Transition> steps;
@@ -10,8 +19,8 @@ Result<void, Problem> Robot::bring_to(const runtime::ComponentInfo& component, l
   for (const Transition step : steps) {
     const TransitionOutcome outcome = container().trigger(component.id, step);
     if (!outcome.success)
-      return err(
-          Problem{component.node, std::string{"could not "} + nacelle::to_text(step) + ": " + outcome.reason, ""});
+      return err(Problem{component.node, std::string{"could not "} + nacelle::to_text(step) + ": " + outcome.reason, "",
+                         LifecycleFault::TransitionFailed, nacelle::to_text(step)});
   }
   return {};
 }

@@ -29,6 +29,10 @@ enum class Phase : std::uint8_t { Starting, Running, Stopping, Down };
   return "?";
 }
 
+class Robot;
+/// Returns RobotFault::NotRunning, for a request that only a running robot accepts.
+[[nodiscard]] Problem why_not_running(const Robot& robot);
+
 /// A topic whose emergency stop was released, and the number of its readers.
 struct ReleasedStop {
   std::string topic;

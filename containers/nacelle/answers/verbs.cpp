@@ -53,10 +53,7 @@ bool changes_something(const std::string& verb, const json& request) {
 }  // namespace
 
 desk::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
-  if (changes_something(verb, request) && robot.phase() != Phase::Running) {
-    return reply_of(
-        {"container " + robot.name(), std::string{"it is "} + to_text(robot.phase()), "try again when it is running"});
-  }
+  if (changes_something(verb, request) && robot.phase() != Phase::Running) return reply_of(why_not_running(robot));
   if (verb == "graph") return graph_of(robot);
   if (verb == "node.find") return find_node(robot, request);
   if (verb == "container.find") return json{{"ok", true}, {"node", robot.container().node()}, {"is_nacelle", true}};

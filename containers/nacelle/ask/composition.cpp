@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ask/parameters.hpp"
+#include "nacelle/base/lifecycle_fault.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/launch/parameter_file.hpp"
@@ -334,7 +335,8 @@ Result<json, Problem> change_state(Nodes& nodes, const std::string& name, const 
   if (!answer.value()["success"].get<bool>()) {
     return err(Problem{
         node, "could not " + transition,
-        state ? "it is " + text_of(state.value(), "label") + " now" : "see `nacelle lifecycle get " + node + "`"});
+        state ? "it is " + text_of(state.value(), "label") + " now" : "see `nacelle lifecycle get " + node + "`",
+        LifecycleFault::TransitionFailed, transition});
   }
   return json{{"node", node}, {"state", state ? state.value()["label"] : json("")}};
 }

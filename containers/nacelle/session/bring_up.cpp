@@ -8,6 +8,8 @@
 #include "isolation/carriers.hpp"
 #include "isolation/isolated_component.hpp"
 #include "loading/load_request.hpp"
+#include "nacelle/base/lifecycle_fault.hpp"
+#include "session/bring_up_fault.hpp"
 #include "session/readiness.hpp"
 #include "session/session.hpp"
 
@@ -17,7 +19,8 @@ namespace {
 constexpr Duration kProgramReadyLimit = 15s;
 
 Problem interrupted(const process::StopSignal& stop) {
-  return {"bring-up", fmt::format("interrupted by {}", stop.name()), "everything started so far was rolled back"};
+  return {"bring-up", fmt::format("interrupted by {}", stop.name()), "everything started so far was rolled back",
+          LifecycleFault::Interrupted, stop.name()};
 }
 
 /// "/lidar (DEVICE_LOST: ...), /imu (...)"
@@ -47,7 +50,8 @@ Result<void, Problem> Session::check_the_plan() {
   // After a crash, everything that can be restored is, even if a part had been unloaded before.
   if (proof::has_errors(findings) && !is_resumed_) {
     return err(Problem{"the plan is unsound", proof::summary(findings),
-                       "nothing was started; `nacelle check` tells the same without a robot"});
+                       "nothing was started; `nacelle check` tells the same without a robot", BringUpFault::UnsoundPlan,
+                       proof::summary(findings)});
   }
   budgets_ = runtime::BudgetWatch{proof::stream_budgets(plan_, *container_)};
   return {};
@@ -61,8 +65,8 @@ Result<void, Problem> Session::start_programs() {
     progress("starting program " + spec.value().label);
     auto program = process::ForeignProgram::start(spec.value());
     if (!program)
-      return err(
-          Problem{plan.where, program.error().where.text() + ": " + program.error().what, program.error().way_out});
+      return err(Problem{plan.where, program.error().where.text() + ": " + program.error().what,
+                         program.error().way_out, program.error().code, program.error().value});
     programs_.push_back(std::move(program).value());
     if (auto ready = programs_.back()->wait_until_ready(kProgramReadyLimit, stop_.descriptor(), clock_); !ready)
       return ready;
@@ -140,7 +144,8 @@ Result<void, Problem> Session::activate() {
   };
   for (const auto& component : plan_.components) {
     if (component.required && !container_->find(component.full_name()))
-      return err(Problem{component.where, component.full_name() + " was not loaded", "see above"});
+      return err(Problem{component.where, component.full_name() + " was not loaded", "see above",
+                         BringUpFault::NotLoaded, component.full_name()});
     if (!takes_part(component.full_name())) continue;
     lifecycle_manager::ManagedNode node{
         component.full_name(), {}, component.target == launch::TargetState::Active, component.required};

@@ -18,6 +18,7 @@
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "networking/network_wish.hpp"
+#include "session/bring_up_fault.hpp"
 #include "session/comeback.hpp"
 
 namespace nacelle::session {
@@ -90,15 +91,20 @@ int Session::run() {
   return code;
 }
 
+int Session::fail(Problem problem) {
+  say("nacelle: " + problem.text());
+  failure_ = std::move(problem);
+  return 1;
+}
+
 int Session::guarded_run() {
   try {
     return run_robot();
   } catch (const std::exception& failure) {
     // The process has no descriptors, threads or memory left. The destructors clean up.
     static_cast<void>(runtime::write_all_safe_stops());
-    say("nacelle: " +
-        Problem{"container", failure.what(), "raise what the process may have: `ulimit -n`, `ulimit -u`"}.text());
-    return 1;
+    return fail(Problem{"container", failure.what(), "raise what the process may have: `ulimit -n`, `ulimit -u`",
+                        BringUpFault::OutOfResources});
   }
 }
 
@@ -109,14 +115,8 @@ int Session::run_robot() {
                     unused.pattern));
   }
   auto claim = control::SocketClaim::take(control::socket_places_from_environment(), options_.container_name);
-  if (!claim) {
-    say("nacelle: " + claim.error().text());
-    return 1;
-  }
-  if (auto looked = look_at_state_file(); !looked) {
-    say("nacelle: " + looked.error().text());
-    return 1;
-  }
+  if (!claim) return fail(claim.error());
+  if (auto looked = look_at_state_file(); !looked) return fail(looked.error());
   const runtime::CrashHandler crashes{crash_file_of(state_->path()), options_.container_name};
   // check_the_plan() reports mistakes in them with the rest.
   const auto asked = loading::container_options_of(plan_.container.parameters, plan_.container.where);
@@ -131,10 +131,7 @@ int Session::run_robot() {
       [this](const std::string& line) { say(line); },
       std::static_pointer_cast<ClockSkews>(container_->shared_object(kClockSkewsName)));
   network_->protect_services_of(container_->node());
-  if (auto joined = network_->start(); !joined) {
-    say("nacelle: " + joined.error().text());
-    return 1;
-  }
+  if (auto joined = network_->start(); !joined) return fail(joined.error());
   supervision_ = std::make_unique<Supervision>(
       SupervisedRun{*this, clock_, fault_bell_, [this](const std::string& line) { say(line); }, left_out_, *crashes_});
   lookout_ = std::make_unique<Lookout>(
@@ -148,16 +145,10 @@ int Session::run_robot() {
       *container_, options_.places.message_folders,
       [](void* stop) { static_cast<process::StopSignal*>(stop)->raise_by_request(); }, &stop_, fault_bell_);
   emergency_stops_ = std::make_unique<EmergencyStops>(*container_);
-  if (auto set = set_held_stops(); !set) {
-    say("nacelle: " + set.error().text());
-    return 1;
-  }
+  if (auto set = set_held_stops(); !set) return fail(set.error());
   if (!options_.transitions_file.empty()) {
     auto log = TransitionLog::open(options_.transitions_file, clock_);
-    if (!log) {
-      say("nacelle: " + log.error().text());
-      return 1;
-    }
+    if (!log) return fail(log.error());
     transitions_ = std::move(log).value();
   }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_, clock_);
@@ -170,15 +161,11 @@ int Session::run_robot() {
 
   auto up = guarded_bring_up();
   is_going_up_ = false;
-  std::optional<Problem> failure;
   if (!up) {
-    failure = up.error();
     undoing_ = true;
-    // Said at once: taking things down may take a while.
-    say("nacelle: " + failure->text());
-  } else {
-    failure = serve();
-    if (failure) say("nacelle: " + failure->text());
+    fail(up.error());  // printed at once: taking things down may take a while
+  } else if (const auto failure = serve()) {
+    fail(*failure);
   }
   // A fault that came just before the signal has been found, and perhaps not been dealt with yet.
   const bool stopped_by_a_fault = supervision_->has_stopped_the_robot() || !supervision_->why_to_stop().empty();
@@ -186,7 +173,7 @@ int Session::run_robot() {
   load_desk_->close();
   take_down();
   if (!undoing_ && !write_report()) return 1;
-  return failure || stopped_by_a_fault ? 1 : 0;
+  return failure_ || stopped_by_a_fault ? 1 : 0;
 }
 
 Result<void, Problem> Session::look_at_state_file() {
@@ -301,7 +288,8 @@ Result<void, Problem> Session::guarded_bring_up() {
   try {
     return bring_up();
   } catch (const std::exception& failure) {
-    return err(Problem{"bring-up", failure.what(), "raise what the process may have: `ulimit -n`, `ulimit -u`"});
+    return err(Problem{"bring-up", failure.what(), "raise what the process may have: `ulimit -n`, `ulimit -u`",
+                       BringUpFault::OutOfResources});
   }
 }
 

@@ -82,6 +82,9 @@ class Session final : public answers::Robot {
   /// Brings the robot up, runs it until a signal, a request or a program's end, and takes it down again. Returns the
   /// process's exit code; errors have been printed to stderr.
   [[nodiscard]] int run();
+  /// Returns the problem for which run() returned an exit code other than 0, as it was printed; nothing if the robot ran until a
+  /// request, a signal or a fault ended it. A failed bring-up has a BringUpFault or a LifecycleFault.
+  [[nodiscard]] const std::optional<Problem>& failure() const { return failure_; }
 
   // answers::Robot
   [[nodiscard]] const std::string& name() const override { return options_.container_name; }
@@ -111,6 +114,8 @@ class Session final : public answers::Robot {
 
   /// A line on stderr.
   void say(const std::string& line) const;
+  /// Prints the problem, keeps it for failure(), and returns the exit code.
+  int fail(Problem problem);
   [[nodiscard]] int run_robot();
   /// Reports exceptions as failures.
   [[nodiscard]] int guarded_run();
@@ -191,9 +196,10 @@ class Session final : public answers::Robot {
   std::vector<std::string> held_stops_;      // the emergency stops that were set in it
   bool told_of_state_ = false;               // that the state file cannot be written
   std::atomic<bool> is_going_up_{true};      // the main thread is in bring_up()
-  bool undoing_ = false;                     // a failed bring-up: no figures to take
-  bool told_of_descriptors_ = false;         // that they ran out
-  bool lost_descriptors_ = false;            // a component closed some of the container
+  std::optional<Problem> failure_;
+  bool undoing_ = false;              // a failed bring-up: no figures to take
+  bool told_of_descriptors_ = false;  // that they ran out
+  bool lost_descriptors_ = false;     // a component closed some of the container
   report::RunReport report_;
   std::string last_messages_json_;
   process::SteadyState steady_;

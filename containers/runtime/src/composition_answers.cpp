@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "nacelle/base/lifecycle_fault.hpp"
 #include "nacelle/base/log.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/runtime/container.hpp"
@@ -143,7 +144,8 @@ void answer(Container& container, const ChangeState::Request& request, ChangeSta
   if (!parse_transition(request.transition, transition)) {
     response.problem = message_of(
         Problem{"transition '" + request.transition + "'", "there is no such transition",
-                suggestion(request.transition, {"configure", "activate", "deactivate", "cleanup", "shutdown"})});
+                suggestion(request.transition, {"configure", "activate", "deactivate", "cleanup", "shutdown"}),
+                LifecycleFault::NoSuchTransition, request.transition});
     return;
   }
   const TransitionOutcome outcome = container.trigger(component.value().id, transition);
@@ -152,7 +154,8 @@ void answer(Container& container, const ChangeState::Request& request, ChangeSta
   if (!outcome.success)
     response.problem =
         message_of(Problem{response.node, std::string{"could not "} + to_text(transition) + ": " + outcome.reason,
-                           std::string{"it is "} + to_text(outcome.state) + " now"});
+                           std::string{"it is "} + to_text(outcome.state) + " now", LifecycleFault::TransitionFailed,
+                           to_text(transition)});
 }
 
 }  // namespace nacelle::runtime

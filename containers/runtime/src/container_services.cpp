@@ -5,7 +5,9 @@
 #include <exception>
 
 #include "composition_answers.hpp"
+#include "nacelle/base/lifecycle_fault.hpp"
 #include "nacelle/base/log.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/runtime/container.hpp"
 
@@ -35,8 +37,8 @@ class Plain final : public CompositionHost {
   explicit Plain(Container& container) : container_(container) {}
   std::string name_space() const override { return "/"; }
   Result<Loaded, Problem> load_planned(const std::string& name) override {
-    return err(
-        Problem{"component " + name, "this container has no launch file", "give the class of a plugin: pkg::Class"});
+    return err(Problem{"component " + name, "this container has no launch file",
+                       "give the class of a plugin: pkg::Class", NameFault::Unknown, name});
   }
   Result<Loaded, Problem> load(const LoadRequest& request, bool activate) override {
     auto loaded = container_.load(request);
@@ -48,7 +50,7 @@ class Plain final : public CompositionHost {
       if (outcome.success) continue;
       static_cast<void>(container_.unload(loaded.value().id));
       return err(Problem{loaded.value().node, std::string{"could not "} + to_text(step) + ": " + outcome.reason,
-                         "it was unloaded again"});
+                         "it was unloaded again", LifecycleFault::TransitionFailed, to_text(step)});
     }
     return Loaded{std::move(loaded).value(), {}};
   }

@@ -10,6 +10,8 @@
 #include <random>
 #include <set>
 
+#include "nacelle/base/lifecycle_fault.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle::lifecycle_manager {
@@ -39,14 +41,20 @@ TEST(BringUpOrder, names_the_nodes_of_a_cycle_and_where_it_stands) {
   const auto order =
       bring_up_order({{"/a", {{"/b", "x.yaml:3"}}}, {"/b", {{"/c", "x.yaml:7"}}}, {"/c", {{"/a", "x.yaml:9"}}}});
   ASSERT_FALSE(order);
-  EXPECT_THAT(order.error().text(), HasSubstr("/a -> /b -> /c -> /a"));
-  EXPECT_THAT(order.error().text(), HasSubstr("x.yaml:3"));
+  EXPECT_EQ(order.error().code, LifecycleFault::OrderCircle);
+  EXPECT_EQ(order.error().where, Place("x.yaml:3"));
+  EXPECT_EQ(order.error().value, "/a");
+  EXPECT_EQ(order.error().text(),
+            "x.yaml:3: these nodes wait for each other: /a -> /b -> /c -> /a; remove one of their after: entries");
 }
 
 TEST(BringUpOrder, suggests_the_nearest_name_for_an_unknown_node) {
   const auto order = bring_up_order({{"/ekf", {{"/odometri", "x.yaml:3"}}}, {"/odometry", {}}});
   ASSERT_FALSE(order);
-  EXPECT_THAT(order.error().text(), HasSubstr("did you mean '/odometry'?"));
+  EXPECT_EQ(order.error().code, NameFault::Unknown);
+  EXPECT_EQ(order.error().where, Place("x.yaml:3"));
+  EXPECT_EQ(order.error().value, "/odometri");
+  EXPECT_EQ(order.error().way_out, "did you mean '/odometry'?");
 }
 
 TEST(BringUpOrder, keeps_every_dependency_for_random_acyclic_plans) {
@@ -184,7 +192,13 @@ TEST_F(LifecycleManagerTest, rolls_back_when_a_configuration_fails) {
   auto manager = chain();
   const auto up = manager.startup(crew);
   EXPECT_FALSE(up.success);
-  EXPECT_THAT(up.problem.text(), HasSubstr("/b: could not configure: no such port: /dev/ttyUSB9"));
+  EXPECT_EQ(up.problem.code, LifecycleFault::TransitionFailed);
+  EXPECT_EQ(up.problem.where, Place::of_node("/b"));
+  EXPECT_EQ(up.problem.value, "configure");
+  EXPECT_EQ(
+      up.problem.text(),
+      "node /b: could not configure: no such port: /dev/ttyUSB9; nothing was left running: everything started so far "
+      "was rolled back");
   EXPECT_THAT(robot.log, ElementsAre("/c configure", "/b configure", "/a configure", "/c cleanup", "/a cleanup"));
   EXPECT_TRUE(up.activated.empty());
 }
@@ -261,9 +275,10 @@ TEST_F(LifecycleManagerTest, gives_up_waiting_after_the_timeout_and_undoes) {
       {{"/lidar", {}}, {"/ekf", {{"/lidar", "x:7", "first_message(/scan)", [] { return "no message yet"; }, 3s}}}});
   const auto up = manager.startup(crew);
   EXPECT_FALSE(up.success);
-  EXPECT_THAT(
-      up.problem.text(),
-      HasSubstr("/ekf: could not activate: x:7: waited 3 s for first_message(/scan) of /lidar: no message yet"));
+  EXPECT_EQ(up.problem.code, LifecycleFault::TransitionFailed);
+  EXPECT_EQ(up.problem.where, Place::of_node("/ekf"));
+  EXPECT_EQ(up.problem.value, "activate");
+  EXPECT_EQ(up.problem.what, "could not activate: x:7: waited 3 s for first_message(/scan) of /lidar: no message yet");
   for (const auto& [node, state] : robot.states) EXPECT_EQ(state, StateId::Unconfigured) << node;
 }
 
@@ -292,6 +307,7 @@ TEST_F(LifecycleManagerTest, ends_at_once_when_interrupted_and_undoes) {
   auto manager = manager_of({{"/lidar", {}}, {"/ekf", {{"/lidar", "", "tf(a->b)", [] { return "no such frame"; }}}}});
   const auto up = manager.startup(crew);
   EXPECT_FALSE(up.success);
+  EXPECT_EQ(up.problem.code, LifecycleFault::Interrupted);
   EXPECT_EQ(up.problem.what, "interrupted by SIGINT");
   EXPECT_EQ(robot.states["/lidar"], StateId::Unconfigured);
 }
@@ -305,7 +321,9 @@ TEST_F(LifecycleManagerTest, continues_the_shutdown_after_a_failure_and_reports_
   robot.log.clear();
   const auto down = manager.deactivate();
   EXPECT_FALSE(down.success);
-  EXPECT_THAT(down.problem.text(), HasSubstr("/b: could not deactivate"));
+  EXPECT_EQ(down.problem.code, LifecycleFault::TransitionFailed);
+  EXPECT_EQ(down.problem.where, Place::of_node("/b"));
+  EXPECT_EQ(down.problem.value, "deactivate");
   EXPECT_TRUE(manager.cleanup().success);
   EXPECT_THAT(robot.log, ElementsAre("/c deactivate", "/b deactivate", "/a deactivate", "/c cleanup", "/a cleanup"));
 }

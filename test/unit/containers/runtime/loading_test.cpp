@@ -21,6 +21,7 @@
 
 #include "asking.hpp"
 #include "container_fixture.hpp"
+#include "nacelle/base/lifecycle_fault.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/runtime/composition_host.hpp"
 #include "nacelle/runtime/plugin_fault.hpp"
@@ -744,18 +745,25 @@ TEST_F(LoadingTest, a_plain_container_loads_activates_and_unloads_by_its_service
   change.transition = "configure";
   const auto refused = asked<ChangeState>("change_state", change);
   EXPECT_FALSE(refused.success);
+  EXPECT_EQ(refused.problem.code, code_text(LifecycleFault::TransitionFailed));
   EXPECT_THAT(refused.problem.what, HasSubstr("cannot configure from state inactive"));
   EXPECT_EQ(refused.problem.way_out, "it is inactive now");
   change.transition = "fly";
-  EXPECT_EQ(asked<ChangeState>("change_state", change).problem.what, "there is no such transition");
+  const auto unknown = asked<ChangeState>("change_state", change).problem;
+  EXPECT_EQ(unknown.code, code_text(LifecycleFault::NoSuchTransition));
+  EXPECT_EQ(unknown.what, "there is no such transition");
 
   request.remap_rules = {"speech"};
   EXPECT_THAT(asked<LoadComponent>("load_component", request).problem.what, HasSubstr("remap rule 'speech'"));
   request.component = "lidar";
-  EXPECT_EQ(asked<LoadComponent>("load_component", request).problem.what, "this container has no launch file");
+  const auto planned = asked<LoadComponent>("load_component", request).problem;
+  EXPECT_EQ(planned.code, code_text(NameFault::Unknown));
+  EXPECT_EQ(planned.what, "this container has no launch file");
   UnloadComponent::Request unload;
   unload.component = "parot";
-  EXPECT_EQ(asked<UnloadComponent>("unload_component", unload).problem.where, "component 'parot'");
+  const auto absent = asked<UnloadComponent>("unload_component", unload).problem;
+  EXPECT_EQ(absent.code, code_text(NameFault::Unknown));
+  EXPECT_EQ(absent.where, "component 'parot'");
   unload.component = "/parrot";
   const auto unloaded = asked<UnloadComponent>("unload_component", unload);
   EXPECT_TRUE(unloaded.success && unloaded.image_closed) << unloaded.held_by;

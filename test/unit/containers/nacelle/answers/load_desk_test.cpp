@@ -6,8 +6,12 @@
 #include <poll.h>
 
 #include <future>
+#include <std_msgs/msg/bool.hpp>
 #include <std_msgs/msg/string.hpp>
 
+#include "answers/robot_fault.hpp"
+#include "nacelle/base/lifecycle_fault.hpp"
+#include "nacelle/base/name_fault.hpp"
 #include "unit/containers/nacelle/scripted_robot.hpp"
 
 namespace nacelle::answers {
@@ -64,7 +68,10 @@ TEST_F(LoadDeskTest, takes_out_again_what_does_not_become_active) {
   lidar_.script = [](Transition to) { return to == Transition::Activate ? "no such device" : ""; };
   const auto loaded = load(lidar_, "lidar");
   ASSERT_FALSE(loaded);
-  EXPECT_THAT(loaded.error().text(), HasSubstr("could not activate: no such device; it was unloaded again"));
+  EXPECT_EQ(loaded.error().code, LifecycleFault::TransitionFailed);
+  EXPECT_EQ(loaded.error().where, Place("/lidar"));
+  EXPECT_EQ(loaded.error().value, "activate");
+  EXPECT_EQ(loaded.error().text(), "/lidar: could not activate: no such device; it was unloaded again");
   EXPECT_EQ(robot_.find("/lidar").node, "");
 }
 
@@ -79,6 +86,11 @@ TEST_F(LoadDeskTest, takes_out_again_what_cannot_talk_to_a_component_that_is_the
       return node.create_publisher<String>("text", QoS(1).best_effort());
     }
   } writer;
+  struct WriterOfAnotherType : bench::Recipe {
+    std::shared_ptr<void> build(LifecycleNode& node) override {
+      return node.create_publisher<std_msgs::msg::Bool>("text", QoS(1));
+    }
+  } other;
   const auto load_recipe = [this](bench::Recipe& recipe, const std::string& name) {
     runtime::LoadRequest request;
     request.plugin = "nacelle::bench::Part";
@@ -89,8 +101,19 @@ TEST_F(LoadDeskTest, takes_out_again_what_cannot_talk_to_a_component_that_is_the
   ASSERT_TRUE(load_recipe(reader, "reader"));
   const auto loaded = load_recipe(writer, "writer");
   ASSERT_FALSE(loaded);
-  EXPECT_THAT(loaded.error().text(), HasSubstr("/text"));
+  EXPECT_EQ(loaded.error().code, RobotFault::QosMismatch);
+  EXPECT_EQ(loaded.error().where, Place("/writer"));
+  EXPECT_EQ(loaded.error().value, "/text");
+  EXPECT_THAT(loaded.error().text(),
+              HasSubstr("/text: /writer publishes with reliability best_effort, /reader asks for reliable"));
   EXPECT_EQ(robot_.find("/writer").node, "");
+
+  const auto of_another_type = load_recipe(other, "other");
+  ASSERT_FALSE(of_another_type);
+  EXPECT_EQ(of_another_type.error().code, RobotFault::TopicTypes);
+  EXPECT_EQ(of_another_type.error().value, "/text");
+  EXPECT_THAT(of_another_type.error().text(), HasSubstr("/other publishes with type std_msgs/msg/Bool"));
+  EXPECT_EQ(robot_.find("/other").node, "");
   EXPECT_EQ(robot_.find("/reader").state, StateId::Active);
 }
 
@@ -102,7 +125,12 @@ TEST_F(LoadDeskTest, loads_what_the_launch_file_names_to_the_state_that_it_gives
   EXPECT_EQ(loaded.value().component.state, StateId::Inactive);
   const auto unknown = ask([this] { return desk_.load_planned("lidr"); });
   ASSERT_FALSE(unknown);
-  EXPECT_THAT(unknown.error().way_out, HasSubstr("'lidar'"));
+  EXPECT_EQ(unknown.error().code, NameFault::Unknown);
+  EXPECT_EQ(unknown.error().value, "lidr");
+  EXPECT_EQ(
+      unknown.error().text(),
+      "component lidr: the launch file has no component of that name; did you mean 'lidar'?; a plugin is loaded with "
+      "its class and --name");
 }
 
 TEST_F(LoadDeskTest, unloads_by_id) {
@@ -117,7 +145,10 @@ TEST_F(LoadDeskTest, refuses_while_the_robot_is_not_running) {
   robot_.phase_ = Phase::Starting;
   const auto loaded = desk_.load({}, true);
   ASSERT_FALSE(loaded);
-  EXPECT_EQ(loaded.error().what, "it is starting");
+  EXPECT_EQ(loaded.error().code, RobotFault::NotRunning);
+  EXPECT_EQ(loaded.error().where, Place("container robot"));
+  EXPECT_EQ(loaded.error().value, "starting");
+  EXPECT_EQ(loaded.error().text(), "container robot: it is starting; try again when it is running");
 }
 
 TEST_F(LoadDeskTest, refuses_the_call_that_waits_when_it_is_closed_and_all_that_follow) {
@@ -125,8 +156,10 @@ TEST_F(LoadDeskTest, refuses_the_call_that_waits_when_it_is_closed_and_all_that_
   pollfd wait{desk_.descriptor(), POLLIN, 0};
   ASSERT_EQ(::poll(&wait, 1, 20'000), 1);
   desk_.close();
-  EXPECT_FALSE(waiting.get());
-  EXPECT_FALSE(desk_.unload(1));
+  for (const auto& refused : {waiting.get(), desk_.unload(1)}) {
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, RobotFault::NotRunning);
+  }
 }
 
 }  // namespace

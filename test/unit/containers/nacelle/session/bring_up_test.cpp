@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "nacelle/base/lifecycle_fault.hpp"
+#include "session/bring_up_fault.hpp"
 #include "session/session.hpp"
 #include "support/places.hpp"
 #include "unit/containers/nacelle/scripted_robot.hpp"
@@ -58,8 +60,11 @@ class BringUpTest : public ::testing::Test {
     options.places.component_folders = {test::component_folder()};
     options.transitions_file = folder_ + "/transitions";
     testing::internal::CaptureStderr();
-    const int code = Session{plan_, std::move(options), clock_, stop_}.run();
+    Session session{plan_, std::move(options), clock_, stop_};
+    const int code = session.run();
     said_ = testing::internal::GetCapturedStderr();
+    failure_ = session.failure().value_or(Problem{});
+    EXPECT_THAT(said_, HasSubstr(failure_.text()));
     std::ifstream file(folder_ + "/transitions");
     for (std::string line; std::getline(file, line);) steps_.push_back(line);
     return code;
@@ -72,6 +77,7 @@ class BringUpTest : public ::testing::Test {
   launch::Plan plan_;
   test::ScriptedComponent lidar_, imu_;
   std::string said_;
+  Problem failure_;  ///< Of the last run; empty if there is none.
   std::vector<std::string> steps_;
 };
 
@@ -80,6 +86,7 @@ TEST_F(BringUpTest, goes_up_in_the_order_of_after_and_down_in_the_reverse) {
   add("imu", imu_);
   EXPECT_EQ(run(), 0) << said_;
   EXPECT_TRUE(alarm_.was_up);
+  EXPECT_EQ(failure_, Problem{});
   EXPECT_THAT(said_, HasSubstr("2 components active in "));
   std::erase_if(steps_, [](const std::string& step) { return step.find("activate") == std::string::npos; });
   EXPECT_THAT(steps_, ElementsAre("activate /imu", "activate /lidar", "deactivate /lidar", "deactivate /imu"));
@@ -87,12 +94,16 @@ TEST_F(BringUpTest, goes_up_in_the_order_of_after_and_down_in_the_reverse) {
 
 TEST_F(BringUpTest, a_component_that_fails_ends_it_and_what_was_up_goes_down) {
   add("imu", imu_);
-  add("lidar", lidar_).after.push_back({.node = "/imu"});
+  auto& lidar = add("lidar", lidar_);
+  lidar.after.push_back({.node = "/imu"});
+  lidar.where = Place("robot.launch.yaml", 7);
   lidar_.script = [](Transition to) { return to == Transition::Activate ? "no such device" : ""; };
   EXPECT_EQ(run(), 1);
   EXPECT_FALSE(alarm_.was_up);
-  EXPECT_THAT(said_, HasSubstr("component lidar (nacelle::bench::Part): "));
-  EXPECT_THAT(said_, HasSubstr("no such device"));
+  EXPECT_EQ(failure_.code, LifecycleFault::TransitionFailed);
+  EXPECT_EQ(failure_.where, Place("robot.launch.yaml", 7));
+  EXPECT_EQ(failure_.value, "activate");
+  EXPECT_EQ(failure_.what, "component lidar (nacelle::bench::Part): could not activate: no such device");
   EXPECT_THAT(steps_, testing::Contains("deactivate /imu"));
 }
 
@@ -118,9 +129,12 @@ TEST_F(BringUpTest, of_an_unsound_plan_begins_no_transition_and_reports_all_mist
   add("lidar", lidar_).plugin = "nacelle::bench::Prt";
   add("odom", lidar_).parameters.push_back({.name = "spede", .value = 0.3});
   EXPECT_EQ(run(), 1);
+  EXPECT_EQ(failure_.code, BringUpFault::UnsoundPlan);
+  EXPECT_EQ(failure_.value, "2 errors");
+  EXPECT_EQ(failure_.text(),
+            "the plan is unsound: 2 errors; nothing was started; `nacelle check` tells the same without a robot");
   EXPECT_THAT(said_, HasSubstr("nacelle::bench::Prt"));
   EXPECT_THAT(said_, HasSubstr("'spede'"));
-  EXPECT_THAT(said_, HasSubstr("the plan is unsound: 2 errors"));
   EXPECT_THAT(steps_, IsEmpty());
 }
 
@@ -133,7 +147,9 @@ TEST_F(BringUpTest, a_signal_while_it_goes_up_undoes_it) {
   };
   EXPECT_EQ(run(), 1);
   EXPECT_FALSE(alarm_.was_up);
-  EXPECT_THAT(said_, HasSubstr("interrupted by a request; everything started so far was rolled back"));
+  EXPECT_EQ(failure_.code, LifecycleFault::Interrupted);
+  EXPECT_EQ(failure_.value, "a request");
+  EXPECT_EQ(failure_.text(), "bring-up: interrupted by a request; everything started so far was rolled back");
   EXPECT_THAT(steps_, Not(testing::Contains("activate /lidar")));
 }
 
@@ -141,6 +157,8 @@ TEST_F(BringUpTest, a_component_that_its_constructor_cannot_make_is_named_with_i
   add("lidar", lidar_);
   lidar_.fails_to_load = true;
   EXPECT_EQ(run(), 1);
+  EXPECT_EQ(failure_.code, BringUpFault::UnsoundPlan);
+  EXPECT_EQ(failure_.value, "1 error");
   EXPECT_THAT(said_, HasSubstr("its device is gone"));
   EXPECT_THAT(steps_, IsEmpty());
 }
@@ -149,6 +167,7 @@ TEST_F(BringUpTest, a_wait_that_goes_round_in_a_circle_is_refused_before_anythin
   add("imu", imu_).after.push_back({.node = "/lidar"});
   add("lidar", lidar_).after.push_back({.node = "/imu"});
   EXPECT_EQ(run(), 1);
+  EXPECT_EQ(failure_.code, BringUpFault::UnsoundPlan);
   EXPECT_THAT(steps_, IsEmpty());
 }
 
