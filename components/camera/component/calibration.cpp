@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "camera/protocol/calibration_fault.hpp"
 #include "camera/protocol/camera_info_yaml.hpp"
 #include "nacelle/base/files.hpp"
 
@@ -29,7 +30,7 @@ Result<std::string, Problem> calibration_text(const std::string& path) {
   auto text = read_regular_file(path, kMostCalibrationBytes);
   if (!text)
     return err(Problem{Place::of_parameter("camera_info_url"), "the calibration " + path + " " + text.error().what,
-                       text.error().way_out});
+                       text.error().way_out, text.error().code, path});
   return text;
 }
 
@@ -57,15 +58,17 @@ Result<std::string, Problem> calibration_path(const std::string& url, const std:
   const Place where = Place::of_parameter("camera_info_url");
   if (url.rfind("package://", 0) == 0) {
     return err(Problem{where, fmt::format("'{}' needs ROS's package index, which is not here", url),
-                       "write file:// and the whole path"});
+                       "write file:// and the whole path", CalibrationFault::UnsupportedUrl, url});
   }
   if (url.rfind("flash:", 0) == 0)
-    return err(Problem{where, "a camera's own memory cannot be read", "write file:// and the whole path"});
+    return err(Problem{where, "a camera's own memory cannot be read", "write file:// and the whole path",
+                       CalibrationFault::UnsupportedUrl, url});
   constexpr std::string_view kScheme = "file://";
   if (url.rfind(kScheme, 0) != 0 || url.size() <= kScheme.size() ||
       (url[kScheme.size()] != '/' && url[kScheme.size()] != '$')) {
     return err(Problem{where, fmt::format("'{}' is no URL of a file", url),
-                       "write file:// and the whole path, as in file:///etc/nacelle/front.yaml"});
+                       "write file:// and the whole path, as in file:///etc/nacelle/front.yaml",
+                       CalibrationFault::UnsupportedUrl, url});
   }
   std::string path = url.substr(kScheme.size());
   replace_all(path, "${NAME}", camera_name);

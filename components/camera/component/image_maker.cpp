@@ -5,6 +5,7 @@
 
 #include <cstring>
 
+#include "camera/port/camera_fault.hpp"
 #include "camera/protocol/yuv.hpp"
 
 namespace nacelle::camera {
@@ -34,7 +35,7 @@ Result<ImageMaker, Problem> ImageMaker::make(const CaptureFormat& format, const 
     }
     return err(Problem{Place::of_parameter("output_encoding"),
                        fmt::format("{} cannot be made from {}", output.encoding, to_text(format.pixel_format)),
-                       "use " + join(possible, " or ")});
+                       "use " + join(possible, " or "), CameraFault::NotConvertible, std::string(output.encoding)});
   }
   return ImageMaker{format, output};
 }

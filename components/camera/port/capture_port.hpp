@@ -90,7 +90,7 @@ class CapturePort {
   virtual ~CapturePort() = default;
 
   /// Opens the device and agrees on a format: the nearest that it has, with a remark where that is not the wish.
-  /// Errors: a Problem naming device, cause and way out.
+  /// Errors: a CameraFault (camera_fault.hpp).
   [[nodiscard]] virtual Result<CaptureFormat, Problem> open(const CaptureWish& wish) = 0;
   [[nodiscard]] virtual Result<void, Problem> start() = 0;
   /// Blocks until the next picture. Only ports with fills_offered_memory use `offered`, which must then hold frame_bytes.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <ctime>
 
+#include "camera/port/camera_fault.hpp"
 #include "nacelle/base/expect.hpp"
 
 namespace nacelle::camera {
@@ -14,11 +15,13 @@ namespace nacelle::camera {
 Result<CaptureFormat, Problem> PatternSource::open(const CaptureWish& wish) {
   if (!PatternScene::can_draw(wish.pixel_format)) {
     return err(Problem{"pattern source", fmt::format("cannot draw pixel format {}", to_text(wish.pixel_format)),
-                       "use output_encoding rgb8, bgr8, yuyv, uyvy or mono8"});
+                       "use output_encoding rgb8, bgr8, yuyv, uyvy or mono8", CameraFault::CannotDraw,
+                       to_text(wish.pixel_format)});
   }
   if (wish.width < 16 || wish.width > 4096 || wish.height < 16 || wish.height > 4096 || wish.width % 2 != 0) {
     return err(Problem{"pattern source", fmt::format("image_size [{}, {}] cannot be drawn", wish.width, wish.height),
-                       "use sides from 16 to 4096, the width even"});
+                       "use sides from 16 to 4096, the width even", CameraFault::CannotDraw,
+                       fmt::format("[{}, {}]", wish.width, wish.height)});
   }
   const double period_s = wish.period_num == 0 || wish.period_den == 0
                               ? 1.0 / PatternScene::kFramesPerSecond
@@ -47,7 +50,7 @@ Result<void, Problem> PatternSource::start() {
 }
 
 Result<void, Problem> PatternSource::set_control(const Control& control, std::int64_t) {
-  return err(Problem{"pattern source", "has no control " + control.name, ""});
+  return err(Problem{"pattern source", "has no control " + control.name, "", CameraFault::NoControl, control.name});
 }
 
 Result<Frame, CaptureFault> PatternSource::next(MonotonicTime deadline, ByteSpan offered) {

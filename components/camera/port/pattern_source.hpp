@@ -19,7 +19,7 @@ class PatternSource final : public CapturePort {
  public:
   explicit PatternSource(const Clock& clock) : clock_(clock) {}
 
-  /// `wish.device` is ignored. Errors: a format that is not drawn, or sides out of range.
+  /// `wish.device` is ignored. Errors: CameraFault::CannotDraw.
   [[nodiscard]] Result<CaptureFormat, Problem> open(const CaptureWish& wish) override;
   [[nodiscard]] Result<void, Problem> start() override;
   [[nodiscard]] Result<Frame, CaptureFault> next(MonotonicTime deadline, ByteSpan offered) override;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "camera/port/camera_fault.hpp"
 #include "camera/port/v4l2_negotiation.hpp"
 #include "nacelle/base/expect.hpp"
 
@@ -62,13 +63,15 @@ std::vector<Control> V4l2Capture::controls() {
 
 Result<void, Problem> V4l2Capture::set_control(const Control& control, std::int64_t value) {
   const std::shared_ptr<V4l2Device> device = *shared_device_.lock();
-  if (device == nullptr) return err(Problem{path_, "is not open", ""});
+  if (device == nullptr) return err(Problem{path_, "is not open", "", CameraFault::NotOpen});
   v4l2_control setting{};
   setting.id = control.id;
   setting.value = static_cast<std::int32_t>(value);
   const int answer = device->call(VIDIOC_S_CTRL, setting);
-  if (answer != 0) return err(describe_trouble(path_, ("set " + control.name).c_str(), answer));
-  return {};
+  if (answer == 0) return {};
+  Problem problem = describe_trouble(path_, "set " + control.name, answer);
+  problem.value = std::to_string(value);
+  return err(std::move(problem));
 }
 
 CaptureFault V4l2Capture::fault_of(int os_code) const {

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <system_error>
 
+#include "camera/port/camera_fault.hpp"
+
 namespace nacelle::camera {
 namespace {
 
@@ -69,7 +71,8 @@ Result<FourCc, Problem> choose_format(const V4l2Device& device, const CaptureWis
         wish.device,
         fmt::format("offers no pixel format that can be read, only {}", offered.empty() ? "none" : names_of(offered)),
         "a camera on a ribbon cable gives raw sensor data here and needs libcamera; use a USB camera, or "
-        "video_device:=pattern"});
+        "video_device:=pattern",
+        CameraFault::UnreadableFormat, names_of(offered)});
   }
   format.remarks.push_back(fmt::format("pixel_format {} is not offered ({}); {} is used", to_text(wish.pixel_format),
                                        names_of(offered), to_text(chosen->code)));
@@ -102,27 +105,52 @@ void agree_on_rate(const V4l2Device& device, const CaptureWish& wish, CaptureFor
 Problem describe_trouble(const std::string& device, std::string_view step, int os_code) {
   const int code = -os_code;
   std::string way_out;
+  CameraFault fault{};
   switch (code) {
     case ENOENT:
+      fault = CameraFault::NotThere;
       way_out =
           "is the camera plugged in? `ls /dev/v4l/by-id` shows what is there; video_device:=pattern needs no device";
       break;
     case ENODEV:
-    case ENXIO: way_out = "it was unplugged; plug it in again"; break;
+    case ENXIO:
+      fault = CameraFault::Unplugged;
+      way_out = "it was unplugged; plug it in again";
+      break;
     case EACCES:
-    case EPERM: way_out = "add the user to the group video: `sudo adduser $USER video`, then log in again"; break;
-    case EBUSY: way_out = "another program uses it; `fuser -v " + device + "` names it"; break;
+    case EPERM:
+      fault = CameraFault::NotPermitted;
+      way_out = "add the user to the group video: `sudo adduser $USER video`, then log in again";
+      break;
+    case EBUSY:
+      fault = CameraFault::Busy;
+      way_out = "another program uses it; `fuser -v " + device + "` names it";
+      break;
     case ENOSPC:
+      fault = CameraFault::NoBandwidth;
       way_out = "the USB bus has no bandwidth left; choose a smaller image_size, pixel_format MJPG, or another port";
       break;
-    case ENOMEM: way_out = "no memory for its buffers; choose a smaller image_size"; break;
-    case EPIPE: way_out = "its media pipeline is not linked; this device needs libcamera"; break;
+    case ENOMEM:
+      fault = CameraFault::NoMemory;
+      way_out = "no memory for its buffers; choose a smaller image_size";
+      break;
+    case EPIPE:
+      fault = CameraFault::NeedsLibcamera;
+      way_out = "its media pipeline is not linked; this device needs libcamera";
+      break;
     case ENOTTY:
-    case EINVAL: way_out = "is it a camera that captures video? `v4l2-ctl --list-devices` tells"; break;
-    case ERANGE: way_out = "the value is out of the control's range"; break;
-    default: way_out = "see `dmesg`, or unplug and plug the camera";
+    case EINVAL:
+      fault = CameraFault::NotACamera;
+      way_out = "is it a camera that captures video? `v4l2-ctl --list-devices` tells";
+      break;
+    case ERANGE:
+      fault = CameraFault::OutOfRange;
+      way_out = "the value is out of the control's range";
+      break;
+    default: fault = CameraFault::Failed; way_out = "see `dmesg`, or unplug and plug the camera";
   }
-  return {device, fmt::format("{} failed: {} (errno {})", step, std::generic_category().message(code), code), way_out};
+  return {device, fmt::format("{} failed: {} (errno {})", step, std::generic_category().message(code), code), way_out,
+          fault};
 }
 
 Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const CaptureWish& wish) {
@@ -137,7 +165,7 @@ Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const Capture
     return err(Problem{
         wish.device,
         fmt::format("is not a camera that streams ('{}', capabilities {:#010x})", text_of(capability.card), can),
-        "a camera has several nodes; the one with index0 in /dev/v4l/by-id captures"});
+        "a camera has several nodes; the one with index0 in /dev/v4l/by-id captures", CameraFault::NotACamera});
   }
   CaptureFormat agreed;
   agreed.camera_name = parameter_name(text_of(capability.card));
@@ -155,13 +183,14 @@ Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const Capture
   const v4l2_pix_format& given = format.fmt.pix;
   const PixelFormat* const layout = find_pixel_format(given.pixelformat);
   if (layout == nullptr) {
-    return err(Problem{wish.device,
-                       fmt::format("insists on pixel format {}, which cannot be read", to_text(given.pixelformat)),
-                       "choose another image_size or pixel_format"});
+    return err(Problem{
+        wish.device, fmt::format("insists on pixel format {}, which cannot be read", to_text(given.pixelformat)),
+        "choose another image_size or pixel_format", CameraFault::UnreadableFormat, to_text(given.pixelformat)});
   }
   if (given.width == 0 || given.height == 0 || given.width > kMostPixels || given.height > kMostPixels) {
     return err(Problem{wish.device, fmt::format("answers with a picture of {}x{}", given.width, given.height),
-                       "choose another image_size"});
+                       "choose another image_size", CameraFault::UnusableSize,
+                       fmt::format("{}x{}", given.width, given.height)});
   }
   agreed.pixel_format = given.pixelformat;
   agreed.width = given.width;

@@ -10,14 +10,13 @@
 
 namespace nacelle::camera {
 
-/// What failed, in words with a way out: absent, busy, no rights, not a camera, no bandwidth... `os_code` is -errno.
+/// Returns the problem of a failed system call, with a CameraFault and a way out. `step` names the call; `os_code` is -errno.
 [[nodiscard]] Problem describe_trouble(const std::string& device, std::string_view step, int os_code);
 
 /// Checks that the device is a camera, and agrees with it on format, size and rate: the nearest to the wish that it
 /// has.
 ///
-/// Errors: not a capture device, driven by a media controller alone, or no format that the component can read; the
-///         Problem then lists the formats of the device.
+/// Errors: CameraFault::NotACamera; UnreadableFormat, with the formats of the device; UnusableSize; that of a failed call.
 [[nodiscard]] Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const CaptureWish& wish);
 
 /// The device's controls that are numbers or switches.

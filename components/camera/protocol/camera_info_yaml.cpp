@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "camera/protocol/calibration_fault.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
 
 namespace nacelle::camera {
@@ -18,8 +19,9 @@ class Reader {
 
   [[nodiscard]] const Problem& problem() const { return problem_; }
 
-  bool fail(int line, std::string what, std::string way_out = "see camera_calibration's file format") {
-    problem_ = {Place(file_, line), std::move(what), std::move(way_out)};
+  bool fail(CalibrationFault fault, int line, std::string value, std::string what,
+            std::string way_out = "see camera_calibration's file format") {
+    problem_ = {Place(file_, line), std::move(what), std::move(way_out), fault, std::move(value)};
     return false;
   }
 
@@ -29,7 +31,8 @@ class Reader {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (!node.is_scalar() || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
-      return fail(node.line, name + " is not a finite number" + (node.is_scalar() ? ": '" + node.text + "'" : ""));
+      return fail(CalibrationFault::NotANumber, node.line, node.text,
+                  name + " is not a finite number" + (node.is_scalar() ? ": '" + node.text + "'" : ""));
     }
     to = value;
     return true;
@@ -39,7 +42,8 @@ class Reader {
     double value = 0;
     if (!number(node, name, value)) return false;
     if (value < 0 || value > most || value != std::floor(value)) {
-      return fail(node.line, name + " is " + node.text + ", not a whole number from 0 to " + std::to_string(most));
+      return fail(CalibrationFault::OutOfRange, node.line, node.text,
+                  name + " is " + node.text + ", not a whole number from 0 to " + std::to_string(most));
     }
     to = static_cast<std::uint32_t>(value);
     return true;
@@ -47,13 +51,14 @@ class Reader {
 
   const YamlNode* required(const YamlNode& map, const char* name) {
     const YamlNode* const found = map.find(name);
-    if (found == nullptr) fail(map.line == 0 ? 1 : map.line, std::string("no key '") + name + "'");
+    if (found == nullptr)
+      fail(CalibrationFault::MissingKey, map.line == 0 ? 1 : map.line, name, std::string("no key '") + name + "'");
     return found;
   }
 
   bool numbers(const YamlNode& data, const std::string& name, std::span<double> to) {
     if (!data.is_sequence() || data.items.size() != to.size()) {
-      return fail(data.line,
+      return fail(CalibrationFault::WrongShape, data.line, std::to_string(data.items.size()),
                   name + " has " + std::to_string(data.items.size()) + " numbers, not " + std::to_string(to.size()));
     }
     for (std::size_t i = 0; i < to.size(); ++i) {
@@ -70,7 +75,7 @@ class Reader {
       std::uint32_t value = 0;
       if (count == nullptr || !natural(*count, std::string(name) + "." + key, value, 1000)) return false;
       if (value != wanted)
-        return fail(count->line,
+        return fail(CalibrationFault::WrongShape, count->line, count->text,
                     std::string(name) + "." + key + " is " + count->text + ", not " + std::to_string(wanted));
     }
     const YamlNode* const data = required(*map, "data");
@@ -85,7 +90,8 @@ class Reader {
     if (info.distortion_model == "rational_polynomial") wanted = 8;
     if (info.distortion_model == "equidistant") wanted = 4;
     if (wanted == 0) {
-      return fail(model->line, "distortion_model '" + info.distortion_model + "' is not known",
+      return fail(CalibrationFault::UnknownModel, model->line, model->text,
+                  "distortion_model '" + info.distortion_model + "' is not known",
                   suggestion(info.distortion_model, {"plumb_bob", "rational_polynomial", "equidistant"}));
     }
     const YamlNode* const map = required(root, "distortion_coefficients");
@@ -118,7 +124,9 @@ class Reader {
   }
 
   bool read(const YamlNode& root, Calibration& to) {
-    if (!root.is_map()) return fail(1, "not a calibration: " + std::string(root.kind_text()) + " instead of a map");
+    if (!root.is_map())
+      return fail(CalibrationFault::Malformed, 1, "",
+                  "not a calibration: " + std::string(root.kind_text()) + " instead of a map");
     for (const auto& [name, side] :
          {std::pair{"image_width", &to.info.width}, std::pair{"image_height", &to.info.height}}) {
       const YamlNode* const node = required(root, name);
@@ -141,7 +149,11 @@ class Reader {
 
 Result<Calibration, Problem> parse_camera_info(std::string_view yaml, const std::string& file_name) {
   auto root = parse_yaml(yaml, file_name);
-  if (!root) return err(root.error());
+  if (!root) {
+    Problem problem = root.error();
+    problem.code = CalibrationFault::Malformed;
+    return err(std::move(problem));
+  }
   Reader reader{file_name};
   Calibration calibration;
   if (!reader.read(*root, calibration)) return err(reader.problem());

@@ -18,8 +18,7 @@ struct Calibration {
 
 /// Reads the YAML that camera_calibration and camera_info_manager write.
 ///
-/// Errors: a Problem whose `where` is "<file_name>:<line>": syntax, a missing key, a matrix of another shape, a number
-///         that is none, an unknown distortion model or one with another count of coefficients.
+/// Errors: a CalibrationFault (calibration_fault.hpp); `where` is the line of `file_name`.
 /// Source: image_common jazzy, camera_calibration_parsers/src/parse_yml.cpp.
 [[nodiscard]] Result<Calibration, Problem> parse_camera_info(std::string_view yaml, const std::string& file_name);
 

@@ -12,6 +12,8 @@
 #include "camera/component/calibration.hpp"
 #include "camera/port/pattern_source.hpp"
 #include "camera/port/v4l2_capture.hpp"
+#include "camera/protocol/calibration_fault.hpp"
+#include "nacelle/base/file_fault.hpp"
 #include "scripted_camera.hpp"
 #include "support/recording_host.hpp"
 
@@ -335,8 +337,24 @@ TEST(CalibrationPath, replaces_the_names_that_camera_info_manager_knows) {
   EXPECT_EQ(calibration_path("file://${ROS_HOME}/camera_info/${NAME}.yaml", "hd_webcam").value(),
             "/var/ros/camera_info/hd_webcam.yaml");
   EXPECT_EQ(calibration_path("file:///etc/a.yaml", "x").value(), "/etc/a.yaml");
-  EXPECT_FALSE(calibration_path("file://etc/a.yaml", "x"));
-  EXPECT_FALSE(calibration_path("flash:///", "x"));
+}
+
+TEST(CalibrationPath, refuses_a_url_that_names_no_file) {
+  for (const char* const url : {"file://etc/a.yaml", "/etc/a.yaml", "flash:///", "package://robot/front.yaml"}) {
+    const auto path = calibration_path(url, "x");
+    ASSERT_FALSE(path) << url;
+    EXPECT_EQ(path.error().code, CalibrationFault::UnsupportedUrl) << url;
+    EXPECT_EQ(path.error().where, Place::of_parameter("camera_info_url")) << url;
+    EXPECT_EQ(path.error().value, url);
+  }
+}
+
+TEST(Calibration, that_cannot_be_read_is_a_fault_of_the_file) {
+  const auto checked = check_calibration("file:///no/such/file.yaml");
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().code, FileFault::NotFound);
+  EXPECT_EQ(checked.error().where, Place::of_parameter("camera_info_url"));
+  EXPECT_EQ(checked.error().value, "/no/such/file.yaml");
 }
 
 TEST(StreamInfo, uses_a_calibration_of_the_images_size_only) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera/protocol/camera_info_yaml.hpp"
 
+#include "camera/protocol/calibration_fault.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,9 +40,10 @@ projection_matrix:
 std::string with(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
 }
-std::string fault(const std::string& text) {
+/// Returns the problem of a text that is refused.
+Problem refusal_of(const std::string& text) {
   const auto read = parse_camera_info(text, "front.yaml");
-  return read ? "accepted" : read.error().text();
+  return read ? Problem{"accepted", "", ""} : read.error();
 }
 
 TEST(CameraInfoYaml, reads_every_field) {
@@ -69,20 +72,46 @@ TEST(CameraInfoYaml, takes_the_parsers_defaults_for_what_is_missing) {
   EXPECT_EQ(read.value().info.distortion_model, "plumb_bob");
 }
 
-TEST(CameraInfoYaml, says_what_is_wrong_and_where) {
-  EXPECT_THAT(fault(with(kFile, "image_width: 640\n", "")), HasSubstr("no key 'image_width'"));
-  EXPECT_THAT(fault(with(kFile, "500.5", "wide")),
-              HasSubstr("front.yaml:7: camera_matrix.data is not a finite number: 'wide'"));
-  EXPECT_THAT(fault(with(kFile, "500.5", "nan")), HasSubstr("not a finite number"));
-  EXPECT_THAT(fault(with(kFile, "500.5, 0.,", "500.5,")), HasSubstr("camera_matrix.data has 8 numbers, not 9"));
-  EXPECT_THAT(fault(with(kFile, "cols: 4", "cols: 5")), HasSubstr("projection_matrix.cols is 5, not 4"));
-  EXPECT_THAT(fault(with(kFile, "model: plumb_bob", "model: plum_bob")), HasSubstr("did you mean 'plumb_bob'"));
-  EXPECT_THAT(fault(with(kFile, "model: plumb_bob", "model: equidistant")),
-              HasSubstr("(equidistant) has 5 numbers, not 4"));
-  EXPECT_THAT(fault(with(kFile, "640", "-640")), HasSubstr("not a whole number"));
-  EXPECT_THAT(fault("[1, 2]"), HasSubstr("instead of a map"));
-  EXPECT_THAT(fault(""), HasSubstr("instead of a map"));
-  EXPECT_THAT(fault("a: [1"), HasSubstr("front.yaml:"));
+struct BadCalibration {
+  std::string text;
+  CalibrationFault fault;
+  int line;
+  const char* value;
+};
+
+TEST(CameraInfoYaml, reports_fault_line_and_value) {
+  const BadCalibration cases[] = {
+      {with(kFile, "image_width: 640\n", ""), CalibrationFault::MissingKey, 1, "image_width"},
+      {with(kFile, "500.5", "wide"), CalibrationFault::NotANumber, 7, "wide"},
+      {with(kFile, "500.5", "nan"), CalibrationFault::NotANumber, 7, "nan"},
+      {with(kFile, "640", "-640"), CalibrationFault::OutOfRange, 1, "-640"},
+      {with(kFile, "640", "65536"), CalibrationFault::OutOfRange, 1, "65536"},
+      {with(kFile, "640", "6.5"), CalibrationFault::OutOfRange, 1, "6.5"},
+      {with(kFile, "500.5, 0.,", "500.5,"), CalibrationFault::WrongShape, 7, "8"},
+      {with(kFile, "cols: 4", "cols: 5"), CalibrationFault::WrongShape, 19, "5"},
+      {with(kFile, "model: plumb_bob", "model: equidistant"), CalibrationFault::WrongShape, 12, "5"},
+      {with(kFile, "model: plumb_bob", "model: plum_bob"), CalibrationFault::UnknownModel, 8, "plum_bob"},
+      {"[1, 2]", CalibrationFault::Malformed, 1, ""},
+      {"", CalibrationFault::Malformed, 1, ""},
+      {"a: [1", CalibrationFault::Malformed, 1, ""},
+  };
+  for (const auto& bad : cases) {
+    const Problem refusal = refusal_of(bad.text);
+    EXPECT_EQ(refusal.code.text(), code_text(bad.fault)) << refusal.text();
+    EXPECT_EQ(refusal.where, Place("front.yaml", bad.line)) << refusal.text();
+    EXPECT_EQ(refusal.value, bad.value) << refusal.text();
+  }
+}
+
+TEST(CameraInfoYaml, words_each_fault_with_the_place_in_the_file) {
+  EXPECT_EQ(refusal_of(with(kFile, "image_width: 640\n", "")).text(),
+            "front.yaml:1: no key 'image_width'; see camera_calibration's file format");
+  EXPECT_THAT(refusal_of(with(kFile, "500.5", "wide")).what, "camera_matrix.data is not a finite number: 'wide'");
+  EXPECT_EQ(refusal_of(with(kFile, "640", "-640")).what, "image_width is -640, not a whole number from 0 to 65535");
+  EXPECT_EQ(refusal_of(with(kFile, "cols: 4", "cols: 5")).what, "projection_matrix.cols is 5, not 4");
+  EXPECT_EQ(refusal_of(with(kFile, "model: plumb_bob", "model: plum_bob")).text(),
+            "front.yaml:8: distortion_model 'plum_bob' is not known; did you mean 'plumb_bob'?");
+  EXPECT_THAT(refusal_of("[1, 2]").what, HasSubstr("instead of a map"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "camera/port/camera_fault.hpp"
 #include "camera/port/pattern_source.hpp"
 #include "camera/port/v4l2_capture.hpp"
 #include "jpeg_picture.hpp"
@@ -254,7 +255,11 @@ TEST_F(CaptureLoopTest, says_which_encodings_the_camera_can_have) {
   auto loop = make(capture, "yuyv", kMjpeg);
   const auto opened = loop.open();
   ASSERT_FALSE(opened);
-  EXPECT_THAT(opened.error().text(), ::testing::HasSubstr("yuyv cannot be made from MJPG; use rgb8 or bgr8 or mono8"));
+  EXPECT_EQ(opened.error().code, CameraFault::NotConvertible);
+  EXPECT_EQ(opened.error().where, Place::of_parameter("output_encoding"));
+  EXPECT_EQ(opened.error().value, "yuyv");
+  EXPECT_EQ(opened.error().what, "yuyv cannot be made from MJPG");
+  EXPECT_EQ(opened.error().way_out, "use rgb8 or bgr8 or mono8");
   EXPECT_TRUE(camera->open_descriptors.empty());
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "camera/port/camera_fault.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle::camera {
@@ -124,6 +125,31 @@ TEST_F(PatternSourceTest, refuses_what_it_cannot_draw) {
   EXPECT_FALSE(source.open(wish));
   wish.width = 100000;
   EXPECT_FALSE(source.open(wish));
+}
+
+TEST(PatternSource, refuses_what_it_cannot_draw_or_set) {
+  const test::ManualClock clock;
+  PatternSource source{clock};
+  CaptureWish wish;
+  wish.pixel_format = kMjpeg;
+  const Problem format = source.open(wish).error();
+  EXPECT_EQ(format.code, CameraFault::CannotDraw);
+  EXPECT_EQ(format.value, "MJPG");
+  EXPECT_EQ(format.text(),
+            "pattern source: cannot draw pixel format MJPG; use output_encoding rgb8, bgr8, yuyv, uyvy or mono8");
+
+  wish.pixel_format = kRgb24;
+  wish.width = 641;
+  const Problem size = source.open(wish).error();
+  EXPECT_EQ(size.code, CameraFault::CannotDraw);
+  EXPECT_EQ(size.value, "[641, 480]");
+
+  Control brightness;
+  brightness.name = "brightness";
+  const Problem control = source.set_control(brightness, 7).error();
+  EXPECT_EQ(control.code, CameraFault::NoControl);
+  EXPECT_EQ(control.value, "brightness");
+  EXPECT_EQ(control.what, "has no control brightness");
 }
 
 }  // namespace

@@ -10,12 +10,14 @@
 #include <random>
 #include <thread>
 
+#include "camera/port/camera_fault.hpp"
 #include "camera/port/v4l2_negotiation.hpp"
 #include "scripted_camera.hpp"
 
 namespace nacelle::camera {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 void give_back(const Frame& frame) { frame.give_back.release(frame.give_back.context); }
@@ -129,7 +131,9 @@ TEST_F(V4l2CaptureTest, says_when_the_driver_has_no_memory_for_buffers) {
   ASSERT_TRUE(capture.open({}));
   const auto started = capture.start();
   ASSERT_FALSE(started);
-  EXPECT_THAT(started.error().text(), HasSubstr("REQBUFS failed"));
+  EXPECT_EQ(started.error().code, CameraFault::NoMemory);
+  EXPECT_THAT(started.error().text(), AllOf(HasSubstr("REQBUFS failed: Cannot allocate memory (errno 12)"),
+                                            HasSubstr("no memory for its buffers; choose a smaller image_size")));
   EXPECT_TRUE(camera->open_descriptors.empty());
 }
 
@@ -176,7 +180,7 @@ TEST_F(V4l2CaptureTest, survives_a_pulled_cable_with_a_frame_in_a_readers_hand) 
   EXPECT_TRUE(camera->open_descriptors.empty());
   EXPECT_EQ(held.value().bytes[5], 0x11);
   EXPECT_GT(camera->mapped, 0);
-  EXPECT_THAT(capture.open({}).error().text(), HasSubstr("plugged in"));
+  EXPECT_EQ(capture.open({}).error().code, CameraFault::NotThere);
 
   camera->plug();
   begin();
@@ -344,6 +348,7 @@ TEST_F(V4l2CaptureTest, keeps_the_drivers_padding_of_lines) {
 
 struct OpenCase {
   int answer;
+  CameraFault fault;
   const char* way_out;
 };
 class OpenFaults : public V4l2CaptureTest, public ::testing::WithParamInterface<OpenCase> {};
@@ -353,29 +358,55 @@ TEST_P(OpenFaults, name_device_cause_and_way_out) {
   wish.device = "/dev/v4l/by-id/front";
   const auto opened = capture.open(wish);
   ASSERT_FALSE(opened);
-  EXPECT_EQ(opened.error().where.text(), wish.device);
+  EXPECT_EQ(opened.error().code, GetParam().fault);
+  EXPECT_EQ(opened.error().where, Place(wish.device));
   EXPECT_THAT(opened.error().what, HasSubstr("errno " + std::to_string(-GetParam().answer)));
   EXPECT_THAT(opened.error().way_out, HasSubstr(GetParam().way_out));
 }
 INSTANTIATE_TEST_SUITE_P(All, OpenFaults,
-                         ::testing::Values(OpenCase{-ENOENT, "plugged in"}, OpenCase{-EACCES, "group video"},
-                                           OpenCase{-EBUSY, "another program"}, OpenCase{-ENODEV, "unplugged"}));
+                         ::testing::Values(OpenCase{-ENOENT, CameraFault::NotThere, "plugged in"},
+                                           OpenCase{-EACCES, CameraFault::NotPermitted, "group video"},
+                                           OpenCase{-EBUSY, CameraFault::Busy, "another program"},
+                                           OpenCase{-ENODEV, CameraFault::Unplugged, "unplugged"},
+                                           OpenCase{-EPIPE, CameraFault::NeedsLibcamera, "libcamera"},
+                                           OpenCase{-EINVAL, CameraFault::NotACamera, "`v4l2-ctl --list-devices`"},
+                                           OpenCase{-EIO, CameraFault::Failed, "see `dmesg`"}));
 
 TEST_F(V4l2CaptureTest, refuses_a_node_that_is_no_camera) {
   camera->capabilities = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
-  EXPECT_THAT(capture.open({}).error().text(), HasSubstr("not a camera that streams"));
+  const auto opened = capture.open({});
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, CameraFault::NotACamera);
+  EXPECT_THAT(opened.error().what, HasSubstr("not a camera that streams"));
   EXPECT_TRUE(camera->open_descriptors.empty());
 }
 
 TEST_F(V4l2CaptureTest, refuses_a_sensor_that_gives_raw_data_only) {
   camera->formats = {V4L2_PIX_FMT_SRGGB10P};
-  EXPECT_THAT(capture.open({}).error().text(), HasSubstr("libcamera"));
+  const auto opened = capture.open({});
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, CameraFault::UnreadableFormat);
+  EXPECT_EQ(opened.error().value, "pRAA");
+  EXPECT_EQ(opened.error().what, "offers no pixel format that can be read, only pRAA");
+  EXPECT_THAT(opened.error().way_out, HasSubstr("libcamera"));
+}
+
+TEST_F(V4l2CaptureTest, refuses_a_size_that_no_picture_has) {
+  camera->sizes = {{640, 0}};
+  const auto opened = capture.open({});
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, CameraFault::UnusableSize);
+  EXPECT_EQ(opened.error().value, "640x0");
+  EXPECT_EQ(opened.error().what, "answers with a picture of 640x0");
 }
 
 TEST_F(V4l2CaptureTest, says_that_the_bus_is_full) {
   ASSERT_TRUE(capture.open({}));
   camera->fail_next(VIDIOC_STREAMON, -ENOSPC);
-  EXPECT_THAT(capture.start().error().text(), HasSubstr("bandwidth"));
+  const auto started = capture.start();
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, CameraFault::NoBandwidth);
+  EXPECT_THAT(started.error().way_out, HasSubstr("the USB bus has no bandwidth left"));
   EXPECT_EQ(camera->mapped, 0);
 }
 
@@ -408,9 +439,14 @@ TEST_F(V4l2CaptureTest, lists_and_sets_controls_under_v4l2_cameras_names) {
   EXPECT_TRUE(capture.set_control(controls[0], 7));
   EXPECT_EQ(camera->control_values[V4L2_CID_BRIGHTNESS], 7);
   camera->fail_next(VIDIOC_S_CTRL, -ERANGE);
-  EXPECT_THAT(capture.set_control(controls[0], 700).error().text(), HasSubstr("set brightness failed"));
+  const Problem refused = capture.set_control(controls[0], 700).error();
+  EXPECT_EQ(refused.code, CameraFault::OutOfRange);
+  EXPECT_EQ(refused.value, "700");
+  EXPECT_THAT(refused.text(), AllOf(HasSubstr("set brightness failed"), HasSubstr("out of the control's range")));
   capture.close();
-  EXPECT_FALSE(capture.set_control(controls[0], 7));
+  const Problem closed = capture.set_control(controls[0], 7).error();
+  EXPECT_EQ(closed.code, CameraFault::NotOpen);
+  EXPECT_EQ(closed.what, "is not open");
 }
 
 }  // namespace
