@@ -93,7 +93,7 @@ void DriveLoop::heed_stops() {
     input_.hold(Hold::Stopped);
     is_new = true;
   }
-  if (is_new) static_cast<void>(port_.stop());  // the cycle that follows says it again
+  if (is_new) static_cast<void>(port_.stop());  // the following cycle repeats the stop
 }
 
 Result<void, DriveFault> DriveLoop::listen() {

@@ -68,8 +68,8 @@ bool CommandInput::take(std::size_t index, const DriveCommand& command) {
     const bool may_arm = !blocked && (settings_.rearm == RearmRule::Fresh || (of_motion && neutral_before));
     if (!may_arm) {
       if (!of_motion) {
-        // A zero needs no rest before it: it overrides inputs of a lower priority (an operator who only stops the
-        // robot).
+        // A zero command takes effect without a neutral phase: it overrides inputs of a lower priority (an operator only stops
+        // the robot).
         channel.command = command;
         channel.in_force = !blocked && settings_.sources.size() > 1;
         return false;

@@ -61,7 +61,7 @@ BodyTwist TwistLimiter::reachable(const BodyTwist& wanted, double dt_s) const {
   const auto linear_share = share_of(linear_mps, linear_.last, wanted.linear_mps);
   const auto angular_share = share_of(angular_rps, angular_.last, wanted.angular_rps);
 
-  // A jerk limit can force an axis to go on in the old sense for a while; its share is negative then.
+  // A jerk limit can force an axis to continue in its old direction for a while. Its share is negative then.
   const bool forced_on = linear_share.value_or(0.0) < 0.0 || angular_share.value_or(0.0) < 0.0;
   if (!forced_on) {
     FactorRange factors;

@@ -93,7 +93,7 @@ void Watch::look(const std::vector<std::unique_ptr<Input>>& inputs, const Filter
   }
 }
 
-// What is wrong with stamps that are fused all the same, as robot_localization does.
+// Reports implausible stamps, which are fused nevertheless, as in robot_localization.
 void Watch::look_at_stamps(const Input& input, const Input::Part& part, const PartStats& now, Seen& seen,
                            const Logger& logger) const {
   const bool stands = now.same_stamp >= kSameStamps && now.of(Rejection::NoStamp) == 0;

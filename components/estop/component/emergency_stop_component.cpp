@@ -172,7 +172,7 @@ void EmergencyStopComponent::watch() noexcept {
       continue;
     }
     const auto changed = button_->wait_until(steady_clock().now() + (told ? kLookPeriod : kSayAgain));
-    // A press that was over before we looked is a press. Lost: the next read says so again.
+    // A press between two reads counts. If the line was lost, the next read reports it again.
     if (changed && changed.value()) told = false;
   }
 }

@@ -22,9 +22,9 @@ namespace nacelle::estop {
 /// It publishes on the latched topic `emergency_stop`, as other programs may (`nacelle estop`, a remote node); the base
 /// obeys the topic. A pressed button sets the stop, and sets it again after any release; letting the button go does not
 /// release it. A button that cannot be read, or is absent, counts as pressed and is an open fault (DEVICE_LOST) until
-/// it is back; letting the robot move again takes a release of the stop. With device_lost: fault it is the fault
-/// GPIO_LOST. While it is active, and its executor and its button's thread go on, it shows life (liveliness
-/// manual_by_topic, 0.5 s): a base with emergency_stop_required moves only then.
+/// it is back; the robot moves again only after a release of the stop. With device_lost: fault it is the fault
+/// GPIO_LOST. While it is active, and its executor and its button's thread run, it asserts its liveliness
+/// (manual_by_topic, 0.5 s): a base with emergency_stop_required moves only then.
 /// Threads: the executor's; the button's thread has a publisher of its own.
 class EmergencyStopComponent final : public LifecycleNode {
  public:

@@ -35,8 +35,8 @@ struct ImuCounters {
 
 /// From bytes to published samples, on the reading thread.
 ///
-/// Time of a sample: when the first byte of its first frame was put on the line, that is the receive time minus what
-/// came after it on the line; an ArrivalFilter takes out what the thread had to wait.
+/// Time of a sample: when the first byte of its first frame was put on the line. That is the receive time minus the duration of
+/// the bytes after it; an ArrivalFilter removes the thread's delays.
 /// Allocates: nothing once the publishers' messages have their size.
 class ImuStream final : public io::ByteSink {
  public:

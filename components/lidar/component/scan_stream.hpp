@@ -26,7 +26,7 @@ struct LidarCounters {
 /// From bytes to published scans, on the reading thread.
 ///
 /// Time of a point: a frame is sent when its last point was measured, so that moment is the receive time of the
-/// frame's last byte minus 47 byte times; an ArrivalFilter takes out what the thread had to wait.
+/// frame's last byte minus 47 byte times; an ArrivalFilter removes the thread's delays.
 /// Allocates: nothing once the publisher's messages have their size.
 class ScanStream final : public io::ByteSink {
  public:

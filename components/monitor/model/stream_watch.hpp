@@ -46,7 +46,7 @@ class StreamWatch {
   void record(MonotonicTime received, std::uint64_t writer, std::uint64_t sequence, std::optional<Duration> age);
   /// Evaluates the messages since the last call (or start()), and restarts the interval.
   [[nodiscard]] StreamReport look(MonotonicTime now, const Expectation& expected);
-  /// From now on; what a pause has swallowed is no gap.
+  /// Starts anew: messages missed during a pause are no gap.
   void start(MonotonicTime now);
 
  private:

@@ -11,7 +11,7 @@ namespace {
 constexpr double kTurn_rad = 2.0 * std::numbers::pi;
 constexpr double kFinest_rad = 1e-7;  // 26 bits a turn: nearer together are positions of no counter
 constexpr int kLeastBits = 8;
-// What the speed may have changed by in one sample, of what the wheel can turn: beyond that the likeness is chance.
+// The largest change of speed in one sample, as a fraction of the highest speed. A match beyond that is chance.
 constexpr double kUnexpected = 0.25;
 
 /// The step that lies nearest to the expected one, on a circle.

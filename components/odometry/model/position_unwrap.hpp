@@ -21,7 +21,7 @@ class PositionUnwrap {
   /// The next position starts the differences anew. Knowledge of the circle is kept.
   void restart() { last_rad_.reset(); }
   /// The step since the last position, or nothing for the first one and after a jump. `most_rad` is the longest step that the wheel
-  /// can have made, `expected_rad` the likely one; `is_measured` says that a measured speed stands behind it.
+  /// can have made, `expected_rad` the likely one; `is_measured`: the latter is from a measured speed.
   [[nodiscard]] std::optional<double> step(double position_rad, double most_rad, double expected_rad, bool is_measured);
   /// 0: none is known.
   [[nodiscard]] double range_rad() const { return range_rad_; }

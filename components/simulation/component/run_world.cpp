@@ -31,10 +31,10 @@ namespace {
 // A machine that stood still for longer than this (suspended, stopped in a debugger) is not caught up with: the robot
 // would jump. The world's clock jumps instead.
 constexpr Duration kLongestCatchUp = 1s;
-// What is due is made up for at this multiple of the world's pace. A line holds 4 KB, a quarter of a second of the LiDAR: what came all at
-// once would not fit, and its reader, at normal priority, gets the time to empty it.
+// Missed time is made up for at this multiple of the world's pace. A line holds 4 KB, a quarter of a second of the LiDAR: more would not
+// fit at once, and its reader, at normal priority, needs time to empty it.
 constexpr std::uint64_t kCatchUpPace = 4;
-// Ticks that one waking counts as, at most. More of them were a pause; fewer are a machine with much to do.
+// The most ticks that one wake-up counts as. More are a pause; fewer are a busy machine.
 constexpr std::uint64_t kTicksAtATime = 5;
 
 /// Takes SIGTERM and SIGINT as events for as long as it lives.
@@ -57,7 +57,7 @@ class Signals {
     pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }
   [[nodiscard]] int descriptor() const { return event_.number(); }
-  /// Takes what came; true if one of them ends the world. A Ctrl-C of the terminal, which the whole foreground group
+  /// Takes all signals. Returns true if one of them ends the world. A Ctrl-C of the terminal, which the whole foreground group
   /// gets, counts only if the world has no parent that will end it; a SIGINT sent by a program always counts.
   [[nodiscard]] bool ask_to_end(bool terminal_counts) const {
     bool ends = false;
@@ -132,7 +132,7 @@ class Control {
   ~Control() { ::unlink(path_.c_str()); }
   [[nodiscard]] int descriptor() const { return fifo_.number(); }
 
-  /// Calls `each(line)` for what came; a line that is too long is forgotten.
+  /// Calls `each(line)` for each line received. A line that is too long is dropped.
   template <typename Each>
   void read(Each&& each) {
     std::array<char, 256> bytes{};

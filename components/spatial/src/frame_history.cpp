@@ -242,7 +242,7 @@ FrameHistory::Added FrameHistory::add_dynamic(const TransformSample& sample, con
   return Added::Yes;
 }
 
-// Before a sample takes the place of the oldest one. Readers go on in the old ring, or see that it is no longer the ring.
+// Called before a sample replaces the oldest one. Readers continue in the old ring, or detect that it was replaced.
 void FrameHistory::grow_if_full(std::int64_t newest_ns, const Sizes& sizes) {
   const View old = view(*rings_);
   const std::uint64_t head = head_.load(kRelaxed);

@@ -254,7 +254,7 @@ Result<void, InsertFault> TransformBuffer::insert(FrameId parent, FrameId child,
     return refuse(stats.not_normalised, InsertFault::NotNormalised);
   }
   TransformSample sample{stamp.nanoseconds(), parent.value, X_PC};
-  // Chains multiply lengths: what the tolerance lets in would grow along them.
+  // Chains multiply norms, so an error within the tolerance would grow along them.
   if (std::abs(X_PC.rotation.squaredNorm() - 1.0) > 1e-12) sample.X_PC.rotation.normalize();
   const FrameHistory::Sizes sizes{impl_->options.cache_time.count(), impl_->options.samples_per_frame,
                                   impl_->options.most_samples_per_frame};

@@ -82,7 +82,7 @@ std::span<const JointTransforms::Moved> JointTransforms::update(WallTime stamp, 
     }
     if (joints_[joint].mimic) continue;  // it follows its leader; its own state is ignored
     any = true;
-    // A joint twice in one message has had its turn.
+    // Of a joint that is twice in one message, the first state counts.
     if (moved_.size() == moved_.capacity() || !is_due(leaders_[joint], stamp.nanoseconds())) continue;
     moved_.push_back({joint, joints_[joint].at(positions[i])});
     for (const Follower& follower : leaders_[joint].followers) {

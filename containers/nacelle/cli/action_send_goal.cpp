@@ -27,7 +27,7 @@ namespace {
 using action::GoalStatus;
 using nlohmann::json;
 
-/// A goal ends when it ends; this is what a request for its result may wait at most.
+/// The limit of a request for a result. A goal may take any time.
 constexpr double kLongestGoal_s = 86400;
 
 /// One goal from the command line: two connections, so that feedback comes while the result is waited for.

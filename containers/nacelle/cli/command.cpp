@@ -104,7 +104,7 @@ void add_command(CLI::App& app, const Command& command, const Command*& chosen) 
   add_options(app, command);
   app.footer(command.note());
   if (command.is_hidden()) app.group("");
-  // CLI11 calls what stands below first.
+  // CLI11 calls the callbacks of subcommands first.
   if (command.body()) {
     app.callback([&command, &chosen] {
       if (chosen == nullptr) chosen = &command;

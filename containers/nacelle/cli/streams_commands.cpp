@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `streams` and `top`: what the running robot does, again and again.
+// `streams` and `top`: tables of the running robot, repeated.
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>

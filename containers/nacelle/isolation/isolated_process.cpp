@@ -93,7 +93,7 @@ class IsolatedProcess {
     ::close(event_);
   }
 
-  /// False: a thread hangs in the component and goes on, so the process is to end without destructors at exit.
+  /// Returns false if a thread still hangs in the component: the process then has to exit without destructors.
   [[nodiscard]] bool end() {
     if (!container_) return true;
     container_->give_up_transitions_after(kLeaveLimit);
@@ -136,7 +136,7 @@ class IsolatedProcess {
     if (::write(event_, &one, sizeof one) < 0 && errno == EBADF) end_without_descriptors();
   }
 
-  /// The component closed descriptors that it does not own. Destructors would wait for what cannot be woken.
+  /// The component closed descriptors that it does not own. Destructors would wait for threads that cannot be woken.
   [[noreturn]] static void end_without_descriptors() {
     static_cast<void>(runtime::write_all_safe_stops());
     std::fputs(

@@ -157,7 +157,7 @@ Result<void, Problem> ForeignProgram::wait_until_ready(Duration limit, int stop_
   const std::string where = "program " + spec_.label;
   const MonotonicTime until = clock.now() + limit;
   while (true) {
-    // A file with another number is what a killed predecessor left.
+    // A file with another number is of a killed predecessor.
     constexpr std::size_t kMostDigits = 64;
     const std::string number = read_regular_file(spec_.ready_file, kMostDigits).value_or("");
     if (!number.empty() && std::strtol(number.c_str(), nullptr, 10) == pid_) return {};
@@ -186,7 +186,7 @@ bool ForeignProgram::wait_for_end(Duration limit, const Clock& clock) {
 }
 
 std::string ForeignProgram::stop(const Clock& clock) {
-  // ros2 launch's order of signals: what a ROS program expects.
+  // The order of signals of ros2 launch, which ROS programs expect.
   if (!ended().empty()) return how_;
   ::kill(pid_, SIGINT);
   if (wait_for_end(spec_.sigterm_after, clock)) return how_;

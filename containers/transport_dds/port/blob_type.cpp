@@ -12,7 +12,7 @@
 
 #include "transport_dds/port/pacing.hpp"
 
-// All of these are called by Cyclone, some on its receiving thread: none may throw or believe what came, and none may
+// All of these are called by Cyclone, some on its receiving thread: none may throw or trust received bytes, and none may
 // block but end_lending() on a thread that asked for it.
 namespace nacelle::transport_dds {
 namespace {

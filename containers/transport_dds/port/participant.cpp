@@ -15,7 +15,7 @@ namespace {
 
 // A writer waits for acknowledgements when more than WhcHigh is outstanding, for ever with ROS 2's QoS. A KEEP_LAST
 // history bounds that by itself, and KEEP_ALL is bounded by EndpointOptions::most_out. A message of megabytes comes in
-// one burst: what the socket's buffer does not hold is sent again, much later. The kernel gives as much as
+// one burst: packets that do not fit into the socket's buffer are sent again, much later. The kernel gives as much as
 // net.core.rmem_max allows. A writer that ends waits a moment for readers to acknowledge, each for itself: a peer that
 // has fallen silent must not hold up the end of all.
 constexpr const char* kBefore =

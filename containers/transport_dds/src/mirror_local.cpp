@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ends of this side, and what the network knows of them.
+// The endpoints of this side, and their counterparts on the network.
 #include <algorithm>
 
 #include "mirror_impl.hpp"

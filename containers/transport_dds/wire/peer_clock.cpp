@@ -21,7 +21,7 @@ bool PeerClock::note(WallTime source, WallTime received, MonotonicTime at) {
   if (size_of(ours - ours_) > kClockWasSet) begin_anew();
   ours_ = ours;
   const std::int64_t number = at.since_origin / kSlice;
-  // The slice that is over is judged with the first message of the next one.
+  // A slice is evaluated with the first message of the next one.
   const bool changed = current_ >= 0 && number != current_ && judge(at);
   current_ = number;
   Slice& slice = slices_[static_cast<std::size_t>(number) % kSlices];

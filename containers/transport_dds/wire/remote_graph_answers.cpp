@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the graph of other processes answers; remote_graph.cpp is how it comes to know it.
+// Queries of the graph of other processes. remote_graph.cpp fills it.
 #include <algorithm>
 #include <iterator>
 

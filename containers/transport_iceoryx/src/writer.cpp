@@ -17,7 +17,7 @@ bool is_own_field(const msgs::MessageType& type, const msgs::Step* step) {
   return step >= type.steps.data() && step < type.steps.data() + type.steps.size();
 }
 
-// A reader of this process may go on reading what a sent chunk's next user overwrites.
+// A reader of this process may still read a sent chunk that its next user overwrites.
 bool has_other_holders(const Block& block) {
   return block.references.load(std::memory_order_acquire) != 1 ||
          block.shared_state.load(std::memory_order_acquire) != 0;

@@ -176,7 +176,7 @@ bool Link::Impl::handle_data(ByteView payload) {
   if (found == remotes.end() || !found->second.writer) {
     ++dropped;
   } else if (Remote& remote = found->second; remote.arrival) {
-    // First what the carrier brought before it.
+    // First the earlier messages, which the carrier brought.
     remote.arrival->reader->drain();
     block = remote.arrival->borrow();
   } else {
