@@ -5,7 +5,7 @@
 
 #include "nacelle/base/time.hpp"
 #include "simulation/model/drive_model.hpp"
-#include "simulation/protocol/ld06_printer.hpp"
+#include "simulation/protocol/ld06_encoder.hpp"
 #include "simulation/protocol/wt901_device.hpp"
 
 namespace nacelle::simulation {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "desk/qos_json.hpp"
 #include "nacelle/host/standard_interfaces.hpp"
+#include "requests/qos_json.hpp"
 
 namespace nacelle::answers {
 namespace {
@@ -22,7 +22,7 @@ json to_json(const runtime::EndpointReport& end) {
            {"publisher", end.is_writer},
            {"standard", is_standard_topic(end.topic)},
            {"elsewhere", end.in_other_process},
-           {"qos", desk::json_of(end.qos)}};
+           {"qos", requests::json_of(end.qos)}};
   if (end.command_timeout.after > Duration::zero()) {
     row["command_timeout_s"] = to_seconds(end.command_timeout.after);
     row["command_parameter"] = end.command_timeout.parameter;

@@ -29,19 +29,19 @@ OwnContainer::OwnContainer(Robot& robot) : robot_(robot), types_(robot.message_f
 
 const Clock& OwnContainer::clock() const { return robot_.container().clock(); }
 
-desk::Answer OwnContainer::answer(const std::string& verb, const nlohmann::json& request) {
+requests::Answer OwnContainer::answer(const std::string& verb, const nlohmann::json& request) {
   return reply_to_verb(robot_, types_, verb, request);
 }
 
-Result<std::unique_ptr<desk::TopicTap>, Problem> OwnContainer::tap(const desk::TapWish& wish) {
+Result<std::unique_ptr<requests::TopicTap>, Problem> OwnContainer::tap(const requests::TapWish& wish) {
   auto type = type_of(wish);
   if (!type) return err(type.error());
   // Text for display may lose messages; measurements must not.
-  return std::make_unique<desk::TopicTap>(robot_.container().transport(), wish.topic, *type.value(),
-                                          wish.is_measured ? kMeasuredDepth : kReadDepth);
+  return std::make_unique<requests::TopicTap>(robot_.container().transport(), wish.topic, *type.value(),
+                                              wish.is_measured ? kMeasuredDepth : kReadDepth);
 }
 
-Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const desk::TapWish& wish) {
+Result<const msgs::MessageType*, Problem> OwnContainer::type_of(const requests::TapWish& wish) {
   const runtime::Container& container = robot_.container();
   // A name may carry two types (cmd_vel does); then the one that is meant can be given.
   if (!wish.type.empty()) {

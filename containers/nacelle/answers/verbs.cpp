@@ -7,7 +7,7 @@
 
 #include "answers/graph_verbs.hpp"
 #include "control/client.hpp"
-#include "desk/service_verbs.hpp"
+#include "requests/service_verbs.hpp"
 
 namespace nacelle::answers {
 namespace {
@@ -52,7 +52,7 @@ bool changes_something(const std::string& verb, const json& request) {
 
 }  // namespace
 
-desk::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
+requests::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb, const json& request) {
   if (changes_something(verb, request) && robot.phase() != Phase::Running) return reply_of(why_not_running(robot));
   if (verb == "graph") return graph_of(robot);
   if (verb == "node.find") return find_node(robot, request);
@@ -60,7 +60,7 @@ desk::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::st
   if (verb == "service.prepare") return offered_services(robot, request);
   if (verb == "service.call") {
     const auto start = [&](const auto&... given) { return robot.container().call_service(given...); };
-    return desk::call_service(robot.container().clock(), start, types, request, "see `nacelle faults`");
+    return requests::call_service(robot.container().clock(), start, types, request, "see `nacelle faults`");
   }
   return reply_of(
       {"request '" + verb + "'", "is unknown to this container", "use the `nacelle` that started the container"});

@@ -5,15 +5,15 @@
 #include <string>
 
 #include "answers/robot.hpp"
-#include "desk/late_reply.hpp"
 #include "nacelle/msgs/type_library.hpp"
+#include "requests/late_reply.hpp"
 
 namespace nacelle::answers {
 
 /// Executes one request of the control socket and returns the reply; requests that wait for a service are answered
 /// later.
 /// Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
-[[nodiscard]] desk::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb,
-                                         const nlohmann::json& request);
+[[nodiscard]] requests::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb,
+                                             const nlohmann::json& request);
 
 }  // namespace nacelle::answers

@@ -4,7 +4,7 @@
 #include <charconv>
 
 #include "nacelle/base/network_names.hpp"
-#include "remote/remote_desk.hpp"
+#include "remote/remote_requests.hpp"
 
 namespace nacelle::cli {
 namespace {
@@ -28,7 +28,7 @@ struct Whom::Remote {
   bool is_wanted = false;
   std::string domain, network;
   double spin_time_s = 1.0;
-  std::unique_ptr<remote::RemoteDesk> desk;  // once it was asked
+  std::unique_ptr<remote::RemoteRequests> requests;  // once it was asked
 };
 
 Whom::Whom() : remote_(std::make_shared<Remote>()) {}
@@ -61,18 +61,18 @@ std::optional<Problem> Whom::misuse() const {
 }
 
 Result<control::Client, Problem> Whom::connect_remotely(std::vector<std::filesystem::path> message_folders) const {
-  if (!remote_->desk) {
+  if (!remote_->requests) {
     remote::RemoteOptions options;
     options.domain = domain_of(remote_->domain);
     if (remote_->network == "local") options.mode = launch::NetworkMode::Local;
     if (remote_->network == "export") options.mode = launch::NetworkMode::Export;
     options.spin_time = from_seconds(remote_->spin_time_s);
     options.message_folders = std::move(message_folders);
-    auto desk = remote::RemoteDesk::open(options);
-    if (!desk) return err(desk.error());
-    remote_->desk = std::move(desk).value();
+    auto requests = remote::RemoteRequests::open(options);
+    if (!requests) return err(requests.error());
+    remote_->requests = std::move(requests).value();
   }
-  return remote_->desk->connect();
+  return remote_->requests->connect();
 }
 
 }  // namespace nacelle::cli

@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "desk/qos_json.hpp"
 #include "nacelle/host/action_names.hpp"
 #include "nacelle/launch/parameter_value.hpp"
 #include "nacelle/qos/text.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "nacelle/runtime/plugin_fault.hpp"
+#include "requests/qos_json.hpp"
 
 namespace nacelle::reference {
 namespace {
@@ -53,7 +53,7 @@ void add_topics(json& all, const runtime::Container& container, const std::strin
     if (action::is_action_part(end.topic)) continue;
     add_once(all[end.is_writer ? "publishes" : "subscribes"], {{"name", as_written(end.topic, node)},
                                                                {"type", end.type},
-                                                               {"qos", desk::json_of(end.qos)},
+                                                               {"qos", requests::json_of(end.qos)},
                                                                {"qos_text", qos_text(end.qos)}});
   }
 }

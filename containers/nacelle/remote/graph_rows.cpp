@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "desk/qos_json.hpp"
 #include "nacelle/host/standard_interfaces.hpp"
+#include "requests/qos_json.hpp"
 
 namespace nacelle::remote {
 namespace {
@@ -50,7 +50,7 @@ json endpoint_row(const RemoteEndpoint& end) {
           {"publisher", end.is_writer},
           {"standard", is_standard_topic(end.name)},
           {"elsewhere", false},
-          {"qos", desk::json_of(end.qos)}};
+          {"qos", requests::json_of(end.qos)}};
 }
 
 /// Of its four ends two read: the server's of requests, the client's of replies.

@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "desk/late_reply.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
@@ -23,6 +22,7 @@
 #include "networking/network.hpp"
 #include "remote/byte_message.hpp"
 #include "remote/service_clients.hpp"
+#include "requests/late_reply.hpp"
 #include "transport_dds/wire/remote_graph.hpp"
 
 namespace nacelle::remote {

@@ -6,18 +6,18 @@
 #include <utility>
 
 #include "control/client.hpp"
-#include "desk/publish_encoded.hpp"
-#include "desk/service_verbs.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "remote/graph_rows.hpp"
+#include "requests/publish_encoded.hpp"
+#include "requests/service_verbs.hpp"
 
 namespace nacelle::remote {
 namespace {
 
 using control::reply_of;
-using desk::TapWish;
 using nlohmann::json;
+using requests::TapWish;
 using transport_dds::RemoteEndpoint;
 using Ends = std::vector<RemoteEndpoint>;
 
@@ -81,7 +81,7 @@ bool offers(const RemoteNetwork& network, const std::string& service) {
       ends, [](const auto& end) { return !end.is_writer && end.kind == transport_dds::WireKind::Request; });
 }
 
-desk::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
+requests::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
   if (verb == "graph") {
     // The answer must be complete, so wait the full time.
     network_.find_all();
@@ -92,7 +92,7 @@ desk::Answer RemoteNodes::answer(const std::string& verb, const json& request) {
                            std::function<void()> on_answer) {
       return network_.start_call(name, type, given, std::move(on_answer));
     };
-    return desk::call_service(clock(), start, network_.types(), request, "");
+    return requests::call_service(clock(), start, network_.types(), request, "");
   }
   if (verb == "service.prepare") {
     const json& services = request.at("services");
@@ -144,7 +144,7 @@ Result<const msgs::MessageType*, Problem> RemoteNodes::type_of(const TapWish& wi
   return err(problem);
 }
 
-Result<std::unique_ptr<desk::TopicTap>, Problem> RemoteNodes::tap(const TapWish& wish) {
+Result<std::unique_ptr<requests::TopicTap>, Problem> RemoteNodes::tap(const TapWish& wish) {
   Ends ends;
   const auto is_published = [&] {
     ends = ends_of(network_, wish.topic);
@@ -165,7 +165,8 @@ Result<std::unique_ptr<desk::TopicTap>, Problem> RemoteNodes::tap(const TapWish&
   if (!type) return err(type.error());
   std::erase_if(ends, [&](const auto& end) { return !end.is_writer || end.type != type.value()->name; });
   const QoS qos = qos_for(ends, wish.is_measured ? kMeasuredDepth : kReadDepth);
-  auto tap = std::make_unique<desk::TopicTap>(network_.transport(), network_.spec_of(wish.topic, *type.value(), qos));
+  auto tap =
+      std::make_unique<requests::TopicTap>(network_.transport(), network_.spec_of(wish.topic, *type.value(), qos));
   static_cast<void>(network_.wait(clock().now() + kEndsMeet, [&] {
     return network_.problem_of(wish.topic) || tap->writer_count() >= ends.size();
   }));
@@ -230,7 +231,7 @@ std::optional<std::string> RemoteNodes::publish(const control::Publication& publ
     return "no such handle; open the writer first";
   const OpenWriter& open = writers_[publication.handle];
   if (const auto problem = network_.problem_of(open.topic)) return problem->text();
-  const char* const why = desk::publish_encoded(*open.writer, *open.type, publication.cdr);
+  const char* const why = requests::publish_encoded(*open.writer, *open.type, publication.cdr);
   return why == nullptr ? std::nullopt : std::optional<std::string>{why};
 }
 

@@ -8,21 +8,21 @@
 #include <string>
 #include <vector>
 
-#include "desk/verb_desk.hpp"
 #include "remote/remote_network.hpp"
+#include "requests/request_server.hpp"
 
 namespace nacelle::remote {
 
 /// Answers the requests of the command line for ROS 2 nodes of the network, in the form in which a container answers
 /// them for its components. It calls the nodes' own services and waits for them, except in service.call.
-/// Threads: the desk's.
-class RemoteNodes final : public desk::Respondent {
+/// Threads: the server's.
+class RemoteNodes final : public requests::Respondent {
  public:
   explicit RemoteNodes(RemoteNetwork& network) : network_(network) {}
 
   [[nodiscard]] const Clock& clock() const override { return network_.clock(); }
-  [[nodiscard]] desk::Answer answer(const std::string& verb, const nlohmann::json& request) override;
-  [[nodiscard]] Result<std::unique_ptr<desk::TopicTap>, Problem> tap(const desk::TapWish& wish) override;
+  [[nodiscard]] requests::Answer answer(const std::string& verb, const nlohmann::json& request) override;
+  [[nodiscard]] Result<std::unique_ptr<requests::TopicTap>, Problem> tap(const requests::TapWish& wish) override;
   [[nodiscard]] std::optional<Problem> problem_of(const std::string& topic) const override {
     return network_.problem_of(topic);
   }
@@ -38,7 +38,7 @@ class RemoteNodes final : public desk::Respondent {
     std::unique_ptr<Writer> writer;
   };
   [[nodiscard]] Result<const msgs::MessageType*, Problem> type_of(
-      const desk::TapWish& wish, const std::vector<transport_dds::RemoteEndpoint>& ends);
+      const requests::TapWish& wish, const std::vector<transport_dds::RemoteEndpoint>& ends);
   [[nodiscard]] Result<std::uint16_t, std::string> open_writer(control::NamePair names,
                                                                const control::Connection& owner);
   /// Nothing, or why it was refused.

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 
-#include "desk/verb_desk.hpp"
 #include "isolation/carriers.hpp"
 #include "isolation/isolated_component.hpp"
 #include "loading/load_request.hpp"
 #include "nacelle/base/lifecycle_fault.hpp"
+#include "requests/request_server.hpp"
 #include "session/bring_up_fault.hpp"
 #include "session/readiness.hpp"
 #include "session/session.hpp"

@@ -29,10 +29,10 @@ void EmergencyStops::append_waits(std::vector<pollfd>& waits) const {
 void EmergencyStops::open(Topic& topic, const std::string& name, const msgs::MessageType& type) {
   // Not KEEP_ALL: the publisher of a stop must not wait for this reader.
   EndpointSpec spec{name, &type, QoS(100).reliable().transient_local(), ""};
-  topic.latched = std::make_unique<desk::TopicTap>(container_.transport(), spec);
+  topic.latched = std::make_unique<requests::TopicTap>(container_.transport(), spec);
   spec.qos = QoS(100).best_effort();
   spec.unless_offered = latched_qos();
-  topic.passing = std::make_unique<desk::TopicTap>(container_.transport(), spec);
+  topic.passing = std::make_unique<requests::TopicTap>(container_.transport(), spec);
 }
 
 // A late joiner gets the history of one publisher after the other, not in the order of time: the newest message decides.

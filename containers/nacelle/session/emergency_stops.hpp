@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "answers/robot.hpp"
-#include "desk/topic_tap.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/runtime/container.hpp"
+#include "requests/topic_tap.hpp"
 
 namespace nacelle::session {
 
@@ -42,9 +42,9 @@ class EmergencyStops {
   struct Topic {
     void hear_latched(const Block& block);
     bool hear_passing(const Block& block);
-    std::unique_ptr<desk::TopicTap> latched, passing;  // for publishers with a history, and for the others
-    std::unique_ptr<Writer> again;                     // exists while a stop of one of the others is set
-    MonotonicTime set_at{}, released_at{};             // the newest of each
+    std::unique_ptr<requests::TopicTap> latched, passing;  // for publishers with a history, and for the others
+    std::unique_ptr<Writer> again;                         // exists while a stop of one of the others is set
+    MonotonicTime set_at{}, released_at{};                 // the newest of each
     bool is_set = false;
   };
   void open(Topic& topic, const std::string& name, const msgs::MessageType& type);

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "answers/interface_services.hpp"
-#include "answers/load_desk.hpp"
-#include "desk/verb_desk.hpp"
+#include "answers/loader.hpp"
+#include "requests/request_server.hpp"
 #include "session/clock_jump.hpp"
 #include "session/session.hpp"
 
@@ -19,22 +19,23 @@ process::Task Session::services_task() {
   return process::on_readable("services", answers_->descriptor(), [this] { answers_->serve(); });
 }
 
-// The clients of the control socket. The desk closes some of them if poll() rejects the list of descriptors.
+// The clients of the control socket. It closes some of them if poll() rejects the list of descriptors.
 process::Task Session::requests_task() {
-  return {.name = "requests",
-          .watch =
-              [this](std::vector<pollfd>& waits) {
-                waits.push_back({server_->handed_over_descriptor(), POLLIN, 0});
-                desk_->append_waits(waits);
-              },
-          .next_due = [this] { return desk_->next_due(); },
-          .serve =
-              [this](std::span<const pollfd> waits) {
-                desk_->serve(waits.data() + 1);
-                if (waits.front().revents == 0) return;
-                for (auto& handed : server_->take_handed_over()) desk_->take(std::move(handed));
-              },
-          .shed = [this] { desk_->send_half_away("closed: too many connections for the limit of open files"); }};
+  return {
+      .name = "requests",
+      .watch =
+          [this](std::vector<pollfd>& waits) {
+            waits.push_back({server_->handed_over_descriptor(), POLLIN, 0});
+            request_server_->append_waits(waits);
+          },
+      .next_due = [this] { return request_server_->next_due(); },
+      .serve =
+          [this](std::span<const pollfd> waits) {
+            request_server_->serve(waits.data() + 1);
+            if (waits.front().revents == 0) return;
+            for (auto& handed : server_->take_handed_over()) request_server_->take(std::move(handed));
+          },
+      .shed = [this] { request_server_->send_half_away("closed: too many connections for the limit of open files"); }};
 }
 
 void Session::add_upkeep(process::EventLoop& loop) {
@@ -141,7 +142,7 @@ std::optional<Problem> Session::serve() {
     say("nacelle: " + clock_jumps.tell(*step, clock_.wall_now()));
     network_->note_clock_jump();
   }));
-  loop.add(process::on_readable("composition", load_desk_->descriptor(), [this] { load_desk_->serve(); }));
+  loop.add(process::on_readable("composition", loader_->descriptor(), [this] { loader_->serve(); }));
   loop.add(services_task());
   add_upkeep(loop);
   loop.add({.name = "emergency stops",

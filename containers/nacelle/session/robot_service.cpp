@@ -8,13 +8,13 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "desk/publish_encoded.hpp"
 #include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/msgs/any_message.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/spatial/transform_buffer.hpp"
 #include "process/process_figures.hpp"
 #include "report/run_report.hpp"
+#include "requests/publish_encoded.hpp"
 
 namespace nacelle::session {
 
@@ -92,7 +92,7 @@ const char* RobotService::publish(const control::Publication& publication) {
   // Between two stops nothing is sent: what came too late must not move a robot that is being put to rest.
   // An emergency stop may be set, and released, at any time.
   if (phase_ != Phase::Running && open.latched_topic.empty()) return "the robot is not running (yet, or no longer)";
-  if (const char* const why = desk::publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr)
+  if (const char* const why = requests::publish_encoded(*open.writer, *open.type, publication.cdr); why != nullptr)
     return why;
   if (!open.latched_topic.empty()) bell_.ring();
   return nullptr;

@@ -9,15 +9,15 @@
 #include <exception>
 
 #include "answers/interface_services.hpp"
-#include "answers/load_desk.hpp"
+#include "answers/loader.hpp"
 #include "answers/own_container.hpp"
 #include "control/socket_path.hpp"
-#include "desk/verb_desk.hpp"
 #include "loading/load_request.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/runtime/crash_record.hpp"
 #include "networking/network_wish.hpp"
+#include "requests/request_server.hpp"
 #include "session/bring_up_fault.hpp"
 #include "session/comeback.hpp"
 
@@ -49,7 +49,7 @@ Session::~Session() { end(); }
 
 void Session::end() {
   lookout_.reset();
-  desk_.reset();
+  request_server_.reset();
   answers_.reset();
   manager_.reset();
   server_.reset();
@@ -57,7 +57,7 @@ void Session::end() {
   service_.reset();
   emergency_stops_.reset();
   network_.reset();
-  load_desk_.reset();
+  loader_.reset();
   container_.reset();
   for (auto& program : reversed(programs_)) program->stop(clock_);
 }
@@ -153,11 +153,11 @@ int Session::run_robot() {
   }
   server_ = std::make_unique<control::ControlServer>(std::move(claim).value(), *service_, clock_);
 
-  load_desk_ = std::make_unique<answers::LoadDesk>(*this);
+  loader_ = std::make_unique<answers::Loader>(*this);
   answers_ = std::make_unique<answers::InterfaceServices>(*this);
-  desk_ =
-      std::make_unique<desk::VerbDesk>(std::make_unique<answers::OwnContainer>(*this),
-                                       desk::DeskLimits{.guests = control::most_guests(), .idle = control::kIdleLimit});
+  request_server_ = std::make_unique<requests::RequestServer>(
+      std::make_unique<answers::OwnContainer>(*this),
+      requests::RequestLimits{.guests = control::most_guests(), .idle = control::kIdleLimit});
 
   auto up = guarded_bring_up();
   is_going_up_ = false;
@@ -169,8 +169,8 @@ int Session::run_robot() {
   }
   // A fault that came just before the signal has been found, and perhaps not been dealt with yet.
   const bool stopped_by_a_fault = supervision_->has_stopped_the_robot() || !supervision_->why_to_stop().empty();
-  desk_.reset();
-  load_desk_->close();
+  request_server_.reset();
+  loader_->close();
   take_down();
   if (!undoing_ && !write_report()) return 1;
   return failure_ || stopped_by_a_fault ? 1 : 0;

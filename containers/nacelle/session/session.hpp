@@ -36,12 +36,12 @@
 #include "session/supervision.hpp"
 #include "session/transition_log.hpp"
 
-namespace nacelle::desk {
-class VerbDesk;
+namespace nacelle::requests {
+class RequestServer;
 }
 namespace nacelle::answers {
 class InterfaceServices;
-class LoadDesk;
+class Loader;
 }  // namespace nacelle::answers
 
 namespace nacelle::session {
@@ -178,9 +178,9 @@ class Session final : public answers::Robot {
   std::unique_ptr<EmergencyStops> emergency_stops_;
   std::unique_ptr<RobotService> service_;
   std::unique_ptr<control::ControlServer> server_;
-  std::unique_ptr<answers::LoadDesk> load_desk_;
+  std::unique_ptr<answers::Loader> loader_;
   std::unique_ptr<answers::InterfaceServices> answers_;
-  std::unique_ptr<desk::VerbDesk> desk_;
+  std::unique_ptr<requests::RequestServer> request_server_;
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;
   runtime::BudgetWatch budgets_{{}};

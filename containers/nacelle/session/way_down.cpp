@@ -6,12 +6,12 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "desk/topic_tap.hpp"
 #include "nacelle/base/files.hpp"
 #include "nacelle/base/json_text.hpp"
 #include "nacelle/base/reversed.hpp"
 #include "nacelle/host/standard_interfaces.hpp"
 #include "nacelle/msgs/json.hpp"
+#include "requests/topic_tap.hpp"
 #include "session/session.hpp"
 
 namespace nacelle::session {
@@ -89,7 +89,7 @@ void Session::fetch_last_messages() {
     last[topic] = nullptr;
     const auto* const type = container_->topic_type(topic);
     if (type == nullptr) continue;
-    desk::TopicTap tap{container_->transport(), topic, *type, 1};
+    requests::TopicTap tap{container_->transport(), topic, *type, 1};
     pollfd wait{tap.descriptor(), POLLIN, 0};
     if (::poll(&wait, 1, static_cast<int>(kLastMessageLimit / 1ms)) <= 0) continue;
     if (Block* const block = tap.take(); block != nullptr) {

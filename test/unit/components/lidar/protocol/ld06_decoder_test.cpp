@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "simulation/protocol/ld06_printer.hpp"
+#include "simulation/protocol/ld06_encoder.hpp"
 
 namespace nacelle::lidar {
 namespace {

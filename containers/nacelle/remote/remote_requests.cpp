@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "remote/remote_desk.hpp"
+#include "remote/remote_requests.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -15,9 +15,9 @@
 #include <cstring>
 #include <utility>
 
-#include "desk/verb_desk.hpp"
 #include "process/event_loop.hpp"
 #include "remote/remote_nodes.hpp"
+#include "requests/request_server.hpp"
 
 namespace nacelle::remote {
 namespace {
@@ -68,26 +68,26 @@ void forget_signals() {
 
 }  // namespace
 
-Result<std::unique_ptr<RemoteDesk>, Problem> RemoteDesk::open(const RemoteOptions& options) {
+Result<std::unique_ptr<RemoteRequests>, Problem> RemoteRequests::open(const RemoteOptions& options) {
   auto network = RemoteNetwork::join(options);
   if (!network) return err(network.error());
-  return std::unique_ptr<RemoteDesk>(new RemoteDesk{std::move(network).value(), options.spin_time});
+  return std::unique_ptr<RemoteRequests>(new RemoteRequests{std::move(network).value(), options.spin_time});
 }
 
-RemoteDesk::RemoteDesk(std::unique_ptr<RemoteNetwork> network, Duration spin_time)
+RemoteRequests::RemoteRequests(std::unique_ptr<RemoteNetwork> network, Duration spin_time)
     : network_(std::move(network)), spin_time_(spin_time) {
   watch_signals();
   network_->interrupted_by({stop_.descriptor(), signal_event.load()});
   thread_ = std::thread([this] { run(); });
 }
 
-RemoteDesk::~RemoteDesk() {
+RemoteRequests::~RemoteRequests() {
   stop_.ring();
   thread_.join();
   forget_signals();
 }
 
-Result<control::Client, Problem> RemoteDesk::connect() {
+Result<control::Client, Problem> RemoteRequests::connect() {
   std::array<int, 2> ends{-1, -1};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
     return err(Problem{"--remote", std::strerror(errno), ""});
@@ -97,28 +97,28 @@ Result<control::Client, Problem> RemoteDesk::connect() {
   return control::Client::over(ends[0], spin_time_);
 }
 
-void RemoteDesk::run() {
+void RemoteRequests::run() {
   pthread_setname_np(pthread_self(), "remote");
   {
     RemoteNodes nodes{*network_};
-    desk::VerbDesk desk{nodes};
+    requests::RequestServer server{nodes};
     process::EventLoop loop{network_->clock()};
     loop.add(process::on_readable("stop", stop_.descriptor(), [&] { loop.end(); }));
     loop.add(process::on_readable("signal", signal_event.load(), [&] { loop.end(); }));
     loop.add({.name = "requests",
-              .watch = [&](std::vector<pollfd>& waits) { desk.append_waits(waits); },
-              .next_due = [&] { return desk.next_due(); },
-              .serve = [&](std::span<const pollfd> waits) { desk.serve(waits.data()); },
+              .watch = [&](std::vector<pollfd>& waits) { server.append_waits(waits); },
+              .next_due = [&] { return server.next_due(); },
+              .serve = [&](std::span<const pollfd> waits) { server.serve(waits.data()); },
               .shed = {}});
     loop.add(process::on_readable("network", network_->descriptor(), [&] {
       network_->drain();
-      desk.end_hopeless_listening();
+      server.end_hopeless_listening();
     }));
     loop.add(process::on_readable("connections", came_.descriptor(), [&] {
       came_.silence();
       std::vector<std::unique_ptr<control::Connection>> coming;
       coming.swap(*coming_.lock());
-      for (auto& connection : coming) desk.take(std::move(connection));
+      for (auto& connection : coming) server.take(std::move(connection));
     }));
     static_cast<void>(loop.run());
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "desk/service_verbs.hpp"
+#include "requests/service_verbs.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/runtime/service_fault.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 using control::reply_of;
 using nlohmann::json;
@@ -51,4 +51,4 @@ Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrar
   return late;
 }
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

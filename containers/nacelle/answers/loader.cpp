@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "answers/load_desk.hpp"
+#include "answers/loader.hpp"
 
 #include <algorithm>
 #include <future>
@@ -47,14 +47,14 @@ loading::TopicEnds ends_of(const loading::GraphBefore& before, const runtime::Co
 
 }  // namespace
 
-LoadDesk::LoadDesk(Robot& robot) : robot_(robot) { robot_.container().compose_through(this); }
+Loader::Loader(Robot& robot) : robot_(robot) { robot_.container().compose_through(this); }
 
-LoadDesk::~LoadDesk() {
+Loader::~Loader() {
   close();
   robot_.container().compose_through(nullptr);
 }
 
-Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned_now(const std::string& name) {
+Result<Loader::Loaded, Problem> Loader::load_planned_now(const std::string& name) {
   std::vector<std::string> names;
   for (const auto& component : robot_.plan().components) {
     names.push_back(component.name);
@@ -73,7 +73,7 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned_now(const std::string& 
                      NameFault::Unknown, name});
 }
 
-Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest request, launch::TargetState target) {
+Result<Loader::Loaded, Problem> Loader::load_now(runtime::LoadRequest request, launch::TargetState target) {
   const launch::NamespacePlan& names = robot_.plan().name_space;
   request.name_space = join_namespaces(names.path, request.name_space);
   if (const std::string prefix = names.frame_prefix(); !prefix.empty())
@@ -96,7 +96,7 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::load_now(runtime::LoadRequest reques
   return finish(std::move(result), target);
 }
 
-Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::TargetState target) {
+Result<Loader::Loaded, Problem> Loader::finish(Loaded loaded, launch::TargetState target) {
   const runtime::ComponentInfo& component = loaded.component;
   Clashes clashes = clashes_of(robot_.container(), component.node);
   std::ranges::move(clashes.outside, std::back_inserter(loaded.warnings));
@@ -123,11 +123,11 @@ Result<LoadDesk::Loaded, Problem> LoadDesk::finish(Loaded loaded, launch::Target
   return loaded;
 }
 
-Problem LoadDesk::not_running() const { return why_not_running(robot_); }
+Problem Loader::not_running() const { return why_not_running(robot_); }
 
-// The call goes with the desk's end, and with it the promise of its answer.
+// The call goes with the loader's end, and with it the promise of its answer.
 template <typename Act>
-auto LoadDesk::on_main_thread(Act act) -> decltype(act()) {
+auto Loader::on_main_thread(Act act) -> decltype(act()) {
   if (robot_.phase() != Phase::Running) return err(not_running());
   auto call = std::make_shared<std::packaged_task<decltype(act())()>>(std::move(act));
   auto answer = call->get_future();
@@ -142,18 +142,18 @@ auto LoadDesk::on_main_thread(Act act) -> decltype(act()) {
   } catch (const std::future_error&) { return err(not_running()); }
 }
 
-std::string LoadDesk::name_space() const { return robot_.plan().name_space.path; }
+std::string Loader::name_space() const { return robot_.plan().name_space.path; }
 
-Result<LoadDesk::Loaded, Problem> LoadDesk::load_planned(const std::string& name) {
+Result<Loader::Loaded, Problem> Loader::load_planned(const std::string& name) {
   return on_main_thread([this, name] { return load_planned_now(name); });
 }
 
-Result<LoadDesk::Loaded, Problem> LoadDesk::load(const runtime::LoadRequest& request, bool activate) {
+Result<Loader::Loaded, Problem> Loader::load(const runtime::LoadRequest& request, bool activate) {
   const auto target = activate ? launch::TargetState::Active : launch::TargetState::Unconfigured;
   return on_main_thread([this, request, target] { return load_now(request, target); });
 }
 
-Result<runtime::UnloadOutcome, Problem> LoadDesk::unload(std::uint64_t id) {
+Result<runtime::UnloadOutcome, Problem> Loader::unload(std::uint64_t id) {
   return on_main_thread([this, id] {
     auto outcome = robot_.container().unload(id);
     robot_.composition_changed();
@@ -161,13 +161,13 @@ Result<runtime::UnloadOutcome, Problem> LoadDesk::unload(std::uint64_t id) {
   });
 }
 
-void LoadDesk::serve() {
+void Loader::serve() {
   event_.silence();
   const auto call = std::exchange(waiting_.lock()->call, {});
   if (call) call();
 }
 
-void LoadDesk::close() {
+void Loader::close() {
   auto waiting = waiting_.lock();
   waiting->closed = true;
   waiting->call = {};

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "desk/qos_json.hpp"
+#include "requests/qos_json.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include "nacelle/base/time.hpp"
 #include "nacelle/qos/text.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 namespace {
 
 using nlohmann::json;
@@ -27,4 +27,4 @@ json json_of(const QoS& qos) {
           {"liveliness_lease_s", seconds_or_null(qos.liveliness_lease_duration())}};
 }
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

@@ -10,7 +10,7 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 /// The pending answer to a request that waits for a component, while the main thread continues with other requests.
 /// Threads: the main thread's, except the bell.
@@ -26,4 +26,4 @@ struct LateReply {
 /// The answer to a request: immediate, or later.
 using Answer = std::variant<nlohmann::json, std::unique_ptr<LateReply>>;
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

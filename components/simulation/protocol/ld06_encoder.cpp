@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulation/protocol/ld06_printer.hpp"
+#include "simulation/protocol/ld06_encoder.hpp"
 
 namespace nacelle::simulation {
 

@@ -7,7 +7,7 @@
 #include "nacelle/base/bell.hpp"
 #include "nacelle/host/transport.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 /// A tool's reader of a topic: best effort, never delays the robot, and does not count as a reader of the stream in the
 /// report.
@@ -41,4 +41,4 @@ class TopicTap final : private ReadyListener {
   std::unique_ptr<Reader> reader_;
 };
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

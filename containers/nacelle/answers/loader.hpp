@@ -21,11 +21,11 @@ namespace nacelle::answers {
 ///
 /// Threads: made and ended by the main thread; CompositionHost's members on the thread of the container's services,
 /// where they wait until the main thread has executed them in serve().
-class LoadDesk final : public runtime::CompositionHost {
+class Loader final : public runtime::CompositionHost {
  public:
   /// Handles the requests of the container's services while it exists. `robot` and its container must outlive this.
-  explicit LoadDesk(Robot& robot);
-  ~LoadDesk() override;
+  explicit Loader(Robot& robot);
+  ~Loader() override;
 
   /// Returns the launch's namespace.
   [[nodiscard]] std::string name_space() const override;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "answers/load_desk.hpp"
+#include "answers/loader.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,17 +20,17 @@ namespace {
 using std_msgs::msg::String;
 using ::testing::HasSubstr;
 
-class LoadDeskTest : public ::testing::Test {
+class LoaderTest : public ::testing::Test {
  protected:
-  using Loaded = LoadDesk::Loaded;
+  using Loaded = Loader::Loaded;
 
   /// Asks as the thread of the container's services does, and serves as the main thread does.
   template <typename Ask>
   auto ask(Ask what) {
     auto answer = std::async(std::launch::async, std::move(what));
-    pollfd wait{desk_.descriptor(), POLLIN, 0};
-    EXPECT_EQ(::poll(&wait, 1, 20'000), 1) << "only a broken desk takes so long";
-    desk_.serve();
+    pollfd wait{loader_.descriptor(), POLLIN, 0};
+    EXPECT_EQ(::poll(&wait, 1, 20'000), 1) << "only a broken loader takes so long";
+    loader_.serve();
     return answer.get();
   }
   Result<Loaded, Problem> load(const test::ScriptedComponent& component, const std::string& name,
@@ -39,15 +39,15 @@ class LoadDeskTest : public ::testing::Test {
     request.plugin = "nacelle::bench::Part";
     request.name = name;
     request.parameters[component.parameter().name] = component.parameter().value;
-    return ask([=, this] { return desk_.load(request, activate); });
+    return ask([=, this] { return loader_.load(request, activate); });
   }
 
   test::ScriptedComponent lidar_;
   test::ScriptedRobot robot_;
-  LoadDesk desk_{robot_};
+  Loader loader_{robot_};
 };
 
-TEST_F(LoadDeskTest, loads_a_plugin_and_takes_it_to_the_state_that_is_asked_for) {
+TEST_F(LoaderTest, loads_a_plugin_and_takes_it_to_the_state_that_is_asked_for) {
   const auto active = load(lidar_, "lidar");
   ASSERT_TRUE(active) << active.error().text();
   EXPECT_EQ(active.value().component.state, StateId::Active);
@@ -57,14 +57,14 @@ TEST_F(LoadDeskTest, loads_a_plugin_and_takes_it_to_the_state_that_is_asked_for)
   EXPECT_EQ(robot_.changes_, 2) << "the composition is kept after each";
 }
 
-TEST_F(LoadDeskTest, loads_below_the_namespace_of_the_launch) {
+TEST_F(LoaderTest, loads_below_the_namespace_of_the_launch) {
   robot_.plan_.name_space.path = "/robot1";
   const auto loaded = load(lidar_, "lidar");
   ASSERT_TRUE(loaded) << loaded.error().text();
   EXPECT_EQ(loaded.value().component.node, "/robot1/lidar");
 }
 
-TEST_F(LoadDeskTest, takes_out_again_what_does_not_become_active) {
+TEST_F(LoaderTest, takes_out_again_what_does_not_become_active) {
   lidar_.script = [](Transition to) { return to == Transition::Activate ? "no such device" : ""; };
   const auto loaded = load(lidar_, "lidar");
   ASSERT_FALSE(loaded);
@@ -75,7 +75,7 @@ TEST_F(LoadDeskTest, takes_out_again_what_does_not_become_active) {
   EXPECT_EQ(robot_.find("/lidar").node, "");
 }
 
-TEST_F(LoadDeskTest, takes_out_again_what_cannot_talk_to_a_component_that_is_there) {
+TEST_F(LoaderTest, takes_out_again_what_cannot_talk_to_a_component_that_is_there) {
   struct Reader : bench::Recipe {
     std::shared_ptr<void> build(LifecycleNode& node) override {
       return node.create_subscription<String>("text", QoS(1), [](const String&) {});
@@ -96,7 +96,7 @@ TEST_F(LoadDeskTest, takes_out_again_what_cannot_talk_to_a_component_that_is_the
     request.plugin = "nacelle::bench::Part";
     request.name = name;
     request.parameters["recipe"] = static_cast<std::int64_t>(std::bit_cast<std::intptr_t>(&recipe));
-    return ask([=, this] { return desk_.load(request, true); });
+    return ask([=, this] { return loader_.load(request, true); });
   };
   ASSERT_TRUE(load_recipe(reader, "reader"));
   const auto loaded = load_recipe(writer, "writer");
@@ -117,13 +117,13 @@ TEST_F(LoadDeskTest, takes_out_again_what_cannot_talk_to_a_component_that_is_the
   EXPECT_EQ(robot_.find("/reader").state, StateId::Active);
 }
 
-TEST_F(LoadDeskTest, loads_what_the_launch_file_names_to_the_state_that_it_gives) {
+TEST_F(LoaderTest, loads_what_the_launch_file_names_to_the_state_that_it_gives) {
   robot_.plan_.components.push_back(lidar_.plan("lidar"));
   robot_.plan_.components.back().target = launch::TargetState::Inactive;
-  const auto loaded = ask([this] { return desk_.load_planned("lidar"); });
+  const auto loaded = ask([this] { return loader_.load_planned("lidar"); });
   ASSERT_TRUE(loaded) << loaded.error().text();
   EXPECT_EQ(loaded.value().component.state, StateId::Inactive);
-  const auto unknown = ask([this] { return desk_.load_planned("lidr"); });
+  const auto unknown = ask([this] { return loader_.load_planned("lidr"); });
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, NameFault::Unknown);
   EXPECT_EQ(unknown.error().value, "lidr");
@@ -133,17 +133,17 @@ TEST_F(LoadDeskTest, loads_what_the_launch_file_names_to_the_state_that_it_gives
       "its class and --name");
 }
 
-TEST_F(LoadDeskTest, unloads_by_id) {
+TEST_F(LoaderTest, unloads_by_id) {
   const auto loaded = load(lidar_, "lidar");
   ASSERT_TRUE(loaded) << loaded.error().text();
-  const auto out = ask([&] { return desk_.unload(loaded.value().component.id); });
+  const auto out = ask([&] { return loader_.unload(loaded.value().component.id); });
   EXPECT_TRUE(out) << out.error().text();
   EXPECT_EQ(robot_.find("/lidar").node, "");
 }
 
-TEST_F(LoadDeskTest, refuses_while_the_robot_is_not_running) {
+TEST_F(LoaderTest, refuses_while_the_robot_is_not_running) {
   robot_.phase_ = Phase::Starting;
-  const auto loaded = desk_.load({}, true);
+  const auto loaded = loader_.load({}, true);
   ASSERT_FALSE(loaded);
   EXPECT_EQ(loaded.error().code, RobotFault::NotRunning);
   EXPECT_EQ(loaded.error().where, Place("container robot"));
@@ -151,12 +151,12 @@ TEST_F(LoadDeskTest, refuses_while_the_robot_is_not_running) {
   EXPECT_EQ(loaded.error().text(), "container robot: it is starting; try again when it is running");
 }
 
-TEST_F(LoadDeskTest, refuses_the_call_that_waits_when_it_is_closed_and_all_that_follow) {
-  auto waiting = std::async(std::launch::async, [this] { return desk_.unload(1); });
-  pollfd wait{desk_.descriptor(), POLLIN, 0};
+TEST_F(LoaderTest, refuses_the_call_that_waits_when_it_is_closed_and_all_that_follow) {
+  auto waiting = std::async(std::launch::async, [this] { return loader_.unload(1); });
+  pollfd wait{loader_.descriptor(), POLLIN, 0};
   ASSERT_EQ(::poll(&wait, 1, 20'000), 1);
-  desk_.close();
-  for (const auto& refused : {waiting.get(), desk_.unload(1)}) {
+  loader_.close();
+  for (const auto& refused : {waiting.get(), loader_.unload(1)}) {
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, RobotFault::NotRunning);
   }

@@ -7,11 +7,11 @@
 
 #include "control/client.hpp"
 #include "control/server.hpp"
-#include "desk/late_reply.hpp"
 #include "nacelle/base/guarded.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "remote/remote_network.hpp"
+#include "requests/late_reply.hpp"
 
 namespace nacelle::remote {
 
@@ -20,19 +20,19 @@ namespace nacelle::remote {
 /// A signal without a handler ends the process as by default, but the network is left first, so that its peers
 /// do not have to wait for this node's lease.
 /// Threads: its own "remote"; all members from one thread.
-class RemoteDesk {
+class RemoteRequests {
  public:
   /// One per process at a time. Errors: as RemoteNetwork::join().
-  [[nodiscard]] static Result<std::unique_ptr<RemoteDesk>, Problem> open(const RemoteOptions& options);
-  RemoteDesk(const RemoteDesk&) = delete;
-  RemoteDesk& operator=(const RemoteDesk&) = delete;
+  [[nodiscard]] static Result<std::unique_ptr<RemoteRequests>, Problem> open(const RemoteOptions& options);
+  RemoteRequests(const RemoteRequests&) = delete;
+  RemoteRequests& operator=(const RemoteRequests&) = delete;
   /// Leaves the network.
-  ~RemoteDesk();
+  ~RemoteRequests();
 
   [[nodiscard]] Result<control::Client, Problem> connect();
 
  private:
-  RemoteDesk(std::unique_ptr<RemoteNetwork> network, Duration spin_time);
+  RemoteRequests(std::unique_ptr<RemoteNetwork> network, Duration spin_time);
   void run();
 
   std::unique_ptr<RemoteNetwork> network_;

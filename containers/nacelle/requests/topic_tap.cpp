@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "desk/topic_tap.hpp"
+#include "requests/topic_tap.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 TopicTap::TopicTap(Transport& transport, const std::string& topic, const msgs::MessageType& type, std::size_t depth)
     : topic_(topic), type_(type) {
@@ -30,4 +30,4 @@ Block* TopicTap::take() {
 
 void TopicTap::on_ready() noexcept { event_.ring(); }
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "desk/verb_desk.hpp"
+#include "requests/request_server.hpp"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 #include "nacelle/msgs/json.hpp"
 #include "text/message_yaml.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 using nlohmann::json;
 
@@ -85,7 +85,7 @@ void Respondent::take_frame(control::Connection& from, const control::Frame&) {
                         "this connection takes requests; open another one to publish");
 }
 
-VerbDesk::Show VerbDesk::show_of(const std::string& word) {
+RequestServer::Show RequestServer::show_of(const std::string& word) {
   if (word == "json") return Show::Json;
   if (word == "times") return Show::Times;
   if (word == "sizes") return Show::Sizes;
@@ -94,13 +94,13 @@ VerbDesk::Show VerbDesk::show_of(const std::string& word) {
   return word == "ages" ? Show::Ages : Show::Yaml;
 }
 
-VerbDesk::VerbDesk(std::unique_ptr<Respondent> own, DeskLimits limits)
+RequestServer::RequestServer(std::unique_ptr<Respondent> own, RequestLimits limits)
     : own_(std::move(own)), respondent_(*own_), limits_(limits) {}
-VerbDesk::VerbDesk(Respondent& respondent, DeskLimits limits) : respondent_(respondent), limits_(limits) {}
-VerbDesk::~VerbDesk() = default;
+RequestServer::RequestServer(Respondent& respondent, RequestLimits limits) : respondent_(respondent), limits_(limits) {}
+RequestServer::~RequestServer() = default;
 
 template <typename Act>
-void VerbDesk::guarded(Guest& guest, Act act) {
+void RequestServer::guarded(Guest& guest, Act act) {
   try {
     act();
   } catch (const std::exception& failure) { take_leave(guest, reason_of(failure).c_str()); } catch (...) {
@@ -108,13 +108,13 @@ void VerbDesk::guarded(Guest& guest, Act act) {
   }
 }
 
-void VerbDesk::take(std::unique_ptr<control::Connection> connection) {
+void RequestServer::take(std::unique_ptr<control::Connection> connection) {
   guests_.push_back({});
   guests_.back().connection = std::move(connection);
   guests_.back().said_at = respondent_.clock().now();
 }
 
-void VerbDesk::take(control::ControlServer::HandedOver handed) {
+void RequestServer::take(control::ControlServer::HandedOver handed) {
   const bool has_room = guests_.size() < limits_.guests || make_room();
   take(std::move(handed.connection));
   Guest& guest = guests_.back();
@@ -132,7 +132,7 @@ void VerbDesk::take(control::ControlServer::HandedOver handed) {
   remove_the_gone();
 }
 
-bool VerbDesk::make_room() {
+bool RequestServer::make_room() {
   Guest* idle = nullptr;
   for (Guest& guest : guests_) {
     if (guest.tap || guest.late || respondent_.clock().now() - guest.said_at < limits_.makes_room_after) continue;
@@ -144,24 +144,24 @@ bool VerbDesk::make_room() {
   return true;
 }
 
-void VerbDesk::take_leave(Guest& guest, const char* why) {
+void RequestServer::take_leave(Guest& guest, const char* why) {
   guest.gone = true;
   guest.connection->say_farewell(why);
 }
 
-void VerbDesk::remove_the_gone() {
+void RequestServer::remove_the_gone() {
   std::erase_if(guests_, [&](const Guest& guest) {
     if (guest.gone) respondent_.has_left(*guest.connection);
     return guest.gone;
   });
 }
 
-void VerbDesk::send_half_away(const char* why) {
+void RequestServer::send_half_away(const char* why) {
   for (std::size_t i = guests_.size() / 2; i < guests_.size(); ++i) take_leave(guests_[i], why);
   remove_the_gone();
 }
 
-void VerbDesk::append_waits(std::vector<pollfd>& waits) {
+void RequestServer::append_waits(std::vector<pollfd>& waits) {
   has_listed_ = false;
   waits.reserve(waits.size() + 2 * guests_.size());
   has_listed_ = true;
@@ -177,7 +177,7 @@ void VerbDesk::append_waits(std::vector<pollfd>& waits) {
   }
 }
 
-void VerbDesk::serve(const pollfd* waits) {
+void RequestServer::serve(const pollfd* waits) {
   if (!has_listed_) return;
   has_listed_ = false;
   bool has_answer = false;
@@ -196,7 +196,7 @@ void VerbDesk::serve(const pollfd* waits) {
   end_hopeless_listening();
 }
 
-void VerbDesk::end_hopeless_listening() {
+void RequestServer::end_hopeless_listening() {
   for (Guest& guest : guests_) {
     if (guest.gone || !guest.tap) continue;
     if (const auto problem = respondent_.problem_of(guest.tap->topic())) take_leave(guest, problem->text().c_str());
@@ -204,7 +204,7 @@ void VerbDesk::end_hopeless_listening() {
   remove_the_gone();
 }
 
-void VerbDesk::serve(Guest& guest) {
+void RequestServer::serve(Guest& guest) {
   if ((guest.events & (POLLERR | POLLNVAL)) != 0) guest.gone = true;
   if (guest.late) {
     if ((guest.events & POLLHUP) != 0) guest.gone = true;  // the client has left
@@ -219,13 +219,13 @@ void VerbDesk::serve(Guest& guest) {
   if (!guest.gone) guest.gone = !guest.connection->write_some();
 }
 
-std::optional<MonotonicTime> VerbDesk::end_of(const Guest& guest) const {
+std::optional<MonotonicTime> RequestServer::end_of(const Guest& guest) const {
   if (guest.late) return guest.late->due;
   if (guest.tap || limits_.idle == Duration::max()) return std::nullopt;
   return guest.said_at + limits_.idle;
 }
 
-std::optional<MonotonicTime> VerbDesk::next_due() const {
+std::optional<MonotonicTime> RequestServer::next_due() const {
   std::optional<MonotonicTime> next;
   for (const Guest& guest : guests_) {
     if (const auto end = end_of(guest); end && (!next || *end < *next)) next = end;
@@ -233,7 +233,7 @@ std::optional<MonotonicTime> VerbDesk::next_due() const {
   return next;
 }
 
-void VerbDesk::finish(Guest& guest) {
+void RequestServer::finish(Guest& guest) {
   if (!guest.has_answer && respondent_.clock().now() < guest.late->due) return;
   const std::unique_ptr<LateReply> late = std::move(guest.late);
   guest.said_at = respondent_.clock().now();
@@ -241,7 +241,7 @@ void VerbDesk::finish(Guest& guest) {
   if (!guest.gone) read(guest);  // requests that came right behind
 }
 
-void VerbDesk::read(Guest& guest) {
+void RequestServer::read(Guest& guest) {
   while (!guest.gone && !guest.late && !guest.connection->is_slow()) {
     auto frame = guest.connection->in.next();
     if (!frame) {
@@ -258,7 +258,7 @@ void VerbDesk::read(Guest& guest) {
   if (!guest.gone) guest.gone = !guest.connection->write_some();
 }
 
-void VerbDesk::answer(Guest& guest, const std::string& request_text) {
+void RequestServer::answer(Guest& guest, const std::string& request_text) {
   const auto parsed = parse_json(request_text);
   Answer reply;
   try {
@@ -285,19 +285,19 @@ void VerbDesk::answer(Guest& guest, const std::string& request_text) {
   }
 }
 
-void VerbDesk::send(Guest& guest, const json& reply) {
+void RequestServer::send(Guest& guest, const json& reply) {
   control::append_frame(guest.connection->out, control::FrameKind::Reply,
                         reply.dump(-1, ' ', false, json::error_handler_t::replace));
   if (!guest.gone) guest.gone = !guest.connection->write_some();
 }
 
-Answer VerbDesk::reply_to(Guest& guest, const json& request) {
+Answer RequestServer::reply_to(Guest& guest, const json& request) {
   const std::string verb = request.value("verb", "");
   if (verb == "topic.listen") return listen(guest, request);
   return respondent_.answer(verb, request);
 }
 
-json VerbDesk::listen(Guest& guest, const json& request) {
+json RequestServer::listen(Guest& guest, const json& request) {
   const Show show = show_of(request.value("show", "yaml"));
   TapWish wish{.topic = request.value("topic", ""), .type = request.value("type", "")};
   wish.is_measured = show != Show::Yaml && show != Show::Json && show != Show::Raw;
@@ -326,7 +326,7 @@ json VerbDesk::listen(Guest& guest, const json& request) {
   return {{"ok", true}, {"type", type->name}, {"writers", guest.tap->writer_count()}};
 }
 
-void VerbDesk::stream(Guest& guest) {
+void RequestServer::stream(Guest& guest) {
   while (!guest.connection->is_slow()) {
     Block* const block = guest.tap->take();
     if (block == nullptr) break;
@@ -338,7 +338,7 @@ void VerbDesk::stream(Guest& guest) {
   guest.gone = !guest.connection->write_some();
 }
 
-void VerbDesk::append_item(const Guest& guest, const Block& block) {
+void RequestServer::append_item(const Guest& guest, const Block& block) {
   const msgs::MessageType& type = guest.tap->type();
   const std::int64_t at_ns = block.info.source_time.nanoseconds();
   const auto out = std::back_inserter(text_);
@@ -367,4 +367,4 @@ void VerbDesk::append_item(const Guest& guest, const Block& block) {
   }
 }
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

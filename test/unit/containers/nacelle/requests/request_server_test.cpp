@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "desk/verb_desk.hpp"
+#include "requests/request_server.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -21,7 +21,7 @@
 #include "nacelle/base/time.hpp"
 #include "nacelle/runtime/broker.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 namespace {
 
 using nlohmann::json;
@@ -59,14 +59,14 @@ class FakeRobot final : public Respondent {
   std::optional<Problem> problem_;
 };
 
-class Desk : public ::testing::Test {
+class RequestServerTest : public ::testing::Test {
  protected:
-  /// A guest whose first request it is; what the desk says to it can be read.
-  control::Client come(VerbDesk& desk, const std::string& verb) {
+  /// A guest whose first request it is; what the server says to it can be read.
+  control::Client come(RequestServer& server, const std::string& verb) {
     std::array<int, 2> ends{-1, -1};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()), 0);
     auto connection = std::make_unique<control::Connection>(ends[1]);
-    desk.take({std::move(connection), json{{"verb", verb}}.dump()});
+    server.take({std::move(connection), json{{"verb", verb}}.dump()});
     return control::Client::over(ends[0], 0ns);
   }
   /// Returns the text of the next frame that the client receives: a reply or a fault.
@@ -76,49 +76,49 @@ class Desk : public ::testing::Test {
     if (!frame.value()) return "nothing";
     return std::string{as_text(frame.value()->payload)};
   }
-  static void serve(VerbDesk& desk) {
+  static void serve(RequestServer& server) {
     std::vector<pollfd> waits;
-    desk.append_waits(waits);
+    server.append_waits(waits);
     for (const pollfd& wait : waits) EXPECT_GE(wait.fd, 0) << "each counts against the limit of the process";
     ASSERT_GE(::poll(waits.data(), waits.size(), 0), 0);
-    desk.serve(waits.data());
+    server.serve(waits.data());
   }
   static bool holds(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
 
   FakeRobot robot_;
 };
 
-TEST_F(Desk, refuses_a_request_that_throws) {
-  VerbDesk desk{robot_};
+TEST_F(RequestServerTest, refuses_a_request_that_throws) {
+  RequestServer server{robot_};
   const std::vector<std::pair<std::string, const char*>> refusals{
       {"memory", "out of memory"}, {"thread", "Resource temporarily unavailable"}, {"odd", "unknown exception"}};
   for (const auto& [verb, why] : refusals) {
-    control::Client client = come(desk, verb);
+    control::Client client = come(server, verb);
     const std::string refusal = next_words(client);
     EXPECT_TRUE(holds(refusal, why) && holds(refusal, "the container keeps running")) << refusal;
     ASSERT_TRUE(client.send(control::FrameKind::Request, R"({"verb":"good"})"));
-    serve(desk);
+    serve(server);
     EXPECT_TRUE(holds(next_words(client), "good")) << "the connection goes on after " << verb;
   }
 }
 
-TEST_F(Desk, closes_only_the_connection_whose_late_answer_throws) {
-  VerbDesk desk{robot_};
-  control::Client unlucky = come(desk, "late"), other = come(desk, "good");
-  serve(desk);
+TEST_F(RequestServerTest, closes_only_the_connection_whose_late_answer_throws) {
+  RequestServer server{robot_};
+  control::Client unlucky = come(server, "late"), other = come(server, "good");
+  serve(server);
   EXPECT_TRUE(holds(next_words(unlucky), "out of memory"));
   EXPECT_EQ(next_words(unlucky), "gone");
   EXPECT_TRUE(holds(next_words(other), "good"));
 }
 
-TEST_F(Desk, sends_messages_ahead_of_an_answer_that_came_after_them) {
-  VerbDesk desk{robot_};
+TEST_F(RequestServerTest, sends_messages_ahead_of_an_answer_that_came_after_them) {
+  RequestServer server{robot_};
   // The one that is answered came first, as `nacelle action send_goal` does.
-  control::Client asking = come(desk, "good"), listening = come(desk, "good");
+  control::Client asking = come(server, "good"), listening = come(server, "good");
   next_words(asking);
   next_words(listening);
   ASSERT_TRUE(listening.send(control::FrameKind::Request, R"({"verb":"topic.listen","topic":"/feedback"})"));
-  serve(desk);
+  serve(server);
   ASSERT_TRUE(holds(next_words(listening), "std_msgs/msg/String"));
   auto writer =
       robot_.transport().create_writer({"/feedback", &std_msgs::msg::String::message_type(), QoS{1}, "/node"});
@@ -128,38 +128,38 @@ TEST_F(Desk, sends_messages_ahead_of_an_answer_that_came_after_them) {
     return json{{"ok", true}};
   };
   ASSERT_TRUE(asking.send(control::FrameKind::Request, R"({"verb":"late"})"));
-  serve(desk);  // reads the request
+  serve(server);  // reads the request
   Block* const block = writer->borrow();
   static_cast<std_msgs::msg::String*>(block->message)->data = "almost there";
   writer->publish(*block);
-  serve(desk);
+  serve(server);
   EXPECT_TRUE(holds(heard, "almost there")) << heard;
 }
 
-TEST_F(Desk, serves_no_client_from_an_outdated_list_of_waits) {
-  VerbDesk desk{robot_};
-  control::Client client = come(desk, "good");
+TEST_F(RequestServerTest, serves_no_client_from_an_outdated_list_of_waits) {
+  RequestServer server{robot_};
+  control::Client client = come(server, "good");
   EXPECT_TRUE(holds(next_words(client), "good"));
   ASSERT_TRUE(client.send(control::FrameKind::Request, R"({"verb":"better"})"));
-  desk.serve(nullptr);  // append_waits() had no memory
+  server.serve(nullptr);  // append_waits() had no memory
   EXPECT_EQ(next_words(client), "nothing");
-  serve(desk);
+  serve(server);
   EXPECT_TRUE(holds(next_words(client), "better"));
 }
 
-TEST_F(Desk, bounds_pending_requests_and_names_the_reason) {
-  VerbDesk desk{robot_, {.guests = 3}};
+TEST_F(RequestServerTest, bounds_pending_requests_and_names_the_reason) {
+  RequestServer server{robot_, {.guests = 3}};
   std::vector<control::Client> waiting;
-  for (int i = 0; i < 3; ++i) waiting.push_back(come(desk, "late"));
-  control::Client fourth = come(desk, "good");
+  for (int i = 0; i < 3; ++i) waiting.push_back(come(server, "late"));
+  control::Client fourth = come(server, "good");
   EXPECT_TRUE(holds(next_words(fourth), "all 3 connections for requests are in use"));
   EXPECT_EQ(next_words(fourth), "gone");
 }
 
-TEST_F(Desk, closes_the_longest_idle_connection_for_a_new_one) {
-  VerbDesk desk{robot_, {.guests = 2, .makes_room_after = 0ns}};
-  control::Client first = come(desk, "one"), second = come(desk, "two");
-  control::Client third = come(desk, "three");
+TEST_F(RequestServerTest, closes_the_longest_idle_connection_for_a_new_one) {
+  RequestServer server{robot_, {.guests = 2, .makes_room_after = 0ns}};
+  control::Client first = come(server, "one"), second = come(server, "two");
+  control::Client third = come(server, "three");
   EXPECT_TRUE(holds(next_words(third), "three"));
   EXPECT_TRUE(holds(next_words(first), "one"));
   EXPECT_TRUE(holds(next_words(first), "closed as the longest idle connection"));
@@ -167,39 +167,39 @@ TEST_F(Desk, closes_the_longest_idle_connection_for_a_new_one) {
   EXPECT_EQ(next_words(second), "nothing") << "it stays";
 }
 
-TEST_F(Desk, ends_listening_to_a_topic_that_turns_out_to_be_unreachable) {
-  VerbDesk desk{robot_};
-  control::Client listener = come(desk, "good"), other = come(desk, "good");
+TEST_F(RequestServerTest, ends_listening_to_a_topic_that_turns_out_to_be_unreachable) {
+  RequestServer server{robot_};
+  control::Client listener = come(server, "good"), other = come(server, "good");
   for (auto& [client, topic] : {std::pair{&listener, "/forbidden"}, {&other, "/open"}}) {
     next_words(*client);
     ASSERT_TRUE(client->send(control::FrameKind::Request, json{{"verb", "topic.listen"}, {"topic", topic}}.dump()));
   }
-  serve(desk);
+  serve(server);
   EXPECT_TRUE(holds(next_words(listener), "std_msgs/msg/String"));
   EXPECT_TRUE(holds(next_words(other), "std_msgs/msg/String"));
   EXPECT_EQ(next_words(listener), "nothing");
   robot_.forbid();
-  serve(desk);
+  serve(server);
   EXPECT_EQ(next_words(listener), "/forbidden: is not on the network");
   EXPECT_EQ(next_words(listener), "gone");
   EXPECT_EQ(next_words(other), "nothing");
 }
 
-TEST_F(Desk, closes_idle_connections) {
-  VerbDesk desk{robot_, {.idle = 0ns}};
-  control::Client client = come(desk, "good");
-  ASSERT_TRUE(desk.next_due());
-  EXPECT_LE(*desk.next_due(), robot_.clock().now());
-  serve(desk);
+TEST_F(RequestServerTest, closes_idle_connections) {
+  RequestServer server{robot_, {.idle = 0ns}};
+  control::Client client = come(server, "good");
+  ASSERT_TRUE(server.next_due());
+  EXPECT_LE(*server.next_due(), robot_.clock().now());
+  serve(server);
   EXPECT_TRUE(holds(next_words(client), "good"));
   EXPECT_TRUE(holds(next_words(client), "idle for too long"));
-  EXPECT_FALSE(desk.next_due());
+  EXPECT_FALSE(server.next_due());
 }
 
-TEST_F(Desk, closes_the_newer_half_with_the_reason) {
-  VerbDesk desk{robot_};
-  control::Client first = come(desk, "one"), second = come(desk, "two");
-  desk.send_half_away("too many");
+TEST_F(RequestServerTest, closes_the_newer_half_with_the_reason) {
+  RequestServer server{robot_};
+  control::Client first = come(server, "one"), second = come(server, "two");
+  server.send_half_away("too many");
   EXPECT_TRUE(holds(next_words(second), "two"));
   EXPECT_EQ(next_words(second), "too many");
   EXPECT_TRUE(holds(next_words(first), "one"));
@@ -207,4 +207,4 @@ TEST_F(Desk, closes_the_newer_half_with_the_reason) {
 }
 
 }  // namespace
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

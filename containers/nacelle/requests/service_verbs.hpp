@@ -6,14 +6,14 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "desk/late_reply.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
 #include "nacelle/msgs/type_library.hpp"
 #include "nacelle/runtime/introspection.hpp"
+#include "requests/late_reply.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 /// As runtime::Container::call_service().
 using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Problem>(
@@ -27,4 +27,4 @@ using StartCall = std::function<Result<std::unique_ptr<runtime::ServiceCall>, Pr
 [[nodiscard]] Answer call_service(const Clock& clock, const StartCall& start, msgs::TypeLibrary& types,
                                   const nlohmann::json& request, const std::string& see);
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

@@ -5,9 +5,9 @@
 
 #include "nacelle/qos/qos.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 /// An endpoint's "qos" in the answer of the verb "graph"; times in seconds, null for "for ever".
 [[nodiscard]] nlohmann::json json_of(const QoS& qos);
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "control/server.hpp"
-#include "desk/late_reply.hpp"
-#include "desk/topic_tap.hpp"
+#include "requests/late_reply.hpp"
+#include "requests/topic_tap.hpp"
 #include "text/message_field.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 /// A listener's request.
 struct TapWish {
@@ -25,8 +25,8 @@ struct TapWish {
   bool needs_values = true;  ///< False: only its time and length.
 };
 
-/// Answers the requests of a desk: a container, or the nodes of the network (remote/).
-/// Threads: the desk's.
+/// Answers the requests of a RequestServer: a container, or the nodes of the network (remote/).
+/// Threads: the server's.
 class Respondent {
  public:
   virtual ~Respondent() = default;
@@ -42,8 +42,8 @@ class Respondent {
   virtual void has_left(const control::Connection&) {}
 };
 
-/// Limits of a desk's connections. The default is none.
-struct DeskLimits {
+/// Limits of a server's connections. The default is none.
+struct RequestLimits {
   std::size_t guests = std::numeric_limits<std::size_t>::max();
   /// Closes a connection without a subscription or a pending answer after this idle time.
   Duration idle = Duration::max();
@@ -56,12 +56,12 @@ struct DeskLimits {
 /// Requests are objects with a "verb"; replies have "ok" and, if that is false, "problem". An exception in a request
 /// becomes its refusal.
 /// Threads: one.
-class VerbDesk {
+class RequestServer {
  public:
-  explicit VerbDesk(std::unique_ptr<Respondent> own, DeskLimits limits);
+  explicit RequestServer(std::unique_ptr<Respondent> own, RequestLimits limits);
   /// `respondent` outlives it.
-  explicit VerbDesk(Respondent& respondent, DeskLimits limits = {});
-  ~VerbDesk();
+  explicit RequestServer(Respondent& respondent, RequestLimits limits = {});
+  ~RequestServer();
 
   void take(control::ControlServer::HandedOver handed);
   void take(std::unique_ptr<control::Connection> connection);
@@ -117,10 +117,10 @@ class VerbDesk {
 
   const std::unique_ptr<Respondent> own_;  // null: owned elsewhere
   Respondent& respondent_;
-  const DeskLimits limits_;
+  const RequestLimits limits_;
   std::vector<Guest> guests_;
   bool has_listed_ = false;  // append_waits() has appended them all, and they were not served yet
   std::string text_;
 };
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "desk/publish_encoded.hpp"
+#include "requests/publish_encoded.hpp"
 
-namespace nacelle::desk {
+namespace nacelle::requests {
 
 const char* publish_encoded(Writer& writer, const msgs::MessageType& type, ByteView cdr) {
   Block* const block = writer.borrow();
@@ -14,4 +14,4 @@ const char* publish_encoded(Writer& writer, const msgs::MessageType& type, ByteV
   return nullptr;
 }
 
-}  // namespace nacelle::desk
+}  // namespace nacelle::requests
