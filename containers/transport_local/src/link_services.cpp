@@ -50,10 +50,10 @@ void Link::Impl::Services::end() {
   ends.clear();
 }
 
-void Link::Impl::Services::note(Event event) noexcept {
+void Link::Impl::Services::note(Event change) noexcept {
   {
     const LockGuard lock(noting);
-    events.push_back(std::move(event));
+    events.push_back(std::move(change));
   }
   link.wake();
 }
@@ -64,8 +64,8 @@ void Link::Impl::Services::on_made(const ServiceEndInfo& end) noexcept {
 void Link::Impl::Services::on_gone(std::uint64_t id) noexcept {
   if (leaf != nullptr) note({Event::Kind::Gone, {.id = id}});
 }
-void Link::Impl::Services::on_ready(std::uint64_t id, bool ready) noexcept {
-  note({Event::Kind::Ready, {.id = id, .is_open = ready}});
+void Link::Impl::Services::on_ready(std::uint64_t id, bool is_ready) noexcept {
+  note({Event::Kind::Ready, {.id = id, .is_open = is_ready}});
 }
 
 bool Link::Impl::Services::Exit::take(Call call) noexcept {
@@ -109,21 +109,21 @@ bool Link::Impl::Services::take_events() {
     std::swap(events, events_now);
   }
   const bool did = !events_now.empty();
-  for (const Event& event : events_now) take_event(event);
+  for (const Event& change : events_now) take_event(change);
   events_now.clear();
   return did;
 }
 
-void Link::Impl::Services::take_event(const Event& event) {
-  const std::uint64_t id = event.info.id;
-  if (event.kind == Event::Kind::Made) {
-    const ServiceEndInfo& info = event.info;
+void Link::Impl::Services::take_event(const Event& change) {
+  const std::uint64_t id = change.info.id;
+  if (change.kind == Event::Kind::Made) {
+    const ServiceEndInfo& info = change.info;
     End& end = ends[id];
     end.info = info;
     if (!info.is_server) end.exit = std::make_unique<Exit>(*this, id, *info.response);
     wire::append_service(link.out, {id, info.is_server, info.is_open, info.name, info.node, info.request->name,
                                     info.request->hash, info.response->name, info.response->hash});
-  } else if (event.kind == Event::Kind::Gone) {
+  } else if (change.kind == Event::Kind::Gone) {
     // Nothing takes calls for it any more, and its callers have gone with it.
     if (ends.erase(id) == 0) return;
     std::erase_if(sent, [&](const auto& entry) { return entry.second.end == id; });
@@ -131,9 +131,9 @@ void Link::Impl::Services::take_event(const Event& event) {
   } else if (hub != nullptr) {
     const auto found = stand_ins.find(id);
     if (found == stand_ins.end() || ends.at(found->second).info.is_server) return;
-    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, found->second, event.info.is_open ? 1 : 0);
+    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, found->second, change.info.is_open ? 1 : 0);
   } else if (const auto found = ends.find(id); found != ends.end() && found->second.info.is_server) {
-    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, id, event.info.is_open ? 1 : 0);
+    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, id, change.info.is_open ? 1 : 0);
   }
 }
 
@@ -176,6 +176,7 @@ void Link::Impl::Services::send_call(NotedCall call) {
   bool many = false;
   {
     const LockGuard lock(noting);
+    found->second.exit->assume_noting();
     many = found->second.exit->unanswered > kMostCalls / 2;
   }
   if (many) forget_abandoned(call.end);
@@ -197,6 +198,7 @@ void Link::Impl::Services::note_answered(std::uint64_t end) {
   const auto found = ends.find(end);
   if (found == ends.end() || !found->second.exit) return;
   const LockGuard lock(noting);
+  found->second.exit->assume_noting();
   --found->second.exit->unanswered;
 }
 
@@ -226,9 +228,9 @@ bool Link::Impl::Services::handle(const wire::LinkFrame& frame) {
       return id.has_value();
     }
     case LinkFrameKind::ServiceReady: {
-      const auto ready = wire::read_id_and_byte(frame.payload);
-      if (ready) handle_ready(ready->first, ready->second != 0);
-      return ready.has_value();
+      const auto told = wire::read_id_and_byte(frame.payload);
+      if (told) handle_ready(told->first, told->second != 0);
+      return told.has_value();
     }
     case LinkFrameKind::Call: {
       const auto call = wire::read_call(frame.payload);
@@ -292,13 +294,14 @@ void Link::Impl::Services::handle_gone(std::uint64_t id) {
   ends.erase(found);
 }
 
-void Link::Impl::Services::handle_ready(std::uint64_t id, bool ready) {
+void Link::Impl::Services::handle_ready(std::uint64_t id, bool is_ready) {
   const auto found = ends.find(id);
   if (found == ends.end()) return;
   if (hub != nullptr) {
-    if (found->second.info.is_server && found->second.stand_in != 0) hub->open_stand_in(found->second.stand_in, ready);
+    if (found->second.info.is_server && found->second.stand_in != 0)
+      hub->open_stand_in(found->second.stand_in, is_ready);
   } else if (found->second.exit) {
-    leaf->set_remote(id, ready ? found->second.exit.get() : nullptr);
+    leaf->set_remote(id, is_ready ? found->second.exit.get() : nullptr);
   }
 }
 

@@ -16,6 +16,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
     Exit(Services& owner, std::uint64_t id, const msgs::MessageType& response)
         : services(owner), end(id), response_type(response) {}
     [[nodiscard]] bool take(Call call) noexcept override;
+    void assume_noting() const NACELLE_ASSERTS_HELD(services.noting) {}  // the owner holds it by another name
 
     Services& services;
     const std::uint64_t end;  // as the leaf has announced it
@@ -69,7 +70,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   // ServiceListener
   void on_made(const ServiceEndInfo& end) noexcept override;
   void on_gone(std::uint64_t id) noexcept override;
-  void on_ready(std::uint64_t id, bool ready) noexcept override;
+  void on_ready(std::uint64_t id, bool is_ready) noexcept override;
 
   /// Announces what has changed. Returns true if there was something.
   bool take_events();
@@ -86,13 +87,13 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   /// Every caller of the members above, whose lock it is by another name, holds it.
   void assume_pumping() const NACELLE_ASSERTS_HELD(link.pumping) {}
   void push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) override;
-  void note(Event event) noexcept;
-  void take_event(const Event& event) NACELLE_REQUIRES(link.pumping);
+  void note(Event change) noexcept;
+  void take_event(const Event& change) NACELLE_REQUIRES(link.pumping);
   void send_call(NotedCall call) NACELLE_REQUIRES(link.pumping);
   void send_answer(const NotedAnswer& answer) NACELLE_REQUIRES(link.pumping);
   [[nodiscard]] bool handle_service(ByteView payload) NACELLE_REQUIRES(link.pumping);
   void handle_gone(std::uint64_t id) NACELLE_REQUIRES(link.pumping);
-  void handle_ready(std::uint64_t id, bool ready) NACELLE_REQUIRES(link.pumping);
+  void handle_ready(std::uint64_t id, bool is_ready) NACELLE_REQUIRES(link.pumping);
   void handle_call(const wire::CallFrame& frame) NACELLE_REQUIRES(link.pumping);
   void handle_answer(const wire::AnswerFrame& frame) NACELLE_REQUIRES(link.pumping);
   [[nodiscard]] bool hand_on(const End& end, Call call) NACELLE_REQUIRES(link.pumping);
