@@ -32,6 +32,11 @@ class Steps(unittest.TestCase):
         self.assertRegex(lines[-2], r"  ok  \(1 skipped: one thing\)$")
         self.assertRegex(lines[-3], r"^step 1 .*  ok  \(2 skipped: M2 system calls: no perf; M3 mallocs: it has no record\)$")
 
+    def test_the_time_of_all_steps_is_printed_with_that_of_the_processors(self):
+        _, lines = self.run_steps("for ((i = 0; i < 400000; i++)); do :; done; echo 1 passed, 0 failed")
+        (line,) = [line for line in lines if line.startswith("===") and "in all" in line]
+        self.assertRegex(line, r"^=== \d+ s in all, \d+ s of processors$")
+
     def test_a_failed_step_fails_the_run_and_the_others_run_all_the_same(self):
         code, lines = self.run_steps("exit 3", "echo 1 passed, 0 failed")
         self.assertEqual((code, lines[-1], lines[-2]), (1, "1 passed, 0 failed, 0 skipped", "1 steps failed"))
