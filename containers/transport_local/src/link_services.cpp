@@ -22,47 +22,47 @@ constexpr std::size_t kMostWaitingBytes = std::size_t{64} << 20U;
 // --- what this side's graph says ----------------------------------------------------------------------------------------
 
 void Link::Impl::Services::join() {
-  if (leaf != nullptr) leaf->join(*this);
-  if (hub != nullptr) hub->join(*this);
+  if (leaf_ != nullptr) leaf_->join(*this);
+  if (hub_ != nullptr) hub_->join(*this);
 }
 
 void Link::Impl::Services::end() {
   assume_pumping();
-  if (leaf != nullptr) leaf->leave(*this);
-  if (hub != nullptr) hub->leave(*this);
-  for (auto& [id, end] : ends) {
-    if (end.stand_in != 0) hub->remove_stand_in(end.stand_in);
-    if (leaf != nullptr && end.exit) leaf->set_remote(id, nullptr);
+  if (leaf_ != nullptr) leaf_->leave(*this);
+  if (hub_ != nullptr) hub_->leave(*this);
+  for (auto& [id, end] : ends_) {
+    if (end.stand_in != 0) hub_->remove_stand_in(end.stand_in);
+    if (leaf_ != nullptr && end.exit) leaf_->set_remote(id, nullptr);
   }
-  *self->lock() = nullptr;  // waits for a push() that is under way
+  *self_->lock() = nullptr;  // waits for a push() that is under way
   std::deque<NotedCall> unsent;
   {
-    const LockGuard lock(noting);
-    unsent.swap(calls);
-    answers.clear();
-    events.clear();
+    const LockGuard lock(noting_);
+    unsent.swap(calls_);
+    answers_.clear();
+    events_.clear();
   }
   for (const NotedCall& call : unsent) call.call.asker.answer(nullptr);
-  for (const auto& [id, call] : sent) call.asker.answer(nullptr);
-  sent.clear();
-  taken.clear();
-  stand_ins.clear();
-  ends.clear();
+  for (const auto& [id, call] : sent_) call.asker.answer(nullptr);
+  sent_.clear();
+  taken_.clear();
+  stand_ins_.clear();
+  ends_.clear();
 }
 
 void Link::Impl::Services::note(Event change) noexcept {
   {
-    const LockGuard lock(noting);
-    events.push_back(std::move(change));
+    const LockGuard lock(noting_);
+    events_.push_back(std::move(change));
   }
-  link.wake();
+  link_.wake();
 }
 
 void Link::Impl::Services::on_made(const ServiceEndInfo& end) noexcept {
-  if (leaf != nullptr && end.node != link.options.private_node) note({Event::Kind::Made, end});
+  if (leaf_ != nullptr && end.node != link_.options.private_node) note({Event::Kind::Made, end});
 }
 void Link::Impl::Services::on_gone(std::uint64_t id) noexcept {
-  if (leaf != nullptr) note({Event::Kind::Gone, {.id = id}});
+  if (leaf_ != nullptr) note({Event::Kind::Gone, {.id = id}});
 }
 void Link::Impl::Services::on_ready(std::uint64_t id, bool is_ready) noexcept {
   note({Event::Kind::Ready, {.id = id, .is_open = is_ready}});
@@ -71,33 +71,33 @@ void Link::Impl::Services::on_ready(std::uint64_t id, bool is_ready) noexcept {
 bool Link::Impl::Services::Exit::take(Call call) noexcept {
   const std::size_t bytes = call.request.type().encoded_size(call.request.get());
   {
-    const LockGuard lock(services.noting);
+    const LockGuard lock(services.noting_);
     if (unanswered >= kMostCalls || bytes > wire::kLongestServiceBytes ||
-        services.waiting_bytes + bytes > kMostWaitingBytes)
+        services.waiting_bytes_ + bytes > kMostWaitingBytes)
       return false;
     ++unanswered;
-    services.waiting_bytes += bytes;
-    services.calls.push_back({end, std::move(call), bytes});
+    services.waiting_bytes_ += bytes;
+    services.calls_.push_back({end, std::move(call), bytes});
   }
-  services.link.wake();
+  services.link_.wake();
   return true;
 }
 
 void Link::Impl::Services::push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) {
   std::size_t bytes = response ? response->type().encoded_size(response->get()) : 0;
   if (bytes > wire::kLongestServiceBytes) {
-    link.log.error("a response of {} bytes ({}) is longer than a link carries: its caller gets none", bytes,
-                   response->type().name);
+    link_.log.error("a response of {} bytes ({}) is longer than a link carries: its caller gets none", bytes,
+                    response->type().name);
     response.reset();
   }
   {
-    const LockGuard lock(noting);
-    if (waiting_bytes + bytes > kMostWaitingBytes) response.reset();
+    const LockGuard lock(noting_);
+    if (waiting_bytes_ + bytes > kMostWaitingBytes) response.reset();
     if (!response) bytes = 0;
-    waiting_bytes += bytes;
-    answers.push_back({sequence, std::move(response), bytes});
+    waiting_bytes_ += bytes;
+    answers_.push_back({sequence, std::move(response), bytes});
   }
-  link.wake();
+  link_.wake();
 }
 
 // --- to the peer --------------------------------------------------------------------------------------------------------
@@ -105,12 +105,12 @@ void Link::Impl::Services::push(std::int64_t sequence, std::unique_ptr<msgs::Any
 bool Link::Impl::Services::take_events() {
   assume_pumping();
   {
-    const LockGuard lock(noting);
-    std::swap(events, events_now);
+    const LockGuard lock(noting_);
+    std::swap(events_, events_now_);
   }
-  const bool did = !events_now.empty();
-  for (const Event& change : events_now) take_event(change);
-  events_now.clear();
+  const bool did = !events_now_.empty();
+  for (const Event& change : events_now_) take_event(change);
+  events_now_.clear();
   return did;
 }
 
@@ -118,22 +118,22 @@ void Link::Impl::Services::take_event(const Event& change) {
   const std::uint64_t id = change.info.id;
   if (change.kind == Event::Kind::Made) {
     const ServiceEndInfo& info = change.info;
-    End& end = ends[id];
+    End& end = ends_[id];
     end.info = info;
     if (!info.is_server) end.exit = std::make_unique<Exit>(*this, id, *info.response);
-    wire::append_service(link.out, {id, info.is_server, info.is_open, info.name, info.node, info.request->name,
-                                    info.request->hash, info.response->name, info.response->hash});
+    wire::append_service(link_.out, {id, info.is_server, info.is_open, info.name, info.node, info.request->name,
+                                     info.request->hash, info.response->name, info.response->hash});
   } else if (change.kind == Event::Kind::Gone) {
     // Nothing takes calls for it any more, and its callers have gone with it.
-    if (ends.erase(id) == 0) return;
-    std::erase_if(sent, [&](const auto& entry) { return entry.second.end == id; });
-    wire::append_id(link.out, wire::LinkFrameKind::ServiceGone, id);
-  } else if (hub != nullptr) {
-    const auto found = stand_ins.find(id);
-    if (found == stand_ins.end() || ends.at(found->second).info.is_server) return;
-    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, found->second, change.info.is_open ? 1 : 0);
-  } else if (const auto found = ends.find(id); found != ends.end() && found->second.info.is_server) {
-    wire::append_id_and_byte(link.out, wire::LinkFrameKind::ServiceReady, id, change.info.is_open ? 1 : 0);
+    if (ends_.erase(id) == 0) return;
+    std::erase_if(sent_, [&](const auto& entry) { return entry.second.end == id; });
+    wire::append_id(link_.out, wire::LinkFrameKind::ServiceGone, id);
+  } else if (hub_ != nullptr) {
+    const auto found = stand_ins_.find(id);
+    if (found == stand_ins_.end() || ends_.at(found->second).info.is_server) return;
+    wire::append_id_and_byte(link_.out, wire::LinkFrameKind::ServiceReady, found->second, change.info.is_open ? 1 : 0);
+  } else if (const auto found = ends_.find(id); found != ends_.end() && found->second.info.is_server) {
+    wire::append_id_and_byte(link_.out, wire::LinkFrameKind::ServiceReady, id, change.info.is_open ? 1 : 0);
   }
 }
 
@@ -144,17 +144,17 @@ bool Link::Impl::Services::send() {
     std::optional<NotedCall> call;
     std::optional<NotedAnswer> answer;
     {
-      const LockGuard lock(noting);
-      held_back = link.is_full() && !(answers.empty() && calls.empty());
-      if (held_back || (answers.empty() && calls.empty())) return did;
-      if (!answers.empty()) {
-        answer.emplace(std::move(answers.front()));
-        answers.pop_front();
-        waiting_bytes -= answer->bytes;
+      const LockGuard lock(noting_);
+      held_back_ = link_.is_full() && !(answers_.empty() && calls_.empty());
+      if (held_back_ || (answers_.empty() && calls_.empty())) return did;
+      if (!answers_.empty()) {
+        answer.emplace(std::move(answers_.front()));
+        answers_.pop_front();
+        waiting_bytes_ -= answer->bytes;
       } else {
-        call.emplace(std::move(calls.front()));
-        calls.pop_front();
-        waiting_bytes -= call->bytes;
+        call.emplace(std::move(calls_.front()));
+        calls_.pop_front();
+        waiting_bytes_ -= call->bytes;
       }
     }
     did = true;
@@ -164,18 +164,18 @@ bool Link::Impl::Services::send() {
 }
 
 void Link::Impl::Services::send_call(NotedCall call) {
-  const auto found = ends.find(call.end);
-  if (found == ends.end() || !found->second.exit) {  // gone meanwhile
+  const auto found = ends_.find(call.end);
+  if (found == ends_.end() || !found->second.exit) {  // gone meanwhile
     call.call.asker.answer(nullptr);
     return;
   }
   const msgs::AnyMessage& request = call.call.request;
-  request.type().encode(request.get(), wire::append_call(link.out, call.end, ++last_sent, call.bytes));
-  sent.emplace(last_sent, Sent{call.end, std::move(call.call.asker), &found->second.exit->response_type});
-  ++link.sent;
+  request.type().encode(request.get(), wire::append_call(link_.out, call.end, ++last_sent_, call.bytes));
+  sent_.emplace(last_sent_, Sent{call.end, std::move(call.call.asker), &found->second.exit->response_type});
+  ++link_.sent;
   bool many = false;
   {
-    const LockGuard lock(noting);
+    const LockGuard lock(noting_);
     found->second.exit->assume_noting();
     many = found->second.exit->unanswered > kMostCalls / 2;
   }
@@ -184,35 +184,35 @@ void Link::Impl::Services::send_call(NotedCall call) {
 
 // Callers that no longer wait leave room for others.
 void Link::Impl::Services::forget_abandoned(std::uint64_t end) {
-  for (auto it = sent.begin(); it != sent.end();) {
+  for (auto it = sent_.begin(); it != sent_.end();) {
     if (it->second.end != end || !it->second.asker.client.expired()) {
       ++it;
       continue;
     }
-    it = sent.erase(it);
+    it = sent_.erase(it);
     note_answered(end);
   }
 }
 
 void Link::Impl::Services::note_answered(std::uint64_t end) {
-  const auto found = ends.find(end);
-  if (found == ends.end() || !found->second.exit) return;
-  const LockGuard lock(noting);
+  const auto found = ends_.find(end);
+  if (found == ends_.end() || !found->second.exit) return;
+  const LockGuard lock(noting_);
   found->second.exit->assume_noting();
   --found->second.exit->unanswered;
 }
 
 void Link::Impl::Services::send_answer(const NotedAnswer& answer) {
-  const auto asked = taken.extract(answer.number);
+  const auto asked = taken_.extract(answer.number);
   if (asked.empty()) return;
-  if (const auto end = ends.find(asked.mapped().end); end != ends.end()) --end->second.unanswered;
+  if (const auto end = ends_.find(asked.mapped().end); end != ends_.end()) --end->second.unanswered;
   if (answer.response) {
     answer.response->type().encode(answer.response->get(),
-                                   wire::append_answer(link.out, asked.mapped().number, answer.bytes));
+                                   wire::append_answer(link_.out, asked.mapped().number, answer.bytes));
   } else {
-    wire::append_no_answer(link.out, asked.mapped().number);
+    wire::append_no_answer(link_.out, asked.mapped().number);
   }
-  ++link.sent;
+  ++link_.sent;
 }
 
 // --- from the peer ------------------------------------------------------------------------------------------------------
@@ -249,26 +249,26 @@ bool Link::Impl::Services::handle(const wire::LinkFrame& frame) {
 bool Link::Impl::Services::handle_service(ByteView payload) {
   const auto told = wire::read_service(payload);
   if (!told) return false;
-  if (hub == nullptr) return true;
-  if (ends.contains(told->id) || ends.size() >= kMostServiceEnds) return false;
+  if (hub_ == nullptr) return true;
+  if (ends_.contains(told->id) || ends_.size() >= kMostServiceEnds) return false;
   if (const auto fine = validate_full_topic_name(told->name); !fine) {
-    link.log.error("a service of {} is refused: {}", link.options.peer, fine.error().text());
+    link_.log.error("a service of {} is refused: {}", link_.options.peer, fine.error().text());
     return true;
   }
-  End& end = ends[told->id];
+  End& end = ends_[told->id];
   end.info = {0, told->is_server, told->name, told->node, nullptr, nullptr, told->open};
   end.info.request = type_for(told->request, told->request_hash, end);
   if (end.info.request != nullptr) end.info.response = type_for(told->response, told->response_hash, end);
   if (end.info.response == nullptr) return true;
   if (told->is_server) end.exit = std::make_unique<Exit>(*this, told->id, *end.info.response);
-  end.stand_in = hub->add_stand_in(end.info, end.exit.get());
-  stand_ins.emplace(end.stand_in, told->id);
+  end.stand_in = hub_->add_stand_in(end.info, end.exit.get());
+  stand_ins_.emplace(end.stand_in, told->id);
   return true;
 }
 
 const msgs::MessageType* Link::Impl::Services::type_for(const std::string& name, const std::string& hash,
                                                         const End& end) {
-  const auto* const type = link.find_type(name);
+  const auto* const type = link_.find_type(name);
   if (type != nullptr && hash == type->hash) return type;
   const std::string role = end.info.node + (end.info.is_server ? " offers " : " calls ") + name;
   const Problem problem =
@@ -278,73 +278,73 @@ const msgs::MessageType* Link::Impl::Services::type_for(const std::string& name,
           : Problem{"service " + end.info.name,
                     role + " as " + hash + ", this process has " + type->hash + ": the service is not linked",
                     "build both sides with the same message definitions"};
-  link.log.error("{}", problem.text());
+  link_.log.error("{}", problem.text());
   return nullptr;
 }
 
 void Link::Impl::Services::handle_gone(std::uint64_t id) {
-  const auto found = ends.find(id);
-  if (hub == nullptr || found == ends.end()) return;
+  const auto found = ends_.find(id);
+  if (hub_ == nullptr || found == ends_.end()) return;
   if (found->second.stand_in != 0) {
-    hub->remove_stand_in(found->second.stand_in);
-    stand_ins.erase(found->second.stand_in);
+    hub_->remove_stand_in(found->second.stand_in);
+    stand_ins_.erase(found->second.stand_in);
   }
   // Calls that a server has taken are still answered by the peer. Those of a client have no caller any more.
-  if (!found->second.info.is_server) std::erase_if(taken, [&](const auto& call) { return call.second.end == id; });
-  ends.erase(found);
+  if (!found->second.info.is_server) std::erase_if(taken_, [&](const auto& call) { return call.second.end == id; });
+  ends_.erase(found);
 }
 
 void Link::Impl::Services::handle_ready(std::uint64_t id, bool is_ready) {
-  const auto found = ends.find(id);
-  if (found == ends.end()) return;
-  if (hub != nullptr) {
+  const auto found = ends_.find(id);
+  if (found == ends_.end()) return;
+  if (hub_ != nullptr) {
     if (found->second.info.is_server && found->second.stand_in != 0)
-      hub->open_stand_in(found->second.stand_in, is_ready);
+      hub_->open_stand_in(found->second.stand_in, is_ready);
   } else if (found->second.exit) {
-    leaf->set_remote(id, is_ready ? found->second.exit.get() : nullptr);
+    leaf_->set_remote(id, is_ready ? found->second.exit.get() : nullptr);
   }
 }
 
 void Link::Impl::Services::handle_call(const wire::CallFrame& frame) {
-  ++link.received;
-  const auto found = ends.find(frame.end);
+  ++link_.received;
+  const auto found = ends_.find(frame.end);
   // On the leaf the peer calls servers, on the hub its clients call.
-  const bool known =
-      found != ends.end() && found->second.info.request != nullptr && found->second.info.is_server == (leaf != nullptr);
+  const bool known = found != ends_.end() && found->second.info.request != nullptr &&
+                     found->second.info.is_server == (leaf_ != nullptr);
   if (!known) {
-    ++link.dropped;
-    wire::append_no_answer(link.out, frame.number);
+    ++link_.dropped;
+    wire::append_no_answer(link_.out, frame.number);
     return;
   }
   End& end = found->second;
   msgs::AnyMessage request{*end.info.request};
   if (const auto decoded = end.info.request->decode(frame.cdr, request.get()); !decoded) {
     note_broken(end.info.name, *end.info.request, decoded.error());
-    wire::append_no_answer(link.out, frame.number);
+    wire::append_no_answer(link_.out, frame.number);
     return;
   }
   if (end.unanswered >= kMostCalls) {
-    wire::append_no_answer(link.out, frame.number);
+    wire::append_no_answer(link_.out, frame.number);
     return;
   }
   ++end.unanswered;
-  taken.emplace(++last_taken, Taken{frame.number, frame.end});
-  if (hand_on(end, {{self, last_taken}, std::move(request)})) return;
+  taken_.emplace(++last_taken_, Taken{frame.number, frame.end});
+  if (hand_on(end, {{self_, last_taken_}, std::move(request)})) return;
   --end.unanswered;
-  taken.erase(last_taken);
-  wire::append_no_answer(link.out, frame.number);
+  taken_.erase(last_taken_);
+  wire::append_no_answer(link_.out, frame.number);
 }
 
 bool Link::Impl::Services::hand_on(const End& end, Call call) {
-  if (hub != nullptr) return hub->call(end.stand_in, std::move(call));
-  return leaf->send(end.info.id, std::move(call)) == ServiceGraph::Sent::Yes;
+  if (hub_ != nullptr) return hub_->call(end.stand_in, std::move(call));
+  return leaf_->send(end.info.id, std::move(call)) == ServiceGraph::Sent::Yes;
 }
 
 void Link::Impl::Services::handle_answer(const wire::AnswerFrame& frame) {
-  ++link.received;
-  const auto asked = sent.extract(frame.number);
+  ++link_.received;
+  const auto asked = sent_.extract(frame.number);
   if (asked.empty()) {
-    ++link.dropped;
+    ++link_.dropped;
     return;
   }
   const Sent& call = asked.mapped();
@@ -354,8 +354,8 @@ void Link::Impl::Services::handle_answer(const wire::AnswerFrame& frame) {
     response = std::make_unique<msgs::AnyMessage>(*call.response_type);
     if (const auto decoded = call.response_type->decode(frame.cdr, response->get()); !decoded) {
       response.reset();
-      const auto end = ends.find(call.end);
-      note_broken(end == ends.end() ? "" : end->second.info.name, *call.response_type, decoded.error());
+      const auto end = ends_.find(call.end);
+      note_broken(end == ends_.end() ? "" : end->second.info.name, *call.response_type, decoded.error());
     }
   }
   call.asker.answer(std::move(response));
@@ -363,10 +363,10 @@ void Link::Impl::Services::handle_answer(const wire::AnswerFrame& frame) {
 
 void Link::Impl::Services::note_broken(const std::string& service, const msgs::MessageType& type,
                                        msgs::DecodeFault fault) {
-  ++link.broken;
-  if (std::exchange(told_broken, true)) return;
-  link.log.error("service {}: what {} sent is no {}: {}; the call fails, and the next ones are only counted", service,
-                 link.options.peer, type.name, msgs::explain(fault));
+  ++link_.broken;
+  if (std::exchange(told_broken_, true)) return;
+  link_.log.error("service {}: what {} sent is no {}: {}; the call fails, and the next ones are only counted", service,
+                  link_.options.peer, type.name, msgs::explain(fault));
 }
 
 }  // namespace nacelle

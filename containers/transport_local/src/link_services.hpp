@@ -16,13 +16,13 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
     Exit(Services& owner, std::uint64_t id, const msgs::MessageType& response)
         : services(owner), end(id), response_type(response) {}
     [[nodiscard]] bool take(Call call) noexcept override;
-    void assume_noting() const NACELLE_ASSERTS_HELD(services.noting) {}  // the owner holds it by another name
+    void assume_noting() const NACELLE_ASSERTS_HELD(services.noting_) {}  // the owner holds it by another name
 
     Services& services;
     const std::uint64_t end;  // as the leaf has announced it
     const msgs::MessageType& response_type;
     // With those that wait to be sent.
-    std::size_t unanswered NACELLE_GUARDED_BY(services.noting) = 0;
+    std::size_t unanswered NACELLE_GUARDED_BY(services.noting_) = 0;
   };
   /// A server or client: on the leaf one of its graph, on the hub one of the peer's.
   struct End {
@@ -58,10 +58,10 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   };
 
   explicit Services(Impl& owner)
-      : link(owner),
-        leaf(owner.options.services),
-        hub(owner.options.service_hub),
-        self(std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this))) {}
+      : link_(owner),
+        leaf_(owner.options.services),
+        hub_(owner.options.service_hub),
+        self_(std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this))) {}
 
   void join();
   /// Removes the stand-ins, and tells every caller that waits that there will be no answer.
@@ -78,52 +78,52 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   bool send();
   [[nodiscard]] bool is_held_back() const {
     assume_pumping();
-    return held_back;
+    return held_back_;
   }
   /// Returns false for a frame that breaks the protocol.
   [[nodiscard]] bool handle(const wire::LinkFrame& frame);
 
  private:
   /// Every caller of the members above, whose lock it is by another name, holds it.
-  void assume_pumping() const NACELLE_ASSERTS_HELD(link.pumping) {}
+  void assume_pumping() const NACELLE_ASSERTS_HELD(link_.pumping) {}
   void push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) override;
   void note(Event change) noexcept;
-  void take_event(const Event& change) NACELLE_REQUIRES(link.pumping);
-  void send_call(NotedCall call) NACELLE_REQUIRES(link.pumping);
-  void send_answer(const NotedAnswer& answer) NACELLE_REQUIRES(link.pumping);
-  [[nodiscard]] bool handle_service(ByteView payload) NACELLE_REQUIRES(link.pumping);
-  void handle_gone(std::uint64_t id) NACELLE_REQUIRES(link.pumping);
-  void handle_ready(std::uint64_t id, bool is_ready) NACELLE_REQUIRES(link.pumping);
-  void handle_call(const wire::CallFrame& frame) NACELLE_REQUIRES(link.pumping);
-  void handle_answer(const wire::AnswerFrame& frame) NACELLE_REQUIRES(link.pumping);
-  [[nodiscard]] bool hand_on(const End& end, Call call) NACELLE_REQUIRES(link.pumping);
+  void take_event(const Event& change) NACELLE_REQUIRES(link_.pumping);
+  void send_call(NotedCall call) NACELLE_REQUIRES(link_.pumping);
+  void send_answer(const NotedAnswer& answer) NACELLE_REQUIRES(link_.pumping);
+  [[nodiscard]] bool handle_service(ByteView payload) NACELLE_REQUIRES(link_.pumping);
+  void handle_gone(std::uint64_t id) NACELLE_REQUIRES(link_.pumping);
+  void handle_ready(std::uint64_t id, bool is_ready) NACELLE_REQUIRES(link_.pumping);
+  void handle_call(const wire::CallFrame& frame) NACELLE_REQUIRES(link_.pumping);
+  void handle_answer(const wire::AnswerFrame& frame) NACELLE_REQUIRES(link_.pumping);
+  [[nodiscard]] bool hand_on(const End& end, Call call) NACELLE_REQUIRES(link_.pumping);
   [[nodiscard]] const msgs::MessageType* type_for(const std::string& name, const std::string& hash, const End& end)
-      NACELLE_REQUIRES(link.pumping);
-  void note_answered(std::uint64_t end) NACELLE_REQUIRES(link.pumping);
+      NACELLE_REQUIRES(link_.pumping);
+  void note_answered(std::uint64_t end) NACELLE_REQUIRES(link_.pumping);
   void note_broken(const std::string& service, const msgs::MessageType& type, msgs::DecodeFault fault)
-      NACELLE_REQUIRES(link.pumping);
-  void forget_abandoned(std::uint64_t end) NACELLE_REQUIRES(link.pumping);
+      NACELLE_REQUIRES(link_.pumping);
+  void forget_abandoned(std::uint64_t end) NACELLE_REQUIRES(link_.pumping);
 
-  Impl& link;
-  ServiceGraph* const leaf;
-  ServiceHub* const hub;
-  const std::shared_ptr<Guarded<AnswerTaker*>> self;
-  std::map<std::uint64_t, End> ends NACELLE_GUARDED_BY(link.pumping);                 // by the leaf's ids
-  std::map<std::uint64_t, std::uint64_t> stand_ins NACELLE_GUARDED_BY(link.pumping);  // on the hub: the leaf's ids
-  std::map<std::uint64_t, Sent> sent NACELLE_GUARDED_BY(link.pumping);                // by number
-  std::uint64_t last_sent NACELLE_GUARDED_BY(link.pumping) = 0;
-  std::map<std::int64_t, Taken> taken NACELLE_GUARDED_BY(link.pumping);
-  std::int64_t last_taken NACELLE_GUARDED_BY(link.pumping) = 0;
-  bool held_back NACELLE_GUARDED_BY(link.pumping) = false;
-  bool told_broken NACELLE_GUARDED_BY(link.pumping) = false;
-  std::vector<Event> events_now NACELLE_GUARDED_BY(link.pumping);
+  Impl& link_;
+  ServiceGraph* const leaf_;
+  ServiceHub* const hub_;
+  const std::shared_ptr<Guarded<AnswerTaker*>> self_;
+  std::map<std::uint64_t, End> ends_ NACELLE_GUARDED_BY(link_.pumping);                 // by the leaf's ids
+  std::map<std::uint64_t, std::uint64_t> stand_ins_ NACELLE_GUARDED_BY(link_.pumping);  // on the hub: the leaf's ids
+  std::map<std::uint64_t, Sent> sent_ NACELLE_GUARDED_BY(link_.pumping);                // by number
+  std::uint64_t last_sent_ NACELLE_GUARDED_BY(link_.pumping) = 0;
+  std::map<std::int64_t, Taken> taken_ NACELLE_GUARDED_BY(link_.pumping);
+  std::int64_t last_taken_ NACELLE_GUARDED_BY(link_.pumping) = 0;
+  bool held_back_ NACELLE_GUARDED_BY(link_.pumping) = false;
+  bool told_broken_ NACELLE_GUARDED_BY(link_.pumping) = false;
+  std::vector<Event> events_now_ NACELLE_GUARDED_BY(link_.pumping);
 
   // The last lock of all.
-  Mutex noting;
-  std::vector<Event> events NACELLE_GUARDED_BY(noting);
-  std::deque<NotedCall> calls NACELLE_GUARDED_BY(noting);
-  std::deque<NotedAnswer> answers NACELLE_GUARDED_BY(noting);
-  std::size_t waiting_bytes NACELLE_GUARDED_BY(noting) = 0;
+  Mutex noting_;
+  std::vector<Event> events_ NACELLE_GUARDED_BY(noting_);
+  std::deque<NotedCall> calls_ NACELLE_GUARDED_BY(noting_);
+  std::deque<NotedAnswer> answers_ NACELLE_GUARDED_BY(noting_);
+  std::size_t waiting_bytes_ NACELLE_GUARDED_BY(noting_) = 0;
 };
 
 }  // namespace nacelle

@@ -68,6 +68,7 @@ TEST(Buffer, keeps_its_capacity_when_cleared_and_given_back) {
   EXPECT_EQ(buffer[99], 0);
 }
 
+#if !defined(NACELLE_SANITIZED)
 std::size_t resident_pages_of(const Buffer<std::uint8_t>& buffer) {
   const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
   const auto begin = reinterpret_cast<std::uintptr_t>(buffer.data()) / page * page;
@@ -76,6 +77,7 @@ std::size_t resident_pages_of(const Buffer<std::uint8_t>& buffer) {
   EXPECT_EQ(::mincore(reinterpret_cast<void*>(begin), bytes, pages.data()), 0);
   return static_cast<std::size_t>(std::ranges::count_if(pages, [](unsigned char flags) { return (flags & 1U) != 0; }));
 }
+#endif
 
 TEST(Buffer, is_reserved_like_another_one_without_its_elements) {
   const Buffer<std::uint8_t> large(std::size_t{64} << 20U, 7), small(1000, 7);
