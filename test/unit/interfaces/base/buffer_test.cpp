@@ -69,12 +69,11 @@ TEST(Buffer, keeps_its_capacity_when_cleared_and_given_back) {
 }
 
 #if !defined(NACELLE_SANITIZED)
-std::size_t resident_pages_of(const Buffer<std::uint8_t>& buffer) {
-  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
-  const auto begin = reinterpret_cast<std::uintptr_t>(buffer.data()) / page * page;
-  const std::size_t bytes = reinterpret_cast<std::uintptr_t>(buffer.data()) + buffer.size() - begin;
-  std::vector<unsigned char> pages(bytes / page + 1);
-  EXPECT_EQ(::mincore(reinterpret_cast<void*>(begin), bytes, pages.data()), 0);
+std::size_t resident_pages_of(Buffer<std::uint8_t>& buffer) {
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const std::size_t before = reinterpret_cast<std::uintptr_t>(buffer.data()) % page;
+  std::vector<unsigned char> pages((before + buffer.size()) / page + 1);
+  EXPECT_EQ(::mincore(buffer.data() - before, before + buffer.size(), pages.data()), 0);
   return static_cast<std::size_t>(std::ranges::count_if(pages, [](unsigned char flags) { return (flags & 1U) != 0; }));
 }
 #endif
