@@ -15,7 +15,7 @@ namespace {
 // Each reader below sets `problem_` once and returns false; the first problem is reported.
 class Reader {
  public:
-  Reader(std::string file_name) : file_(std::move(file_name)) {}
+  explicit Reader(std::string file_name) : file_(std::move(file_name)) {}
 
   [[nodiscard]] const Problem& problem() const { return problem_; }
 
@@ -90,7 +90,7 @@ class Reader {
     if (info.distortion_model == "rational_polynomial") wanted = 8;
     if (info.distortion_model == "equidistant") wanted = 4;
     if (wanted == 0) {
-      return fail(CalibrationFault::UnknownModel, model->line, model->text,
+      return fail(CalibrationFault::UnknownModel, model != nullptr ? model->line : 0, info.distortion_model,
                   "distortion_model '" + info.distortion_model + "' is not known",
                   suggestion(info.distortion_model, {"plumb_bob", "rational_polynomial", "equidistant"}));
     }

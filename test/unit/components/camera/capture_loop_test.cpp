@@ -21,8 +21,7 @@ using sensor_msgs::msg::CameraInfo;
 using sensor_msgs::msg::Image;
 using Turn = CaptureLoop::Turn;
 
-class CaptureLoopTest : public ::testing::Test {
- protected:
+struct CaptureLoopTest : ::testing::Test {
   CaptureLoop make(CapturePort& port, const char* encoding, FourCc format = kYuyv) {
     CaptureLoop::Settings settings;
     settings.wish.pixel_format = format;

@@ -63,8 +63,7 @@ TEST(PatternScene, writes_nothing_beyond_its_frame_in_any_size) {
   }
 }
 
-class PatternSourceTest : public ::testing::Test {
- protected:
+struct PatternSourceTest : ::testing::Test {
   void begin() {
     CaptureWish wish;
     wish.pixel_format = kGrey;

@@ -22,9 +22,8 @@ using ::testing::HasSubstr;
 
 void give_back(const Frame& frame) { frame.give_back.release(frame.give_back.context); }
 
-class V4l2CaptureTest : public ::testing::Test {
- protected:
-  CaptureFormat begin(CaptureWish wish = {}) {
+struct V4l2CaptureTest : ::testing::Test {
+  CaptureFormat begin(const CaptureWish& wish = {}) {
     auto format = capture.open(wish);
     EXPECT_TRUE(format) << (format ? "" : format.error().text());
     const auto started = capture.start();

@@ -18,7 +18,6 @@ namespace nacelle::lifecycle_manager {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using Names = std::vector<std::string>;
 
 Names names_of(const Result<std::vector<ManagedNode>, Problem>& order) {
