@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "nacelle/base/buffer.hpp"
 #include "nacelle/base/expect.hpp"
 
 namespace nacelle::runtime {
