@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "nacelle/node/parameter.hpp"
+
 namespace nacelle::loading {
 namespace {
 
