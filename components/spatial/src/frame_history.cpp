@@ -152,7 +152,7 @@ inline FrameHistory::Answer FrameHistory::search(std::int64_t stamp_ns, const Vi
   if (after == oldest) return {Found::OneOtherTime, 0, newest_ns};
   if (stamp_ns > newest_ns) return {Found::TooLate, 0, newest_ns};
 
-  std::uint64_t before = after;
+  std::uint64_t before = 0;
   for (std::uint64_t stride = 1;; stride *= 2) {
     before = after - oldest > stride ? after - stride : oldest;
     const std::int64_t t = ring[before].stamp_ns.load(kAcquire);
