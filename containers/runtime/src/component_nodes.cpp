@@ -130,10 +130,13 @@ void Container::Impl::offer(NodeRecord& node, bool has_lifecycle) const {
   node.runtime->open();
 }
 
-void Container::Impl::withdraw(NodeRecord& node, bool returned) const {
+bool Container::Impl::refuse_offer(NodeRecord& node) {
   const LockGuard lock(node.offering);
-  if (std::exchange(node.offer, NodeRecord::Offer::Over) == NodeRecord::Offer::Over || !node_services) return;
-  node_services->end(node, returned);
+  return std::exchange(node.offer, NodeRecord::Offer::Over) != NodeRecord::Offer::Over;
+}
+
+void Container::Impl::withdraw(NodeRecord& node, bool returned) const {
+  if (refuse_offer(node) && node_services) node_services->end(node, returned);
 }
 
 // One that the constructor makes waits for the end of the load: no callback runs beside a constructor.
@@ -152,9 +155,10 @@ void Container::Impl::begin_other(Record& record, const std::shared_ptr<NodeReco
 void Container::Impl::end_other(Record& record, const std::shared_ptr<NodeRecord>& node) {
   const std::string name = node->runtime->identity().fully_qualified();
   std::erase(*record.others.lock(), node);
+  const bool was_there = refuse_offer(*node);  // first: an offer that is on its way would open what is closed here
   if (!node->runtime->close(deadline().now()))
     log.error("{}: a callback of its node {} has not returned, and the node is destroyed", record.plugin, name);
-  withdraw(*node, true);
+  if (was_there && node_services) node_services->end(*node, true);
   {
     const LockGuard lock(mutex);
     if (const auto found = names.find(name); found != names.end() && found->second == &record) names.erase(found);

@@ -185,6 +185,8 @@ struct Container::Impl {
   [[nodiscard]] std::unique_ptr<Context> context_for(Record& record, Executor& executor, bool uses_sim_time);
   /// Begins the standard services of a node, and lets its callbacks run.
   void offer(NodeRecord& node, bool has_lifecycle) const;
+  /// Lets offer() do nothing from now on. Returns false if that was so before.
+  [[nodiscard]] static bool refuse_offer(NodeRecord& node);
   /// Ends the standard services of a node. `returned`: none of its callbacks runs any more.
   void withdraw(NodeRecord& node, bool returned) const;
   void begin_other(Record& record, const std::shared_ptr<NodeRecord>& node);
