@@ -192,10 +192,10 @@ class IsolatedProcess {
     if (request->parameters == told_parameters_ && other_nodes == told_nodes_) return;
     told_parameters_ = request->parameters;
     told_nodes_ = std::move(other_nodes);
-    link_->send_note(json{
-        {"parameters", loading::parameters_to_json(loading::parameters_of(*request))},
-        {"other_nodes",
-         told_nodes_}}.dump());
+    json note;
+    note["parameters"] = loading::parameters_to_json(loading::parameters_of(*request));
+    note["other_nodes"] = told_nodes_;
+    link_->send_note(note.dump());
   }
 
   void load(const launch::ComponentPlan& plan, bool collect, json& answer) {

@@ -371,7 +371,7 @@ TEST_F(HostileServicesTest, a_service_of_another_definition_or_a_bad_name_is_not
   other.request_hash = "RIHS01_other";
   announce(other);
   auto unknown = service(8, true);
-  unknown.response = "nobody/srv/Knows_Response";
+  unknown.response = "unknown_msgs/srv/Missing_Response";
   announce(unknown);
   auto bad = service(9, true);
   bad.name = "not a name";

@@ -38,7 +38,7 @@ class Twins final : public LifecycleNode {
  public:
   explicit Twins(const NodeOptions& options)
       : LifecycleNode("twins", options), options_(options.another_node()), first_("twin", options_) {
-    if (declare_parameter<bool>("fails", false)) throw std::runtime_error("as it was told");
+    if (declare_parameter<bool>("fails", false)) throw std::runtime_error("its parameter says so");
     done_ = create_publisher<String>("done", QoS(100).transient_local());
     orders_ = create_subscription<String>("orders", QoS(100).transient_local(),
                                           [this](const String& order) { obey(std::string(order.data)); });
