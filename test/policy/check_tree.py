@@ -34,7 +34,7 @@ REGISTRY_HOSTS = re.compile(
 )
 # What turns a text from outside into a value, or opens a file by a path from outside -> where alone that is done, with a bound.
 ONE_PLACE = (
-    ("JSON", re.compile(r"json::(?:parse|accept|sax_parse)\("), ("interfaces/base/include/nacelle/base/json_text.hpp",), "parse_json()"),
+    ("JSON", re.compile(r"[jJ]son::(?:parse|accept|sax_parse)\("), ("interfaces/base/src/json_text.cpp",), "parse_json()"),
     ("XML", re.compile(r"(?:\.|->)(?:Parse|LoadFile)\("), ("interfaces/base/src/xml.cpp",), "parse_xml()"),
     ("YAML", re.compile(r"YAML::(?:Parser|Load\w*)\b"), ("qos_profiles/src/yaml_tree.cpp",), "parse_yaml()"),
     (

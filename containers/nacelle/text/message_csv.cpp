@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "nacelle/base/json_text.hpp"
+
 namespace nacelle::text {
 namespace {
 
@@ -40,7 +42,7 @@ void append_value(std::string& out, const Json& value, std::size_t longest) {
 
 std::string csv_of_json(std::string_view json, std::size_t longest) {
   std::string out;
-  const Json value = Json::parse(json, nullptr, false);
+  const Json value = parse_json_or_discard<Json>(json);
   if (!value.is_discarded()) append_value(out, value, longest);
   return out;
 }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "nacelle/base/json_text.hpp"
 #include "nacelle/launch/parameter_value.hpp"
 #include "nacelle/msgs/json.hpp"
 #include "nacelle/qos/yaml_tree.hpp"
@@ -195,7 +196,7 @@ void append_repr_of(std::string& out, const msgs::MessageType& type, const Json&
 
 Result<MessageText, Problem> read_message_text(std::string_view text, const msgs::MessageType& type, WallTime now) {
   // JSON goes its own way: its escapes are not all YAML's, and its words for NaN are texts here.
-  if (Json::accept(text)) return MessageText{std::string{text}, false};
+  if (!parse_json_or_discard<Json>(text).is_discarded()) return MessageText{std::string{text}, false};
   auto root = parse_yaml(text, "the message");
   TextReader reader{now};
   Made json = root ? reader.message(root.value(), type, "") : Made{err(root.error())};
@@ -209,7 +210,8 @@ Result<MessageText, Problem> read_message_text(std::string_view text, const msgs
 }
 
 void append_repr(std::string& out, const msgs::MessageType& type, const void* message) {
-  append_repr_of(out, type, Json::parse(msgs::to_json(type, message)));
+  const Json value = parse_json_or_discard<Json>(msgs::to_json(type, message));
+  if (!value.is_discarded()) append_repr_of(out, type, value);
 }
 
 }  // namespace nacelle::text

@@ -40,11 +40,15 @@ option(NACELLE_HARDENING "Compile with stack protector, stack clash protection, 
 option(NACELLE_FUZZING "Link fuzz targets with libFuzzer (needs clang)" OFF)
 
 # With NACELLE_UNITY, replaces the C++ files of a list by files that include eight of them each, so that names in anonymous
-# namespaces are one target's. A folder for which that is too much sets NACELLE_UNITY OFF. CMake's own unity build names sources
-# by absolute path, which a compiler cache cannot share between clones; these paths are relative to the including file.
+# namespaces are one target's. A folder whose files take long sets NACELLE_UNITY_FILES to fewer. CMake's own unity build names
+# sources by absolute path, which a compiler cache cannot share between clones; these paths are relative to the including file.
 function(nacelle_unite list target)
   if(NOT NACELLE_UNITY)
     return()
+  endif()
+  set(most 8)
+  if(NACELLE_UNITY_FILES)
+    set(most ${NACELLE_UNITY_FILES})
   endif()
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/Unity)
   set(united "")
@@ -60,7 +64,7 @@ function(nacelle_unite list target)
     elseif(NOT source STREQUAL end)
       list(APPEND united ${source})
     endif()
-    if(count EQUAL 8 OR (source STREQUAL end AND count GREATER 0))
+    if(count EQUAL most OR (source STREQUAL end AND count GREATER 0))
       set(file ${folder}/${target}_${number}.cpp)
       file(CONFIGURE OUTPUT ${file} CONTENT "${content}" @ONLY)
       list(APPEND united ${file})

@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include "nacelle/base/json_text.hpp"
+#include "nacelle/base/nesting.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/xml.hpp"
 
