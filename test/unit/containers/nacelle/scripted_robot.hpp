@@ -28,6 +28,7 @@ class ScriptedComponent final : public bench::Recipe {
     if (fails_to_load) throw std::runtime_error{"its device is gone"};
     ++loads;
     node = &made;
+    if (on_load) on_load();
     static constexpr std::array<std::uint8_t, 1> kStop{'s'};
     if (stop_line_ >= 0) made.register_safe_stop(stop_line_, kStop);
     return nullptr;
@@ -47,6 +48,7 @@ class ScriptedComponent final : public bench::Recipe {
   [[nodiscard]] launch::Parameter parameter() const {
     return {.name = "recipe", .value = static_cast<std::int64_t>(std::bit_cast<std::intptr_t>(this))};
   }
+  std::function<void()> on_load;
   std::function<std::string(Transition)> script;  ///< Returns why a transition fails.
   LifecycleNode* node = nullptr;                  ///< Of the last load.
   int loads = 0;

@@ -27,6 +27,7 @@
 #include "nacelle/runtime/plugin_fault.hpp"
 #include "nacelle/runtime/plugin_library.hpp"
 #include "support/manual_clock.hpp"
+#include "support/no_threads.hpp"
 #include "support/places.hpp"
 
 namespace nacelle::runtime {
@@ -320,6 +321,19 @@ TEST_F(RebuiltTest, a_library_without_components_is_refused_with_the_way_to_regi
             file +
                 ": is not a component library: it has no symbol nacelle_component_table; end one "
                 "source file with NACELLE_REGISTER_COMPONENT(Class)");
+}
+
+TEST_F(LoadingTest, is_refused_if_no_thread_can_be_started) {
+  const auto loaded = [this] {
+    const test::NoThreads none;
+    return try_to_load("Talker");
+  }();
+  ASSERT_FALSE(loaded);
+  EXPECT_EQ(loaded.error().code, PluginFault::NoThread);
+  EXPECT_EQ(loaded.error().value, "nacelle::test::Talker");
+  EXPECT_THAT(loaded.error().text(), HasSubstr("not loaded: cannot start a thread: "));
+  EXPECT_THAT(loaded.error().text(), EndsWith("raise `ulimit -u`, or TasksMax= of the service"));
+  EXPECT_TRUE(try_to_load("Talker"));
 }
 
 TEST_F(RebuiltTest, a_library_is_not_blamed_if_the_process_has_no_descriptor_left) {

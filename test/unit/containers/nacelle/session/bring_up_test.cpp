@@ -10,6 +10,7 @@
 #include "nacelle/base/lifecycle_fault.hpp"
 #include "session/bring_up_fault.hpp"
 #include "session/session.hpp"
+#include "support/no_threads.hpp"
 #include "support/places.hpp"
 #include "unit/containers/nacelle/scripted_robot.hpp"
 
@@ -61,6 +62,7 @@ class BringUpTest : public ::testing::Test {
     options.transitions_file = folder_ + "/transitions";
     testing::internal::CaptureStderr();
     Session session{plan_, std::move(options), clock_, stop_};
+    session_ = &session;
     const int code = session.run();
     said_ = testing::internal::GetCapturedStderr();
     failure_ = session.failure().value_or(Problem{});
@@ -75,6 +77,7 @@ class BringUpTest : public ::testing::Test {
   process::StopSignal stop_;
   EndWhenUp alarm_{stop_};
   launch::Plan plan_;
+  Session* session_ = nullptr;  ///< The last one.
   test::ScriptedComponent lidar_, imu_;
   std::string said_;
   Problem failure_;  ///< Of the last run; empty if there is none.
@@ -160,6 +163,31 @@ TEST_F(BringUpTest, a_component_that_its_constructor_cannot_make_is_named_with_i
   EXPECT_EQ(failure_.code, BringUpFault::UnsoundPlan);
   EXPECT_EQ(failure_.value, "1 error");
   EXPECT_THAT(said_, HasSubstr("its device is gone"));
+  EXPECT_THAT(steps_, IsEmpty());
+}
+
+TEST_F(BringUpTest, fails_if_a_required_component_was_unloaded_before_its_turn) {
+  add("imu", imu_).where = Place("robot.launch.yaml", 7);
+  add("lidar", lidar_);
+  lidar_.on_load = [this] {
+    const auto imu = session_->container().find("/imu");
+    EXPECT_TRUE(imu && session_->container().unload(imu.value().id));
+  };
+  EXPECT_EQ(run(), 1);
+  EXPECT_EQ(failure_.code, BringUpFault::NotLoaded);
+  EXPECT_EQ(failure_.where, Place("robot.launch.yaml", 7));
+  EXPECT_EQ(failure_.value, "/imu");
+  EXPECT_EQ(failure_.text(), "robot.launch.yaml:7: /imu was not loaded; see above");
+  EXPECT_THAT(steps_, IsEmpty());
+}
+
+TEST_F(BringUpTest, fails_if_the_process_can_start_no_thread) {
+  add("imu", imu_);
+  const test::NoThreads none;
+  EXPECT_EQ(run(), 1);
+  EXPECT_EQ(failure_.code, BringUpFault::OutOfResources);
+  EXPECT_EQ(failure_.text(),
+            "container: Resource temporarily unavailable; raise what the process may have: `ulimit -n`, `ulimit -u`");
   EXPECT_THAT(steps_, IsEmpty());
 }
 
