@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/commands.hpp"
 #include "cli/output.hpp"
+#include "cli/program.hpp"
+#include "graph_commands/commands.hpp"
 #include "nacelle/runtime/thread_guard.hpp"
+#include "offline_commands/commands.hpp"
+#include "robot_commands/commands.hpp"
 
 int main(int argc, char** argv) {
   using namespace nacelle::cli;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "asking.hpp"
+#include "cli/asking.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <set>
 
+#include "cli/output.hpp"
+#include "cli/program.hpp"
 #include "nacelle/base/name_fault.hpp"
 #include "nacelle/base/names.hpp"
 #include "nacelle/base/printable.hpp"
-#include "output.hpp"
-#include "program.hpp"
 
 namespace nacelle::cli {
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "ask/nodes.hpp"
+#include "cli/whom.hpp"
 #include "control/client.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
-#include "whom.hpp"
 
 // Helpers of commands that query a container.
 namespace nacelle::cli {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "command.hpp"
+#include "cli/command.hpp"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,9 @@
 #include <exception>
 #include <type_traits>
 
-#include "completion.hpp"
+#include "cli/completion.hpp"
+#include "cli/program.hpp"
 #include "nacelle/base/problem.hpp"
-#include "program.hpp"
 
 namespace nacelle::cli {
 namespace {

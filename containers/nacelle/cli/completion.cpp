@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "completion.hpp"
+#include "cli/completion.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "inert_launch.hpp"
+#include "cli/inert_launch.hpp"
 
 #include "nacelle/base/log.hpp"
 

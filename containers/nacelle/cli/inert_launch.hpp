@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "cli/program.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/base/time.hpp"
-#include "program.hpp"
 #include "proof/proof.hpp"
 
 namespace nacelle::cli {

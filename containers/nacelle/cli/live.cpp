@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "live.hpp"
+#include "cli/live.hpp"
 
 #include <poll.h>
 #include <sys/ioctl.h>
@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <cstdio>
 
-#include "output.hpp"
+#include "cli/output.hpp"
 
 namespace nacelle::cli {
 

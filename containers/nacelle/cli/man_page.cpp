@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "man_page.hpp"
+#include "cli/man_page.hpp"
 
 #include <fmt/format.h>
 
-#include "completion.hpp"
+#include "cli/completion.hpp"
 
 namespace nacelle::cli {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program.hpp"
+#include "cli/program.hpp"
 
 #include <sys/prctl.h>
 #include <unistd.h>

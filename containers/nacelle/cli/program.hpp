@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "command.hpp"
+#include "cli/command.hpp"
+#include "cli/whom.hpp"
 #include "control/client.hpp"
 #include "control/socket_path.hpp"
 #include "loading/program_places.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 #include "nacelle/launch/load_plan.hpp"
-#include "whom.hpp"
 
 namespace nacelle::cli {
 

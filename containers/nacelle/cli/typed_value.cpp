@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "typed_value.hpp"
+#include "cli/typed_value.hpp"
 
 #include <string_view>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "whom.hpp"
+#include "cli/whom.hpp"
 
 #include <charconv>
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "command.hpp"
+#include "cli/command.hpp"
 #include "control/client.hpp"
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"

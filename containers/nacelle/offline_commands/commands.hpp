@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "cli/command.hpp"
+
+namespace nacelle::cli {
+
+// Each adds its commands to the program.
+
+/// `check` and `params`.
+void add_check_commands(Command& root);
+void add_import_command(Command& root);
+void add_doctor_command(Command& root);
+/// `doctor net`.
+void add_doctor_net_command(Command& doctor);
+void add_qos_commands(Command& root);
+void add_security_commands(Command& root);
+void add_xacro_command(Command& root);
+void add_completion_command(Command& root);
+
+}  // namespace nacelle::cli

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/program.hpp"
+#include "robot_commands/commands.hpp"
+#include "simulation/component/run_world.hpp"
+#include "simulation/port/truth_file.hpp"
+
+namespace nacelle::cli {
+namespace {
+
+struct WorldWish {
+  simulation::WorldOptions options;
+  bool verbose = false;
+};
+
+int run_world_command(const WorldWish& wish) {
+  const SystemClock clock;
+  auto report = simulation::run_world(wish.options, clock);
+  if (!report) return complain(report.error());
+  if (wish.verbose) {
+    std::fprintf(stderr, "world: %.1f s, %llu late steps, %llu skipped\n", report.value().seconds,
+                 static_cast<unsigned long long>(report.value().late_steps),
+                 static_cast<unsigned long long>(report.value().skipped_steps));
+  }
+  return kDone;
+}
+
+/// Returns whether a folder, or the symbolic link to it, belongs to this user or root.
+bool is_own(const std::string& folder) {
+  struct stat status {};
+  return ::lstat(folder.c_str(), &status) == 0 && (status.st_uid == ::geteuid() || status.st_uid == 0);
+}
+
+/// The world that is meant when no folder is named: the only one that runs, of a launch file or of `drive`.
+Result<std::string, Problem> running_world() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  const std::string base = runtime != nullptr && *runtime != '\0' ? runtime : "/tmp";
+  std::vector<std::string> found;
+  std::error_code unreadable;
+  for (const auto& entry : std::filesystem::directory_iterator(base, unreadable)) {
+    const std::string name = entry.path().filename().string();
+    const bool fits = name == "nacelle-sim" || name.rfind("nacelle-drive-", 0) == 0;
+    if (fits && is_own(entry.path()) && simulation::read_truth((entry.path() / "truth").string()))
+      found.push_back(entry.path().string());
+  }
+  if (found.size() == 1) return found.front();
+  if (found.empty()) {
+    return err(Problem{base, "no simulated world runs there",
+                       "start one (`nacelle drive --stay`), or name its folder with --dir: the launch file's sim_dir"});
+  }
+  std::ranges::sort(found);
+  return err(Problem{base, "more than one simulated world is there",
+                     fmt::format("choose with --dir: {}", fmt::join(found, ", "))});
+}
+
+int plug(const std::string& asked, const std::string& device, bool in) {
+  auto directory = asked.empty() ? running_world() : asked;
+  if (!directory) return complain(directory.error());
+  auto done = simulation::plug_device(directory.value(), device, in);
+  return done ? kDone : complain(done.error());
+}
+
+int show_truth(const std::string& asked) {
+  auto directory = asked.empty() ? running_world() : asked;
+  if (!directory) return complain(directory.error());
+  const auto truth = simulation::read_truth(directory.value() + "/truth");
+  if (!truth) return complain({directory.value(), "no world runs there", "name its folder with --dir"});
+  const simulation::Truth& t = truth.value();
+  const nlohmann::ordered_json shown{{"time_s", t.time_s},
+                                     {"x_m", t.x_m},
+                                     {"y_m", t.y_m},
+                                     {"yaw_rad", t.yaw_rad},
+                                     {"speed_mps", t.speed_mps},
+                                     {"yaw_rate_rps", t.yaw_rate_rps},
+                                     {"left_command_mps", t.left_command_mps},
+                                     {"right_command_mps", t.right_command_mps},
+                                     {"motion_commands", t.motion_commands},
+                                     {"last_motion_command_ns", t.last_motion_command_ns},
+                                     {"starts", t.starts},
+                                     {"last_start_ns", t.last_start_ns},
+                                     {"stops", t.stops},
+                                     {"last_stop_ns", t.last_stop_ns},
+                                     {"watchdog_stops", t.watchdog_stops},
+                                     {"contacts", t.contacts}};
+  std::printf("%s\n", shown.dump().c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_sim_commands(Command& root) {
+  auto wish = std::make_shared<WorldWish>();
+  Command& group = root.add("sim", "the simulated robot");
+  Command& world =
+      group.add("world", "run the simulated world until Ctrl-C; its devices appear in a folder as lidar, imu and base");
+  world.option("--dir", wish->options.directory, "folder for the device links; created if missing")
+      .required()
+      .names_a(Names::File);
+  world.option("--seed", wish->options.settings.seed, "seed of the world's random numbers").with_default();
+  world.option("--parent", wish->options.parent_pid, "end when this process ends").hidden();
+  world.flag("-v,--verbose", wish->verbose, "print a summary at the end");
+  world.runs([wish] {
+    wish->options.end_with_parent = wish->options.parent_pid != 0;
+    return run_world_command(*wish);
+  });
+
+  auto folder = std::make_shared<std::string>();
+  auto device = std::make_shared<std::string>();
+  const auto with_folder = [&](const char* name, const char* what) -> Command& {
+    Command& command = group.add(name, what);
+    command
+        .option("--dir", *folder, "the world's folder, the launch file's sim_dir (default: that of the running world)")
+        .names_a(Names::File);
+    return command;
+  };
+  for (const bool in : {false, true}) {
+    Command& command =
+        with_folder(in ? "plug" : "unplug", in ? "reconnect a device" : "disconnect a device of the running world");
+    command.option("device", *device, "lidar, imu or base").required().one_of({"lidar", "imu", "base"});
+    command.runs([folder, device, in] { return plug(*folder, *device, in); });
+  }
+  with_folder("truth", "print the simulated robot's true pose and its motor board's last command as JSON")
+      .runs([folder] { return show_truth(*folder); });
+}
+
+}  // namespace nacelle::cli
