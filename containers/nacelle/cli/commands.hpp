@@ -5,7 +5,7 @@
 
 namespace nacelle::cli {
 
-// Each adds its commands to the program.
+// Each function adds its commands to the program.
 
 /// `check` and `params`.
 void add_check_commands(Command& root);
@@ -13,7 +13,7 @@ void add_import_command(Command& root);
 void add_launch_command(Command& root);
 void add_container_command(Command& root);
 void add_faults_command(Command& root);
-/// What a launch file's `isolate: process` starts; not for people.
+/// Adds the hidden command that a container runs for `isolate: process`. Internal.
 void add_isolated_command(Command& root);
 void add_doctor_command(Command& root);
 /// `doctor net`.
