@@ -33,7 +33,7 @@ class Robot;
 /// Returns the refusal of a request that only a running robot accepts: RobotFault::NotRunning with the present phase.
 [[nodiscard]] Problem why_not_running(const Robot& robot);
 
-/// A topic whose emergency stop was released, and the number of its readers.
+/// A topic on which an emergency stop was released, and its number of readers.
 struct ReleasedStop {
   std::string topic;
   std::size_t readers = 0;

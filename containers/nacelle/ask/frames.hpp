@@ -8,7 +8,8 @@
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/result.hpp"
 
-// Verbs of transforms. `container`: a name, or empty for the only one. Errors: as Nodes::ask_container(), and those listed.
+// Verbs of transforms. `container`: a name, or empty for the only one.
+// Errors: as Nodes::ask_container(), and those listed.
 namespace nacelle::ask {
 
 /// Returns "frames", and the names that the launch file's namespace determines: "name_space", "tf_topic",

@@ -9,7 +9,7 @@
 
 namespace nacelle::cli {
 
-/// A word that may stand at the cursor.
+/// A possible completion of the word at the cursor.
 struct Candidate {
   std::string word, what;  ///< what: a short description; may be empty.
   friend bool operator==(const Candidate&, const Candidate&) = default;
