@@ -21,8 +21,8 @@ namespace nacelle::drawing {
 /// Writes a drawing in the format of the file name's ending. Graphviz's `dot` computes the layout.
 ///
 /// If `dot` is not in PATH, writes the DOT text to a file with the ending .dot instead, and returns a message for the
-/// user with the command that draws it. Otherwise returns an empty text. An existing file is replaced once the new one is
-/// complete.
+/// user with the command that draws it. Otherwise returns an empty text. An existing file is replaced once the new one
+/// is complete.
 /// Errors: a file that cannot be written; a failure of `dot`, with its message. Threads: any; blocks while `dot` runs.
 [[nodiscard]] Result<std::string, Problem> write_drawing(const std::string& path, const std::string& dot_text);
 

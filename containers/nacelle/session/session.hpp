@@ -162,7 +162,7 @@ class Session final : public answers::Robot {
   void fetch_last_messages();
   [[nodiscard]] bool write_report();
 
-  void progress(const std::string& line) const;  // verbose: a line; on a terminal: one changing line
+  void progress(const std::string& line) const;  // verbose: a line; terminal: a changing line; else nothing
   [[nodiscard]] const launch::ComponentPlan* plan_of(const std::string& node) const { return plan_.find(node); }
 
   launch::Plan plan_;
