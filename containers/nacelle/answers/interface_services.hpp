@@ -25,7 +25,7 @@ class InterfaceServices {
   InterfaceServices& operator=(const InterfaceServices&) = delete;
   ~InterfaceServices() = default;
 
-  /// Readable when serve() has work to do.
+  /// Returns a descriptor that is readable when serve() has work to do.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
   /// Answers the requests that wait for the main thread.
   void serve();

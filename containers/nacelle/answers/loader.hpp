@@ -39,7 +39,7 @@ class Loader final : public runtime::CompositionHost {
   [[nodiscard]] Result<Loaded, Problem> load(const runtime::LoadRequest& request, bool activate) override;
   [[nodiscard]] Result<runtime::UnloadOutcome, Problem> unload(std::uint64_t id) override;
 
-  /// Readable when serve() has work to do.
+  /// Returns a descriptor that is readable when serve() has work to do.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
   /// Executes the waiting request.
   void serve();

@@ -7,7 +7,7 @@ namespace nacelle::cli {
 
 // Each function adds its commands to the program.
 
-/// `check` and `params`.
+/// Adds `check` and `params`.
 void add_check_commands(Command& root);
 void add_import_command(Command& root);
 void add_launch_command(Command& root);
@@ -16,7 +16,7 @@ void add_faults_command(Command& root);
 /// Adds the hidden command that a container runs for `isolate: process`. Internal.
 void add_isolated_command(Command& root);
 void add_doctor_command(Command& root);
-/// `doctor net`.
+/// Adds `doctor net`.
 void add_doctor_net_command(Command& doctor);
 void add_export_command(Command& root);
 void add_drive_command(Command& root);
@@ -34,7 +34,7 @@ void add_estop_command(Command& root);
 void add_security_commands(Command& root);
 void add_teleop_command(Command& root);
 void add_sim_commands(Command& root);
-/// `streams` and `top`.
+/// Adds `streams` and `top`.
 void add_watch_commands(Command& root);
 void add_xacro_command(Command& root);
 void add_completion_command(Command& root);

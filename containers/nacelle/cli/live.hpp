@@ -24,7 +24,7 @@ class LiveText {
   [[nodiscard]] bool is_on_terminal() const { return on_terminal_; }
   /// Returns the terminal's width in characters, or 0 (no limit) if the output is not a terminal.
   [[nodiscard]] std::size_t columns() const;
-  /// Also ends when the user presses q. Has no effect unless stdin and stdout are a terminal.
+  /// Makes the key q end the program, too. Has no effect unless stdin and stdout are a terminal.
   void end_on_q();
   /// Prints the text. On a terminal it replaces the last text and is cut to the terminal's height and width.
   void show(const std::string& text);

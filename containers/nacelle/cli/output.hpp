@@ -11,8 +11,8 @@ namespace nacelle::cli {
 /// Commands that print repeatedly end then. Threads: one.
 [[nodiscard]] bool flush_output();
 
-/// Call at the end of the program: flushes stdout and returns the exit code. A closed pipe is no error; any other write
-/// error is printed to stderr and turns kDone into kFailed.
+/// Flushes stdout and returns the exit code. A closed pipe is no error; any other write error is printed to stderr and
+/// turns kDone into kFailed. Call it at the end of the program.
 [[nodiscard]] int finish_output(int code);
 
 /// Ignores SIGXFSZ, so that a write beyond the limit of file sizes (ulimit -f) fails with EFBIG and is reported instead

@@ -33,7 +33,7 @@ class LinkWatch {
   LinkWatch(const LinkWatch&) = delete;
   LinkWatch& operator=(const LinkWatch&) = delete;
 
-  /// Readable when something has changed; -1 if the kernel does not support it.
+  /// Returns a descriptor that is readable after a change; -1 if the kernel does not support it.
   [[nodiscard]] int descriptor() const { return fd_; }
   /// Resets the descriptor.
   void drain() const;

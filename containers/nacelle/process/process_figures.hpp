@@ -19,7 +19,8 @@ struct StatLine {
   std::uint64_t start_ticks = 0;  ///< Since boot.
   std::uint64_t threads = 0;
 };
-/// Source: proc_pid_stat(5). Errors: nothing for text of another form (the name in parentheses may contain anything).
+/// Parses the text of /proc/<pid>/stat. Returns nothing for another form (the name in parentheses may contain
+/// anything). Source: proc_pid_stat(5).
 [[nodiscard]] std::optional<StatLine> parse_stat_line(std::string_view text);
 
 /// Returns the time since exec of this process (10 ms steps, the kernel's clock tick).
@@ -68,7 +69,7 @@ class SteadyState {
  public:
   void begin(MonotonicTime now);
   [[nodiscard]] bool has_begun() const { return begun_; }
-  /// Call when components were loaded or unloaded: discards the measurement.
+  /// Discards the measurement. Call it when components were loaded or unloaded.
   void reset() { begun_ = false; }
   /// Returns the figures. Less than kShortestMeasure after begin(), or without it (a short run), they have neither CPU
   /// nor allocations: those would belong to the bring-up, or be smaller than the kernel's clock tick.

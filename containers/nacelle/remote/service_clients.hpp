@@ -48,8 +48,8 @@ class RemoteCall final : public runtime::ServiceCall, private AnswerTaker {
 /// Threads: any.
 class ServiceClients final : public ServiceGraph {
  public:
-  /// `node` makes the calls; `on_change` is called, with locks held, when a client's service has appeared or
-  /// disappeared.
+  /// Takes the name of the calling node. `on_change` is called, with locks held, when a client's service has
+  /// appeared or disappeared.
   ServiceClients(std::string node, std::function<void()> on_change)
       : node_(std::move(node)), on_change_(std::move(on_change)) {}
 

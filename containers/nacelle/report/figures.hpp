@@ -19,8 +19,8 @@ namespace nacelle::report {
 /// exact), "process" (its own, exact), or "callbacks" (it shares a thread: about one callback in 128 is measured).
 [[nodiscard]] nlohmann::json components_between(const nlohmann::json& before, const nlohmann::json& after);
 
-/// Return the figures as tables for users. If the columns do not fit into `width` characters, the least important ones
-/// are left out; 0: no limit.
+/// Returns the figures as a table for users. If the columns do not fit into `width` characters, the least important
+/// ones are left out; 0: no limit.
 [[nodiscard]] std::string streams_text(const nlohmann::json& streams, std::size_t width = 0);
 [[nodiscard]] std::string components_text(const nlohmann::json& components, std::size_t width = 0);
 

@@ -59,7 +59,7 @@ struct RequestLimits {
 class RequestServer {
  public:
   explicit RequestServer(std::unique_ptr<Respondent> own, RequestLimits limits);
-  /// `respondent` outlives it.
+  /// `respondent` must outlive this object.
   explicit RequestServer(Respondent& respondent, RequestLimits limits = {});
   ~RequestServer();
 

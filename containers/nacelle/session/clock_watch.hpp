@@ -33,8 +33,8 @@ class ClockWatch {
   ClockWatch(const Clock& clock, ClockAlarm& alarm) : clock_(clock), alarm_(alarm), offset_(offset()) {}
 
   [[nodiscard]] int descriptor() const { return alarm_.descriptor(); }
-  /// Call it when the descriptor is readable. Returns the step since the last call, or nothing if it is less than
-  /// kLeastStep.
+  /// Returns the step since the last call, or nothing if it is less than kLeastStep. Call it when the descriptor is
+  /// readable.
   [[nodiscard]] std::optional<Duration> look();
 
   /// A smaller change is slewing over the alarm's longest period, or the noise of reading two clocks.

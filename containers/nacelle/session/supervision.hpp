@@ -86,7 +86,7 @@ class Supervision {
   void restart(const std::string& node);
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load_again(const std::string& node, const Patient& patient);
   void stop_robot(const runtime::ComponentInfo& cause);
-  /// The components that were left out and are not loaded now.
+  /// Returns the components that were left out and are not loaded now.
   [[nodiscard]] std::vector<FaultTopics::Absent> absent(const std::vector<runtime::ComponentInfo>& components) const;
   /// Resets the crash counts of components that have run for EarlyCrashes::kEarly.
   void forget_old_crashes(const std::vector<runtime::ComponentInfo>& components);
