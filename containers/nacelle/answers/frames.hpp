@@ -12,10 +12,10 @@
 
 namespace nacelle::answers {
 
-/// Returns every edge of the tree of frames with its owner, rate and age, and `names`. Threads: any.
+/// Returns every edge of the frame tree with its owner, rate and age, and the launch file's `names`. Threads: any.
 [[nodiscard]] nacelle_interfaces::srv::GetFrames::Response frames_of(const runtime::Container& container,
                                                                      const launch::NamespacePlan& names);
-/// Returns the latest transform, or why there is none. Threads: any.
+/// Returns the latest transform, or the reason why it is missing. Threads: any.
 [[nodiscard]] nacelle_interfaces::srv::LookupTransform::Response transform_of(
     const runtime::Container& container, const nacelle_interfaces::srv::LookupTransform::Request& request);
 

@@ -7,12 +7,13 @@
 
 namespace nacelle::answers {
 
-/// Returns nodes, endpoints and services in one answer; commands and completion select what they show.
+/// Returns nodes, endpoints and services in one answer. Commands and completion filter it.
 ///
-///   "nodes"      "node", "id" (0: no component), "managed", "state", "plugin", "isolated", "hidden" (a tool's)
-///   "endpoints"  "topic", "type", "hash", "node", "publisher" (else a subscription), "id", "elsewhere" (in another process),
-///                "qos", and for a reader that stops when messages stop "command_timeout_s" and "command_parameter"
-///   "services"   "name", "type", "node", "server" (else a client), "open"
+///   "nodes"      "node", "id" (0: not a component), "managed", "state", "plugin", "isolated", "hidden" (a tool's node)
+///   "endpoints"  "topic", "type", "hash", "node", "publisher" (false: a subscription), "id", "elsewhere" (in another
+///                process), "standard" (every node has it), "qos"; for a reader with a command timeout also
+///                "command_timeout_s" and "command_parameter"
+///   "services"   "name", "type", "node", "server" (false: a client), "open", "standard"
 [[nodiscard]] nlohmann::json graph_of(Robot& robot);
 
 }  // namespace nacelle::answers

@@ -12,20 +12,20 @@
 
 namespace nacelle::answers {
 
-/// The services of the container's node that only a session can answer (nacelle_interfaces, docs/node_interfaces.md): details of a
-/// component, faults, statistics, frames, emergency stops, the network, the end of the robot.
+/// Offers the services of the container's node that need a session (nacelle_interfaces, docs/node_interfaces.md):
+/// details of a component, faults, statistics, frames, emergency stops, the network, and shutdown.
 ///
-/// Threads: made and ended by the main thread. The services answer on another one, also while the main thread is busy; those of the
-/// network answer in serve().
+/// Threads: the main thread creates and destroys it. The services answer on another thread, even while the main thread
+/// is busy. The services of the network answer in serve().
 class InterfaceServices {
  public:
-  /// `robot` and everything that it owns must outlive this.
+  /// `robot` and everything that it owns must outlive this object.
   explicit InterfaceServices(Robot& robot);
   InterfaceServices(const InterfaceServices&) = delete;
   InterfaceServices& operator=(const InterfaceServices&) = delete;
   ~InterfaceServices() = default;
 
-  /// Readable when serve() has work to do.
+  /// Returns a descriptor that is readable when serve() has work to do.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
   /// Answers the requests that wait for the main thread.
   void serve();

@@ -16,29 +16,30 @@
 
 namespace nacelle::answers {
 
-/// Loads and unloads components of a running robot. All requests pass through it: those of the container's services
-/// from `nacelle component`, from ROS 2's tools and from components.
+/// Loads and unloads components of a running robot. All requests for this pass through it: those of `nacelle
+/// component`, of ROS 2's tools, and of components.
 ///
-/// Threads: made and ended by the main thread; CompositionHost's members on the thread of the container's services,
-/// where they wait until the main thread has executed them in serve().
+/// Threads: the main thread creates and destroys it. CompositionHost's members run on the thread of the container's
+/// services. They block until the main thread has executed them in serve().
 class Loader final : public runtime::CompositionHost {
  public:
-  /// Handles the requests of the container's services while it exists. `robot` and its container must outlive this.
+  /// Handles the requests of the container's services while it exists. `robot` and its container must outlive this
+  /// object.
   explicit Loader(Robot& robot);
   ~Loader() override;
 
   /// Returns the launch's namespace.
   [[nodiscard]] std::string name_space() const override;
-  /// Loads a component of the launch file and takes it to its state there. Errors: as load().
+  /// Loads a component of the launch file and brings it to the state that the file requests. Errors: as load().
   [[nodiscard]] Result<Loaded, Problem> load_planned(const std::string& name) override;
-  /// Loads a plugin into the launch's namespace: below it if the request's namespace is relative or empty, with its frame prefix and
-  /// its topics of transforms. Checks the new wiring.
-  /// Errors: as Robot::load(); its QoS is incompatible with another component's; it does not become active; the robot
-  /// is not running. The component is unloaded again then.
+  /// Loads a plugin and checks its new wiring. If the request's namespace is relative or empty, the component is placed
+  /// below the launch's namespace. It gets the launch's frame prefix and its topics of transforms.
+  /// Errors: as Robot::load(); a topic type or QoS that is incompatible with another component's; an activation that
+  /// fails; a robot that is not running. On error the component is unloaded.
   [[nodiscard]] Result<Loaded, Problem> load(const runtime::LoadRequest& request, bool activate) override;
   [[nodiscard]] Result<runtime::UnloadOutcome, Problem> unload(std::uint64_t id) override;
 
-  /// Readable when serve() has work to do.
+  /// Returns a descriptor that is readable when serve() has work to do.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
   /// Executes the waiting request.
   void serve();
@@ -47,7 +48,7 @@ class Loader final : public runtime::CompositionHost {
 
  private:
   struct Waiting {
-    std::function<void()> call;  // of the services' thread, which waits: at most one
+    std::function<void()> call;  // posted by the services' thread, which blocks; at most one
     bool closed = false;
   };
 

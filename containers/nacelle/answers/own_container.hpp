@@ -11,7 +11,7 @@
 
 namespace nacelle::answers {
 
-/// Answers the requests of a RequestServer for the container of this process. Ownership: the session must outlive it.
+/// Answers the requests of a RequestServer for the container of this process. The robot must outlive this object.
 class OwnContainer final : public requests::Respondent {
  public:
   explicit OwnContainer(Robot& robot);

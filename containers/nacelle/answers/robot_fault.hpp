@@ -5,11 +5,12 @@
 
 namespace nacelle::answers {
 
-/// Why a robot refuses a request or a component. TopicTypes and QosMismatch have the codes of the same findings of `nacelle check`.
+/// Why a robot refuses a request or a component. TopicTypes and QosMismatch have the same codes as the findings of
+/// `nacelle check`.
 enum class RobotFault : std::uint8_t {
-  NotRunning,  ///< The robot is starting, stopping or down. Value: its phase.
-  TopicTypes,  ///< The new component and another one have two types for a topic. Value: the topic.
-  QosMismatch,  ///< Quality of service keeps the new component and another one from exchanging messages. Value: the topic.
+  NotRunning,   ///< The robot is starting, stopping or down. Value: its phase.
+  TopicTypes,   ///< The new component uses another type for a topic. Value: the topic.
+  QosMismatch,  ///< QoS is incompatible with another component's. Value: the topic.
 };
 [[nodiscard]] constexpr const char* code_text(RobotFault fault) {
   switch (fault) {

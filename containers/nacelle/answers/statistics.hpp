@@ -9,11 +9,11 @@
 
 namespace nacelle::answers {
 
-/// Returns every counter of streams, readers, callbacks, components and threads of this process, and of the processes of components
-/// with `isolate: process`. Threads: any.
+/// Returns every counter of streams, readers, callbacks, components and threads of this process, and of the processes
+/// of components with `isolate: process`. Threads: any.
 [[nodiscard]] nacelle_interfaces::srv::GetStatistics::Response statistics_of(const runtime::Container& container);
 
-/// Returns those of the callbacks of a node; of all for an empty name. Threads: any.
+/// Returns the counters of a node's callbacks; for an empty name, of all nodes. Threads: any.
 [[nodiscard]] std::vector<nacelle_interfaces::msg::CallbackStatistics> callbacks_of(const runtime::Container& container,
                                                                                     const std::string& node);
 

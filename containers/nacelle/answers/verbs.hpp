@@ -10,8 +10,8 @@
 
 namespace nacelle::answers {
 
-/// Executes one request of the control socket and returns the reply; requests that wait for a service are answered
-/// later.
+/// Executes one request of the control socket and returns the reply. The reply to a request that waits for a service
+/// follows later.
 /// Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
 [[nodiscard]] requests::Answer reply_to_verb(Robot& robot, msgs::TypeLibrary& types, const std::string& verb,
                                              const nlohmann::json& request);

@@ -15,8 +15,8 @@ namespace nacelle::ask {
 
 /// Returns the declared parameters of a node, sorted by name. Each is an object:
 ///
-///   "name", "type", "value" (JSON; "NaN" and "Infinity" as text), "text" (YAML that reads back as the same value), "description",
-///   "constraints", "read_only", "dynamic_typing"; with a range also "from", "to" and "step"
+///   "name", "type", "value" (JSON; "NaN" and "Infinity" as text), "text" (YAML that reads back as the same value),
+///   "description", "constraints", "read_only", "dynamic_typing"; with a range also "from", "to" and "step"
 ///
 /// `node`: its full name. Errors: as Nodes::call(); the parameters changed between two calls.
 [[nodiscard]] Result<nlohmann::json, Problem> list_parameters(Nodes& nodes, const std::string& node);
@@ -29,11 +29,12 @@ struct ParameterOutcome {
   std::string name;
   std::string refusal;  ///< The node's reason; empty if it was set.
 };
-/// Sets each parameter on its own and returns the outcomes in the same order. A value of type NotSet undeclares a parameter of
-/// dynamic type. Errors: as Nodes::call().
+/// Sets each parameter on its own and returns the outcomes in the same order. A value of type NotSet undeclares a
+/// parameter of dynamic type. Errors: as Nodes::call().
 [[nodiscard]] Result<std::vector<ParameterOutcome>, Problem> set_parameters(Nodes& nodes, const std::string& node,
                                                                             const std::vector<Parameter>& parameters);
-/// Sets one parameter. Errors: as set_parameters(); the node refuses it; it has no such parameter, with the nearest name.
+/// Sets one parameter. Errors: as set_parameters(); the node refuses the value; the node has no such parameter, with
+/// the nearest name.
 [[nodiscard]] Result<void, Problem> set_parameter(Nodes& nodes, const std::string& node, const Parameter& parameter);
 
 /// Parses "rate:=5". Errors: not an assignment; no value.

@@ -10,8 +10,9 @@
 
 namespace nacelle::ask {
 
-/// Returns the counters of a container since its start: the fields of nacelle_interfaces/srv/GetStatistics. A row of "components" has no
-/// "process" and "rss_bytes" in the container's process, and no "executor", "own_threads", "callbacks" and "samples" in one of its own.
+/// Returns the counters of a container since its start: the fields of nacelle_interfaces/srv/GetStatistics. A row of
+/// "components" has "executor", "own_threads", "callbacks" and "samples" for a component in the container's process,
+/// and "process" and "rss_bytes" for a component in its own process.
 ///
 /// `container`: a name, or empty for the only one. Errors: as Nodes::ask_container().
 [[nodiscard]] Result<nlohmann::json, Problem> statistics(Nodes& nodes, const std::string& container);

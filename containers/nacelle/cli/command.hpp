@@ -13,7 +13,8 @@
 
 namespace nacelle::cli {
 
-/// What a word of the command line names: the shell completes it from the running container or from what is installed.
+/// The kind of thing that a word of the command line names. The shell completes it from the running container or from
+/// the installed files.
 enum class Names {
   Nothing,
   Topic,
@@ -29,31 +30,32 @@ enum class Names {
   File
 };
 
-/// An option, a flag or a positional word of a command. Made by Command; its setters return it, so that they chain.
+/// An option, a flag or a positional word of a command. Command creates it. Its setters return it, so that calls can be
+/// chained.
 struct Option {
   using Target = std::variant<bool*, std::string*, double*, std::size_t*, std::uint32_t*, long*,
                               std::vector<std::string>*, std::function<void()>>;
 
   /// "-t,--times", or "topic" for a positional word.
   std::string names, what;
-  /// The target is written before the command runs; the option's creator owns it. A function is called when a flag is given.
+  /// Written before the command runs. The code that adds the option owns the target. For a flag, a function is called.
   Target target;
   bool is_required = false, is_hidden = false, shows_default = false;
-  /// What --help calls the value: SECONDS, FILE.
+  /// The name of the value in --help: SECONDS, FILE.
   std::string value_name;
   Names completes = Names::Nothing;
-  /// A flag that makes it name something else, and what.
+  /// If this flag is given, the word names this kind instead.
   std::pair<std::string, Names> completes_with{"", Names::Nothing};
   std::optional<std::pair<double, double>> range;
   std::vector<std::string> allowed;
-  /// Returns what is wrong with a value, or nothing.
+  /// Returns the error of a value, or an empty text.
   std::function<std::string(const std::string&)> check;
-  /// Names of the options that must not come with this one.
+  /// Names of the options that cannot be combined with this one.
   std::vector<std::string> excluded;
 
   Option& required() { return is_required = true, *this; }
   Option& hidden() { return is_hidden = true, *this; }
-  /// --help shows the target's value from before the command line is read.
+  /// Shows the target's initial value in --help.
   Option& with_default() { return shows_default = true, *this; }
   Option& value(std::string name) { return value_name = std::move(name), *this; }
   Option& names_a(Names what_it_names) { return completes = what_it_names, *this; }
@@ -69,10 +71,11 @@ struct Option {
   [[nodiscard]] bool is_flag() const { return target.index() == 0 || target.index() == 7; }
 };
 
-/// A command of the program as data: the parser, --help, the completion, the man page and docs/cli.md are made of it.
+/// A command of the program as data. The parser, --help, the completion, the manual page and docs/cli.md are generated
+/// from it.
 ///
-/// A command has subcommands, or it runs, or both: one that does not run needs one of its subcommands. Options are read in the order in which they
-/// were added. References stay valid while the root lives.
+/// A command has subcommands, a function, or both. A command without a function requires one of its subcommands.
+/// Options are read in the order in which they were added. References stay valid while the root exists.
 class Command {
  public:
   explicit Command(std::string name, std::string what) : name_(std::move(name)), what_(std::move(what)) {}
@@ -80,8 +83,8 @@ class Command {
   Command& add(std::string name, std::string what) {
     return subcommands_.emplace_back(std::move(name), std::move(what));
   }
-  /// An option with a value, or, without dashes, a positional word. A vector takes each occurrence of an option; as a positional
-  /// it takes all the words that are left.
+  /// Adds an option with a value or, for a name without dashes, a positional word. A vector collects every occurrence
+  /// of an option; as a positional it takes all remaining words.
   template <typename T>
   Option& option(const std::string& names, T& target, const std::string& what) {
     return take(names, &target, what);
@@ -124,8 +127,8 @@ class Command {
   std::function<int()> run_;
 };
 
-/// Reads the command line and runs the command it names.
-/// Returns: the command's exit code; 0 after --help and --version, 2 for wrong usage, said on stderr.
+/// Reads the command line and runs the command that it names. Returns the command's exit code; 0 after --help and
+/// --version, 2 for wrong usage, which is reported on stderr.
 int run_command_line(const Command& root, const std::string& version, int argc, char** argv);
 
 }  // namespace nacelle::cli

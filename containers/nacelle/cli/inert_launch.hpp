@@ -22,13 +22,13 @@ struct InertLaunch {
   proof::InertRobot inert;
 };
 
-/// Parses the words `name:=value`. Returns nothing, with the error on stderr, if one has another form.
+/// Parses the words `name:=value`. If a word has another form, prints the error to stderr and returns nothing.
 [[nodiscard]] std::optional<std::map<std::string, std::string>> parse_or_complain(
     const std::vector<std::string>& words);
-/// Errors: every problem of the launch file.
+/// Loads a launch file and constructs its components. Errors: every problem of the launch file.
 [[nodiscard]] Result<std::unique_ptr<InertLaunch>, std::vector<Problem>> load_inert_launch(
     const std::string& file, const std::map<std::string, std::string>& arguments);
-/// Does both. Errors: the exit code; every problem has been printed to stderr.
+/// Parses the words and loads the launch file. Errors: the exit code; every problem has been printed to stderr.
 [[nodiscard]] Result<std::unique_ptr<InertLaunch>, int> open_inert_launch(const std::string& file,
                                                                           const std::vector<std::string>& words);
 [[nodiscard]] std::size_t stream_count(const runtime::Container& container);

@@ -11,7 +11,7 @@
 
 namespace nacelle::cli {
 
-/// A text that is printed repeatedly: redrawn in place on a terminal, otherwise one copy below the other.
+/// Prints a text repeatedly: on a terminal it is redrawn in place, elsewhere each copy follows the last one.
 /// Threads: one.
 class LiveText {
  public:
@@ -22,15 +22,16 @@ class LiveText {
   ~LiveText();
 
   [[nodiscard]] bool is_on_terminal() const { return on_terminal_; }
-  /// The terminal's width in characters; 0: the text goes elsewhere, and may be as wide as it is.
+  /// Returns the terminal's width in characters, or 0 (no limit) if the output is not a terminal.
   [[nodiscard]] std::size_t columns() const;
-  /// Ends it when the user presses q, too, if stdin and stdout are a terminal.
+  /// Makes the key q end the program, too. Has no effect unless stdin and stdout are a terminal.
   void end_on_q();
-  /// Lines beyond the terminal's height and letters beyond its width are left out while it is redrawn.
+  /// Prints the text. On a terminal it replaces the last text and is cut to the terminal's height and width.
   void show(const std::string& text);
-  /// A text that stays, below the last one.
+  /// Prints a text below the last one. It is not replaced.
   void add(const std::string& text);
-  /// Returns false when the user ends it or the output cannot be written. `descriptor`: returns early when it is readable; -1: none.
+  /// Blocks until the limit, the end, or `descriptor` (-1: none) is readable. Returns false if the user has ended it or
+  /// the output cannot be written.
   [[nodiscard]] bool wait(Duration limit, int descriptor = -1);
   [[nodiscard]] bool is_to_end() const { return stop_.is_raised() || is_lost_ || has_typed_q_; }
 
@@ -42,8 +43,8 @@ class LiveText {
   bool on_terminal_, begun_ = false, is_lost_ = false, has_typed_q_ = false;
 };
 
-/// The text cut to so many lines of so many letters (of UTF-8), each line with what clears the rest of it; if it has more lines, the
-/// last one says how many. Pure.
+/// Returns the text cut to `rows` lines of `columns` characters (UTF-8). Each line clears the rest of its row. If lines
+/// are left out, the last line reports their number. Pure.
 [[nodiscard]] std::string fit_to_terminal(const std::string& text, std::size_t rows, std::size_t columns);
 
 }  // namespace nacelle::cli

@@ -9,13 +9,13 @@
 // Checks values of parameters and rules from the command line before any query.
 namespace nacelle::cli {
 
-/// A parameter's value in YAML.
-/// Errors: a list or a quoted text that is broken, which ROS 2's reader would take for a text; a list of several types. `where`
-///         names the value.
+/// Checks the text of a parameter's value, which is YAML.
+/// Errors: a list or quoted text that is not closed, which ROS 2's reader would accept as plain text; a list of several
+/// types. `where` names the value.
 [[nodiscard]] Result<void, Problem> check_value(const std::string& text);
-/// Returns what is wrong with "name:=value", or nothing.
+/// Returns the error of "name:=value", or an empty text.
 [[nodiscard]] std::string wrong_assignment(const std::string& text);
-/// Returns what is wrong with "from:=to", or nothing.
+/// Returns the error of "from:=to", or an empty text.
 [[nodiscard]] std::string wrong_remap(const std::string& text);
 
 }  // namespace nacelle::cli

@@ -16,23 +16,24 @@ namespace nacelle::cli {
 
 /// The target of a command: a container of this machine, or with --remote the nodes of ROS 2's network.
 ///
-/// Copies share the one node that this process is on the network.
+/// Copies share the network node of this process.
 /// Threads: one.
 class Whom {
  public:
   Whom();
 
-  /// --container
+  /// The value of --container.
   std::string container;
 
-  /// --remote, --domain, --network and --spin-time.
+  /// Adds --remote, --domain, --network and --spin-time.
   void add_options(Command& command);
   [[nodiscard]] bool is_remote() const;
   /// Returns a command with the same target, for messages: "`nacelle topic list --remote`" for "topic list".
   [[nodiscard]] std::string command(const std::string& words) const;
-  /// Returns what is wrong with the combination of options.
+  /// Returns the problem of an invalid combination of options, or nothing.
   [[nodiscard]] std::optional<Problem> misuse() const;
-  /// Joins the network with the first connection. Errors: as remote::RemoteNetwork::join().
+  /// Returns a connection to the network's nodes. The first one joins the network. Errors: as
+  /// remote::RemoteNetwork::join().
   [[nodiscard]] Result<control::Client, Problem> connect_remotely(
       std::vector<std::filesystem::path> message_folders) const;
 

@@ -21,28 +21,30 @@ namespace nacelle::control {
 /// Threads: one at a time.
 class Client {
  public:
-  /// Errors: no listener, a listener of another user, or a time-out of 10 s.
+  /// Connects to a control socket. Errors: no listener; a listener that is not trusted (may_answer()); a timeout of 10
+  /// s.
   [[nodiscard]] static Result<Client, Problem> connect(const std::string& path);
-  /// Returns a client over a connected socket, which it takes over, to this process instead of a container: refusals
-  /// are passed on verbatim. `patience`: is added to the time limit of every answer.
+  /// Takes ownership of a connected socket whose peer is this process instead of a container. Its refusals are returned
+  /// verbatim. `patience` is added to the time limit of every answer.
   [[nodiscard]] static Client over(int descriptor, Duration patience);
   Client(Client&& other) noexcept;
   Client& operator=(Client&& other) noexcept;
   ~Client();
 
-  /// One request and its reply; `{"ok": false, "problem": ...}` comes back as that Problem.
+  /// Sends one request and returns its reply. Errors: also the Problem of a reply `{"ok": false, "problem": ...}`.
   [[nodiscard]] Result<nlohmann::json, Problem> call(const nlohmann::json& request, Duration limit);
   [[nodiscard]] Result<void, Problem> send(FrameKind kind, std::string_view payload);
-  /// The next frame, or nothing after the time limit. The frame stays valid until the next call.
+  /// Returns the next frame, or nothing after the time limit or when a signal interrupts the wait. The frame stays
+  /// valid until the next call.
   [[nodiscard]] Result<std::optional<Frame>, Problem> receive(Duration limit);
 
-  /// Opens a writer; the handle is for publish().
+  /// Opens a writer. Returns its handle for publish().
   [[nodiscard]] Result<std::uint16_t, Problem> open_writer(std::string_view topic, std::string_view type,
                                                            Duration limit);
   [[nodiscard]] Result<void, Problem> publish(std::uint16_t handle, ByteView cdr);
   [[nodiscard]] Result<TransformAnswer, Problem> lookup(std::string_view target, std::string_view source,
                                                         Duration limit);
-  /// The live figures as a JSON text.
+  /// Returns the live figures as JSON text.
   [[nodiscard]] Result<std::string, Problem> stats(Duration limit);
 
   [[nodiscard]] int descriptor() const { return fd_; }
@@ -57,7 +59,7 @@ class Client {
   [[nodiscard]] Problem gone(const char* what) const;
   /// Returns why the container ended the connection, if it has sent a reason.
   [[nodiscard]] Problem farewell(const char* what);
-  /// Returns the message for a container whose process is suspended by a signal or a debugger.
+  /// Returns the problem of a container whose process is suspended by a signal or a debugger, or nothing.
   [[nodiscard]] std::optional<Problem> is_stopped() const;
 
   Duration patience_{};
@@ -67,7 +69,7 @@ class Client {
   std::string out_;
 };
 
-/// The Problem in a reply, and the reply to be made of one.
+/// Returns the reply that reports a problem: {"ok": false, "problem": ...}.
 [[nodiscard]] nlohmann::json reply_of(const Problem& problem);
 
 }  // namespace nacelle::control

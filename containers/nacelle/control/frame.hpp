@@ -7,10 +7,10 @@
 
 namespace nacelle::control {
 
-/// What a frame on the control socket means. Letters, so that a trace can be read.
+/// The kind of a frame on the control socket. Kinds are letters, so that a trace is readable.
 enum class FrameKind : std::uint8_t {
   // For rare requests, served by the container's main thread: JSON texts.
-  Request = 'j',  ///< client: one request; what follows on this connection belongs to it
+  Request = 'j',  ///< client: one request; the connection then serves requests only
   Reply = 'r',    ///< container: the final answer to it
   Item = 'i',     ///< container: one of many (topic echo)
   // For periodic requests, served by the control thread without allocating.
@@ -20,14 +20,14 @@ enum class FrameKind : std::uint8_t {
   Lookup = 't',      ///< client: target frame 0 source frame
   Transform = 'x',   ///< container: see wire.hpp
   Stats = 's',       ///< client: nothing; container: a JSON text
-  Shutdown = 'q',    ///< client: stop the robot in order; container: the same, as soon as it begins
-  Fault = 'f',       ///< container: why the last frame was refused
+  Shutdown = 'q',    ///< client: shut the robot down in order; container: confirms that request
+  Fault = 'f',       ///< container: the reason for a refusal
 };
 [[nodiscard]] bool is_known(FrameKind kind);
 
 using Frame = FrameView<FrameKind>;
 
-/// Why a peer cannot be understood any more; the connection ends.
+/// Why the bytes of a peer cannot be parsed. The connection is closed.
 enum class FrameFault : std::uint8_t {
   TooLong,      ///< The length is above what this side accepts.
   UnknownKind,  ///< Not one of FrameKind: another program, or another version.

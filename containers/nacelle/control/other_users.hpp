@@ -9,20 +9,20 @@
 
 namespace nacelle::control {
 
-/// A running container of another user, which this user cannot ask.
+/// A running container of another user, which this user cannot query.
 struct OthersContainer {
   std::string name;
   unsigned user = 0;
-  std::string runtime_dir;  ///< The XDG_RUNTIME_DIR that its user has; empty: its socket is in /tmp.
+  std::string runtime_dir;  ///< The user's XDG_RUNTIME_DIR; empty: the socket is in /tmp.
   friend bool operator==(const OthersContainer&, const OthersContainer&) = default;
 };
 
-/// Returns the containers of other users among the sockets of this machine. `sockets`: the text of /proc/net/unix, which shows
-/// the paths of all users. What is no name of a container is left out. Pure.
+/// Returns the containers of other users among the sockets of this machine. `sockets`: the text of /proc/net/unix,
+/// which lists the paths of all users. Other paths are left out. Pure.
 [[nodiscard]] std::vector<OthersContainer> containers_of_others(std::string_view sockets, unsigned own_user);
 
-/// Returns what to tell a user who has no running container while others have: whose they are, and how to ask them.
-/// `others` is not empty.
+/// Returns the problem of a user who has no running container while other users have some. It names these users, and
+/// the command that queries their containers. `others` must not be empty.
 [[nodiscard]] Problem problem_of_others(const std::vector<OthersContainer>& others);
 
 }  // namespace nacelle::control

@@ -22,14 +22,16 @@
 
 namespace nacelle::control {
 
-/// The periodic requests of clients. Threads: called on the control thread only.
-/// Allocates: open_writer() only; the rest must not, since the robot's steady state is measured.
+/// The periodic requests of clients.
+///
+/// Threads: called on the control thread only.
+/// Allocates: only open_writer() may; the others are part of the robot's steady state, whose allocations are measured.
 class FastService {
  public:
   virtual ~FastService() = default;
   [[nodiscard]] virtual Result<std::uint16_t, std::string> open_writer(NamePair topic_and_type) = 0;
   virtual void close_writer(std::uint16_t handle) = 0;
-  /// Null, or why it was refused.
+  /// Returns null, or the reason for the refusal.
   [[nodiscard]] virtual const char* publish(const Publication& publication) = 0;
   [[nodiscard]] virtual TransformAnswer lookup(NamePair target_and_source) = 0;
   virtual void append_stats(std::string& out) = 0;
@@ -37,9 +39,9 @@ class FastService {
   virtual void request_shutdown() = 0;
   /// Returns whether a client on a reserved connection may write this topic.
   [[nodiscard]] virtual bool is_emergency_stop(NamePair topic_and_type) const = 0;
-  /// The process is out of file descriptors, or has some again.
+  /// Called when the process runs out of file descriptors, and when some are available again.
   virtual void descriptors_ran_out(bool ran_out) = 0;
-  /// Other code of the process closed a descriptor of the control thread.
+  /// Called when other code of the process has closed a descriptor of the control thread.
   virtual void descriptor_was_lost() = 0;
 };
 
@@ -47,19 +49,19 @@ struct ServerLimits {
   std::size_t guests = most_guests();  ///< Connections beside the reserved ones.
   Duration idle = kIdleLimit;          ///< Closes a connection without a writer after this silence.
   Duration makes_room_after = 1s;  ///< If all connections are in use, closes the longest idle one after this silence.
-  Duration writer_makes_room_after = 60s;  ///< The same of a connection with a writer, which may publish at a low rate.
+  Duration writer_makes_room_after = 60s;  ///< For a connection with a writer.
   Duration stop = 2s;                      ///< Closes a reserved connection after this silence.
   Duration without_descriptors = 100ms;    ///< Pause of accept() without a free descriptor.
 };
 
-/// The control socket's own thread, "control": it accepts clients and answers periodic requests. Connections that begin
-/// with a JSON request are handed over to the thread that polls handed_over_descriptor() (the main thread), which may
-/// take its time.
+/// Runs the thread "control", which accepts clients and answers periodic requests. A connection that begins with a JSON
+/// request is handed over to the thread that polls handed_over_descriptor() (the main thread), which may be slow.
 ///
-/// Every client is untrusted: other users are refused, frames are bounded, a slow client is not read until it has taken its
-/// answers, and an invalid frame closes its connection. The number of connections is bounded. A few of them, and one
-/// descriptor, are reserved for emergency stops (docs/adr/0017).
-/// Threads: start, take_handed_over and the destructor from one thread. Allocates: nothing while the same clients go on asking.
+/// Clients are not trusted. The server refuses peers that may_ask() rejects, limits the length of frames, does not read
+/// from a slow client until it has taken its answers, and closes a connection after an invalid frame. The number of
+/// connections is limited. A few of them, and one descriptor, are reserved for emergency stops (docs/adr/0017).
+/// Threads: the constructor, take_handed_over() and the destructor from one thread; stats() from any.
+/// Allocates: nothing while the set of clients stays the same.
 class ControlServer {
  public:
   struct HandedOver {
@@ -74,11 +76,12 @@ class ControlServer {
   ControlServer(SocketClaim claim, FastService& service, const Clock& clock, ServerLimits limits = {});
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
-  /// Ends the thread and every connection it still has.
+  /// Ends the thread and closes its connections.
   ~ControlServer();
 
   [[nodiscard]] const std::string& path() const { return claim_.path(); }
-  /// Readable when take_handed_over() has something. Level-triggered; take_handed_over() resets it.
+  /// Returns a descriptor that is readable when take_handed_over() has a result. Level-triggered; take_handed_over()
+  /// resets it.
   [[nodiscard]] int handed_over_descriptor() const { return handed_over_event_.descriptor(); }
   [[nodiscard]] std::vector<HandedOver> take_handed_over();
   [[nodiscard]] Stats stats() const;
@@ -97,9 +100,10 @@ class ControlServer {
   [[nodiscard]] bool make_room_for_descriptors();
   void admit(int descriptor, bool for_stops);
   [[nodiscard]] bool is_welcome(Connection& connection);
-  /// Returns the longest idle client, if it is idle for at least this long; `for_stops`: of the reserved connections.
+  /// Returns the longest idle client if it has been idle for at least this long. `for_stops`: among the reserved
+  /// connections.
   [[nodiscard]] Client* most_idle(bool for_stops, Duration at_least);
-  /// Returns when a silent client is closed. None: never.
+  /// Returns when a silent client is closed; nothing: never.
   [[nodiscard]] std::optional<MonotonicTime> end_of(const Client& client) const;
   void send_the_idle_away();
   void dismiss(Client& client, const char* why);
@@ -108,7 +112,7 @@ class ControlServer {
   void note_shortage(bool ran_out);
   void look_at_descriptors();
   [[nodiscard]] int limit_ms() const;
-  /// False when the connection is not ours any more: closed, or handed over.
+  /// Returns false if the connection was closed or handed over.
   [[nodiscard]] bool serve(Client& client, short events);
   [[nodiscard]] bool answer(Client& client, const Frame& frame);
   [[nodiscard]] bool may_have(const Client& client, const Frame& frame) const;
@@ -125,8 +129,7 @@ class ControlServer {
   bool listens_ = true;
   std::optional<MonotonicTime> accept_again_, look_again_;  // after the descriptors ran out
   std::vector<Client> clients_;
-  std::vector<std::unique_ptr<Connection>>
-      spare_;  // so that a client that only checks whether the container is alive costs no heap
+  std::vector<std::unique_ptr<Connection>> spare_;  // reused, so that a short connection does not allocate
   Guarded<std::vector<HandedOver>> handed_over_;
   std::atomic<bool> is_ending_{false};
   std::atomic<std::uint64_t> accepted_{0}, turned_away_{0}, handed_over_count_{0}, faults_{0};

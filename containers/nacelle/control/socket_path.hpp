@@ -12,7 +12,7 @@
 
 namespace nacelle::control {
 
-/// The inputs that determine the places; main() takes them from the environment, tests supply their own.
+/// The candidate folders of control sockets. main() takes them from the environment, tests supply their own.
 struct SocketPlaces {
   std::string xdg_runtime_dir;  ///< Empty: not set.
   std::string system_dir = "/run/nacelle";
@@ -20,14 +20,14 @@ struct SocketPlaces {
 };
 [[nodiscard]] SocketPlaces socket_places_from_environment();
 
-/// Letters, digits, '_', '-' and '.', at most 48 of them and not beginning with '.': what may name a container.
+/// Accepts 1 to 48 letters, digits, '_', '-' and '.', not beginning with '.'.
 [[nodiscard]] Result<void, Problem> validate_container_name(const std::string& name);
 
-/// The folder for a new socket, made (mode 0700) if need be: the first of $XDG_RUNTIME_DIR/nacelle, /run/nacelle and
-/// /tmp/nacelle-<uid> that is trusted (trust.hpp) and that this user may write to.
+/// Returns the folder for a new socket and creates it (mode 0700) if necessary: the first of $XDG_RUNTIME_DIR/nacelle,
+/// /run/nacelle and /tmp/nacelle-<uid> that is trusted (trust.hpp) and writable for this user.
 [[nodiscard]] Result<std::string, Problem> folder_for_socket(const SocketPlaces& places);
 
-/// Where the socket of a container of that name would be. Errors: as folder_for_socket().
+/// Returns the socket's path for a container of that name. Errors: as folder_for_socket().
 [[nodiscard]] Result<std::string, Problem> socket_path_of(const SocketPlaces& places, const std::string& name);
 
 /// A socket of a container that may be running.
@@ -35,9 +35,9 @@ struct FoundContainer {
   std::string name, path;
   friend bool operator==(const FoundContainer&, const FoundContainer&) = default;
 };
-/// Every container that answers, by name. A socket without a listener is left out (its container was killed).
-/// A folder or socket that is not trusted (trust.hpp) is left out, too, and never connected to; `ignored` gets a Problem of
-/// each folder that holds such.
+/// Returns every container that accepts connections, sorted by name. Leaves out a socket without a listener (its
+/// container was killed). Leaves out a folder or socket that is not trusted (trust.hpp), and never connects to it;
+/// `ignored` gets one Problem for each folder with such an entry.
 [[nodiscard]] std::vector<FoundContainer> running_containers(const SocketPlaces& places,
                                                              std::vector<Problem>* ignored = nullptr);
 
@@ -56,7 +56,7 @@ class SocketClaim {
 
   [[nodiscard]] int listening_descriptor() const { return listen_; }
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// The group whose members may connect, too: that of the system's folder. None in a folder of one user.
+  /// Returns the group whose members may also connect: that of the system folder. Nothing in a user's own folder.
   [[nodiscard]] std::optional<gid_t> group() const { return group_; }
 
  private:

@@ -17,7 +17,7 @@ namespace nacelle::control {
 struct NamePair {
   std::string_view first, second;
 };
-/// Errors: nothing unless there is exactly one zero byte and both names are non-empty.
+/// Returns nothing unless there is exactly one zero byte and both names are non-empty.
 [[nodiscard]] std::optional<NamePair> read_name_pair(ByteView payload);
 void append_name_pair(std::string& out, NamePair names);
 
@@ -33,7 +33,7 @@ void append_handle(std::string& out, std::uint16_t handle);
 /// The payload of a Transform frame: X_TS, source frame in target frame, at `stamp`.
 ///
 ///   offset  bytes  field
-///        0      1  1: known, 0: not (yet); the rest is zero then
+///        0      1  1: known; 0: unknown, the rest is then the identity at stamp 0
 ///        1      8  stamp, ns since the epoch, int64 little-endian
 ///        9     24  translation x, y, z in m, float64
 ///       33     32  rotation x, y, z, w

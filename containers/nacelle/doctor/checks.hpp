@@ -10,7 +10,8 @@
 
 namespace nacelle::doctor {
 
-/// What a robot asks of its machine. Without a launch file nothing: then the checks look at what is there.
+/// What a robot requires of its machine. Without a launch file it is empty, and the checks examine what the machine
+/// has.
 struct Wanted {
   struct Device {
     std::string path;
@@ -24,11 +25,11 @@ struct Wanted {
   std::vector<Priority> priorities;  ///< Threads with SCHED_FIFO.
   bool shares_memory = false;        ///< A component runs in a process of its own.
 };
-/// Takes a string parameter whose value is a path below /dev for a device; each parameter once.
+/// Adds a device for a string parameter whose value is a path below /dev. Each parameter counts once.
 void want_device(Wanted& wanted, const std::string& node, const std::string& parameter, const ParameterValue& value);
 [[nodiscard]] Wanted wanted_by(const launch::Plan& plan);
 
-/// Each adds what it found. Pure but for what the machine reads.
+/// Each check appends its findings. Pure except for reads through `machine`.
 void check_devices(const Machine& machine, const Wanted& wanted, Findings& findings);
 void check_ports(const Machine& machine, const Wanted& wanted, Findings& findings);
 void check_clock(const Machine& machine, const Wanted& wanted, Findings& findings);
@@ -38,7 +39,7 @@ void check_power(const Machine& machine, const Wanted& wanted, Findings& finding
 void check_realtime(const Machine& machine, const Wanted& wanted, Findings& findings);
 void check_versions(const Machine& machine, const Wanted& wanted, Findings& findings);
 
-/// All of them, in this order.
+/// Runs all checks, in this order.
 [[nodiscard]] Findings examine(const Machine& machine, const Wanted& wanted);
 
 }  // namespace nacelle::doctor

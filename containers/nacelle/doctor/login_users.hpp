@@ -8,8 +8,9 @@
 
 namespace nacelle::doctor {
 
-/// The people of /etc/passwd who can log in, but for root and `user`: in mode `local` each of them can do to a robot what its
-/// owner can. Accounts of services, below UID_MIN or without a shell, are left out. Sorted.
+/// Returns the users of /etc/passwd that can log in, except root and `user`, sorted. In mode `local` each of them can
+/// control a robot as its owner can. Leaves out service accounts: those with a UID below 1000, `nobody`, and those
+/// whose shell refuses a login.
 [[nodiscard]] std::vector<std::string> other_login_users(const Machine& machine, uid_t user);
 
 }  // namespace nacelle::doctor

@@ -22,28 +22,28 @@ struct Process {
   friend bool operator==(const Process&, const Process&) = default;
 };
 
-/// Who may open a file.
+/// Owner, group and mode of a file.
 struct Access {
   uid_t owner = 0;
   gid_t group = 0;
   mode_t mode = 0;
 };
 
-/// What no file of the machine tells; real_facts() asks the kernel.
+/// Facts that no file of the machine contains. real_facts() asks the kernel.
 struct Facts {
   WallTime now;
-  /// Whether the kernel takes its wall clock for synchronised; nothing if it cannot be asked.
+  /// Whether the kernel regards its wall clock as synchronised; nothing if the query fails.
   std::optional<bool> clock_is_synchronised;
   std::string version;                  ///< Of the program.
   WallTime built;                       ///< When the program's file was written; 0: unknown.
   int domain = 0;                       ///< ROS_DOMAIN_ID
-  std::optional<Problem> wrong_domain;  ///< It says something else, which keeps a robot off the network.
+  std::optional<Problem> wrong_domain;  ///< Set if ROS_DOMAIN_ID is invalid; a robot then stays off the network.
 };
 [[nodiscard]] Facts real_facts(std::string version);
 
-/// The machine as the checks see it: files below a root folder, which tests fabricate, and the facts that no file tells.
+/// The machine as the checks see it: files below a root folder, which tests can replace, and Facts.
 ///
-/// Paths are those of the machine: "/proc/meminfo". What cannot be read is absent, never an error.
+/// Paths are those of the machine: "/proc/meminfo". An unreadable file counts as absent and is never an error.
 /// Threads: one; it only reads.
 class Machine {
  public:
@@ -51,25 +51,26 @@ class Machine {
 
   [[nodiscard]] const Facts& facts() const { return facts_; }
   [[nodiscard]] bool exists(const std::string& path) const;
-  /// At most a megabyte, without white space at the end.
+  /// Returns the first MiB of a file, without white space at the end.
   [[nodiscard]] std::optional<std::string> text(const std::string& path) const;
   [[nodiscard]] std::optional<std::int64_t> number(const std::string& path) const;
-  /// The value of "Key:   value" in a file of such lines; without a colon in `key`.
+  /// Returns the value of "Key:   value" in a file of such lines. `key` has no colon.
   [[nodiscard]] std::optional<std::string> field(const std::string& path, std::string_view key) const;
-  /// Sorted.
+  /// Returns the names in a folder, sorted.
   [[nodiscard]] std::vector<std::string> names_in(const std::string& folder) const;
   [[nodiscard]] std::optional<std::string> link(const std::string& path) const;
-  /// The path that symbolic links lead to, within the root; the path itself if it is none.
+  /// Follows symbolic links within the root and returns the path at their end. Returns a path that is not a link
+  /// unchanged.
   [[nodiscard]] std::string resolved(std::string path) const;
   [[nodiscard]] std::optional<Access> access(const std::string& path) const;
 
-  /// Whether this process's user and groups (/proc/self/status) may read and write.
+  /// Returns whether this process's user and groups (/proc/self/status) may read and write the file.
   [[nodiscard]] bool may_use(const Access& access) const;
-  /// "dialout", or the number where /etc/group has no name.
+  /// Returns a group's name, such as "dialout", or its number if /etc/group has no name for it.
   [[nodiscard]] std::string group_name(gid_t group) const;
   [[nodiscard]] bool is_root() const;
-  /// The processes with a descriptor whose link in /proc/PID/fd reads so: a path, or "socket:[1234]". Other users' are seen by
-  /// root only.
+  /// Returns the processes with a descriptor whose link in /proc/PID/fd is `target`: a path, or "socket:[1234]". Only
+  /// root sees the processes of other users. The watcher process of a container is left out.
   [[nodiscard]] std::vector<Process> holders(const std::string& target) const;
 
  private:
@@ -79,11 +80,11 @@ class Machine {
   std::filesystem::path root_;
 };
 
-/// The first number of a text, behind white space.
+/// Returns the number at the start of a text, after white space.
 [[nodiscard]] std::optional<std::int64_t> leading_number(std::string_view text);
-/// What lies between white space.
+/// Splits a text at white space.
 [[nodiscard]] std::vector<std::string> words_of(const std::string& text);
-/// "modem (12), cat (14)"
+/// Returns "modem (pid 12), cat (pid 14)".
 [[nodiscard]] std::string names_of(const std::vector<Process>& processes);
 
 }  // namespace nacelle::doctor

@@ -6,25 +6,25 @@
 
 namespace nacelle::drawing {
 
-/// One edge of the tree of frames.
+/// One edge of the frame tree.
 struct FrameEdge {
   std::string child, parent;
-  std::string owner;  ///< The node that broadcasts it; empty: unclaimed.
+  std::string owner;  ///< The node that broadcasts it; empty: unknown.
   bool is_static = false;
   double rate_hz = 0;
-  double age_s = 0;  ///< Of its newest sample.
+  double age_s = 0;  ///< Age of its newest sample.
 };
 
-/// "50.0 Hz, 12 ms old, /ekf" or "static, /transforms"
+/// Returns "50.0 Hz, 12 ms old, /ekf" or "static, /transforms".
 [[nodiscard]] std::string describe(const FrameEdge& edge);
-/// "12 ms", "3.1 s"; a sample of the future has a minus.
+/// Returns "12 ms" or "3.1 s"; negative for a sample in the future.
 [[nodiscard]] std::string short_time(double seconds);
 
-// Each draws every tree that there is, children by name. Pure; what hangs in a circle hangs from its first frame by name.
+// Each function draws all trees, with the children sorted by name. A cycle is drawn from its first frame by name. Pure.
 
-/// With lines of box characters, for a terminal.
+/// Returns the trees as lines of box characters, for a terminal.
 [[nodiscard]] std::string tree_text(const std::vector<FrameEdge>& edges);
-/// In the DOT language, for write_drawing().
+/// Returns the trees in the DOT language, for write_drawing().
 [[nodiscard]] std::string tree_dot(const std::vector<FrameEdge>& edges);
 
 }  // namespace nacelle::drawing

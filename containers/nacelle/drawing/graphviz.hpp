@@ -11,17 +11,19 @@ namespace nacelle::drawing {
 
 /// Returns a text as a quoted identifier of the DOT language. Pure.
 [[nodiscard]] std::string dot_quoted(const std::string& text);
-/// Returns a text as it stands in an HTML-like label of the DOT language. Pure.
+/// Escapes a text for an HTML-like label of the DOT language. Pure.
 [[nodiscard]] std::string dot_label_text(const std::string& text);
 
-/// Returns the format that a file's name asks Graphviz for: "svg", "pdf", "png", "dot"; nothing for another ending. Pure.
+/// Returns Graphviz's format for the ending of a file's name: "svg", "pdf", "png", "dot"; nothing for another ending.
+/// Pure.
 [[nodiscard]] std::optional<std::string> drawing_format(const std::string& path);
 
-/// Writes a drawing in the format that the file's name asks for; Graphviz's `dot` lays it out.
+/// Writes a drawing in the format of the file name's ending. Graphviz's `dot` computes the layout.
 ///
-/// Without `dot` in PATH, the DOT text is written beside, as FILE.dot. Returns then what to tell the user: how to draw it; else an
-/// empty text. A file of that name is replaced when the new one is complete.
-/// Errors: a file that cannot be written; `dot` failed, with its own words. Threads: any; blocks while `dot` works.
+/// If `dot` is not in PATH, writes the DOT text to a file with the ending .dot instead, and returns a message for the
+/// user with the command that draws it. Otherwise returns an empty text. An existing file is replaced once the new one
+/// is complete.
+/// Errors: a file that cannot be written; a failure of `dot`, with its message. Threads: any; blocks while `dot` runs.
 [[nodiscard]] Result<std::string, Problem> write_drawing(const std::string& path, const std::string& dot_text);
 
 }  // namespace nacelle::drawing

@@ -13,11 +13,11 @@
 
 namespace nacelle::drive {
 
-/// A container in its own process, and its output.
-/// Threads: one. The destructor ends the process.
+/// Runs a container in a process of its own and reads its output.
+/// Threads: one. The destructor stops the process.
 class ContainerProcess {
  public:
-  /// `show_output`: also prints its lines to stderr.
+  /// Starts the process. `show_output`: also prints its output to stderr.
   [[nodiscard]] static Result<std::unique_ptr<ContainerProcess>, Problem> start(process::ProgramSpec spec,
                                                                                 std::string container_name,
                                                                                 bool show_output, const Clock& clock);
@@ -25,20 +25,22 @@ class ContainerProcess {
   ContainerProcess& operator=(const ContainerProcess&) = delete;
   ~ContainerProcess();
 
-  /// Waits until the control socket answers. Errors: the process ended (with its last lines), or the limit passed.
+  /// Blocks until the control socket answers. Errors: the process ended; the limit passed; `stop_descriptor` became
+  /// readable.
   [[nodiscard]] Result<control::Client, Problem> connect(Duration limit, int stop_descriptor);
-  /// Reads its output, waiting up to `limit` for more, for its end, or for `stop_descriptor`.
+  /// Reads the output. Blocks up to `limit` for more output, the end of the process, or `stop_descriptor`.
   void listen(Duration limit, int stop_descriptor);
-  /// "exited with 1"; empty while it runs.
+  /// Returns how the process ended, such as "exited with 1"; empty while it runs.
   [[nodiscard]] std::string ended() { return process_->ended(); }
-  /// Waits for its end while reading its output; kills it after the limit. Returns how it ended.
+  /// Blocks until the process ends and reads its output meanwhile. Stops it after the limit (ForeignProgram::stop()).
+  /// Returns how it ended.
   std::string wait_for_end(Duration limit);
-  /// Asks it to end as Ctrl-C does.
+  /// Sends SIGINT, as Ctrl-C does.
   void interrupt() const;
-  /// Returns its error lines, which begin with "nacelle: ", each with the indented lines below it. Empty if there were
-  /// none.
+  /// Returns the error lines of its output: those that begin with "nacelle: ", each with the indented lines below it.
+  /// Empty if there are none; at most 64 KiB.
   [[nodiscard]] const std::string& complaints() const { return complaints_; }
-  /// Returns its last lines of output, indented.
+  /// Returns its last 30 lines of output, indented.
   [[nodiscard]] std::string last_lines() const;
 
  private:
@@ -55,7 +57,7 @@ class ContainerProcess {
   std::string partial_;
   std::deque<std::string> lines_;
   std::string complaints_;
-  bool complaining_ = false;  // the last line was one, or belonged to one
+  bool complaining_ = false;  // the last line belonged to an error
 };
 
 }  // namespace nacelle::drive

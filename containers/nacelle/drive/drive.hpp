@@ -15,7 +15,7 @@ namespace nacelle::drive {
 struct DriveSettings {
   std::string program;  ///< The running `nacelle`, which is started again as the container.
   std::string launch_file;
-  std::vector<std::string> arguments;  ///< "name:=value", handed on to the launch file.
+  std::vector<std::string> arguments;  ///< "name:=value", for the launch file.
   std::optional<Duration> duration;    ///< --for: run this long without driving.
   bool stay = false;                   ///< --stay: run until Ctrl-C without driving.
   std::int64_t seed = 1;
@@ -27,8 +27,8 @@ struct DriveSettings {
   CourseOptions course;
 };
 
-/// Starts the launch file with the simulated robot in its own process, drives the course (or only runs), shows the
-/// progress, shuts the robot down in order and prints the figures. Returns the process's exit code.
+/// Starts the launch file with the simulated robot in a process of its own, drives the course (or only waits) and shows
+/// the progress. Then shuts the robot down in order and prints the figures. Returns the process's exit code.
 [[nodiscard]] int run_drive(const DriveSettings& settings, process::StopSignal& stop, const Clock& clock);
 
 }  // namespace nacelle::drive

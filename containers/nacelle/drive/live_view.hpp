@@ -12,11 +12,11 @@
 
 namespace nacelle::drive {
 
-/// Messages per second of each stream, from the counts of the last two seconds. Pure.
+/// Computes the messages per second of each stream from the counts of the last two seconds. Pure.
 class RateMeter {
  public:
   void note(const std::string& stream, std::uint64_t published, MonotonicTime now);
-  /// 0 until two counts are known.
+  /// Returns 0 until two counts are known.
   [[nodiscard]] double hz(const std::string& stream) const;
 
  private:
@@ -27,15 +27,15 @@ class RateMeter {
   std::map<std::string, std::deque<Count>> counts_;
 };
 
-/// Shows the progress of a run: on a terminal a block that is refreshed in place, elsewhere a line every few seconds.
+/// Shows the progress of a run: on a terminal a block that is redrawn in place, elsewhere a line every few seconds.
 /// Threads: one.
 class LiveView {
  public:
   LiveView(bool on_terminal, MonotonicTime start) : on_terminal_(on_terminal), start_(start) {}
 
-  /// How long to wait between two looks at the figures.
+  /// Returns the time between two updates.
   [[nodiscard]] Duration period() const { return on_terminal_ ? 250ms : 1000ms; }
-  /// `stats` as the container gives them, `activity` what the drive is doing.
+  /// Shows the state. `stats`: the container's live figures. `activity`: what the drive is doing.
   void show(const nlohmann::json& stats, const std::string& activity, MonotonicTime now);
   /// Removes the block.
   void clear();
@@ -51,7 +51,7 @@ class LiveView {
   RateMeter rates_;
   std::size_t lines_shown_ = 0;
   std::string last_phase_;
-  bool was_active_ = false;  // the last line told of an activity
+  bool was_active_ = false;  // the last line had an activity
   MonotonicTime last_line_;
 };
 

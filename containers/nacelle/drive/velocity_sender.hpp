@@ -14,11 +14,12 @@ namespace nacelle::drive {
 /// Sends velocity commands through a container's control socket. Threads: one, the client's.
 class VelocitySender {
  public:
-  /// `stamped`: geometry_msgs/msg/TwistStamped with `frame`; else geometry_msgs/msg/Twist.
+  /// Opens a writer of `topic`. `stamped`: geometry_msgs/msg/TwistStamped with `frame`; otherwise
+  /// geometry_msgs/msg/Twist.
   [[nodiscard]] static Result<VelocitySender, Problem> open(control::Client& client, const std::string& topic,
                                                             bool stamped, std::string frame);
 
-  /// Forward speed and yaw rate of the base.
+  /// Sends a forward speed and a yaw rate for the base.
   [[nodiscard]] Result<void, Problem> send(double speed_mps, double yaw_rate_rps, WallTime stamp);
 
  private:

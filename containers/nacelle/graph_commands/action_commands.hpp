@@ -17,8 +17,8 @@ struct ActionEnds {
   std::set<std::string> types;
   std::map<std::string, std::string> servers, clients;  ///< Node to type.
 };
-/// Every action of the container's graph (answers/graph_verbs.hpp), by name. As in ROS 2 the feedback topic decides:
-/// its publishers are servers, its subscribers clients.
+/// Returns every action of the container's graph (answers/graph_verbs.hpp), by name. As in ROS 2, the feedback topic
+/// decides: its publishers are servers, its subscribers are clients.
 [[nodiscard]] std::map<std::string, ActionEnds> actions_of(const nlohmann::json& graph);
 [[nodiscard]] std::vector<std::string> names_of(const std::map<std::string, ActionEnds>& actions);
 
@@ -29,7 +29,8 @@ struct GoalWish {
   bool as_json = false, feedback = false, from_stdin = false;
   double timeout_s = 0;  ///< 0: none.
 };
-/// Sends the goal, prints its progress and waits for its end; the first signal cancels it. Returns the exit code.
+/// Sends the goal, prints its progress and blocks until it ends. The first signal cancels the goal. Returns the exit
+/// code.
 [[nodiscard]] int send_goal(const GoalWish& wish);
 
 }  // namespace nacelle::cli

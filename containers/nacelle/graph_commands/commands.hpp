@@ -5,7 +5,7 @@
 
 namespace nacelle::cli {
 
-// Each adds its commands to the program.
+// Each function adds its commands to the program.
 
 void add_lifecycle_commands(Command& root);
 void add_interface_command(Command& root);

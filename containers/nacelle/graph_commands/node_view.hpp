@@ -14,15 +14,16 @@ struct NodeView {
   /// Names with their types.
   using Section = std::map<std::string, std::set<std::string>>;
   std::map<std::string, Section> sections;
-  std::set<std::string> standard;  ///< Names, shown or not.
-  std::size_t left_out = 0;        ///< Of the standard ones.
+  std::set<std::string> standard;  ///< Names that every node has, shown or not.
+  std::size_t left_out = 0;        ///< Standard names that are not shown.
 };
 
-/// Of a graph (answers/graph_verbs.hpp); `hidden`, `standard`: with those too.
+/// Returns the view of a node of a graph (answers/graph_verbs.hpp). `hidden` and `standard` include names of these
+/// kinds.
 [[nodiscard]] NodeView view_of(const nlohmann::json& graph, const std::string& node, bool hidden, bool standard);
-/// Each section as a list: "service_servers".
+/// Adds each section as a list, under a key such as "service_servers".
 void add_to_json(nlohmann::json& answer, const NodeView& view);
-/// As `ros2 node info` prints them.
+/// Prints the view in the form of `ros2 node info`.
 void print(const NodeView& view);
 
 }  // namespace nacelle::cli

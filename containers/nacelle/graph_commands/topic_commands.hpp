@@ -15,7 +15,7 @@ namespace nacelle::cli {
 struct TopicWish {
   Whom whom;
   std::string topic, type, field, message = "{}";
-  std::vector<std::string> words;  ///< Topics, each with its type behind it if that is given.
+  std::vector<std::string> words;  ///< Topics, each followed by its type if that is given.
   bool as_json = false, as_csv = false, with_types = false, once = false, full = false, verbose = false,
        only_count = false, all = false, is_raw = false;
   double rate_hz = 1.0, longest_wait_s = 0.0;

@@ -8,8 +8,8 @@
 
 namespace nacelle::cli {
 
-/// The last so many messages: when each was published (s), and one figure of it.
-/// least(), most(), mean() and span_s() need at least one.
+/// The last messages, at most `longest`: the time of publication (s) and one figure of each.
+/// least(), most(), mean() and span_s() require at least one message.
 class Window {
  public:
   explicit Window(std::size_t longest) : longest_(longest) {}

@@ -11,9 +11,10 @@
 
 namespace nacelle::isolation {
 
-/// The carriers of this build, by name: "iceoryx", or none.
+/// Returns the names of the carriers of this build: "iceoryx", or none.
 [[nodiscard]] const std::vector<std::string>& carrier_names();
-/// Errors: no such name, or one that cannot be used here and now (no daemon); streams go over the link's socket then.
+/// Starts a carrier. Errors: an unknown name; a carrier that cannot start (no daemon). The caller then uses the link's
+/// socket for streams.
 [[nodiscard]] Result<std::unique_ptr<Carrier>, Problem> start_carrier(const std::string& name);
 
 }  // namespace nacelle::isolation

@@ -18,15 +18,16 @@
 
 namespace nacelle::isolation {
 
-/// A launch file's component with `isolate: process`: a process of this program that holds it alone, its streams linked to the
-/// container's graph, its lifecycle asked for over the same socket.
+/// A launch file's component with `isolate: process`. It runs alone in a process of this program. A link over one
+/// socket connects its streams to the container's graph and carries its lifecycle requests.
 ///
-/// When the process ends by itself the component is faulted with how it ended, and its streams are gone.
+/// If the process ends unexpectedly, the component is faulted with the reason and its streams disappear.
 /// Threads: start(), unload() and the destructor from one thread at a time; info() and trigger() from any.
 class IsolatedComponent final : public runtime::ForeignComponent {
  public:
-  /// Starts the process and loads the component. Errors: as Container::load(); a process that does not come up; a component that
-  /// is tied to its own process (transforms it claims, objects it shares). With `faults`, refused values are collected there.
+  /// Starts the process and loads the component. If `faults` is given, it collects the invalid parameter values.
+  /// Errors: as Container::load(); a process that does not start; a component with ties to its own process (transforms
+  /// it claims, objects it shares).
   [[nodiscard]] static Result<std::shared_ptr<IsolatedComponent>, Problem> start(const launch::ComponentPlan& plan,
                                                                                  const loading::ProgramPlaces& places,
                                                                                  runtime::Container& container,
@@ -57,13 +58,13 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   const launch::ComponentPlan plan_;
   const loading::ProgramPlaces& places_;
   runtime::Container& container_;
-  Carrier* const carrier_;  // outlives us; may be null
+  Carrier* const carrier_;  // outlives this object; may be null
   const Clock& clock_;
   Duration limit_ NACELLE_GUARDED_BY(mutex_);              // of a transition
-  MonotonicTime limited_at_ NACELLE_GUARDED_BY(mutex_){};  // when it was said last
-  msgs::TypeLibrary types_;                                // the link's thread's
+  MonotonicTime limited_at_ NACELLE_GUARDED_BY(mutex_){};  // when limit_ was set last
+  msgs::TypeLibrary types_;                                // used by the link's thread
 
-  Mutex calling_;  // one question at a time
+  Mutex calling_;  // one request at a time
   mutable Mutex mutex_;
   std::condition_variable answered_;
   runtime::ComponentInfo info_ NACELLE_GUARDED_BY(mutex_);
@@ -71,8 +72,8 @@ class IsolatedComponent final : public runtime::ForeignComponent {
   std::uint64_t next_call_ NACELLE_GUARDED_BY(mutex_) = 1;
   std::unique_ptr<nlohmann::json> answer_ NACELLE_GUARDED_BY(mutex_);
   bool gone_ NACELLE_GUARDED_BY(mutex_) = false, closing_ NACELLE_GUARDED_BY(mutex_) = false;
-  std::int32_t process_ NACELLE_GUARDED_BY(mutex_) = 0;  // its number, while it lives
-  std::string how_ NACELLE_GUARDED_BY(mutex_);           // it ended
+  std::int32_t process_ NACELLE_GUARDED_BY(mutex_) = 0;  // its id; 0 after its end
+  std::string how_ NACELLE_GUARDED_BY(mutex_);           // how the process ended
 
   Mutex process_mutex_;
   std::unique_ptr<process::ForeignProgram> program_ NACELLE_GUARDED_BY(process_mutex_);

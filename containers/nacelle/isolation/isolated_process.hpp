@@ -9,9 +9,9 @@
 
 namespace nacelle::isolation {
 
-/// The process of an isolated component: a container with that one component, linked over `socket` to the container that started
-/// it (isolated_component.hpp). Returns the exit code when the socket is closed or a signal asks for the end; the component has
-/// been taken down in order then.
+/// Runs the process of an isolated component: a container with that component only, linked over `socket` to the
+/// container that started it (isolated_component.hpp). Blocks until the socket is closed or a signal requests the end.
+/// Then shuts the component down in order and returns the exit code.
 /// Threads: the main thread.
 [[nodiscard]] int run_isolated(int socket, const std::string& name, const std::string& carrier,
                                const loading::ProgramPlaces& places, const Clock& clock,

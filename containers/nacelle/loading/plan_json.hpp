@@ -12,7 +12,7 @@ namespace nacelle::loading {
 
 /// Returns what load_request_of() needs of a plan. Pure.
 [[nodiscard]] nlohmann::json plan_to_json(const launch::ComponentPlan& plan);
-/// Errors: nlohmann's exceptions and std::invalid_argument, for what is not such a plan.
+/// Errors: nlohmann's exceptions and std::invalid_argument for invalid input.
 [[nodiscard]] launch::ComponentPlan plan_from_json(const nlohmann::json& row);
 
 [[nodiscard]] nlohmann::json parameters_to_json(const std::vector<launch::Parameter>& parameters);

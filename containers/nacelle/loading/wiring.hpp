@@ -13,12 +13,13 @@
 
 namespace nacelle::loading {
 
-/// Full names of a component's topics, and of the services that it offers.
+/// Full names of a component's topics and of the services that it offers.
 struct TopicEnds {
   std::set<std::string> published, subscribed, services{};
 };
 
-/// Finds a component's topics by what its loading adds to the graph (endpoints are declared in the constructor).
+/// Finds a component's topics as the difference of the graph before and after its load. Endpoints are declared in the
+/// constructor of the component.
 /// Threads: the one that loads.
 class GraphBefore {
  public:
@@ -37,10 +38,10 @@ class GraphBefore {
 [[nodiscard]] std::vector<Problem> unused_qos(const launch::ComponentPlan& plan, const TopicEnds& ends);
 /// A remap rule that changed no name; `where` of the problem is the rule's text.
 struct UnusedRemap {
-  std::size_t rule = 0;  ///< Its place.
+  std::size_t rule = 0;  ///< Index in the list of rules.
   Problem problem;
 };
-/// Those that are not marked in `used` (runtime::Declarations::used_remaps). Pure.
+/// Returns the rules that are not marked in `used` (runtime::Declarations::used_remaps). Pure.
 [[nodiscard]] std::vector<UnusedRemap> unused_remaps(const std::vector<RemapRule>& rules, const std::vector<bool>& used,
                                                      const std::string& node, const TopicEnds& ends);
 

@@ -29,15 +29,15 @@ class RemoteGraph;
 
 namespace nacelle::networking {
 
-/// The robot on ROS 2's network: who can see it now, and the reason if it cannot join.
+/// Joins the robot to ROS 2's network. Reports the mode in force, or why the robot is not on the network.
 ///
-/// The robot does not depend on it: errors are reported, and nothing local changes. While it is on the network, or
-/// could not join, the machine's addresses are watched, and it rejoins when they change.
-/// Threads: one, but for `say`, which the network's thread calls too.
+/// The robot does not depend on it: errors are reported, and nothing local changes. While the robot is on the network,
+/// or could not join, this class watches the machine's addresses and rejoins when they change.
+/// Threads: one, except `say`, which the network's thread also calls.
 class Network {
  public:
   using Say = std::function<void(const std::string& line)>;
-  /// `graph`, `services` and `clock` outlive it. `clock_skews` is kept up to date with the estimates of other machines'
+  /// `graph`, `services` and `clock` must outlive this object. `clock_skews` receives the estimates of other machines'
   /// clocks.
   Network(launch::NetworkPlan plan, transport_dds::Environment environment, Graph& graph, ServiceGraph& services,
           const Clock& clock, Say say, std::shared_ptr<ClockSkews> clock_skews = nullptr);
@@ -45,35 +45,40 @@ class Network {
   Network& operator=(const Network&) = delete;
   ~Network();
 
-  /// Sets the full name of the container's node, whose services are partly refused to remote callers
-  /// (refused_services.hpp). Call before start().
+  /// Sets the full name of the container's node. Some of its services are refused to remote callers
+  /// (refused_services.hpp). Call it before start().
   void protect_services_of(std::string node) { node_ = std::move(node); }
-  /// Sets the receiver of problems of endpoints, instead of `say`; called on the network's thread. Call before start().
+  /// Sets a function that receives the problems of endpoints instead of `say`. The network's thread calls it. Call this
+  /// before start().
   void tell_problems_to(std::function<void(const Problem&)> told) { told_ = std::move(told); }
-  /// Joins according to launch file and environment, and reports remarks. Errors: the launch file requests a network,
-  /// and this program was built without.
+  /// Joins according to launch file and environment, and reports remarks. If it cannot join, line() and state() give
+  /// the reason. Errors: the launch file requests a network, and this program was built without one.
   [[nodiscard]] Result<void, Problem> start();
-  /// Changes the mode; peers discover all nodes again. On error the previous mode stays in force.
+  /// Changes the mode by leaving the network and joining it again, so that peers discover all nodes again. On error it
+  /// rejoins in the previous mode and returns the reason.
   [[nodiscard]] Result<void, Problem> show(launch::NetworkMode mode, const std::string& because_of);
-  /// Returns the mode of `nacelle export off`: the launch file's mode, but never Export.
+  /// Returns the mode that `nacelle export off` sets: Off if launch file and environment request that, otherwise Local.
   [[nodiscard]] launch::NetworkMode unexported() const;
 
-  /// Nodes, topics and services of other participants (DdsMirror::look()); not called where the network is not joined.
+  /// Calls `at` with the nodes, topics and services of other participants (DdsMirror::look()). Does not call it if the
+  /// network is not joined.
   void look(const std::function<void(const transport_dds::RemoteGraph&)>& at) const;
-  /// Endpoints of this side on the network, now.
+  /// Returns the number of this side's writers on the network.
   [[nodiscard]] std::uint64_t writer_count() const;
 
-  /// Returns the bring-up's last line; empty if the program was built without a network and none was requested.
+  /// Returns the last line of the bring-up's output; empty if the program was built without a network and none was
+  /// requested.
   [[nodiscard]] std::string line() const;
-  /// The settings (network_wish.hpp), `running`, `problem`, and what has crossed so far.
+  /// Returns the settings (network_wish.hpp), `running`, `problem`, nodes with the same name elsewhere, clock skews,
+  /// and traffic counters.
   [[nodiscard]] nlohmann::json state() const;
 
   /// Returns a descriptor to poll for reading; -1: nothing is watched.
   [[nodiscard]] int descriptor() const { return watch_ ? watch_->descriptor() : -1; }
   [[nodiscard]] std::optional<MonotonicTime> next_due() const { return due_; }
-  /// Call after a jump of the wall clock: a certificate that was not valid may be valid now.
+  /// Retries a failed join. Call it after the wall clock was set: a certificate that was not valid may be valid now.
   void note_clock_jump();
-  /// `told`: the descriptor is readable. Rejoins after addresses have changed and then stayed unchanged for a moment.
+  /// Rejoins after addresses have changed and then stayed unchanged for 500 ms. `told`: the descriptor is readable.
   void serve(bool told);
 
  private:
@@ -93,7 +98,7 @@ class Network {
   std::string node_;
   std::function<void(const Problem&)> told_;
   transport_dds::NetworkSettings settings_;
-  std::optional<Problem> why_not_;  // it is not on the network, though it should be
+  std::optional<Problem> why_not_;  // reason for not being on the network
   bool is_asked_for_ = false;       // explicitly, not only by default
   std::unique_ptr<LinkWatch> watch_;
   std::vector<NetworkLink> joined_with_;
@@ -102,8 +107,9 @@ class Network {
   std::unique_ptr<Joined> joined_;  // null: not on the network
 };
 
-/// Tests whether a robot with these settings can join, by joining for a moment without sending or receiving. Returns what it
-/// would remark on. Errors: why its network would be off. Off, or built without: nothing is done.
+/// Tests whether a robot with these settings can join: joins briefly without sending or receiving. Returns the remarks.
+/// In mode Off, or in a build without a network, it does nothing. Errors: the reason for which the network would be
+/// off.
 [[nodiscard]] Result<std::vector<Problem>, Problem> try_network(transport_dds::NetworkSettings settings);
 
 }  // namespace nacelle::networking

@@ -9,8 +9,8 @@
 
 namespace nacelle::networking {
 
-/// Returns Network::state() as a message: null becomes an empty list. Errors: a field that the message does not have, or of another type.
-/// Pure.
+/// Converts Network::state() to a message; null becomes an empty list. Errors: a field that the message does not have,
+/// or of another type. Pure.
 [[nodiscard]] Result<nacelle_interfaces::msg::Network, Problem> network_message(nlohmann::json state);
 
 }  // namespace nacelle::networking

@@ -10,9 +10,11 @@
 
 namespace nacelle::networking {
 
-/// Returns the services of a container's node that callers on the network may not use, by full name, each with the response that they
-/// get: those that load code without `allow_load`; those that release emergency stops, change the network or end the robot without
-/// `remote_control` and without DDS Security, whose permissions decide. `node`: the container's. Pure.
+/// Returns the services of a container's node that are refused to callers on the network, by full name, each with the
+/// response that refuses the call. `node`: the container's.
+///
+/// Without `allow_load`: the services that load and unload code. Without `remote_control` and without DDS Security,
+/// whose permissions decide: those that release emergency stops, change the network or shut the robot down. Pure.
 [[nodiscard]] std::map<std::string, std::shared_ptr<const msgs::AnyMessage>> refused_services(
     const std::string& node, const transport_dds::NetworkSettings& settings);
 

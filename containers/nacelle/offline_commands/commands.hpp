@@ -5,13 +5,13 @@
 
 namespace nacelle::cli {
 
-// Each adds its commands to the program.
+// Each function adds its commands to the program.
 
-/// `check` and `params`.
+/// Adds `check` and `params`.
 void add_check_commands(Command& root);
 void add_import_command(Command& root);
 void add_doctor_command(Command& root);
-/// `doctor net`.
+/// Adds `doctor net`.
 void add_doctor_net_command(Command& doctor);
 void add_qos_commands(Command& root);
 void add_security_commands(Command& root);

@@ -7,7 +7,8 @@
 
 namespace nacelle::process {
 
-/// Calls of malloc, calloc, realloc, aligned_alloc and their kin (operator new calls one of them) of one thread so far.
+/// The number of allocations of one thread so far: calls of malloc, calloc, realloc, aligned_alloc, memalign and
+/// posix_memalign. operator new calls one of them.
 struct ThreadAllocations {
   int tid = 0;
   std::uint64_t calls = 0;
@@ -21,13 +22,15 @@ struct AllocationSnapshot {
   std::uint64_t uncounted = 0;  ///< Calls of threads beyond the table's size.
 };
 
-/// Returns whether libnacelle_allocation_counter.so is in the process, preloaded or linked. Sanitizers' builds have no such library.
+/// Returns whether libnacelle_allocation_counter.so is in the process, preloaded or linked. Builds with a sanitizer
+/// have no such library.
 [[nodiscard]] bool allocations_are_counted();
-/// Writes the counts now; none without the library. A thread appears with its first allocation, and stays after its end.
+/// Writes the present counts; without the library, none. A thread appears with its first allocation and stays after its
+/// end.
 /// Threads: any. Allocates: nothing, after the first call.
 void take_snapshot(AllocationSnapshot& out);
 
 }  // namespace nacelle::process
 
-/// The library's own function.
+/// Implements take_snapshot() in the library.
 extern "C" void nacelle_take_allocation_snapshot(nacelle::process::AllocationSnapshot& out);

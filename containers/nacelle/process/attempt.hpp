@@ -8,8 +8,8 @@ namespace nacelle::process {
 /// Writes "nacelle: container: WHAT: WHY" to stderr. Allocates: nothing.
 void say_failed(const char* what, const char* why) noexcept;
 
-/// Runs a step of a loop that must go on: without memory, threads or descriptors a step fails. Returns false if it threw, which is
-/// reported.
+/// Runs a step of a loop that must continue if the step fails for lack of memory, threads or descriptors. If the step
+/// throws, reports the exception and returns false.
 template <typename Act>
 bool attempt(const char* what, const Act& act) {
   try {

@@ -19,21 +19,23 @@ struct Task {
   std::string name;  ///< Names the task when it fails.
   /// Appends the descriptors to poll. If it throws, the task is skipped for one turn.
   std::function<void(std::vector<pollfd>&)> watch;
-  /// Returns when the task must run even if no descriptor is ready; nothing: never. May be empty.
+  /// Returns when the task must run even if no descriptor is ready; nothing: never. Optional.
   std::function<std::optional<MonotonicTime>()> next_due;
-  /// Runs when a descriptor is ready, when the task is due, and again after an exception. `waits`: what `watch` appended, after poll().
+  /// Runs when a descriptor is ready, when the task is due, and again after an exception. `waits`: the entries that
+  /// `watch` appended, after poll().
   std::function<void(std::span<const pollfd> waits)> serve;
-  /// For a task with descriptors of clients: called when poll() rejects the list, to close some of them. Without it, a closed
-  /// descriptor of the task ends the loop.
+  /// Closes some of the task's client descriptors. Called when poll() rejects the list. For a task without it, a closed
+  /// descriptor ends the loop.
   std::function<void()> shed;
 };
 
 /// Returns a task that waits for one descriptor, which must not change while the loop exists.
 [[nodiscard]] Task on_readable(std::string name, int descriptor, std::function<void()> serve);
 
-/// The event loop of a thread. Each room of the program adds its tasks and knows no descriptor of another room.
+/// The event loop of a thread. Each part of the program adds its own tasks, and needs to know no descriptor of another
+/// part.
 ///
-/// An exception of a task is reported, and the task runs again after 100 ms; the other tasks and the loop continue.
+/// An exception of a task is reported, and the task runs again after 100 ms. The other tasks and the loop continue.
 /// Threads: one. Allocates: only when the list of descriptors grows.
 class EventLoop {
  public:
@@ -50,7 +52,8 @@ class EventLoop {
   void turn(std::optional<Duration> limit);
   /// Ends the loop after the current task. Called by tasks.
   void end(std::optional<Problem> why = std::nullopt);
-  /// Ends the loop because other code closed a descriptor of a task; its number may belong to another file now. Called by tasks.
+  /// Ends the loop because other code closed a descriptor of a task; its number may now belong to another file. Called
+  /// by tasks.
   void end_with_a_lost_descriptor();
   [[nodiscard]] bool has_lost_a_descriptor() const { return has_lost_a_descriptor_; }
 

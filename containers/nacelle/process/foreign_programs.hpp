@@ -15,7 +15,7 @@
 
 namespace nacelle::process {
 
-/// Where a started program finds ProgramSpec::inherited_descriptor.
+/// The number of ProgramSpec::inherited_descriptor in the started program.
 inline constexpr int kInheritedDescriptor = 3;
 
 /// A program to start beside the container.
@@ -25,16 +25,17 @@ struct ProgramSpec {
   std::vector<std::string> arguments;
   std::vector<std::pair<std::string, std::optional<std::string>>> environment;  ///< Set to, or unset.
   std::string working_directory;
-  /// Written by the program when it can be used, with its process id as text; empty: it counts as ready at once.
+  /// The program writes its process id to this file, as text, when it is ready. Empty: it counts as ready at once.
   std::string ready_file;
-  bool required = false;          ///< Its end is the robot's end.
-  int inherited_descriptor = -1;  ///< Is the program's kInheritedDescriptor; -1: none.
-  int output_descriptor = -1;     ///< Where its stdout and stderr go; -1: where ours go.
+  bool required = false;          ///< If it ends, the robot is shut down.
+  int inherited_descriptor = -1;  ///< Becomes the program's kInheritedDescriptor; -1: none.
+  int output_descriptor = -1;     ///< For its stdout and stderr; -1: those of this process.
   Duration sigterm_after = 3s, sigkill_after = 2s;
 };
 
-/// A started program: a process group of its own, so that a Ctrl-C of the terminal reaches us only, and we end it in order.
-/// Threads: one. The destructor kills what still runs.
+/// A started program. It is a process group of its own, so that Ctrl-C in the terminal reaches this process only, which
+/// then stops the program in order.
+/// Threads: one. The destructor kills a running program.
 class ForeignProgram {
  public:
   [[nodiscard]] static Result<std::unique_ptr<ForeignProgram>, Problem> start(const ProgramSpec& spec);
@@ -44,15 +45,17 @@ class ForeignProgram {
 
   [[nodiscard]] const ProgramSpec& spec() const { return spec_; }
   [[nodiscard]] pid_t pid() const { return pid_; }
-  /// Readable when the program has ended (a pidfd); -1 afterwards.
+  /// Returns a descriptor (pidfd) that is readable when the program has ended; -1 after ended() has reaped it.
   [[nodiscard]] int descriptor() const { return pidfd_; }
-  /// "exited with 1", "killed by SIGSEGV"; empty while it runs. Reaps it.
+  /// Returns how the program ended, such as "exited with 1"; empty while it runs. Reaps the program, and kills what is
+  /// left of its process group.
   [[nodiscard]] std::string ended();
-  /// Waits until it is ready. Errors: it ended, the limit passed, or `stop_descriptor` became readable.
+  /// Blocks until the program is ready. Errors: it ended; the limit passed; `stop_descriptor` became readable.
   [[nodiscard]] Result<void, Problem> wait_until_ready(Duration limit, int stop_descriptor, const Clock& clock);
-  /// False: it still runs after the limit.
+  /// Blocks until the program ends. Returns false if it still runs after the limit.
   [[nodiscard]] bool wait_for_end(Duration limit, const Clock& clock);
-  /// SIGINT as from a terminal, then SIGTERM, then SIGKILL to the group; waits for the end. Returns how it ended.
+  /// Sends SIGINT to the program, after ProgramSpec::sigterm_after SIGTERM to its group, and after
+  /// ProgramSpec::sigkill_after SIGKILL. Blocks until it ends. Returns how it ended.
   std::string stop(const Clock& clock);
 
  private:
@@ -65,10 +68,11 @@ class ForeignProgram {
   std::string how_;
 };
 
-/// SIGKILL to every process group that was started and not reaped. Threads: any; async-signal-safe.
+/// Sends SIGKILL to the process groups that were started and not reaped, of which at most 64 are tracked. Threads: any;
+/// async-signal-safe.
 void kill_all_programs() noexcept;
 
-/// "exited with 3", "killed by signal 9 (Killed)".
+/// Returns "exited with 3" or "killed by signal 9 (Killed)".
 [[nodiscard]] std::string describe_exit(int status);
 
 }  // namespace nacelle::process

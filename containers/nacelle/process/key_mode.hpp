@@ -5,9 +5,9 @@
 
 namespace nacelle::process {
 
-/// Delivers the keys of stdin one by one and unseen while the object lives. Ctrl-C stays a signal.
+/// Switches the terminal of stdin to single keys without echo while the object exists. Ctrl-C still raises SIGINT.
 ///
-/// Changes nothing if stdin is no terminal, or the process runs in the background.
+/// Changes nothing if stdin is not a terminal, or if the process runs in the background.
 class KeyMode {
  public:
   KeyMode();
@@ -15,7 +15,7 @@ class KeyMode {
   KeyMode& operator=(const KeyMode&) = delete;
   ~KeyMode();
 
-  /// Whether keys come.
+  /// Returns whether the terminal was switched.
   [[nodiscard]] bool is_on() const { return is_on_; }
 
  private:

@@ -5,17 +5,17 @@
 
 namespace nacelle::process {
 
-/// What a signal does to a stdout that has no room, since nothing reads it.
+/// What a signal does to a stdout whose buffer is full because its reader does not read.
 enum class FullOutput : std::uint8_t {
-  Kept,     ///< A write() waits until there is room.
-  Dropped,  ///< It becomes /dev/null, so that a write() that waits returns.
+  Kept,     ///< A write() blocks until there is room.
+  Dropped,  ///< stdout becomes /dev/null, so that a blocked write() returns.
 };
 
-/// SIGINT, SIGTERM, SIGQUIT and SIGHUP (unless it was ignored before, as under nohup) as an event that can be polled, from
-/// construction to destruction; SIGPIPE is ignored.
+/// Turns SIGINT, SIGTERM, SIGQUIT and SIGHUP into an event that can be polled, from construction to destruction. SIGHUP
+/// stays ignored if it was ignored before, as under nohup. SIGPIPE is ignored.
 ///
-/// The first signal asks for an orderly end. From the second on a person is impatient: after `kGracefulSignals` the
-/// `emergency` function runs in the signal handler, and the process ends with 128 + the signal.
+/// The first signal requests an orderly end. Signals up to number `kGracefulSignals` change nothing more. The next
+/// one runs the `emergency` function in the signal handler and ends the process with 128 + the signal.
 /// Threads: one object per process; is_raised() from any thread.
 class StopSignal {
  public:
@@ -27,14 +27,14 @@ class StopSignal {
 
   static constexpr int kGracefulSignals = 2;
 
-  /// Readable once a signal has come, and for ever after.
+  /// Returns a descriptor that becomes readable with the first signal and stays readable.
   [[nodiscard]] int descriptor() const;
   [[nodiscard]] bool is_raised() const { return number() != 0; }
-  /// The first signal's number; 0 for none.
+  /// Returns the first signal's number, -1 for a request, or 0 for none.
   [[nodiscard]] int number() const;
-  /// "SIGINT", "SIGTERM", "SIGHUP", or "a request".
+  /// Returns "SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT" or "a request".
   [[nodiscard]] const char* name() const;
-  /// As if a signal had come. Threads: any; async-signal-safe.
+  /// Requests an orderly end without a signal; does not count as one. Threads: any; async-signal-safe.
   void raise_by_request() const;
 };
 

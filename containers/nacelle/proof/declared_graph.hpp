@@ -9,16 +9,17 @@
 
 namespace nacelle::proof {
 
-/// One publisher or subscription as its node declared it, with the QoS that the launch file made of it.
+/// One publisher or subscription as its node declared it, with the launch file's QoS applied.
 struct Endpoint {
   std::string node, topic, type;
   bool publishes = false;
   QoS qos{10};
-  bool is_command = false;  ///< A reader that stops something when the messages stop.
-  bool is_apart = false;    ///< Of another process: what its code says of it beside the QoS is not known here.
+  bool is_command = false;  ///< A reader with a command timeout.
+  bool is_apart = false;    ///< In another process; of its code only the QoS is known here.
 };
 
-/// Every endpoint of a graph, but for those of tools; by topic, publishers first, then by node. Threads: any.
+/// Returns every endpoint of a graph except those of tools, sorted by topic, publishers first, then by node. Threads:
+/// any.
 [[nodiscard]] std::vector<Endpoint> endpoints_of(Graph& graph);
 
 }  // namespace nacelle::proof

@@ -8,11 +8,11 @@
 
 namespace nacelle::proof {
 
-/// Returns the pipeline in the DOT language: a box for each node with the ends of its streams and their QoS, what it reads above
-/// what it publishes, and an edge from each publisher to each subscription of its topic.
+/// Returns the pipeline in the DOT language: a box for each node with its endpoints and their QoS, subscriptions above
+/// publishers, and an edge from each publisher to each subscription of its topic.
 ///
-/// An action is one end. An end that meets no other one is grey; ends that do not fit (`bad` holds "topic node") are red.
-/// Pure; the same endpoints give the same text.
+/// An action is drawn as one endpoint. An endpoint without a counterpart is grey. An endpoint in `bad`, as "topic
+/// node", is red. Pure: the same endpoints give the same text.
 [[nodiscard]] std::string to_dot(const std::vector<Endpoint>& endpoints, const std::vector<std::string>& bad = {});
 
 }  // namespace nacelle::proof

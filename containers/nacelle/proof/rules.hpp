@@ -10,7 +10,7 @@
 
 namespace nacelle::proof {
 
-/// What the rules look at, and where they put what they find. Each rule is a function; proof.cpp calls them in this order.
+/// The input of the rules, and their findings. Each rule is a function; proof.cpp calls them.
 struct Evidence {
   const launch::Plan& plan;
   const loading::ProgramPlaces& places;
@@ -26,13 +26,13 @@ struct Evidence {
   [[nodiscard]] loading::TopicEnds ends_of(const LoadedComponent& component) const;
 };
 
-/// The services that the container will offer for a component's node, as for every one.
+/// Returns the services that the container will offer for a component's node, as for every node.
 [[nodiscard]] std::vector<std::string> standard_services_of(const Evidence& evidence, const LoadedComponent& component);
-/// A launch continues without a component that is not required.
+/// Returns Warning for a component that is not required, because a launch continues without it.
 [[nodiscard]] Severity severity_of(const launch::ComponentPlan& plan);
-/// The same for several nodes: a warning if one of them is optional.
+/// Returns Warning if one of several nodes is optional.
 [[nodiscard]] Severity severity_of(const launch::Plan& plan, const std::vector<std::string>& nodes);
-/// For a budget, which is identified by its place.
+/// Returns the severity for a budget, which is identified by its place.
 [[nodiscard]] Severity severity_of_budget(const launch::Plan& plan, const Place& where);
 
 // components.cpp

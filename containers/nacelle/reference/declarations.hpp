@@ -13,11 +13,12 @@ namespace nacelle::reference {
 
 /// Returns what a component class declares: topics, services, actions, transforms, parameters and devices.
 ///
-/// Loads the class without parameters, in a container of its own, and does not configure it: no device is opened. Names of topics and
-/// services are as the class wrote them: "scan", "~/image_raw", "/tf". If the class names parameters on which others depend
-/// (ComponentAbout::also_with), "with_parameters" holds them and "also" what the class has with them only.
-/// Errors: as Container::load(); a value of also_with that is no parameter.
-/// Threads: any; waits for the constructor.
+/// Constructs the class without parameters, in a container of its own, and does not configure it: no device is opened.
+/// Names of topics and services are as the class wrote them: "scan", "~/image_raw", "/tf". If the class names
+/// parameters on which others depend (ComponentAbout::also_with), "with_parameters" holds them, and "also" holds what
+/// the class declares only with them.
+/// Errors: as Container::load(); a value of also_with that is not a parameter.
+/// Threads: any; blocks until the constructors return.
 [[nodiscard]] Result<nlohmann::json, Problem> declarations_of(const runtime::PluginEntry& plugin,
                                                               const loading::ProgramPlaces& places, const Clock& clock);
 

@@ -6,7 +6,7 @@
 
 namespace nacelle::reference {
 
-/// Returns a section of Markdown about a class, of what declarations_of() returns. Pure.
+/// Returns a section of Markdown about a class, made of the result of declarations_of(). Pure.
 [[nodiscard]] std::string markdown_of(const nlohmann::json& declarations);
 
 }  // namespace nacelle::reference

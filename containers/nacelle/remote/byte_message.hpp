@@ -7,12 +7,13 @@
 
 namespace nacelle::remote {
 
-/// A message type without a definition here: its messages are the received bytes, with encapsulation and padding.
+/// A message type without a definition on this machine. Its messages are the received bytes, with encapsulation and
+/// padding, and it has no fields.
 ///
-/// It has no fields. Ownership: outlives everything that knows its type().
+/// Must outlive everything that refers to its type().
 class ByteMessageType {
  public:
-  /// As the other side has them; `hash` may be empty.
+  /// Takes the names that the other side announces. `hash` may be empty.
   ByteMessageType(std::string name, std::string dds_name, std::string hash);
   ByteMessageType(const ByteMessageType&) = delete;
   ByteMessageType& operator=(const ByteMessageType&) = delete;

@@ -8,14 +8,15 @@
 
 namespace nacelle::remote {
 
-/// Returns "/arm/driver"; for an endpoint of an unknown node, ROS 2's placeholder.
+/// Returns "/arm/driver" for a namespace and a name.
 [[nodiscard]] std::string full_name(const std::string& node_namespace, const std::string& name);
 
-/// The answer of the verb "graph", as answers/graph_verbs.hpp has it, for remote nodes. They have no "id" (0) and no
-/// known "state"; a node has "host" and "pid" if it announces them, and "parameters"; an endpoint has a "gid".
+/// Returns the answer of the verb "graph" for remote nodes, in the form of answers/graph_verbs.hpp. The "id" of a node
+/// is 0 and its "state" is empty. A node also has "host" and "pid" if it announces them, and "parameters" (it offers
+/// the services of parameters). An endpoint also has a "gid".
 [[nodiscard]] nlohmann::json graph_rows(const transport_dds::RemoteGraph& graph);
 
-/// What a Stats frame has of each topic and type: "name", "type", "writers", "readers".
+/// Returns the rows of a Stats frame: "name", "type", "writers", "readers" for each topic and type.
 [[nodiscard]] nlohmann::json topic_rows(const transport_dds::RemoteGraph& graph);
 
 }  // namespace nacelle::remote

@@ -14,7 +14,7 @@
 namespace nacelle::remote {
 
 /// Answers the requests of the command line for ROS 2 nodes of the network, in the form in which a container answers
-/// them for its components. It calls the nodes' own services and waits for them, except in service.call.
+/// them for its components. A request waits for discovery; the answer of a service call follows later.
 /// Threads: the server's.
 class RemoteNodes final : public requests::Respondent {
  public:
@@ -26,7 +26,7 @@ class RemoteNodes final : public requests::Respondent {
   [[nodiscard]] std::optional<Problem> problem_of(const std::string& topic) const override {
     return network_.problem_of(topic);
   }
-  /// OpenWriter, Publish and Stats, as a container's control thread takes them.
+  /// Handles OpenWriter, Publish and Stats, as a container's control thread does.
   void take_frame(control::Connection& from, const control::Frame& frame) override;
   void has_left(const control::Connection& connection) override;
 
@@ -41,21 +41,21 @@ class RemoteNodes final : public requests::Respondent {
       const requests::TapWish& wish, const std::vector<transport_dds::RemoteEndpoint>& ends);
   [[nodiscard]] Result<std::uint16_t, std::string> open_writer(control::NamePair names,
                                                                const control::Connection& owner);
-  /// Nothing, or why it was refused.
+  /// Returns nothing, or the reason for the refusal.
   [[nodiscard]] std::optional<std::string> publish(const control::Publication& publication);
 
   RemoteNetwork& network_;
   std::vector<OpenWriter> writers_;
 };
 
-/// Returns the full name of a remote node. Waits for it at most for the spin time. Errors: no such node, or several.
+/// Returns the full name of a remote node. Waits for it at most for the spin time. Errors: no such node; several nodes.
 [[nodiscard]] Result<std::string, Problem> node_named(RemoteNetwork& network, const std::string& name);
-/// Whether a service is known to be offered: "/lidar/get_state".
+/// Returns whether a service is known to be offered. `service`: its full name, such as "/lidar/get_state".
 [[nodiscard]] bool offers(const RemoteNetwork& network, const std::string& service);
-/// Returns the container of that name, or the only one. Waits for it at most for the spin time. Errors: no container,
-/// or several.
+/// Returns the container of that name, or for an empty name the only one. Waits for it at most for the spin time.
+/// Errors: no container; several containers.
 [[nodiscard]] Result<std::string, Problem> container_named(RemoteNetwork& network, const std::string& name);
-/// The Nacelle container of the process that a node is in, as far as it is known; empty if it is in another one.
+/// Returns the Nacelle container in the same process as a node, if known; otherwise an empty text.
 [[nodiscard]] std::string container_of(const RemoteNetwork& network, const std::string& node);
 
 }  // namespace nacelle::remote

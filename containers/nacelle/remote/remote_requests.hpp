@@ -17,18 +17,19 @@ namespace nacelle::remote {
 
 /// Serves requests for the nodes of the network as a container does, in this process, over private sockets.
 ///
-/// A signal without a handler ends the process as by default, but the network is left first, so that its peers
+/// SIGINT, SIGTERM and SIGHUP without a handler still end the process, but it leaves the network first, so that peers
 /// do not have to wait for this node's lease.
-/// Threads: its own "remote"; all members from one thread.
+/// Threads: runs a thread "remote"; all members from one thread.
 class RemoteRequests {
  public:
-  /// One per process at a time. Errors: as RemoteNetwork::join().
+  /// Joins the network. One object per process at a time. Errors: as RemoteNetwork::join().
   [[nodiscard]] static Result<std::unique_ptr<RemoteRequests>, Problem> open(const RemoteOptions& options);
   RemoteRequests(const RemoteRequests&) = delete;
   RemoteRequests& operator=(const RemoteRequests&) = delete;
   /// Leaves the network.
   ~RemoteRequests();
 
+  /// Returns a new connection to the server.
   [[nodiscard]] Result<control::Client, Problem> connect();
 
  private:

@@ -17,10 +17,10 @@
 namespace nacelle::remote {
 
 /// A pending call over the network.
-/// Threads: as ServiceCall; push() the network's.
+/// Threads: as ServiceCall; push() on the network's thread.
 class RemoteCall final : public runtime::ServiceCall, private AnswerTaker {
  public:
-  /// `on_answer` is called once, on the network's thread with locks held: only note it.
+  /// `on_answer` is called once, on the network's thread with locks held. It may only record the event.
   explicit RemoteCall(std::function<void()> on_answer)
       : on_answer_(std::move(on_answer)),
         self_(std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this))) {}
@@ -48,22 +48,22 @@ class RemoteCall final : public runtime::ServiceCall, private AnswerTaker {
 /// Threads: any.
 class ServiceClients final : public ServiceGraph {
  public:
-  /// `node` makes the calls; `on_change` is called, with locks held, when a client's service has appeared or
-  /// disappeared.
+  /// Takes the name of the calling node. `on_change` is called, with locks held, when a client's service has
+  /// appeared or disappeared.
   ServiceClients(std::string node, std::function<void()> on_change)
       : node_(std::move(node)), on_change_(std::move(on_change)) {}
 
-  /// The client of this service, which is made if there is none.
+  /// Returns the client of this service, and creates it if there is none.
   [[nodiscard]] std::uint64_t client_of(const std::string& service, const msgs::ServiceType& type);
   [[nodiscard]] bool is_ready(std::uint64_t client) const;
-  /// Returns false if its service is not ready, or too many calls wait.
+  /// Sends a call. Returns false if the service is not ready, or if too many calls are pending.
   [[nodiscard]] bool call(std::uint64_t client, Call call);
 
   // ServiceGraph
   void join(ServiceListener& listener) override;
   void leave(ServiceListener& listener) override;
   void set_remote(std::uint64_t client, RemoteServer* server) override;
-  [[nodiscard]] Sent send(std::uint64_t, Call) override { return Sent::Gone; }  // there is no server
+  [[nodiscard]] Sent send(std::uint64_t, Call) override { return Sent::Gone; }  // this process has no servers
 
  private:
   struct Client {

@@ -9,20 +9,20 @@
 
 namespace nacelle::report {
 
-/// How regularly transforms come, and how old they are when they are published. Pure; one thread.
+/// Computes the rate of transforms, and their age at publication. Pure; one thread.
 class FrameDelays {
  public:
   struct Row {
-    double rate_hz = 0;                           ///< 0 for fewer than two.
-    double average_delay_s = 0, max_delay_s = 0;  ///< From the stamp to publish().
+    double rate_hz = 0;                           ///< 0 for fewer than two samples.
+    double average_delay_s = 0, max_delay_s = 0;  ///< Time from the stamp to publish().
     std::size_t count = 0;
   };
 
-  /// Times of the wall clock.
+  /// Adds a sample; both times are of the wall clock.
   void note(const std::string& child, std::int64_t stamp_ns, std::int64_t published_ns);
-  /// Of the last thousand of that frame.
+  /// Returns the figures of the last thousand samples of a frame.
   [[nodiscard]] Row of(const std::string& child) const;
-  /// Of several frames together: the mean of their delays, the longest, and the rate of the one that comes most often.
+  /// Returns the figures of several frames together: mean and maximum of their delays, and the highest of their rates.
   [[nodiscard]] Row of_all(const std::vector<std::string>& children) const;
 
  private:
@@ -33,8 +33,8 @@ class FrameDelays {
   std::map<std::string, std::deque<Sample>> samples_;
 };
 
-/// The frames from one to another, both included, by way of their common ancestor; empty if no chain joins them.
-/// `parents`: child -> parent.
+/// Returns the frames from one to another by way of their common ancestor, both included; empty if they are not
+/// connected. `parents`: child -> parent.
 [[nodiscard]] std::vector<std::string> chain_between(const std::map<std::string, std::string>& parents,
                                                      const std::string& from, const std::string& to);
 

@@ -13,10 +13,10 @@
 
 namespace nacelle::report {
 
-/// What a drive adds to a container's report.
+/// Figures that a drive adds to a container's report.
 struct DriveFigures {
   double distance_m = 0;        ///< Length of the path of the filter's poses.
-  double odometry_error_m = 0;  ///< Last pose of /odom against the world's truth, standing still.
+  double odometry_error_m = 0;  ///< Error of the last pose of /odom against the truth, at standstill.
   double ekf_error_m = 0;       ///< The same for odom -> base_footprint.
 };
 
@@ -25,28 +25,28 @@ struct RunReport {
   std::vector<std::string> bringup_order;  ///< Component names as activated.
   Duration bringup{};                      ///< From exec to all active.
   std::vector<std::string> shutdown_order;
-  std::vector<runtime::StreamReport> streams;  ///< Taken when every writer was inactive, so that nothing was under way.
+  std::vector<runtime::StreamReport> streams;  ///< Taken when no writer is active and no message in transit.
   std::optional<DriveFigures> drive;
   std::vector<runtime::HistogramReport> histograms;
   process::ProcessFigures process;
   std::optional<std::int64_t> seed;
 };
 
-/// The name under which the base's histogram stands: cmd_vel published to the frame written.
+/// The name of the base's histogram: from the publication of cmd_vel to the written frame.
 inline constexpr const char* kCommandToWheel = "command_to_wheel";
 
-/// Whether a report can be written there, without touching the file. Errors: why not.
+/// Checks that a report can be written to a path, without touching the file. Errors: the reason.
 [[nodiscard]] Result<void, Problem> check_report_file(const std::string& path);
 
-/// "/camera" is "camera", "/robot1/camera" is "robot1/camera".
+/// Returns "camera" for "/camera", and "robot1/camera" for "/robot1/camera".
 [[nodiscard]] std::string component_name(const std::string& node);
 
-/// The report as one JSON object; times in the units of the keys' names. Figures that were not taken are null.
+/// Returns the report as one JSON object. The keys' names end with the unit of a time. Absent figures are null.
 [[nodiscard]] nlohmann::ordered_json to_json(const RunReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const runtime::StreamReport& stream);
 [[nodiscard]] nlohmann::ordered_json to_json(const DriveFigures& drive);
 
-/// A table for people, made of the JSON object. `width` is that of the terminal.
+/// Returns a table for users, made of the JSON object. `width`: that of the terminal.
 [[nodiscard]] std::string summary_of(const nlohmann::ordered_json& report);
 
 }  // namespace nacelle::report

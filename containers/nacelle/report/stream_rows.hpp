@@ -7,15 +7,15 @@
 
 namespace nacelle::report {
 
-/// A stream as people are shown it.
+/// A row for a stream in output for users.
 template <typename Json>
 struct StreamRow {
-  std::string label;  ///< Its name; with the type behind it where two rows have that name: "/cmd_vel Twist".
+  std::string label;  ///< Its name; with the type if two rows have that name: "/cmd_vel Twist".
   const Json* stream;
 };
 
-/// One row for each stream of a JSON list with "name", "type" and "published". A name may carry two types (cmd_vel
-/// does): one without messages is left out if the other has some. The rows point into the list.
+/// Returns one row for each stream of a JSON list with "name", "type" and "published". If a name has two types (as
+/// cmd_vel does) and only one of them has messages, the other is left out. The rows point into the list.
 template <typename Json>
 [[nodiscard]] std::vector<StreamRow<Json>> rows_of(const Json& streams) {
   const auto text = [](const Json& stream, const char* key) { return stream[key].template get<std::string>(); };

@@ -7,24 +7,24 @@
 
 namespace nacelle::report {
 
-/// A table as text whose columns are as wide as what stands in them, and which a narrow terminal gets without its least
-/// important columns. Control characters in cells and lines are escaped (printable_line()).
+/// Formats a table as text. A column is as wide as its longest cell. On a narrow terminal the least important columns
+/// are left out. Control characters in cells and lines are escaped (printable_line()).
 class TextTable {
  public:
   struct Column {
     std::string title;
     bool right = true;   ///< Aligned to the right.
-    int importance = 0;  ///< The least is left out first; those of the highest value never are.
+    int importance = 0;  ///< The lowest is left out first, the highest never.
   };
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
-  /// One cell for each column.
+  /// Adds a row with one cell for each column.
   void add_row(std::vector<std::string> cells);
-  /// A line below the last row, across all columns.
+  /// Adds a line across all columns.
   void add_line(const std::string& text);
 
-  /// The lines, at most `width` characters each where that can be; 0: as wide as it is. A last cell that is too long goes on in
-  /// lines of its own. The first line names the columns that were left out.
+  /// Returns the lines, at most `width` characters wide if possible; 0: no limit. A last cell that is too long
+  /// continues in lines of its own. If columns are left out, the first line names them.
   [[nodiscard]] std::string text(std::size_t width = 0) const;
 
  private:

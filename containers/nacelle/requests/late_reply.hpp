@@ -17,10 +17,10 @@ namespace nacelle::requests {
 struct LateReply {
   /// Rung when the answer is ready.
   std::shared_ptr<Bell> bell = std::make_shared<Bell>();
-  /// Called once, after the bell was rung. Owns the source of the answer: destroying it cancels the request.
+  /// Called once after the bell has rung. Owns the source of the answer: destroying it cancels the request.
   std::function<nlohmann::json()> finish;
-  MonotonicTime due;  ///< The caller waits at most until this time ...
-  Problem too_late;   ///< ... and then gets this answer.
+  MonotonicTime due;  ///< The caller waits at most until this time.
+  Problem too_late;   ///< The answer after that.
 };
 
 /// The answer to a request: immediate, or later.

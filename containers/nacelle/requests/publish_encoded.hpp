@@ -7,8 +7,8 @@
 
 namespace nacelle::requests {
 
-/// Publishes a message that a client of the socket has sent as CDR. Null, or why it was not published.
-/// Threads: the writer's. Allocates: what the message's own fields need.
+/// Publishes a message that a client of the socket has sent as CDR. Returns null, or the reason for the refusal.
+/// Threads: the writer's. Allocates: memory for the message's own fields.
 [[nodiscard]] const char* publish_encoded(Writer& writer, const msgs::MessageType& type, ByteView cdr);
 
 }  // namespace nacelle::requests

@@ -7,7 +7,7 @@
 
 namespace nacelle::requests {
 
-/// An endpoint's "qos" in the answer of the verb "graph"; times in seconds, null for "for ever".
+/// Returns an endpoint's "qos" for the answer of the verb "graph". Times are in seconds; null means unlimited.
 [[nodiscard]] nlohmann::json json_of(const QoS& qos);
 
 }  // namespace nacelle::requests

@@ -19,10 +19,10 @@ namespace nacelle::requests {
 
 /// A listener's request.
 struct TapWish {
-  std::string topic, type;   ///< `type`: of a topic with several; empty: the topic's.
+  std::string topic, type;   ///< `type` selects one of several; empty: the topic's.
   bool is_measured = false;  ///< No message may be lost; otherwise it is for display.
   bool is_raw = false;       ///< As bytes, without decoding.
-  bool needs_values = true;  ///< False: only its time and length.
+  bool needs_values = true;  ///< False: time and length are enough.
 };
 
 /// Answers the requests of a RequestServer: a container, or the nodes of the network (remote/).
@@ -31,11 +31,11 @@ class Respondent {
  public:
   virtual ~Respondent() = default;
   [[nodiscard]] virtual const Clock& clock() const = 0;
-  /// Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
+  /// Executes a request. Errors: a reply with "ok": false; nlohmann's exceptions for fields of a wrong type.
   [[nodiscard]] virtual Answer answer(const std::string& verb, const nlohmann::json& request) = 0;
-  /// Errors: no such topic; not one of its types; an unknown type.
+  /// Returns a reader of a topic. Errors: no such topic; not one of its types; an unknown type.
   [[nodiscard]] virtual Result<std::unique_ptr<TopicTap>, Problem> tap(const TapWish& wish) = 0;
-  /// Returns why listeners of a topic cannot receive messages.
+  /// Returns why listeners of a topic cannot receive messages, or nothing.
   [[nodiscard]] virtual std::optional<Problem> problem_of(const std::string& /*topic*/) const { return std::nullopt; }
   /// Handles a frame that is not a request; the answer goes to `from.out`.
   virtual void take_frame(control::Connection& from, const control::Frame& frame);
@@ -59,40 +59,40 @@ struct RequestLimits {
 class RequestServer {
  public:
   explicit RequestServer(std::unique_ptr<Respondent> own, RequestLimits limits);
-  /// `respondent` outlives it.
+  /// `respondent` must outlive this object.
   explicit RequestServer(Respondent& respondent, RequestLimits limits = {});
   ~RequestServer();
 
   void take(control::ControlServer::HandedOver handed);
   void take(std::unique_ptr<control::Connection> connection);
-  /// Appends open descriptors only: poll() fails on more entries than the limit of open files. If there is no memory for the list,
-  /// it throws, and the list is as before.
+  /// Appends the descriptors to poll. They are open, because poll() fails on more entries than the limit of open files.
+  /// If there is no memory for the list, throws and leaves the list unchanged.
   void append_waits(std::vector<pollfd>& waits);
-  /// `waits`: what the last append_waits() appended. Does nothing if that threw.
+  /// Serves the ready connections. `waits`: the entries of the last append_waits(). Does nothing if that threw.
   void serve(const pollfd* waits);
-  /// Closes the connections that listen to a topic whose messages cannot come (Respondent::problem_of()). Not between append_waits() and
-  /// serve().
+  /// Closes the connections that listen to a topic whose messages cannot arrive (Respondent::problem_of()). Do not call
+  /// it between append_waits() and serve().
   void end_hopeless_listening();
-  /// Closes the newer half of the connections with this reason.
+  /// Closes the newer half of the connections and sends them the reason.
   void send_half_away(const char* why);
-  /// Returns when serve() must run although no descriptor is ready: the next time-out of a guest.
+  /// Returns when serve() must run although no descriptor is ready: at the next timeout of a connection.
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
 
  private:
-  /// Sizes: "<time> <bytes>", Ages: "<time> <age of header.stamp>", in ns but for the bytes; Times: the time of publish() alone.
-  /// Raw: the bytes in hexadecimal.
+  /// The form of each item. Sizes: "<time> <bytes>"; Ages: "<time> <age of header.stamp>"; Times: the time of
+  /// publish(). Times and ages are in ns. Raw: the bytes in hexadecimal.
   enum class Show { Yaml, Json, Times, Sizes, Ages, Transforms, Raw };
   struct Guest {
     std::unique_ptr<control::Connection> connection;
     std::unique_ptr<TopicTap> tap;
     std::unique_ptr<LateReply> late;  // its next request is not read before this one is answered
     Show show = Show::Yaml;
-    std::optional<text::MessageField> field;  // of Yaml and Json: all of the message without it
+    std::optional<text::MessageField> field;  // for Yaml and Json; none: the whole message
     std::size_t longest = 128;
     MonotonicTime said_at{};
-    bool waits_for_tap = false, waits_for_answer = false;  // as append_waits() has left it
-    short events = 0;                                      // what poll() saw ...
-    bool has_message = false, has_answer = false;          // ... of what it waits for
+    bool waits_for_tap = false, waits_for_answer = false;  // set by append_waits()
+    short events = 0;                                      // results of poll(): of the connection
+    bool has_message = false, has_answer = false;          // of the tap and of the answer
     bool gone = false;
   };
 
@@ -115,11 +115,11 @@ class RequestServer {
   void stream(Guest& guest);
   void append_item(const Guest& guest, const Block& block);
 
-  const std::unique_ptr<Respondent> own_;  // null: owned elsewhere
+  const std::unique_ptr<Respondent> own_;  // null: the caller owns it
   Respondent& respondent_;
   const RequestLimits limits_;
   std::vector<Guest> guests_;
-  bool has_listed_ = false;  // append_waits() has appended them all, and they were not served yet
+  bool has_listed_ = false;  // between a complete append_waits() and serve()
   std::string text_;
 };
 

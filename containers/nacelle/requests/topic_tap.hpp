@@ -9,24 +9,25 @@
 
 namespace nacelle::requests {
 
-/// A tool's reader of a topic: best effort, never delays the robot, and does not count as a reader of the stream in the
-/// report.
+/// A tool's reader of a topic. It does not count as a reader of the stream in the report.
 ///
-/// It also receives older messages of writers with a history (transient_local).
 /// Errors: std::system_error if the process has no descriptor left.
 /// Threads: one, except for the writers' wake-up.
 class TopicTap final : private ReadyListener {
  public:
+  /// Reads with best effort, and never delays a writer. If all present writers keep a history (transient_local), it
+  /// also receives their older messages.
   TopicTap(Transport& transport, const std::string& topic, const msgs::MessageType& type, std::size_t depth);
-  /// Uses the QoS of `spec`, for a caller that knows the writers' QoS.
+  /// Reads with the QoS of `spec`, for a caller that knows the writers' QoS.
   TopicTap(Transport& transport, const EndpointSpec& spec);
   TopicTap(const TopicTap&) = delete;
   TopicTap& operator=(const TopicTap&) = delete;
   ~TopicTap() override;
 
-  /// Readable when there may be something to take.
+  /// Returns a descriptor that is readable when take() may have a message.
   [[nodiscard]] int descriptor() const { return event_.descriptor(); }
-  /// The next message, or null; call until null. The block is returned with drop_reference().
+  /// Returns the next message, or null. Call it until it returns null. The caller returns the block with
+  /// drop_reference().
   [[nodiscard]] Block* take();
   [[nodiscard]] const std::string& topic() const { return topic_; }
   [[nodiscard]] const msgs::MessageType& type() const { return type_; }

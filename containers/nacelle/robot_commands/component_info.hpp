@@ -7,7 +7,8 @@
 
 namespace nacelle::cli {
 
-/// `nacelle component info`: of a Nacelle container, or of another one as far as its nodes tell. Returns the exit code.
+/// Runs `nacelle component info`. For a container that is not Nacelle's, prints what its nodes report. Returns the exit
+/// code.
 int component_info(const Whom& whom, const std::string& name, bool as_json);
 
 }  // namespace nacelle::cli

@@ -5,8 +5,9 @@
 
 namespace nacelle::cli {
 
-/// `nacelle component info --doc`: what an installed class declares, or each of them if `plugin` is empty, as Markdown or JSON. Needs no
-/// container, and configures nothing. Returns the exit code.
+/// Runs `nacelle component info --doc`. Prints as Markdown or JSON what an installed class declares; for an empty
+/// `plugin`, what each installed class declares. Needs no container, and configures no component. Returns the exit
+/// code.
 int component_reference(const std::string& plugin, bool as_json);
 
 }  // namespace nacelle::cli

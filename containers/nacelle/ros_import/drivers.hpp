@@ -14,12 +14,12 @@
 
 namespace nacelle::ros_import {
 
-/// A key of a ROS 2 driver and what Nacelle has for it. The head of drivers.yaml explains the fields.
+/// A parameter of a ROS 2 driver and its counterpart in Nacelle. The head of drivers.yaml explains the fields.
 struct Key {
-  std::string name;  ///< "wheel_radius"; "odom#_config" for any number; "linear.x.*" for any end.
+  std::string name;  ///< "wheel_radius"; "odom#_config" for any number; "linear.x.*" for any ending.
   Fate fate = Fate::Kept;
-  std::vector<std::string> nodes;  ///< Empty with Fate::Kept: the driver's own.
-  std::string to;                  ///< Its name there; empty: the same.
+  std::vector<std::string> nodes;  ///< Nacelle's nodes; empty: the driver's own.
+  std::string to;                  ///< The parameter's name there; empty: the same.
   std::string text, usual_text, absent_text, otherwise, also, form;
   ParameterValue usual, absent, refused, most, joined;  ///< Not set: none.
   std::map<std::string, ParameterValue, std::less<>> values;
@@ -35,26 +35,26 @@ struct Driver {
   std::vector<Key> keys;
 };
 
-/// The translation as data.
+/// The translation rules as data.
 struct Table {
   std::vector<Key> every_node;
   std::vector<std::string> generic, double_lists;
   std::vector<Driver> drivers;
 };
 
-/// Reads drivers.yaml.
-/// Errors: each row that does not say one fate, gives no reason where one is needed, or has a word that no row has; with file:line.
+/// Parses drivers.yaml.
+/// Errors: each row without exactly one fate, without a required reason, or with an unknown key; with file:line.
 [[nodiscard]] Result<Table, std::vector<Problem>> read_table(std::string_view yaml, const std::string& file_name);
 
-/// drivers.yaml as it was when the program was built.
+/// The text of drivers.yaml at build time.
 extern const std::string_view kDriversYaml;
-/// Returns the table of kDriversYaml, which is read at the first call. Threads: any.
+/// Returns the table of kDriversYaml, which is parsed at the first call. Threads: any.
 [[nodiscard]] const Table& table();
 [[nodiscard]] const std::vector<Driver>& drivers();
 
-/// The key's row, or null. '#' in a row stands for digits, a '*' for anything.
+/// Returns the parameter's row, or null. In a row, '#' stands for digits and '*' for any text.
 [[nodiscard]] const Key* find_key(const Driver& driver, std::string_view name);
-/// Keys of any node.
+/// Returns the row of a parameter that any node may have, or null.
 [[nodiscard]] const Key* find_common_key(std::string_view name);
 
 }  // namespace nacelle::ros_import

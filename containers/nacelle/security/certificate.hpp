@@ -10,11 +10,12 @@
 
 namespace nacelle::security {
 
-// Keys, certificates and signed documents as SROS 2 makes them, by OpenSSL's library. Texts are PEM, documents S/MIME.
-// Pure: what is read and written is given. Threads: any. Errors: a SecurityFault without `where`; the caller knows the file.
+// Keys, certificates and signed documents in SROS 2's form, made with OpenSSL. Texts are PEM, documents S/MIME.
+// Pure: the functions access no files. Threads: any.
+// Errors: a SecurityFault without `where`, because the caller knows the file.
 // Source: sros2 (jazzy) _utilities.py; OMG DDS-Security 1.1 sections 9.3.1 and 9.4.1.
 
-/// An elliptic key (P-256), and what an authority says of its owner.
+/// An elliptic key (P-256) and the certificate of its owner.
 struct KeyAndCertificate {
   std::string key, certificate;
 };
@@ -22,9 +23,9 @@ struct KeyAndCertificate {
 inline constexpr Duration kValidity = std::chrono::hours(24) * 3650;
 inline constexpr std::size_t kMaxCommonNameBytes = 64;  ///< X.509's ub-common-name.
 
-/// A certificate that signs others, signed by itself, valid from `now` on.
+/// Makes a self-signed certificate that can sign others, valid from `now` for kValidity.
 [[nodiscard]] Result<KeyAndCertificate, Problem> make_authority(const std::string& common_name, WallTime now);
-/// A certificate signed by `authority`.
+/// Makes a certificate signed by `authority`, valid from `now` for kValidity.
 [[nodiscard]] Result<KeyAndCertificate, Problem> make_certificate(const std::string& common_name,
                                                                   const KeyAndCertificate& authority, WallTime now);
 
@@ -34,20 +35,21 @@ struct CertificateFacts {
   WallTime begins, ends;    ///< Whole seconds.
 };
 [[nodiscard]] Result<CertificateFacts, Problem> read_certificate(const std::string& certificate);
-/// The key is one, and the certificate's.
+/// Checks that `key` is a private key and belongs to the certificate.
 [[nodiscard]] Result<void, Problem> check_key(const std::string& key, const std::string& certificate);
-/// The authority has signed it. Its times are not looked at.
+/// Checks that the authority has signed the certificate. Ignores its times.
 [[nodiscard]] Result<void, Problem> check_issuer(const std::string& certificate, const std::string& authority);
 
-/// The text, readable, with a signature behind it.
+/// Returns the text in readable form, followed by a signature.
 [[nodiscard]] Result<std::string, Problem> sign_document(const std::string& text, const KeyAndCertificate& signer);
-/// The text of a document that `authority` has signed, with line ends of its own. Times are not looked at.
+/// Returns the text of a document that `authority` has signed, with line ends of '\n'. Ignores times.
 [[nodiscard]] Result<std::string, Problem> read_signed_document(const std::string& document,
                                                                 const std::string& authority);
 
-/// "2026-11-22T14:40:00", UTC.
+/// Returns "2026-11-22T14:40:00", UTC.
 [[nodiscard]] std::string utc_text(WallTime time);
-/// The way back; a zone behind it ("Z", "+01:00") is obeyed. Errors: no such date.
+/// Parses such a text. A following numeric zone ("+01:00") is applied; without one, or with "Z", the time is UTC.
+/// Errors: no such date.
 [[nodiscard]] Result<WallTime, Problem> read_utc(const std::string& text);
 
 }  // namespace nacelle::security

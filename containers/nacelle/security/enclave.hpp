@@ -12,16 +12,16 @@
 
 namespace nacelle::security {
 
-/// An enclave that a participant can be made with.
+/// A checked enclave for a participant.
 struct Enclave {
   transport_dds::SecuredBy secured;
-  std::vector<Problem> remarks;  ///< What is weaker than it should be.
+  std::vector<Problem> remarks;  ///< Weaknesses that do not prevent its use.
 };
 
-/// Reads all files of the enclave that is asked for, and finds what would keep the plugins from using them, or others
-/// from believing them: a file that is missing, cannot be read or is another one; a key that is not the certificate's;
-/// signatures of another authority; times that are over or have not begun; documents of another domain.
-/// Errors: the first of that, a SecurityFault, a FileFault or a NameFault, with the file and the way out. Threads: any.
+/// Reads all files of the requested enclave, and finds problems that would make the plugins or peers reject it: a
+/// missing, unreadable or wrong file; a key that does not belong to the certificate; a signature of another authority;
+/// times that have expired or not begun; documents for another domain.
+/// Errors: the first problem, a SecurityFault, a FileFault or a NameFault, with the file and the way out. Threads: any.
 [[nodiscard]] Result<Enclave, Problem> open_enclave(const transport_dds::SecurityWish& wish, int domain, WallTime now);
 
 }  // namespace nacelle::security

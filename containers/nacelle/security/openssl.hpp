@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Owners of OpenSSL's objects. Included by the sources of this folder only.
+// Owners of OpenSSL's objects. Only the sources of this folder include this file.
 #pragma once
 
 #include <openssl/bio.h>
@@ -28,16 +28,16 @@ using Certificate = Handle<X509, X509_free>;
 using Key = Handle<EVP_PKEY, EVP_PKEY_free>;
 using Store = Handle<X509_STORE, X509_STORE_free>;
 
-/// "what: what OpenSSL says of it"; takes the thread's queue of errors along.
+/// Returns "what: OpenSSL's reason", and empties the thread's queue of OpenSSL errors.
 [[nodiscard]] Problem openssl_problem(const std::string& what, ProblemCode code = {});
-/// Reads from `text`, which must outlive it.
+/// Returns a BIO that reads from `text`, which must outlive it.
 [[nodiscard]] Bio bio_of(const std::string& text);
-/// What was written to a BIO in memory.
+/// Returns the content of a memory BIO.
 [[nodiscard]] std::string text_in(BIO& bio);
 
 [[nodiscard]] Result<Certificate, Problem> parse_certificate(const std::string& text);
 [[nodiscard]] Result<Key, Problem> parse_key(const std::string& text);
-/// Trusts `authority`, at any time.
+/// Returns a store that trusts `authority` and ignores times.
 [[nodiscard]] Result<Store, Problem> store_of(const std::string& authority);
 
 }  // namespace nacelle::security

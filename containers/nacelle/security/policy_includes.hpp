@@ -9,10 +9,11 @@
 
 namespace nacelle::security {
 
-/// A policy file with what it includes in the place of each `<xi:include href="common/node.xml"
-/// xpointer="xpointer(/profile/*)"/>`: the file's root, or the elements that a path of names leads to.
-/// Names are relative to the file that has them. A file without includes is given back as it is, with its lines.
-/// Errors: a FileFault or a PolicyFault; the latter also for another form of xpointer and for more than eight files within each other.
+/// Returns a policy file in which each `<xi:include href="common/node.xml" xpointer="xpointer(/profile/*)"/>` is
+/// replaced by the included elements: the file's root, or the elements at the path of names.
+/// Names of files are relative to the including file. A file without includes is returned unchanged.
+/// Errors: a FileFault or a PolicyFault; the latter also for another form of xpointer and for more than eight nested
+/// files.
 [[nodiscard]] Result<std::string, Problem> read_with_includes(const std::filesystem::path& file);
 
 }  // namespace nacelle::security

@@ -21,7 +21,7 @@ enum class SecurityFault : std::uint8_t {
   NotAKey,            ///< The text is not a private key that can be read without a pass phrase.
   KeyDiffers,         ///< The key is not the certificate's.
   NotSigned,          ///< The authority did not sign the certificate, or did not sign the document as it is.
-  NotADocument,       ///< The text is not a signed document, or has none of the elements of permissions or governance.
+  NotADocument,       ///< The text is not a signed document, or lacks elements of permissions or governance.
   OtherSubject,       ///< The permissions are for another certificate; Problem::value is this certificate's subject.
   WrongCommonName,    ///< No certificate can have this common name; Problem::value is the name.
   WrongDate,          ///< The text is not a date; it is Problem::value.
@@ -60,11 +60,11 @@ enum class SecurityFault : std::uint8_t {
 enum class PolicyFault : std::uint8_t {
   Malformed,         ///< The file is not XML.
   NotAPolicy,        ///< The file has no <policy><enclaves>.
-  UnknownElement,    ///< An element that is not known there; Problem::value is its name.
-  UnknownAttribute,  ///< An attribute that is not known there; Problem::value is its name.
-  MissingAttribute,  ///< An attribute without which the element means nothing.
+  UnknownElement,    ///< An unknown element at this place; Problem::value is its name.
+  UnknownAttribute,  ///< An unknown attribute at this place; Problem::value is its name.
+  MissingAttribute,  ///< The element lacks a required attribute.
   WrongValue,        ///< An attribute or a name cannot have this value, which is Problem::value.
-  NestedIncludes,    ///< Too many files include each other.
+  NestedIncludes,    ///< More than eight files are nested.
 };
 [[nodiscard]] constexpr const char* code_text(PolicyFault fault) {
   switch (fault) {
@@ -79,7 +79,7 @@ enum class PolicyFault : std::uint8_t {
   return "";
 }
 
-/// Returns the problem with its cause moved to `where`, and with another way out. Code and value stay.
+/// Returns the problem with another place and another way out. Code and value stay.
 [[nodiscard]] inline Problem moved(Problem problem, Place where, std::string way_out) {
   problem.where = std::move(where);
   problem.way_out = std::move(way_out);

@@ -5,10 +5,10 @@
 
 namespace nacelle::session {
 
-/// Why a session's robot does not come up. A failed transition, a circle and an interruption are LifecycleFaults.
+/// Why a session's bring-up fails. A failed transition, a cycle and an interruption are LifecycleFaults.
 enum class BringUpFault : std::uint8_t {
-  UnsoundPlan,  ///< The checks of the plan found errors, which have been printed. Value: their number and that of warnings.
-  NotLoaded,       ///< A required component could not be loaded. Value: its node.
+  UnsoundPlan,  ///< The checks of the plan found errors, which were printed. Value: the number of errors and warnings.
+  NotLoaded,    ///< A required component could not be loaded. Value: its node.
   OutOfResources,  ///< The process has no memory, threads or descriptors left; the text has the exception's words.
 };
 [[nodiscard]] constexpr const char* code_text(BringUpFault fault) {

@@ -10,20 +10,20 @@
 namespace nacelle::session {
 
 /// Publishes on /diagnostics that the wall clock was set: one message per step, named clock_jump.
-/// Threads: one; not beyond the life of the transport.
+/// Threads: one. The transport must outlive this object.
 class ClockJumpReport {
  public:
   /// `node`: the container's own, with its namespace.
   ClockJumpReport(Transport& transport, std::string container, std::string node)
       : transport_(transport), container_(std::move(container)), node_(std::move(node)) {}
 
-  /// Returns the line for the log.
+  /// Publishes a step. Returns the line for the log.
   std::string tell(Duration step, WallTime now);
 
  private:
   Transport& transport_;
   const std::string container_, node_;
-  std::unique_ptr<Writer> writer_;  // made at the first step: most robots never see one
+  std::unique_ptr<Writer> writer_;  // created at the first step, which most robots never have
 };
 
 }  // namespace nacelle::session

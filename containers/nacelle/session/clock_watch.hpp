@@ -12,30 +12,32 @@
 
 namespace nacelle::session {
 
-/// Becomes readable when the wall clock may have been set. Threads: one.
+/// Reports that the wall clock may have been set. Threads: one.
 class ClockAlarm {
  public:
   virtual ~ClockAlarm() = default;
-  /// Readable then, and occasionally without a reason; -1: never.
+  /// Returns a descriptor that becomes readable then, and occasionally without a reason; -1: never.
   [[nodiscard]] virtual int descriptor() const = 0;
   /// Resets the descriptor for the next event.
   virtual void take() = 0;
 };
 
-/// The kernel's: a timer of CLOCK_REALTIME that is cancelled when the clock is set (TFD_TIMER_CANCEL_ON_SET).
+/// Returns the kernel's alarm: a timer of CLOCK_REALTIME that is cancelled when the clock is set
+/// (TFD_TIMER_CANCEL_ON_SET).
 [[nodiscard]] std::unique_ptr<ClockAlarm> make_kernel_clock_alarm();
 
 /// Detects that the wall clock was set, by its offset to the monotonic clock. Slewing by NTP is not a step.
-/// Threads: one. Allocates: nothing after it was made.
+/// Threads: one. Allocates: nothing after construction.
 class ClockWatch {
  public:
   ClockWatch(const Clock& clock, ClockAlarm& alarm) : clock_(clock), alarm_(alarm), offset_(offset()) {}
 
   [[nodiscard]] int descriptor() const { return alarm_.descriptor(); }
-  /// Call when the descriptor is readable. Returns by how much the clock was set since the last call: once per step.
+  /// Returns the step since the last call, or nothing if it is less than kLeastStep. Call it when the descriptor is
+  /// readable.
   [[nodiscard]] std::optional<Duration> look();
 
-  /// Less than this is slewing, seen over the alarm's longest period, or the noise of reading two clocks.
+  /// A smaller change is slewing over the alarm's longest period, or the noise of reading two clocks.
   static constexpr Duration kLeastStep = 50ms;
 
  private:
@@ -46,13 +48,15 @@ class ClockWatch {
   Duration offset_;
 };
 
-/// A clock whose wall time a test sets, from outside the process: a fifo takes lines with the step in seconds ("-5", "3600").
+/// A clock for tests, whose wall time is set from outside the process: a FIFO accepts lines with the step in seconds
+/// ("-5", "3600").
 ///
-/// There is no way to set CLOCK_REALTIME for one process only (time namespaces leave it out), and a test must not set the
-/// machine's. Threads: Clock's members from any; take() from one.
+/// CLOCK_REALTIME cannot be set for one process only (time namespaces do not include it), and a test must not set the
+/// machine's.
+/// Threads: Clock's members from any; take() from one.
 class TestClock final : public Clock, public ClockAlarm {
  public:
-  /// Errors: a Problem when the fifo cannot be opened.
+  /// Errors: the FIFO cannot be opened.
   [[nodiscard]] static Result<std::unique_ptr<TestClock>, Problem> open(const std::string& fifo);
   ~TestClock() override;
 

@@ -17,14 +17,14 @@ namespace nacelle::session {
 
 class Supervision;
 
-/// Returns the container's present composition, for a later resume; includes the left-out components, unless they were
-/// loaded by hand since.
+/// Returns the container's present composition, for a later resume. It includes the components that were left out,
+/// unless a user has loaded them since.
 [[nodiscard]] Composition composition_of(answers::Robot& robot, const Supervision& supervision,
                                          const std::vector<ComposedComponent>& left_out);
 
-/// Beside the state file.
+/// Returns the path of the crash record: the state file's with `.crash` appended.
 [[nodiscard]] std::string crash_file_of(const std::string& state_file);
-/// Returns what the record in a file says, or nothing if there is none.
+/// Returns the content of a crash record, or nothing if there is none.
 [[nodiscard]] std::optional<CrashFacts> read_crash(const std::string& crash_file);
 
 }  // namespace nacelle::session

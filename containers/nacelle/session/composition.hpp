@@ -19,7 +19,7 @@ struct ComposedComponent {
   friend bool operator==(const ComposedComponent& a, const ComposedComponent& b);
 };
 
-/// The composition of a container (design D7: it outlives the process).
+/// The composition of a container, which outlives the process (design D7).
 struct Composition {
   std::string container;
   std::vector<ComposedComponent> components;  ///< In the order in which they were loaded.
@@ -27,28 +27,29 @@ struct Composition {
   friend bool operator==(const Composition&, const Composition&) = default;
 };
 
-/// As the text of a state file (JSON).
+/// Returns the text of a state file (JSON).
 [[nodiscard]] std::string to_text(const Composition& composition);
-/// Errors: no composition, one of another version, one that was cut off or changed; `where` names the file. Never throws.
+/// Errors: text that is not a composition, has another version, or is truncated or damaged; `where` names the file.
+/// Never throws.
 [[nodiscard]] Result<Composition, Problem> parse_composition(std::string_view text, const std::string& where);
 
-/// Returns nothing if there is no such file. Errors: as parse_composition(); it cannot be read, or is longer than 4
-/// MiB.
+/// Returns nothing if the file does not exist. Errors: as parse_composition(); a file that cannot be read or is longer
+/// than 4 MiB.
 [[nodiscard]] Result<std::optional<Composition>, Problem> read_composition(const std::string& file);
 
 /// Replaces the components of a launch file by those of the composition, in its order, with its parameters and states.
-/// Components that move something come back inactive, unless their entry has `resume: active`. A component that fails
-/// to come up does not affect the others. Pure.
+/// Components that move something come back inactive, unless their entry has `resume: active`. If a component fails to
+/// come up, the others are not affected. Pure.
 [[nodiscard]] launch::Plan resumed(launch::Plan plan, const Composition& composition, const std::string& file);
 
-/// Writes a state file whenever its text changes: to a new file, which is then renamed, so that a reader finds either
-/// the old or the new one. Threads: one.
+/// Writes a state file whenever its text changes. Each write replaces the file atomically, so that a reader finds
+/// either the old or the new text. Threads: one.
 class CompositionFile {
  public:
   explicit CompositionFile(std::string path) : path_(std::move(path)) {}
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] Result<void, Problem> write(const Composition& composition);
-  /// Call at an orderly end: removes the file.
+  /// Removes the file. Call it at an orderly end.
   void remove();
 
  private:

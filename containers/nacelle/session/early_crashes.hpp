@@ -12,19 +12,19 @@
 
 namespace nacelle::session {
 
-/// The components that a crash record names: one, or all whose library it was.
+/// The facts of a crash record. It names one component, or all components of the library that crashed.
 struct CrashFacts {
-  std::string id;  ///< Time and process: another crash has another one.
+  std::string id;  ///< Time and process; differs for every crash.
   std::vector<std::string> nodes;
   bool early = false;  ///< Within EarlyCrashes::kEarly of the component's activation, or before it.
   std::string text;    ///< "SIGSEGV at address 0x0 in /lidar, subscription /cmd, at lidar::Driver::read()".
 };
-/// Returns nothing for a text that is not a crash record. Pure.
+/// Parses a crash record. Returns nothing for any other text. Pure.
 [[nodiscard]] std::optional<CrashFacts> crash_facts(const std::string& record);
 
-/// Counts the crashes of each component that came soon after its activation, over the runs of a container that is
-/// resumed, in a small file beside the state file. A component that reaches kMost is left out, so that it cannot end
-/// the robot repeatedly.
+/// Counts the crashes of each component that came soon after its activation, across the runs of a container that is
+/// resumed. The counts are kept in a file beside the state file. A component that reaches kMost is left out, so that it
+/// cannot end the robot repeatedly. A later crash resets the count.
 /// Threads: one.
 class EarlyCrashes {
  public:
@@ -33,18 +33,18 @@ class EarlyCrashes {
 
   explicit EarlyCrashes(std::string path) : path_(std::move(path)) {}
 
-  /// Counts the crash that ended the last run. Without `resume` all counts are reset. `last` is the existing record,
-  /// which may be of an earlier run.
+  /// Counts the crash that ended the last run. Without `resume`, resets all counts. `last`: the present crash record,
+  /// which may belong to an earlier run.
   void begin(bool resume, const std::optional<CrashFacts>& last);
-  /// Returns whether `last` of begin() was of the last run.
+  /// Returns whether `last` of begin() belongs to the last run.
   [[nodiscard]] bool last_run_crashed() const { return last_run_crashed_; }
   [[nodiscard]] bool is_left_out(const std::string& node) const;
-  /// "2 crashes within 30 s of its activation, the last: SIGSEGV ..."; empty if there was none.
+  /// Returns "2 crashes within 30 s of its activation, the last: SIGSEGV ..."; empty if there was none.
   [[nodiscard]] std::string reason(const std::string& node) const;
   [[nodiscard]] std::vector<std::string> nodes() const;
   /// Resets the count of a component that has run for kEarly.
   void forget(const std::string& node);
-  /// Call at an orderly end: removes the file.
+  /// Removes the file. Call it at an orderly end.
   void remove();
 
  private:

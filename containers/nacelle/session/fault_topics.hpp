@@ -22,12 +22,12 @@ class FaultTopics {
   /// Creates missing topics of managed nodes, and removes those of unloaded nodes.
   void follow(const std::vector<runtime::ComponentInfo>& components);
   void publish(const runtime::StateChange& change);
-  /// A component of the robot that is not loaded, and the reason.
+  /// A component that was left out, and the reason.
   struct Absent {
     std::string node, plugin, why;
   };
-  /// Publishes an error for each component that is faulted, has an open fault or is absent, and OK once for one that
-  /// has recovered. Returns whether one is faulted or absent.
+  /// Publishes an error for each component that is faulted, has an open fault or is absent, and OK once for a component
+  /// that has recovered. Returns whether there was an error.
   bool publish_diagnostics(const std::vector<runtime::ComponentInfo>& components, const std::vector<Absent>& absent);
 
  private:
@@ -37,7 +37,7 @@ class FaultTopics {
   std::vector<std::string> were_faulted_;
 };
 
-/// lifecycle_msgs' number and label of the step between two states, as in rcl_lifecycle. Pure.
+/// Number and label of lifecycle_msgs for the step between two states, as in rcl_lifecycle. Pure.
 struct TransitionName {
   std::uint8_t id = 0;
   const char* label = "";

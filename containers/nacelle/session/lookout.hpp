@@ -10,11 +10,12 @@
 
 namespace nacelle::session {
 
-/// Handles a stop signal while the main thread waits for a component, which may never return.
-/// Threads: one of its own, which runs both functions.
+/// Acts on a stop signal while the main thread is blocked in a component, which may never return.
+/// Threads: a thread of its own runs both functions.
 class Lookout {
  public:
-  /// Calls `act` once, when the signal has come and `patience` (asked then) is over without the destructor having begun.
+  /// Calls `act` once if the destructor has not begun `patience()` after the signal. `patience` is called when the
+  /// signal arrives.
   Lookout(const process::StopSignal& stop, std::function<Duration()> patience, std::function<void()> act);
   ~Lookout();
   Lookout(const Lookout&) = delete;

@@ -9,13 +9,14 @@
 
 namespace nacelle::session {
 
-/// "first_message(/scan)", "tf(odom->base_link)"; empty for `active`.
+/// Returns "first_message(/scan)" or "tf(odom->base_link)"; empty for `active`.
 [[nodiscard]] std::string words_of(const launch::AfterCondition& condition);
 
-/// Returns a function that returns what the condition lacks in addition to an active node, or nothing once it holds. An
-/// empty function for `active`.
+/// Returns a function for a condition. It returns what the condition still requires besides an active node, or an empty
+/// text once the condition holds. The function is empty for `active`.
 ///
-/// A first message of any publisher counts: the condition is about the stream. Keeps `container` by reference.
+/// A first message of any publisher counts, because the condition is about the stream. The function refers to
+/// `container`.
 [[nodiscard]] std::function<std::string()> missing_of(const launch::AfterCondition& condition,
                                                       const runtime::Container& container);
 

@@ -28,18 +28,20 @@ namespace nacelle::session {
 using answers::Phase;
 
 inline constexpr std::string_view kEmergencyStopTopic = "emergency_stop", kEmergencyStopType = "std_msgs/msg/Bool";
-/// Returns whether a topic is an emergency stop, in any namespace: it is latched, and accepted in every phase.
+/// Returns whether a topic is an emergency stop, in any namespace. Such a topic is latched, and accepted in every
+/// phase.
 [[nodiscard]] bool is_emergency_stop(std::string_view topic, std::string_view type);
 
-/// Answers the control thread from the container: publishing, transforms, live figures.
+/// Answers the requests on the control thread from the container: publishing, transforms, live figures.
 ///
-/// Threads: made by the main thread; FastService's members on the control thread; set_phase() and set_nodes() from any thread.
+/// Threads: the main thread creates it; FastService's members on the control thread; set_phase() and set_nodes() from
+/// any.
 /// Allocates: open_writer(); the first answers, until the buffers have their size.
 class RobotService final : public control::FastService {
  public:
-  /// `on_shutdown` is called on the control thread when a client requests the end; it may only set a flag. `bell` is
-  /// rung when a client publishes an emergency stop, and when descriptors run out or are available again. It outlives
-  /// this.
+  /// `on_shutdown` is called on the control thread when a client requests a shutdown; it may only set a flag. `bell`
+  /// rings when a client publishes an emergency stop, and when descriptors run out or are available again. It must
+  /// outlive this object.
   RobotService(runtime::Container& container, const std::vector<std::filesystem::path>& message_folders,
                void (*on_shutdown)(void*), void* context, Bell& bell);
 
@@ -48,7 +50,7 @@ class RobotService final : public control::FastService {
   [[nodiscard]] const char* publish(const control::Publication& publication) override;
   [[nodiscard]] control::TransformAnswer lookup(control::NamePair target_and_source) override;
   void append_stats(std::string& out) override;
-  /// Sets a stop like a client; before there are clients. Errors: why it is not set.
+  /// Sets an emergency stop as a client does. Call it before clients are accepted. Errors: the refusal.
   [[nodiscard]] Result<void, std::string> set_emergency_stop(const std::string& topic);
   void request_shutdown() override { on_shutdown_(context_); }
   [[nodiscard]] bool is_emergency_stop(control::NamePair topic_and_type) const override;
@@ -57,12 +59,13 @@ class RobotService final : public control::FastService {
 
   /// Returns whether the control thread fails to open descriptors. A change rings the bell. Threads: any.
   [[nodiscard]] bool has_no_descriptors() const { return has_no_descriptors_; }
-  /// Returns whether a descriptor of the control thread was closed by other code. The main thread gets a SIGTERM then. Threads: any.
+  /// Returns whether other code has closed a descriptor of the control thread. The main thread then gets a SIGTERM.
+  /// Threads: any.
   [[nodiscard]] bool has_lost_a_descriptor() const { return has_lost_a_descriptor_; }
 
   void set_phase(Phase phase) { phase_ = phase; }
   [[nodiscard]] Phase phase() const { return phase_; }
-  /// Sets the present names and states; called when one has changed.
+  /// Sets the present names and states. Call it after one of them has changed.
   void set_nodes(const std::vector<runtime::ComponentInfo>& nodes);
 
  private:

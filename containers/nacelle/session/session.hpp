@@ -52,22 +52,22 @@ struct SessionOptions {
   std::optional<std::int64_t> seed;        ///< For the report only.
   std::string report_file;                 ///< Empty: none.
   std::vector<std::string> last_messages;  ///< Topics whose last message the report includes.
-  bool verbose = false;                    ///< Each step is a line.
-  /// The carrier for the streams of components with `isolate: process`, if possible (carriers.hpp). Empty: the links'
-  /// sockets.
+  bool verbose = false;                    ///< Prints a line for each step.
+  /// The carrier for the streams of components with `isolate: process` (carriers.hpp). If it cannot start, or is empty,
+  /// the links' sockets are used.
   std::string carrier;
-  /// Where the composition is kept; the crash record stands beside it with `.crash` behind its name. Empty: in the folder of the
-  /// control socket, as NAME.composition (in RAM, as a rule).
+  /// The file of the composition. The crash record is beside it, with `.crash` appended to its name. Empty:
+  /// NAME.composition in the folder of the control socket, which is usually in RAM.
   std::string state_file;
-  bool resume = false;  ///< Bring back what the state file holds, if there is one, instead of the plan's components.
-  std::string transitions_file;       ///< Empty: none (transition_log.hpp).
-  ClockAlarm* clock_alarm = nullptr;  ///< Of the session's clock, outlives the session; null: the kernel's.
+  bool resume = false;           ///< Restore the components of the state file, if it exists, instead of the plan's.
+  std::string transitions_file;  ///< Empty: none (transition_log.hpp).
+  ClockAlarm* clock_alarm = nullptr;  ///< Must outlive the session; null: the kernel's.
 };
 
-/// For StopSignal, after the third signal: writes the stop frames and ends the programs. Async-signal-safe.
+/// Writes the stop frames and kills the programs. StopSignal calls it at the third signal. Async-signal-safe.
 void leave_at_once() noexcept;
 
-/// A launch file's plan as a running robot: programs, components, order, control socket, orderly end.
+/// Runs a launch file's plan as a robot: programs, components, order, control socket, orderly shutdown.
 ///
 /// Threads: one, the main thread; it also serves the slow requests of the control socket.
 class Session final : public answers::Robot {
@@ -77,13 +77,15 @@ class Session final : public answers::Robot {
   Session& operator=(const Session&) = delete;
   ~Session() override;
 
-  /// Checks that the process may open enough files for a session. Call it before anything is opened.
+  /// Checks that the process may open enough files for a session. Call it before any file is opened.
   [[nodiscard]] static Result<void, Problem> check_descriptor_limit();
-  /// Brings the robot up, runs it until a signal, a request or a program's end, and takes it down again. Returns the
-  /// process's exit code; errors have been printed to stderr.
+  /// Brings the robot up, runs it until a signal, a request or the end of a required program, and takes it down again.
+  /// Returns the process's exit code; errors have been printed to stderr. Ends the process instead of returning if a
+  /// thread still hangs in a component, or if a component closed descriptors of the container.
   [[nodiscard]] int run();
-  /// Returns the problem for which run() returned an exit code other than 0, as it was printed; nothing if the robot ran until a
-  /// request, a signal or a fault ended it. A failed bring-up has a BringUpFault or a LifecycleFault.
+  /// Returns the problem for which run() returned an exit code other than 0, as it was printed. Returns nothing if a
+  /// request, a signal or a component's fault ended the robot. A failed bring-up has a BringUpFault or a
+  /// LifecycleFault.
   [[nodiscard]] const std::optional<Problem>& failure() const { return failure_; }
 
   // answers::Robot
@@ -104,29 +106,29 @@ class Session final : public answers::Robot {
   using Robot::load;
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load(const launch::ComponentPlan& component,
                                                              const std::shared_ptr<ParameterFaults>& faults) override;
-  /// Publishes the states, and restarts the measurement of the steady state.
+  /// Publishes the states, saves the composition, and restarts the measurement of the steady state.
   void composition_changed() override;
   void request_shutdown() override { stop_.raise_by_request(); }
 
  private:
-  /// The time limit for a hanging component during shutdown.
+  /// The time limit of each transition during shutdown.
   static constexpr Duration kShutdownStepLimit = std::chrono::seconds{3};
 
-  /// A line on stderr.
+  /// Prints a line to stderr.
   void say(const std::string& line) const;
   /// Prints the problem, keeps it for failure(), and returns the exit code.
   int fail(Problem problem);
   [[nodiscard]] int run_robot();
-  /// Reports exceptions as failures.
+  /// Runs the robot and reports an exception as a failure.
   [[nodiscard]] int guarded_run();
   [[nodiscard]] Result<void, Problem> guarded_bring_up();
   /// Does the work of the destructor, except closing what a hanging thread may still use.
   void end();
-  /// Determines the place of the state file, and reads the composition to resume.
+  /// Determines the path of the state file, and reads the composition to resume.
   [[nodiscard]] Result<void, Problem> look_at_state_file();
-  /// Removes the components that ended the last runs from the plan.
+  /// Removes the components that repeatedly crashed early from the plan.
   void leave_out_what_crashes();
-  /// Reports the components that move something and wait to be activated.
+  /// Reports the components that move something and were restored as inactive.
   void say_what_rests() const;
   void keep_composition();
   [[nodiscard]] Result<void, Problem> set_held_stops();
@@ -134,11 +136,12 @@ class Session final : public answers::Robot {
   [[nodiscard]] Result<void, Problem> start_programs();
   void start_the_carrier();
   [[nodiscard]] Result<void, Problem> load_components();
-  /// Checks the plan. If it has errors, nothing is activated, and all errors have been printed.
+  /// Checks the plan and prints all findings. Errors: BringUpFault::UnsoundPlan, unless the run is resumed, which
+  /// continues with what can be restored.
   [[nodiscard]] Result<void, Problem> check_the_plan();
   [[nodiscard]] Result<void, Problem> activate();
-  /// Returns why the bring-up must end, after stopping the wheels: a signal, or a fault with the policy stop_robot.
-  /// Empty: continue.
+  /// Returns why the bring-up must end: a signal, or a fault with the policy stop_robot. It has stopped the actuators
+  /// then. Empty: continue.
   [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
@@ -148,18 +151,18 @@ class Session final : public answers::Robot {
   void add_upkeep(process::EventLoop& loop);
   void add_programs(process::EventLoop& loop);
   void answer_guests();
-  /// Reports when the process runs out of descriptors, and when that is over.
+  /// Reports when the process runs out of descriptors, and when some are available again.
   void look_at_descriptors();
-  /// Reports programs that have ended. Returns the first that the robot requires.
+  /// Reports programs that have ended. Returns the problem of the first one that is required, or nothing.
   [[nodiscard]] std::optional<Problem> look_at_programs();
-  /// Runs until it is to end. Returns what ended it if that is a failure.
+  /// Runs the main loop. Returns the failure that ended it, or nothing.
   [[nodiscard]] std::optional<Problem> serve();
   void take_down();
   void take_final_figures();
   void fetch_last_messages();
   [[nodiscard]] bool write_report();
 
-  void progress(const std::string& line) const;  // a line when verbose, one changing line on a terminal, else nothing
+  void progress(const std::string& line) const;  // verbose: a line; terminal: a changing line; else nothing
   [[nodiscard]] const launch::ComponentPlan* plan_of(const std::string& node) const { return plan_.find(node); }
 
   launch::Plan plan_;
@@ -169,7 +172,7 @@ class Session final : public answers::Robot {
   bool on_terminal_;
   Bell fault_bell_;
 
-  // Destroyed from below: the server first, so that no request arrives; the container before the programs it talks to.
+  // end() destroys the servers first, so that no request arrives, and the container before the programs that it uses.
   std::vector<std::unique_ptr<process::ForeignProgram>> programs_;
   std::unique_ptr<Carrier> carrier_;
   std::unique_ptr<runtime::Container> container_;
@@ -184,27 +187,27 @@ class Session final : public answers::Robot {
   std::unique_ptr<lifecycle_manager::LifecycleManager> manager_;
   std::unique_ptr<TransitionLog> transitions_;
   runtime::BudgetWatch budgets_{{}};
-  std::optional<MonotonicTime> next_budget_look_;  // none: there is no budget, or the robot is not up yet
+  std::optional<MonotonicTime> next_budget_look_;  // none: no budget, or the robot is not running yet
 
   std::vector<proof::LoadedComponent> loaded_;  // until the plan is checked
   std::unique_ptr<CompositionFile> state_;
   std::unique_ptr<EarlyCrashes> crashes_;
-  std::vector<ComposedComponent> left_out_;  // because they crashed repeatedly
-  std::vector<std::string> resting_;         // move something and come back inactive
+  std::vector<ComposedComponent> left_out_;  // crashed repeatedly
+  std::vector<std::string> resting_;         // restored as inactive, because they move something
   bool is_resumed_ = false;
-  std::vector<std::string> held_actuators_;  // of the run that is resumed
-  std::vector<std::string> held_stops_;      // the emergency stops that were set in it
-  bool told_of_state_ = false;               // that the state file cannot be written
+  std::vector<std::string> held_actuators_;  // actuators of the resumed run
+  std::vector<std::string> held_stops_;      // emergency stops that were set in it
+  bool told_of_state_ = false;               // reported that the state file cannot be written
   std::atomic<bool> is_going_up_{true};      // the main thread is in bring_up()
   std::optional<Problem> failure_;
-  bool undoing_ = false;              // a failed bring-up: no figures to take
-  bool told_of_descriptors_ = false;  // that they ran out
+  bool undoing_ = false;              // the bring-up failed: there are no figures
+  bool told_of_descriptors_ = false;  // reported that they ran out
   bool lost_descriptors_ = false;     // a component closed some of the container
   report::RunReport report_;
   std::string last_messages_json_;
   process::SteadyState steady_;
   std::optional<MonotonicTime> steady_from_;
-  std::unique_ptr<Lookout> lookout_;  // until the way down begins
+  std::unique_ptr<Lookout> lookout_;  // until the shutdown begins
 };
 
 }  // namespace nacelle::session

@@ -27,14 +27,15 @@ struct SupervisedRun {
   const Clock& clock;
   Bell& bell;  ///< Wakes the main thread for work().
   std::function<void(const std::string& line)> say;
-  const std::vector<ComposedComponent>& left_out;  ///< Because they crashed repeatedly.
+  const std::vector<ComposedComponent>& left_out;  ///< Left out because they crashed repeatedly.
   EarlyCrashes& crashes;
 };
 
 /// Handles a component's fault: its policy, the topics that report it, and the answer to `nacelle faults` (design D7).
 ///
-/// The container has already done what is urgent (the stop frames of stop_robot) before this class is notified.
-/// Threads: the main thread, except report(); the container's hooks only record the event and wake it.
+/// Before this class is notified, the container has done what is urgent: for stop_robot, it has written the stop
+/// frames.
+/// Threads: the main thread, except report(). The container's hooks only record the event and wake the main thread.
 class Supervision {
  public:
   explicit Supervision(SupervisedRun run);
@@ -44,18 +45,19 @@ class Supervision {
 
   /// Publishes events and executes due restarts and stops.
   void work();
-  /// Only publishes: nothing is restarted during bring-up and shutdown.
+  /// Publishes events without handling faults, for bring-up and shutdown, during which nothing is restarted.
   void publish();
   /// Returns when work() must run even without an event.
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
   /// Returns whether a fault has stopped the robot; the run ends with a failure then.
   [[nodiscard]] bool has_stopped_the_robot() const { return !known_.lock()->stopped_by.empty(); }
-  /// Returns the state that a pending restart leads to, which the composition records. Nothing: the component's own
-  /// state counts.
+  /// Returns the state that a pending restart leads to, for the composition. Returns nothing if no restart is pending;
+  /// the component's own state counts then.
   [[nodiscard]] std::optional<launch::TargetState> target_of_restart(const std::string& node) const;
-  /// Returns a fault with the policy stop_robot that work() has not handled yet; empty: none. It ends the bring-up.
+  /// Returns the text of a fault with the policy stop_robot that work() has not handled yet, which ends the bring-up;
+  /// empty: none.
   [[nodiscard]] std::string why_to_stop();
-  /// Returns whether it has registered a stop frame in this run, or in the resumed run.
+  /// Returns whether the component has registered a stop frame in this run or in the resumed run.
   [[nodiscard]] bool was_actuator(const std::string& node) const { return actuators_.count(node) != 0; }
   void note_actuator(const std::string& node) { actuators_.insert(node); }
   /// Sets the fault of the container itself; an empty code clears it.
@@ -68,9 +70,9 @@ class Supervision {
     std::vector<runtime::ComponentInfo> faults;
     std::vector<runtime::StateChange> states;
   };
-  struct Patient {  // how to bring a component back
+  struct Patient {  // how to restart a component
     runtime::LoadRequest request;
-    bool isolated = false;  // the plan loads it
+    bool isolated = false;  // in a process of its own; loaded as the plan requires
     bool gone = false;      // the last restart could not load it
     launch::TargetState target = launch::TargetState::Active;
     FaultHandling handling;
@@ -84,9 +86,9 @@ class Supervision {
   void restart(const std::string& node);
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load_again(const std::string& node, const Patient& patient);
   void stop_robot(const runtime::ComponentInfo& cause);
-  /// The components that were left out and are not loaded now.
+  /// Returns the components that were left out and are not loaded now.
   [[nodiscard]] std::vector<FaultTopics::Absent> absent(const std::vector<runtime::ComponentInfo>& components) const;
-  /// Forgets the crashes of components that have been up long enough.
+  /// Resets the crash counts of components that have run for EarlyCrashes::kEarly.
   void forget_old_crashes(const std::vector<runtime::ComponentInfo>& components);
 
   struct Known {  // for report()
@@ -103,11 +105,11 @@ class Supervision {
   Guarded<Known> known_;
   FaultTopics topics_;
   std::map<std::string, Patient> patients_;
-  std::map<std::string, launch::TargetState> before_fault_;  // the state that error processing took a node from
+  std::map<std::string, launch::TargetState> before_fault_;  // the state of a node before its error processing
   std::vector<std::string> active_order_;                    // nodes in the order in which they became active
   std::set<std::string> actuators_;
   std::map<std::string, MonotonicTime> up_since_;  // of components whose crashes are counted
-  std::optional<MonotonicTime> next_beat_;         // of the diagnostics, while a component is faulted
+  std::optional<MonotonicTime> next_beat_;         // next publication of diagnostics, while a component is faulted
 };
 
 }  // namespace nacelle::session

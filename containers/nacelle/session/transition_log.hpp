@@ -13,10 +13,11 @@
 namespace nacelle::session {
 
 /// Logs the steps of each component, in the plan's order: a line "activate /lidar" or "activate /lidar FAILED: why" for
-/// each step. The same plan gives the same bytes, always. FILE.times beside it says when each line's step ended, in
+/// each step. The same plan always gives the same bytes. FILE.times beside it records when each line's step ended, in
 /// milliseconds of the monotonic clock since the log was opened, and how long it took.
 ///
-/// Threads: one. Each line is on disk (or in RAM) when add() returns.
+/// Threads: one. When add() returns, the kernel has the line: it survives a crash of the process, but not of the
+/// machine.
 class TransitionLog {
  public:
   /// Errors: a file that cannot be written.

@@ -18,9 +18,9 @@ struct TeleopSettings {
   TeleopOptions keys;
 };
 
-/// Drives from the keys of stdin until Ctrl-C, a signal, or the end of the terminal; sends a zero whatever the end is. `asking`, a
-/// second connection, asks which emergency stops are set; while one is, the line shows that in the place of a speed.
-/// Returns the process's exit code; the terminal is as it was before.
+/// Drives from the keys of stdin until Ctrl-C, another signal, or the end of the terminal. Sends zero commands at the
+/// end in any case. `asking` is a second connection that queries which emergency stops are set; while one is set, the
+/// line shows that instead of a speed. Restores the terminal. Returns the process's exit code.
 [[nodiscard]] int run_teleop(control::Client& client, control::Client& asking, const TeleopSettings& settings,
                              const process::StopSignal& stop, const Clock& clock);
 

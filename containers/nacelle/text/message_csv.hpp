@@ -7,11 +7,12 @@
 
 namespace nacelle::text {
 
-/// A message that is written as JSON as one line of `ros2 topic echo --csv`: its values in the definition's order with commas
-/// between them, whatever they are nested in, without a line's end.
+/// Returns a message, given as JSON, as one line of `ros2 topic echo --csv` without a line end: its values in the order
+/// of the definition, nested ones included, separated by commas.
 ///
-/// `longest`: elements of a list and characters of a text beyond so many are "..."; 0: none are. A text with a comma is not
-/// quoted, as with ros2. NaN and infinite numbers are NaN, Infinity and -Infinity. What is no JSON gives an empty line.
+/// `longest`: further elements of a list and bytes of a text are replaced by "..."; 0: no limit. As in ros2, a text
+/// with a comma is not quoted. NaN and infinite numbers are NaN, Infinity and -Infinity. Invalid JSON gives an empty
+/// line.
 [[nodiscard]] std::string csv_of_json(std::string_view json, std::size_t longest);
 
 }  // namespace nacelle::text

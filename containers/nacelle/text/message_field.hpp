@@ -12,22 +12,25 @@
 
 namespace nacelle::text {
 
-/// One part of the messages of a type: "header.stamp", "pose.pose.position.x". A part may be a list; none leads through one.
-/// The type outlives it. Threads: constant.
+/// A field of the messages of a type, by its path: "header.stamp", "pose.pose.position.x". The field may be a list; a
+/// path cannot lead through a list.
+///
+/// The type must outlive this object. Threads: constant.
 class MessageField {
  public:
-  /// Errors: a name that is no field, with those that are; a way through a list or through a plain value.
+  /// Errors: an unknown name, with the known ones; a path through a list or through a plain value.
   [[nodiscard]] static Result<MessageField, Problem> find(const msgs::MessageType& type, std::string_view path);
 
-  /// The part alone, as `ros2 topic echo --field` prints it: a text as it is, all else in YAML, with a line's end.
+  /// Appends the field as `ros2 topic echo --field` prints it: a text unquoted, any other value in YAML, with a line
+  /// end.
   void append_yaml(std::string& out, const void* message, const YamlOptions& options) const;
-  /// The part alone as JSON.
+  /// Returns the field as JSON.
   [[nodiscard]] std::string to_json(const void* message) const;
 
  private:
   MessageField(const msgs::MessageType& owner, const msgs::Field& field, std::size_t offset);
 
-  /// The message that the part belongs to, as if it had this field only; and where it lies in the whole.
+  /// The type of the message that contains the field, reduced to this field, and the offset of that message.
   msgs::MessageType only_;
   std::size_t offset_;
 };

@@ -11,22 +11,22 @@
 
 namespace nacelle::text {
 
-/// A message as typed for `ros2 topic pub` and `ros2 service call`.
+/// A message in the form typed for `ros2 topic pub` and `ros2 service call`.
 struct MessageText {
   std::string json;         ///< What msgs::from_json() reads.
-  bool has_stamps = false;  ///< It contains the time at which it was parsed, so parse it again for each message.
+  bool has_stamps = false;  ///< It contains the time of parsing: parse it again for each message.
 };
 
-/// Reads YAML ("{linear: {x: 0.1}}"; JSON is YAML too). The field decides what a scalar is: 5 is a number in a float64 and a text in a
-/// string. `auto` for a std_msgs/Header and `now` for a builtin_interfaces/Time stand for `now`. Nothing at all is a message of
-/// defaults.
-/// Errors: a msgs::MessageFault whose `where` is the line or the path of the value. from_json() checks whether values fit their
-/// fields.
+/// Parses YAML ("{linear: {x: 0.1}}"; JSON is accepted too). The field's type decides about a scalar: 5 is a number in
+/// a float64 and a text in a string. `auto` for a std_msgs/Header and `now` for a builtin_interfaces/Time stand for the
+/// argument `now`. An empty text is a message of defaults.
+/// Errors: a msgs::MessageFault whose `where` is the line or the path of the value. from_json() checks whether values
+/// fit their fields.
 /// Source: rosidl_runtime_py, set_message.py (jazzy).
 [[nodiscard]] Result<MessageText, Problem> read_message_text(std::string_view text, const msgs::MessageType& type,
                                                              WallTime now);
 
-/// Appends a message as Python writes it: "std_srvs.srv.SetBool_Response(success=True, message='')".
+/// Appends a message in Python's form: "std_srvs.srv.SetBool_Response(success=True, message='')".
 /// Source: rosidl_generator_py, _msg.py.em (jazzy), __repr__.
 void append_repr(std::string& out, const msgs::MessageType& type, const void* message);
 

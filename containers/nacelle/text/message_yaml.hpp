@@ -9,7 +9,7 @@
 namespace nacelle::text {
 
 struct YamlOptions {
-  /// Sequences, arrays and texts longer than this end with '...'; 0 shows everything. ros2 topic echo's default.
+  /// Sequences, arrays and texts longer than this end with '...'; 0: no limit. The default is that of ros2 topic echo.
   std::size_t longest = 128;
 };
 

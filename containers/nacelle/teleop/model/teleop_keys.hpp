@@ -12,17 +12,18 @@ struct TeleopOptions {
   double speed_mps = 0.2;
   double yaw_rate_rps = 0.8;
   double top_speed_mps = 1.0, top_yaw_rate_rps = 3.0;
-  /// A terminal tells no release: a held key repeats, first after about half a second, and this long without one is a release.
+  /// A terminal does not report the release of a key. A held key repeats, first after about half a second; this long
+  /// without a repetition counts as a release.
   Duration release_after = 600ms;
-  Duration period = 50ms;  ///< Between two commands while a key is held.
+  Duration period = 50ms;  ///< Time between two commands while a key is held.
 };
 
-/// What a key press meant.
+/// The effect of a key press.
 enum class KeyEffect : std::uint8_t {
   Drive,     ///< u i o j l m , .
-  Stop,      ///< k, space, and every key without a meaning: as in teleop_twist_keyboard.
-  Faster,    ///< q w e z x c: the speeds have changed
-  Holonomic  ///< t, b and the shifted keys: this robot can neither lift nor slide; it stops.
+  Stop,      ///< k, space, and any other key, as in teleop_twist_keyboard.
+  Faster,    ///< q w e z x c: changed the speeds, up or down.
+  Holonomic  ///< t, b and the shifted keys: the base cannot move like this, and stops.
 };
 
 /// Forward speed in m/s and yaw rate in rad/s, counter-clockwise positive.
@@ -40,7 +41,7 @@ class TeleopKeys {
   explicit TeleopKeys(const TeleopOptions& options);
 
   KeyEffect press(char key, MonotonicTime now);
-  /// The command to send now, or nothing. After a release zeros are sent for a moment, then nothing.
+  /// Returns the command to send now, or nothing. After a release it returns five zero commands, then nothing.
   [[nodiscard]] std::optional<TeleopCommand> due(MonotonicTime now);
 
   [[nodiscard]] double speed_mps() const { return options_.speed_mps; }
