@@ -29,9 +29,8 @@ struct ParticipantOptions {
   std::string config;
   /// Nothing is sent to or received from other machines, whatever the configuration says.
   bool stays_on_this_machine = false;
-  Bytes user_data;  ///< "enclave=/;"
-  std::size_t most_message_bytes = std::size_t{64}
-                                   << 20U;  ///< Longer ones are refused and counted, in both directions.
+  Bytes user_data;                                          ///< "enclave=/;"
+  std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
   /// Limit for all messages of one type that wait or are being sent; messages beyond it are refused and counted.
   std::size_t most_bytes_of_type = std::size_t{256} << 20U;
   /// A trial participant only tests the options: it neither sends nor receives.

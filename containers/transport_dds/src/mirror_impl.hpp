@@ -86,7 +86,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     bool is_announced = false;
     std::unique_ptr<dds::Reader> reader;  // null: not announced, or refused
   };
-  /// A participant whose messages come here.
+  /// A remote participant with writers that this side reads.
   struct Peer {
     std::string host;  ///< As announced, or a substitute name.
     dds::PeerClock clock;

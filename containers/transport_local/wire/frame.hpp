@@ -26,8 +26,8 @@ namespace nacelle::transport_local {
 //   Gone       G  id of an announced endpoint
 //   Gate       g  id of an announced reader, u8 open
 //   Life       L  id of an announced writer with liveliness manual_by_topic
-//   Data       D  id of the writer, u64 sequence, i64 source time ns, i64 end of the lifespan ns, u16 number of readers,
-//                 their ids, CDR with encapsulation
+//   Data       D  id of the writer, u64 sequence, i64 source time ns, i64 end of the lifespan ns, u16 number of
+//                 readers, their ids, CDR with encapsulation
 //   Taken      A  id of an announced KEEP_ALL reader, u64 messages that have left its queue since it was announced
 //   Lost       O  id of the peer's reader, u64 overwritten, full, expired, inactive: messages that its stand-in on this
 //                 side has lost since the last Lost frame
