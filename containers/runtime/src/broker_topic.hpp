@@ -20,7 +20,8 @@ namespace nacelle::runtime {
 
 class BrokerWriter;
 
-/// One name with one type. Lock order: broker, topic, a writer's contract or a reader's queue, then whatever a listener locks.
+/// The writers and readers of one name and type. Lock order: broker, topic, a writer's contract or a reader's queue,
+/// then the locks of listeners.
 class Topic {
  public:
   Topic(std::string name, const msgs::MessageType& type) : name_(std::move(name)), type_(type) {}
@@ -33,7 +34,7 @@ class Topic {
     HandedOver handed_over = HandedOver::Never;
   };
 
-  /// For the compiler: the caller holds the topic's lock, which it knows by another name.
+  /// For the compiler's analysis: the caller holds the topic's lock, under another name.
   void assume_locked() const NACELLE_ASSERTS_HELD(mutex_) {}
 
   const std::string name_;
@@ -47,15 +48,15 @@ class Topic {
   std::optional<std::list<Topic*>::iterator> place_unused_;
 };
 
-/// True for a reader of a tool (topic echo): it must not change the figures of the robot's own streams.
+/// Returns true for an endpoint of a tool (topic echo), which must not change the figures of the robot's own streams.
 inline bool is_tool(const EndpointSpec& spec) { return spec.node.empty(); }
 
-/// True if both are proxies for endpoints of the same other process, which connects them itself.
+/// Returns true if both are proxies for endpoints of the same other process, which connects them itself.
 inline bool same_link(const EndpointSpec& writer, const EndpointSpec& reader) {
   return writer.via != 0 && writer.via == reader.via;
 }
 
-/// True if another reader of its node reads this writer.
+/// Returns true if another reader of its node reads this writer (EndpointSpec::unless_offered).
 inline bool leaves_to_another(const EndpointSpec& reader, const EndpointSpec& writer) {
   return reader.unless_offered &&
          verdict_of(writer.qos.resolved(), reader.unless_offered->resolved()) != Verdict::Error;
@@ -67,7 +68,7 @@ inline bool matches(const EndpointSpec& writer, const EndpointSpec& reader) {
 }
 
 void add(ReaderCounters& to, const ReaderCounters& more);
-/// Returns between which threads the messages of the present endpoints passed. Under the topic's lock.
+/// Returns how the topic's messages passed between threads, also those of removed endpoints. Under the topic's lock.
 [[nodiscard]] HandedOver handed_over(const Topic& topic) NACELLE_REQUIRES(topic.mutex_);
 [[nodiscard]] EndpointInfo info_of(const EndpointSpec& spec, std::uint64_t id, bool is_writer, bool open);
 

@@ -46,7 +46,7 @@ class BrokerWriter final : public ProxyWriter {
   EndpointStatus status() const override;
   std::uint64_t id() const override { return id_; }
 
-  /// From now on its destruction takes the broker's lock.
+  /// Marks the writer as part of its topic. From now on its destructor takes the broker's lock.
   void be_whole() { is_whole_ = true; }
   /// Gives a reader the part of the history that it has not seen. Under the topic's lock.
   void replay(ReaderQueue& reader);
@@ -57,7 +57,7 @@ class BrokerWriter final : public ProxyWriter {
   [[nodiscard]] std::uint64_t deadline_missed() const;
   void note_matched();
   void note_clash(const std::string& policy, std::string text);
-  /// Called when a status that is computed on demand (matched) has changed.
+  /// Notifies the listener that a status that is computed on demand (matched) has changed.
   void tell() const;
   [[nodiscard]] bool is_alive() const;
   [[nodiscard]] const EndpointSpec& spec() const { return spec_; }
@@ -69,13 +69,13 @@ class BrokerWriter final : public ProxyWriter {
   [[nodiscard]] bool is_read_by(const ReaderQueue& reader) const {
     return !reader.is_tap() && matches(spec_, reader.spec()) && (!reader.is_witness() || reader.is_counted_by(id_));
   }
-  /// The thread that published last; 0: none yet.
+  /// Returns the thread that published last; 0: none yet.
   [[nodiscard]] std::uintptr_t thread() const { return thread_.get(); }
 
  private:
   /// Writes sender, sequence number and times into the message, and counts it.
   void address(Block& block, MonotonicTime source_time, MonotonicTime now);
-  /// Of the QoS, so without the lock.
+  /// Depends on the QoS only, so it needs no lock.
   [[nodiscard]] bool has_lease() const NACELLE_NOT_CHECKED { return lease_.is_set(); }
   void note_message(MonotonicTime now);
   /// Returns true if the lease has expired since the last check, and counts that. Precondition: contract_mutex_ is
@@ -115,7 +115,7 @@ class BrokerWriter final : public ProxyWriter {
   const Duration longest_wait_;  // for room in KEEP_ALL readers; zero: never
   const bool bounded_;           // the pool has a limit: QoS::when_dry()
   bool was_dry_ = false;
-  std::shared_ptr<BufferLender> lender_;  // the only reader's
+  std::shared_ptr<BufferLender> lender_;  // that of the only reader
   std::unique_ptr<MessagePool> pool_;
   std::vector<std::shared_ptr<ReaderQueue>> routes_;
   ReaderQueue* sole_ = nullptr;  // the only route, if the message only needs to be passed on; not for the first message

@@ -22,14 +22,14 @@ struct Composed {
   CompositionHost& host;
 };
 
-// rclcpp's component_container's. Source: rclcpp_components (jazzy), component_manager.cpp.
+// Services of rclcpp's component_container. Source: rclcpp_components (jazzy), component_manager.cpp.
 void answer(Composed& composed, const composition_interfaces::srv::LoadNode::Request& request,
             composition_interfaces::srv::LoadNode::Response& response);
 void answer(Composed& composed, const composition_interfaces::srv::UnloadNode::Request& request,
             composition_interfaces::srv::UnloadNode::Response& response);
 void answer(Composed& composed, const composition_interfaces::srv::ListNodes::Request& request,
             composition_interfaces::srv::ListNodes::Response& response);
-// Nacelle's own.
+// Nacelle's own services.
 void answer(Composed& composed, const nacelle_interfaces::srv::GetComponents::Request& request,
             nacelle_interfaces::srv::GetComponents::Response& response);
 void answer(Composed& composed, const nacelle_interfaces::srv::LoadComponent::Request& request,

@@ -37,12 +37,12 @@ struct NodeRecord {
   ParameterStore* parameters = nullptr;
   std::shared_ptr<ParameterEvents> events;  // the node's standard topic ...
   std::shared_ptr<NodeFace> face;           // ... and services; null if it has none
-  Mutex offering;                           // these come and go
+  Mutex offering;                           // guards offering and withdrawing these
   enum class Offer : std::uint8_t { None, Standing, Over } offer NACELLE_GUARDED_BY(offering) = Offer::None;
 };
 
-/// One component from the start of its load until its image is closed, and the node that is the component. The nodes are
-/// destroyed first, the image is closed last.
+/// One component from the start of its load until its image is closed, and the node that is the component. The nodes
+/// are destroyed first, the image is closed last.
 struct Record : NodeRecord {
   std::string plugin, file, package;
   std::unique_ptr<PluginLibrary> library;
@@ -64,7 +64,7 @@ struct Record : NodeRecord {
   Guarded<LoadRequest> request;  // as it was loaded, with its present parameters
   std::atomic<bool> hung{false};
 
-  // Of loading and unloading. The container's lock covers given_up, and runtime while it comes and goes.
+  // For loading and unloading. The container's lock guards given_up, and runtime while it is set or cleared.
   std::unique_ptr<Errand> errand;
   std::optional<Problem> failure;
   bool given_up = false;
@@ -111,9 +111,10 @@ struct Container::Impl {
   Commons commons;
   Supervisor supervisor;
   PluginIndex index;
-  // Made with the first component that shares it. Not under `mutex`: the supervisor calls us under its own lock, which add() takes.
+  // Made with the first component that shares it. Not guarded by `mutex`: the supervisor calls the container under its
+  // own lock, which Supervisor::add() takes.
   Guarded<std::unique_ptr<Executor>> shared_executor;
-  mutable Mutex mutex;  // no code of a component runs under it
+  mutable Mutex mutex;  // component code must not run under it
   std::map<std::uint64_t, std::shared_ptr<Record>> records NACELLE_GUARDED_BY(mutex);
   std::map<std::uint64_t, std::shared_ptr<ForeignComponent>> foreign NACELLE_GUARDED_BY(mutex);  // of other processes
   // Their lifecycle services.
@@ -146,7 +147,7 @@ struct Container::Impl {
   [[nodiscard]] static ComponentInfo info_of(const Record& record);
   [[nodiscard]] std::shared_ptr<Record> record(std::uint64_t id) const;
   [[nodiscard]] std::shared_ptr<ForeignComponent> foreign_component(std::uint64_t id) const;
-  /// What a request to a component needs to know about it, read at one moment.
+  /// The data about a component that a request to it needs, read at one time.
   struct Asked {
     std::shared_ptr<Record> record;  // null if it is not loaded
     std::string node;
@@ -158,7 +159,7 @@ struct Container::Impl {
                                               std::function<void(Record&, NodeRecord&)> what);
   /// Returns its present parameters, also while a callback runs. Errors: it is not loaded here.
   [[nodiscard]] Result<std::vector<ParameterReport>, Problem> parameters_of(std::uint64_t id) const;
-  /// NodeServices::set_parameters().
+  /// Implements NodeServices::set_parameters().
   void change_parameters(std::uint64_t id, std::vector<Parameter> parameters, bool atomically,
                          std::weak_ptr<void> asker, const NodeServices::Then& then);
   void note_open_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
@@ -168,7 +169,7 @@ struct Container::Impl {
   void note_fault(Record& record, const std::string& code, const std::string& text, const std::string& callback);
   /// Records the cause of a fault: the first reason since it was last healthy. Returns false for a later reason.
   bool keep_reason(Record& record, const std::string& code, const std::string& text, const std::string& callback);
-  /// Handles a component whose code can no longer run: does what is possible from outside.
+  /// Does what is possible without the code of a component, when that can no longer run.
   void give_up_on(Record& record);
   void note_failed_transition(Record& record, Transition transition, const TransitionOutcome& outcome);
   [[nodiscard]] StateWatch watch_states(const Record& record);
@@ -185,7 +186,7 @@ struct Container::Impl {
   [[nodiscard]] std::unique_ptr<Context> context_for(Record& record, Executor& executor, bool uses_sim_time);
   /// Begins the standard services of a node, and lets its callbacks run.
   void offer(NodeRecord& node, bool has_lifecycle) const;
-  /// Lets offer() do nothing from now on. Returns false if that was so before.
+  /// Disables offer() for a node. Returns false if it was disabled already.
   [[nodiscard]] static bool refuse_offer(NodeRecord& node);
   /// Ends the standard services of a node. `returned`: none of its callbacks runs any more.
   void withdraw(NodeRecord& node, bool returned) const;

@@ -54,7 +54,7 @@ class LeaseWatch {
   LeaseWatch(Duration lease, MonotonicTime now) : lease_(lease), last_(now) {}
   [[nodiscard]] bool is_set() const { return lease_ > Duration::zero(); }
   [[nodiscard]] bool is_alive() const { return alive_; }
-  /// Returns true if it was considered dead.
+  /// Records a sign of life. Returns true if the lease had expired.
   bool show_life(MonotonicTime now) {
     last_ = now;
     return !std::exchange(alive_, true);

@@ -23,12 +23,13 @@ class SignalStack final {
   void* memory_ = nullptr;
 };
 
-/// Sets the name, priority and CPUs of this thread. What is refused is logged if `complain`, and left as it was.
+/// Sets the name, priority and CPUs of this thread. If the kernel refuses a setting, it stays as it was, and a warning
+/// is logged if `complain`.
 void prepare_this_thread(const std::string& name, const ThreadPolicy& policy, bool complain);
 [[nodiscard]] std::int32_t this_thread_id();
-/// Can be read from every thread while this one exists.
+/// Returns the CPU clock of this thread. Any thread can read it while this one exists.
 [[nodiscard]] clockid_t cpu_clock_of_this_thread();
-/// A system call.
+/// Reads a CPU clock, which is a system call.
 [[nodiscard]] Duration cpu_time_of(clockid_t clock);
 
 }  // namespace nacelle::runtime

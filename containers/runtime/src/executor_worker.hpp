@@ -8,7 +8,7 @@
 
 namespace nacelle::runtime {
 
-/// One thread of an executor. All but the word is under the executor's lock, or the thread's own.
+/// One thread of an executor. All members but `word` are guarded by the executor's lock, or used by the thread only.
 struct Executor::Worker {
   enum class State : std::uint8_t {
     Awake,     // reads the queue, or runs something
@@ -39,7 +39,7 @@ struct Executor::Worker {
   std::int32_t thread_id = 0;
   clockid_t cpu_clock = 0;  // readable from every thread; 0 until the thread has started
 
-  // Whose thread this is, so that forget() from within a callback does not wait for itself.
+  // The worker of the calling thread, or null. With it forget() does not wait for the callback that calls it.
   static thread_local Worker* here;
 };
 

@@ -19,7 +19,7 @@ class FaultHistory {
   void add(FaultEvent event);
   /// Records the end of the newest open fault of that node and code.
   void end(const std::string& node, const std::string& code, Duration lasted);
-  /// In the order in which they happened.
+  /// Returns all recorded faults in the order in which they happened.
   [[nodiscard]] std::vector<FaultEvent> all() const;
 
  private:

@@ -22,19 +22,19 @@ class LogQueue {
   static constexpr std::size_t kBytes = std::size_t{32} * 1024;  ///< Of each buffer.
   static constexpr std::size_t kLongestText = 4096;              ///< Longer texts are cut.
 
-  /// Valid during the call that shows it.
+  /// A line, valid during the call of `show`.
   struct Line {
     LogLevel level = LogLevel::Info;
     WallTime when;
     std::string_view name, text, file, function;
-    std::uint32_t number = 0;  ///< Of the line in the file.
+    std::uint32_t number = 0;  ///< Line number in the file.
   };
 
   LogQueue();
   /// Returns false if there is no room.
   bool push(LogLevel level, WallTime when, std::string_view name, std::string_view text,
             const LogPlace& place) noexcept;
-  /// Shows all queued lines in order. Returns how many lines were dropped since the last call.
+  /// Passes all queued lines to `show`, in order. Returns the number of lines that were dropped since the last call.
   std::uint64_t take(const std::function<void(const Line&)>& show);
 
  private:

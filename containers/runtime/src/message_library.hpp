@@ -7,7 +7,7 @@ namespace nacelle::runtime {
 
 /// Keeps the library of this type loaded for the life of the process, also if the component that loaded it is unloaded:
 /// types, pools, queued messages and the threads of links to other processes refer to it (design D4). Threads: any;
-/// hold no lock.
+/// call it without a lock held.
 void pin_library_of(const msgs::MessageType& type);
 
 }  // namespace nacelle::runtime

@@ -25,8 +25,8 @@ class NodeFace {
   };
   [[nodiscard]] static std::shared_ptr<NodeFace> make(NodeServices& desk, Commons& commons, Executor& executor,
                                                       std::uint64_t id, const std::string& node, Parts parts);
-  /// Withdraws the services, and tells waiting callers that there will be no answer. When this returns, none of them
-  /// runs any more (they return soon), and pending answers are discarded.
+  /// Withdraws the services, and notifies waiting callers that there will be no answer. Waits until running callbacks
+  /// have returned, at most 10 s. Pending answers are discarded.
   void withdraw();
   void report_services(std::vector<ServiceReport>& out) const;
 

@@ -41,7 +41,7 @@ struct Commons {
   ServiceDirectory services;
   FrameRegistry frames;
   Guarded<std::map<std::string, std::shared_ptr<void>>> shared_objects;
-  const std::shared_ptr<MotionStops> motion_stops;  // one of the shared objects, as is the next
+  const std::shared_ptr<MotionStops> motion_stops;  // in shared_objects, like the next member
   const std::shared_ptr<void> clock_skews = make_clock_skews();
 };
 
@@ -96,10 +96,10 @@ class NodeRuntime {
   [[nodiscard]] bool run_and_wait(const char* name, std::function<void()> what, const Deadline& deadline);
   /// The same without waiting; a run that takes longer is a fault (HUNG). `patience` outlives the node.
   void post(const char* name, const Patience& patience, std::function<void()> what);
-  /// Abandons a component whose code does not return: it receives and sends nothing any more, its frames are free for
-  /// others, and callers that wait for its services get no answer and are notified of that.
+  /// Abandons a component whose code does not return: it receives and sends nothing any more, its frames become free
+  /// for other nodes, and callers that wait for its services are notified that there will be no answer.
   void withdraw();
-  /// Withdraws only the services; for a host without a Node that offers some.
+  /// Withdraws the services only. Used by NodeFace, which offers services without a Node.
   void withdraw_services();
   void write_safe_stop() const noexcept { safe_stop_.write(); }
   /// Returns whether it has ever registered a stop frame, so it moves something.
@@ -126,7 +126,7 @@ class NodeRuntime {
     /// Returns false for a port that does not belong to a service.
     [[nodiscard]] virtual bool describe(ServiceReport&) const { return false; }
   };
-  // Ports register and unregister themselves.
+  // Ports call these to register and unregister themselves.
   void enroll(Port& port);
   void leave(Port& port);
   void enroll(const std::string& name, ServerPort& server);

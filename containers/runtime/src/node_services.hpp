@@ -27,7 +27,8 @@ struct NodeRecord;
 /// when they are done. So a busy node does not delay requests to any node. The container's own node has the parameter
 /// services, too: `ros2 param list` waits for those of every node that it discovers.
 /// Threads: any.
-/// Source: rclcpp (jazzy), parameter_service.cpp, node_parameters.cpp; rclcpp_lifecycle, lifecycle_node_interface_impl.cpp.
+/// Source: rclcpp (jazzy), parameter_service.cpp, node_parameters.cpp; rclcpp_lifecycle,
+/// lifecycle_node_interface_impl.cpp.
 class NodeServices {
  public:
   static constexpr std::uint64_t kOwnNode = 0;  // components are counted from 1
@@ -42,8 +43,8 @@ class NodeServices {
   /// forget_log().
   void keep_log(const std::string& node) { rosout_.add(node); }
   void forget_log(const std::string& node) { rosout_.remove(node); }
-  /// Call once a node is constructed and has its id, before any of its callbacks runs. `has_lifecycle`: it is a component with
-  /// one.
+  /// Call once a node is constructed and has its id, before any of its callbacks runs. `has_lifecycle`: it is a
+  /// component with one.
   void begin(NodeRecord& node, bool has_lifecycle);
   /// Call when none of its callbacks runs any more (`returned`), or when one does not return.
   void end(NodeRecord& node, bool returned);

@@ -14,7 +14,7 @@ class Patience {
   Patience(Duration limit, const Clock& clock) : clock_(clock), limit_ns_(limit.count()) {}
   [[nodiscard]] Duration limit() const { return Duration{limit_ns_.load(std::memory_order_acquire)}; }
   [[nodiscard]] const Clock& clock() const { return clock_; }
-  /// Returns false if it has this value already.
+  /// Changes the limit. A shorter one also applies to running waits. Returns false if it has this value already.
   bool set(Duration limit) {
     changed_at_ns_.store(clock_.now().nanoseconds(), std::memory_order_release);
     return limit_ns_.exchange(limit.count(), std::memory_order_acq_rel) != limit.count();
@@ -29,8 +29,8 @@ class Patience {
   std::atomic<std::int64_t> changed_at_ns_{INT64_MIN};
 };
 
-/// The deadline of one wait, counted from its start, or from when the limit was shortened. futex_wait_until() with a
-/// clock checks again often enough to notice that.
+/// The deadline of one wait, counted from its start, or from a change of the limit during the wait if that ends
+/// earlier. futex_wait_until() with a clock reads it again often enough to apply such a change.
 class Deadline {
  public:
   explicit Deadline(MonotonicTime fixed) : fixed_(fixed) {}

@@ -22,7 +22,7 @@ namespace nacelle::runtime {
 /// The policy name in the report of a type clash.
 inline constexpr const char* kTypePolicy = "type";
 
-/// One reader's queue. Shared by the node's handle and the writers that still list it.
+/// The queue of one reader. Ownership: shared by the node's handle and the writers that still list it.
 ///
 /// The queue of an executable is guarded by its executor's lock: a message is pushed and its executable queued, or a
 /// message is taken and its executable started, under one hold of the lock. The queue of any other listener has its own
@@ -39,13 +39,13 @@ class ReaderQueue {
 
   enum class Push : std::uint8_t { Queued, Full, Inactive };
   [[nodiscard]] FutexMutex& mutex() const NACELLE_RETURNS_LOCK(*mutex_) { return *mutex_; }
-  /// For the compiler: the caller holds mutex(), under another name (its executor's lock).
+  /// For the compiler's analysis: the caller holds mutex(), under another name (its executor's lock).
   void assume_locked() const NACELLE_ASSERTS_HELD(*mutex_) {}
-  /// Takes over one reference. Under the lock. `called`: receives a thread to wake when the lock is released; unchanged
-  /// if there is none. Returns false, without effect, if the message needs more work: then call push() without the
-  /// lock.
+  /// Queues a message and takes over one reference. Under the lock. `called` receives the word of a thread that must be
+  /// woken when the lock is released; unchanged if there is none. Returns false, without effect, if the message needs
+  /// more work: then call push() without the lock.
   [[nodiscard]] bool push_quickly(Block& block, const std::atomic<std::uint32_t>*& called) NACELLE_REQUIRES(*mutex_);
-  /// Takes over one reference.
+  /// Queues a message and takes over one reference.
   Push push(Block& block);
   [[nodiscard]] Block* take();
   /// Returns the oldest message if it needs no further work, under the lock; null: call take().
@@ -65,17 +65,17 @@ class ReaderQueue {
   /// Returns the last thread on which a callback got a message; 0: none yet.
   [[nodiscard]] std::uintptr_t thread() const { return thread_.load(std::memory_order_relaxed); }
   void note_rehomed();
-  /// Before the queue is shared.
+  /// Sets the links to notify when a message leaves a KEEP_ALL queue. Call before the queue is shared.
   void tell_links(const GraphWatch* links) { links_ = keep_all_ ? links : nullptr; }
 
-  // Before the queue is shared; see Graph.
+  // Call these before the queue is shared; see Graph.
   void be_tap_of(std::uint64_t writer) { tapped_ = writer; }
   void be_witness() { witness_ = true; }
   [[nodiscard]] bool is_tap() const { return tapped_ != 0; }
   [[nodiscard]] bool is_witness() const { return witness_; }
   [[nodiscard]] bool taps(std::uint64_t writer) const { return tapped_ == writer; }
   // For a witness, under the topic's lock.
-  /// Returns false if it was so already.
+  /// Sets whether this counts as a subscription of a writer (Witness::count_for()). Returns false if nothing changes.
   bool count_for(std::uint64_t writer, bool counts) {
     if (counts == is_counted_by(writer)) return false;
     return counts ? (counted_by_.push_back(writer), true) : std::erase(counted_by_, writer) != 0;
@@ -96,7 +96,7 @@ class ReaderQueue {
   /// Records a writer that matched, or that is incompatible: changes the totals and notifies the listener.
   void note_matched();
   void note_clash(const std::string& policy, std::string text);
-  /// Called when a status that is computed on demand (liveliness, matched) has changed.
+  /// Notifies the listener that a status that is computed on demand (liveliness, matched) has changed.
   void tell() const;
 
   /// Returns the totals; figures that depend on the present writers are zero.
@@ -117,7 +117,7 @@ class ReaderQueue {
   void forget_writer(std::uint64_t writer);
 
  private:
-  /// Of the QoS, so without the lock.
+  /// Depends on the QoS only, so it needs no lock.
   [[nodiscard]] bool has_deadline() const NACELLE_NOT_CHECKED { return deadline_.is_set(); }
   void note_seen(const MessageInfo& info) NACELLE_REQUIRES(*mutex_);
   ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* listener, Executable* executable, const Clock& clock,

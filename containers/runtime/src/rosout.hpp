@@ -27,11 +27,11 @@ class Rosout final : LogListener, Executable {
   Rosout(const Rosout&) = delete;
   Rosout& operator=(const Rosout&) = delete;
 
-  /// From now on the node publishes its lines itself.
+  /// Adds a writer for a node. From now on lines of its logger are published by it.
   void add(const std::string& node);
-  /// Publishes the lines that the node has written before it leaves.
+  /// Publishes all lines logged so far, and removes the node's writer.
   void remove(const std::string& node);
-  /// Returns the number of lines that found no room so far.
+  /// Returns the number of lines that were dropped so far because the queue was full.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:

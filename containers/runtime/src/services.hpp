@@ -30,19 +30,22 @@ class ServerPort;
 class ServiceDirectory final : public ServiceHub {
  public:
   void add(const std::string& name, const std::string& node, ServerPort& server);
-  /// May be called twice.
+  /// Removes a server. Without effect for an unknown server.
   void remove(const std::string& name, ServerPort& server);
-  /// Reports to listeners that the node of this server has become active or inactive. Without effect for an unknown server.
+  /// Reports to listeners that the node of this server has become active or inactive. Without effect for an unknown
+  /// server.
   void note_gate(const std::string& name, const ServerPort& server);
-  /// Returns the client's id. A client that is not registered can call too, but only servers of this process.
+  /// Registers a client and returns its id. An unregistered client can call too, but only servers of this process and
+  /// stand-ins.
   [[nodiscard]] std::uint64_t add_client(ServiceEndInfo client);
   void remove_client(std::uint64_t client);
-  /// Passes the call to an open server, preferably of this process; returns false if there is none.
+  /// Passes the call to an open server of this process or stand-in; if there is none, to the client's remote server.
+  /// Returns false if that does not exist either, or the server takes no more calls.
   [[nodiscard]] bool send(const std::string& name, const msgs::MessageType& request, Call call,
                           std::uint64_t client = 0);
   [[nodiscard]] bool is_ready(const std::string& name, const msgs::MessageType& request,
                               std::uint64_t client = 0) const;
-  /// For servers of this process and stand-ins.
+  /// Returns whether a server of this process or a stand-in of that name, with any type, is open.
   [[nodiscard]] bool is_ready(const std::string& name) const;
   void report_stand_ins(std::vector<ServiceReport>& out) const;
   /// Returns why a call would not be delivered: no such service, another type, an inactive server.
@@ -60,7 +63,7 @@ class ServiceDirectory final : public ServiceHub {
   [[nodiscard]] bool call(std::uint64_t client, Call call) override;
 
  private:
-  /// One of this process has a port, a stand-in what takes its calls.
+  /// A server of this process has a `port`; a stand-in has a `remote`, which takes its calls.
   struct Server {
     [[nodiscard]] bool is_open() const;
     [[nodiscard]] bool take(Call call) const;
@@ -84,7 +87,7 @@ class ServiceDirectory final : public ServiceHub {
   static void add(Ends& ends, Server server);
   static void remove(Ends& ends, Servers::iterator server);
   static void tell_gate(Ends& ends, Server& server);
-  /// Tells whether services of this name are ready for stand-in clients, where that has changed.
+  /// Notifies the listeners about stand-in clients for which the readiness of this service has changed.
   static void tell_ready(Ends& ends, const std::string& name);
   [[nodiscard]] static bool is_offered(const Ends& ends, const std::string& name, const msgs::MessageType& request);
   [[nodiscard]] static Servers::iterator find_server(Ends& ends, std::uint64_t id);
@@ -108,12 +111,12 @@ class ServerPort final : public Executable {
   void push(Call call);
   /// Answers a call that the callback left unanswered: see ServiceHandle.
   bool send_response(std::int64_t call, void* response);
-  /// Tells every waiting client that there will be no answer, including those whose calls are running or were left
+  /// Notifies every waiting client that there will be no answer, including those whose calls are running or were left
   /// unanswered.
   void refuse_all();
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
   [[nodiscard]] const msgs::MessageType& request_type() const { return request_; }
-  /// Null if it is not measured, which saves 4 KiB.
+  /// Returns null if the service is not measured, which saves 4 KiB.
   [[nodiscard]] const CallbackStats* stats() const { return stats_.get(); }
   [[nodiscard]] const msgs::MessageType& response_type() const { return response_; }
 
@@ -135,7 +138,7 @@ class ServerPort final : public Executable {
   Guarded<std::list<Waiting>> calls_;
   Guarded<Open> open_calls_;
   std::atomic<std::size_t> waiting_{0};
-  std::unique_ptr<CallbackStats> stats_;  // the latency under the lock of calls_
+  std::unique_ptr<CallbackStats> stats_;  // its latency is guarded by the lock of calls_
 };
 
 /// A client's queue of responses.
@@ -150,7 +153,7 @@ class ClientPort final : public Executable, private AnswerTaker {
   }
   void execute(MonotonicTime now) override;
   [[nodiscard]] bool wants_again() const override { return waiting_.load(std::memory_order_acquire) != 0; }
-  /// After this no server uses the port any more.
+  /// Detaches the port: after this no server uses it any more.
   void detach() { *self_->lock() = nullptr; }
   [[nodiscard]] std::weak_ptr<Guarded<AnswerTaker*>> handle() const { return self_; }
   [[nodiscard]] const CallbackStats& stats() const { return stats_; }
@@ -167,7 +170,7 @@ class ClientPort final : public Executable, private AnswerTaker {
   const Clock& clock_;
   Guarded<std::deque<Answer>> answers_;
   std::atomic<std::size_t> waiting_{0};
-  CallbackStats stats_;  // the latency under the lock of answers_
+  CallbackStats stats_;  // its latency is guarded by the lock of answers_
 };
 
 }  // namespace nacelle::runtime

@@ -48,7 +48,7 @@ class SimClock final : public Clock, private ReadyListener {
 
   /// Starts a period now, also for a timer that was added before.
   void add(SimTicks& ticks);
-  /// Afterwards its listener is not called any more.
+  /// Removes a timer. After this its listener is not called any more.
   void remove(SimTicks& ticks);
   [[nodiscard]] bool has(const SimTicks& ticks) const;
   /// Returns the number of ticks skipped by a jump forward, or by a rate faster than its period.
@@ -59,10 +59,10 @@ class SimClock final : public Clock, private ReadyListener {
 
   const Clock& real_;
   std::atomic<std::int64_t> time_ns_{0};
-  mutable FutexMutex mutex_;  // the timers, and one message after another
+  mutable FutexMutex mutex_;  // guards the timers, and serialises messages
   std::vector<SimTicks*> timers_ NACELLE_GUARDED_BY(mutex_);
-  std::atomic<Reader*> opened_{nullptr};  // a message may come before the constructor has the reader
-  std::unique_ptr<Reader> reader_;        // last: it calls on_ready() until it is gone
+  std::atomic<Reader*> opened_{nullptr};  // reader_, for messages that arrive before it is set
+  std::unique_ptr<Reader> reader_;        // the last member: it calls on_ready(), which uses the others
 };
 
 }  // namespace nacelle::runtime

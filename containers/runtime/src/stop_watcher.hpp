@@ -42,7 +42,8 @@ class StopWatcher final {
   pid_t process_ = -1;
 };
 
-/// Returns the watched copy of the stop frame with this number, or null if there is no watcher or the number is too high.
+/// Returns the watched copy of the stop frame with this number, or null if there is no watcher or the number is too
+/// high.
 [[nodiscard]] WatchedStop* watched_stop(std::size_t number) noexcept;
 
 }  // namespace nacelle::runtime

@@ -10,8 +10,8 @@
 
 namespace nacelle::runtime {
 
-/// Checks the executors twice per handover_after while callbacks run, and sleeps without a deadline when all have been
-/// idle for a second, so an idle robot costs no wake-ups. Threads: any.
+/// Checks the executors once per handover_after, and when a running callback becomes late. Sleeps without a deadline
+/// when all executors have been idle for a second, so that an idle robot costs no wake-ups. Threads: any.
 class Supervisor {
  public:
   explicit Supervisor(Executor::Limits limits);

@@ -12,7 +12,7 @@
 namespace nacelle::runtime {
 
 /// Checks deadlines and leases when they are due, on a thread that exists from the first poke() on and sleeps in
-/// between. Real threads, so real time: MonotonicTime is CLOCK_MONOTONIC's here.
+/// between. MonotonicTime is always that of CLOCK_MONOTONIC here.
 class Watchdog {
  public:
   /// `look` receives the time and returns the latest time of the next check.

@@ -19,9 +19,9 @@ using OutCount = std::atomic<std::uint32_t>;
 
 /// Cyclone's view of a message (its serdata), with the CDR bytes behind it in the same piece of memory.
 ///
-/// Cyclone counts the references. The last one ends in the pool, or on the heap where there is none (keys, of which our
-/// types have one that is always equal). Freeing never looks at `type`, which Cyclone does not count: so a blob may
-/// outlive its topic.
+/// Cyclone counts the references. When the last one is released, the blob returns to its pool, or to the heap if it has
+/// none (keys: all keys of these types are equal). Freeing does not use `type`, whose references Cyclone does not
+/// count, so a blob may outlive its topic.
 struct Blob : ddsi_serdata {
   BlobPool* pool = nullptr;
   std::shared_ptr<OutCount> out;  ///< Null for received messages.
@@ -29,7 +29,7 @@ struct Blob : ddsi_serdata {
   std::uint32_t capacity = 0;
 
   [[nodiscard]] std::uint8_t* data() {
-    // Four bytes further than aligned: the encapsulation header, so that the body is aligned to eight.
+    // The encapsulation header begins four bytes after an aligned address, so that the body is aligned to eight.
     return reinterpret_cast<std::uint8_t*>(this + 1) + 4;
   }
   [[nodiscard]] ByteView bytes() const { return {const_cast<Blob*>(this)->data(), size}; }

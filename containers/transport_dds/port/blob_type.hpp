@@ -8,11 +8,11 @@
 
 namespace nacelle::transport_dds {
 
-/// A message type as Cyclone sees it: a name, and bytes that it does not look into.
+/// A message type for Cyclone: a name, and opaque bytes.
 ///
-/// Two are one if name and structure (the type's hash) are equal, whatever plugin they come from; so local delivery
-/// between them is by reference. Keyless, XCDR1 only, no type information of XTypes. The operations live in this
-/// library, never in one that can be unloaded.
+/// Two types are equal if name and structure (the type's hash) are equal, even if they come from different plugins, so
+/// local delivery between them is by reference. Keyless, XCDR1 only, without type information of XTypes. The operations
+/// are part of this library, which is never unloaded.
 /// Ownership: Cyclone counts its users; the last one frees it.
 /// Source: ddsi_sertype.h and ddsi_serdata.h of Cyclone 0.10.
 struct BlobType : ddsi_sertype {
@@ -20,9 +20,9 @@ struct BlobType : ddsi_sertype {
   BlobPool* pool = nullptr;
 };
 
-/// Ends the filling: what Cyclone may send as padding is zero.
+/// Zeroes the bytes that Cyclone may send as padding. Call after the blob was filled.
 void finish_bytes(Blob& blob);
-/// One reference, the caller's, to be given to dds_create_topic_sertype(). Throws std::bad_alloc.
+/// Returns a type with one reference, the caller's, which dds_create_topic_sertype() takes over. Throws std::bad_alloc.
 [[nodiscard]] BlobType* make_blob_type(const std::string& name, std::string_view structure, const BlobLimits& limits);
 
 }  // namespace nacelle::transport_dds

@@ -34,7 +34,7 @@ struct BlobTopic {
 [[nodiscard]] Problem problem_of(const std::string& what, const EndpointOptions& options, const CapturedLog& log,
                                  dds_return_t error);
 
-/// The endpoints that a writer or reader of Cyclone's is matched with.
+/// Returns the endpoints that are matched with a writer or reader. `are_writers`: the matched ones are writers.
 [[nodiscard]] std::vector<MatchedPeer> matched_peers(dds_entity_t endpoint, bool are_writers);
 
 struct ListenerDeleter {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cyclone's headers and what every user of them needs. Included inside port/ only, and by none of its public headers.
+// Cyclone's headers, and helpers for them. Included in port/ only, and not by its public headers.
 #pragma once
 
 #include <dds/dds.h>
@@ -14,7 +14,8 @@
 
 namespace nacelle::transport_dds {
 
-/// Owns an entity of Cyclone's; its end waits for the listeners that run, so it must not be one of theirs.
+/// Owns an entity of Cyclone's. Destroying it waits for its running listeners, so it must not be destroyed by one of
+/// them.
 class Entity {
  public:
   Entity() = default;
@@ -31,7 +32,7 @@ class Entity {
     handle_ = 0;
   }
   [[nodiscard]] dds_entity_t get() const { return handle_; }
-  /// False: it could not be made, and get() is Cyclone's error.
+  /// Returns false if the entity could not be made; get() is then Cyclone's error code.
   explicit operator bool() const { return handle_ > 0; }
 
  private:
@@ -49,7 +50,7 @@ class Entity {
   return dds_get_guid(entity, &guid) == DDS_RETCODE_OK ? to_gid(guid) : Gid{};
 }
 
-/// "Out of Resources": Cyclone's name of an error.
+/// Returns Cyclone's name of an error: "Out of Resources".
 [[nodiscard]] inline std::string error_name(dds_return_t error) { return dds_strretcode(error); }
 
 }  // namespace nacelle::transport_dds

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inside of one of Cyclone's domains: its sockets, its threads and its state. Included inside port/ only, by its sources.
+// Cyclone's internal state of a domain: sockets, threads and configuration. Included by source files of port/ only.
 #pragma once
 
-// This header of Cyclone's is C: a typedef in it has the name of its struct, which C++ does not allow.
+// Replaces a C header of Cyclone's: a typedef in it has the name of its struct, which C++ does not allow.
 #define Q_SOCKWAITSET_H
 using os_sockWaitset = struct SocketWaitSet*;
 #include <dds/ddsi/ddsi_domaingv.h>

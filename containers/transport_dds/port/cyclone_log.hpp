@@ -5,20 +5,19 @@
 
 namespace nacelle::transport_dds {
 
-/// Brings what Cyclone has to say into Nacelle's log, at most twenty lines in ten seconds, and one line once a
-/// minute: a peer can make it say something with each packet. Once in a process is enough; it stays so.
+/// Redirects Cyclone's log to Nacelle's until the process ends. At most twenty lines are logged in ten seconds, and the
+/// same line once a minute, because a peer can cause a line with each packet. Further calls have no effect.
 void redirect_cyclone_log();
 
-/// While it lives, errors and warnings of this thread are collected here instead: what Cyclone says of a call that
-/// fails.
-/// Threads: the one that made it.
+/// Collects the errors and warnings that Cyclone logs on this thread while this object exists: the reasons of a failed
+/// call. They are not logged. Do not nest. Threads: the one that made it.
 class CapturedLog {
  public:
   CapturedLog();
   ~CapturedLog();
   CapturedLog(const CapturedLog&) = delete;
   CapturedLog& operator=(const CapturedLog&) = delete;
-  /// Lines joined by "; ", without their ends.
+  /// Returns the lines, joined by "; ".
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:

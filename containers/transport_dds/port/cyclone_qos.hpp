@@ -15,10 +15,10 @@ struct QosDeleter {
 };
 using CycloneQos = std::unique_ptr<dds_qos_t, QosDeleter>;
 
-/// What rmw_cyclonedds gives its endpoints: the policies of `qos`, and XCDR1 only.
+/// Returns the QoS that rmw_cyclonedds sets for its endpoints: the policies of `qos`, and XCDR1 only.
 [[nodiscard]] CycloneQos to_cyclone(const DdsQos& qos, ByteView user_data, bool is_writer);
 
-/// What discovery knows of an endpoint. User data longer than the limit is left out: ROS 2's has about 200 bytes.
+/// Longer user data of discovered endpoints and participants is dropped. ROS 2's has about 200 bytes.
 inline constexpr std::size_t kMostUserData = 4096;
 [[nodiscard]] DiscoveredEndpoint to_endpoint(const dds_builtintopic_endpoint_t& found, bool is_writer);
 [[nodiscard]] DiscoveredParticipant to_participant(const dds_builtintopic_participant_t& found);

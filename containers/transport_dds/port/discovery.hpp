@@ -11,17 +11,17 @@
 
 namespace nacelle::transport_dds {
 
-/// One change of what is on the network, this process's own endpoints included.
+/// A change of a participant or an endpoint on the network, including those of this process.
 struct DiscoveryEvent {
   enum class Kind : std::uint8_t {
     Appeared,
-    Changed,  ///< Announced again, perhaps with another QoS or user data.
-    Gone,     ///< Ended, or its participant's lease has run out. Only the gids are set.
+    Changed,  ///< Announced again, possibly with another QoS or user data.
+    Gone,     ///< Ended, or its participant's lease has expired. Only the gids and is_writer are set.
   } kind = Kind::Appeared;
   std::variant<DiscoveredParticipant, DiscoveredEndpoint> what;
 };
 
-/// Called when take() has something. Threads and rules: as EndpointListener.
+/// Called when take() has events. Threads and rules: as EndpointListener.
 class DiscoveryListener {
  public:
   virtual ~DiscoveryListener() = default;
@@ -42,8 +42,8 @@ class Discovery {
   Discovery& operator=(const Discovery&) = delete;
   ~Discovery();
 
-  /// Adds what has happened to `out`: participants before writers before readers, at most about `most` events. True if
-  /// there may be more.
+  /// Appends at most `most` events to `out`: participants before writers before readers. Returns true if there may be
+  /// more.
   [[nodiscard]] bool take(std::vector<DiscoveryEvent>& out, std::size_t most);
 
  private:

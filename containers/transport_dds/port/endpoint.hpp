@@ -11,19 +11,19 @@
 
 namespace nacelle::transport_dds {
 
-/// A writer or reader to be made, in DDS's words.
+/// The options for making a writer or reader, with DDS's names.
 struct EndpointOptions {
   std::string topic;      ///< "rt/chatter"
   std::string type;       ///< "std_msgs::msg::dds_::String_"
-  std::string structure;  ///< What tells two types of one name apart: the type's hash.
+  std::string structure;  ///< Distinguishes two types of one name: the type's hash.
   DdsQos qos;
   Bytes user_data;
-  /// Writer: payloads that may be out at once (borrowed, or not acknowledged yet); 0: as many as the history keeps. For
-  /// KEEP_ALL, whose history has no end.
+  /// Writer: the most payloads in use at the same time (borrowed, or not acknowledged yet); 0: no limit. For KEEP_ALL,
+  /// whose history is unlimited.
   std::uint32_t most_out = 0;
-  /// Reader with KEEP_ALL: messages that may wait to be taken.
+  /// Reader with KEEP_ALL: the most messages that wait to be taken.
   std::size_t most_waiting = 1000;
-  /// Reader with KEEP_LAST: so many wait to be taken, if that is more than the history announces.
+  /// Reader with KEEP_LAST: the least capacity of its queue, if the announced history is shorter.
   std::size_t least_depth = 0;
 };
 
@@ -37,8 +37,8 @@ struct MatchedPeer {
 struct WriterStatus {
   std::uint32_t matched = 0;  ///< Now.
   std::uint64_t matched_total = 0;
-  std::uint64_t incompatible_qos = 0;          ///< Readers whose QoS does not fit ...
-  DdsPolicy last_policy = DdsPolicy::Invalid;  ///< ... and why the last one's does not.
+  std::uint64_t incompatible_qos = 0;          ///< Readers with incompatible QoS.
+  DdsPolicy last_policy = DdsPolicy::Invalid;  ///< The incompatible policy of the last of them.
   std::uint64_t deadline_missed = 0;
   std::uint64_t liveliness_lost = 0;
 };
@@ -50,19 +50,19 @@ struct ReaderStatus {
   std::uint64_t incompatible_qos = 0;
   DdsPolicy last_policy = DdsPolicy::Invalid;
   std::uint64_t deadline_missed = 0;
-  std::uint32_t alive = 0, not_alive = 0;  ///< Matched writers that show life, and those that do not.
-  std::uint64_t lost = 0;                  ///< Messages that never came: the writer no longer had them.
+  std::uint32_t alive = 0, not_alive = 0;  ///< Matched writers by liveliness.
+  std::uint64_t lost = 0;                  ///< Messages that were not received, because the writer no longer had them.
 };
 
-/// Called at events of an endpoint. Threads: Cyclone's (receiving, events), or that of a writer in this process; until
-/// the endpoint's destructor has returned, and possibly before its create function has. Only note it and return: an
-/// endpoint must not be made or ended from within.
+/// Called at events of an endpoint, possibly before its create function has returned, and until its destructor has. It
+/// must only record the event: it must not make or destroy an endpoint.
+/// Threads: Cyclone's (receiving, events), or the thread that writes in this process.
 class EndpointListener {
  public:
   virtual ~EndpointListener() = default;
-  /// The status has changed.
+  /// Called when the status has changed.
   virtual void on_status() noexcept = 0;
-  /// A reader has something to take. One call may stand for several messages.
+  /// Called when a reader has messages to take. There may be one call for several messages.
   virtual void on_data() noexcept {}
 };
 

@@ -24,18 +24,18 @@ class Writer;
 
 struct ParticipantOptions {
   std::uint32_t domain_id = 0;
-  /// Cyclone's configuration as XML: one or more fragments (`<General>...</General>`), or several joined by commas, of
-  /// which the later ones win. The environment is not looked at.
+  /// Cyclone's configuration as XML: fragments (`<General>...</General>`), joined by commas; later ones take
+  /// precedence. The environment is ignored.
   std::string config;
   /// Nothing is sent to or received from other machines, whatever the configuration says.
   bool stays_on_this_machine = false;
   Bytes user_data;                                          ///< "enclave=/;"
   std::size_t most_message_bytes = std::size_t{64} << 20U;  ///< Longer ones are refused and counted, both ways.
-  /// What the messages of one type that wait or are being sent may take; those beyond are refused and counted.
+  /// Limit for all messages of one type that wait or are being sent; messages beyond it are refused and counted.
   std::size_t most_bytes_of_type = std::size_t{256} << 20U;
-  /// Only tests whether it can be made: it neither sends nor receives.
+  /// A trial participant only tests the options: it neither sends nor receives.
   bool is_trial = false;
-  /// Without it, traffic is unsecured. With it, only participants with a certificate of the same authority can read and
+  /// Nothing: traffic is unsecured. Otherwise only participants with a certificate of the same authority can read and
   /// send.
   std::optional<SecurityFiles> security;
 };
@@ -45,13 +45,13 @@ struct ParticipantOptions {
 /// Whatever the configuration says, Cyclone's shared memory is off (it loses data silently and ends the process when
 /// its daemon is missing), and a writer with KEEP_LAST never waits for a slow reader, which may fall behind by the
 /// writer's history.
-/// Ownership: the endpoints made here keep the domain until the last of them is gone.
+/// Ownership: the domain exists until this object and all endpoints made by it are destroyed.
 /// Threads: any.
 class Participant {
  public:
-  /// Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a domain that this
-  /// process has joined already; a machine, or a transport, that cannot be restricted to this machine; files of DDS
-  /// Security that its plugins refuse.
+  /// Joins a domain. Errors: a configuration that Cyclone cannot read, no such interface, no free participant index, a
+  /// domain that this process has joined already; a kernel or transport that cannot be restricted to this machine;
+  /// files of DDS Security that its plugins refuse.
   [[nodiscard]] static Result<std::unique_ptr<Participant>, Problem> create(const ParticipantOptions& options);
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;
@@ -66,8 +66,8 @@ class Participant {
   [[nodiscard]] Result<std::unique_ptr<Reader>, Problem> create_reader(const EndpointOptions& options,
                                                                        EndpointListener* listener);
   [[nodiscard]] Result<std::unique_ptr<Discovery>, Problem> create_discovery(DiscoveryListener* listener);
-  /// While it is mute, nothing is sent and no thread waits for the network. Used to abort the transfer of a long
-  /// message.
+  /// While muted, the participant sends nothing, and no thread waits for the network. Used to abort the transfer of a
+  /// long message.
   void set_mute(bool mute);
 
  private:

@@ -10,12 +10,12 @@ namespace nacelle::transport_dds {
 
 struct Blob;
 
-/// The bytes of a message as they are on the wire: the encapsulation header of four bytes first, then CDR. The body is
-/// aligned to eight bytes in memory, as it is in the encoding.
+/// The bytes of a message as on the wire: an encapsulation header of four bytes, then CDR. The body is aligned to eight
+/// bytes in memory, as in the encoding.
 ///
-/// One reference to a pool's memory, which returns to the pool with the last one. The other references are those of
-/// Cyclone's history and retransmissions. The memory belongs to the pool and not to an endpoint, so a payload stays
-/// valid after its reader.
+/// Holds one reference to a pool's memory, which returns to the pool with the last reference. The others are those of
+/// Cyclone's history and retransmissions. The memory belongs to the pool and not to an endpoint, so a payload may
+/// outlive its reader.
 /// Threads: a value like any other; the bytes never change. Allocates: nothing.
 class Payload {
  public:
@@ -30,8 +30,7 @@ class Payload {
   ~Payload();
 
   explicit operator bool() const { return blob_ != nullptr; }
-  /// Returns the bytes; empty without a blob. From a peer they may be any bytes of any length: the decoder must check
-  /// them.
+  /// Returns the bytes; empty without a blob. Received bytes are hostile: the decoder must check them.
   [[nodiscard]] ByteView bytes() const;
 
  private:
@@ -50,7 +49,7 @@ class OutgoingPayload {
   }
   ~OutgoingPayload();
 
-  /// False if there was no memory, the message is too large, or too many wait already.
+  /// Returns false if there was no memory, the message is too large, or too many are in use already.
   explicit operator bool() const { return blob_ != nullptr; }
   /// Returns the requested number of bytes, uninitialised.
   [[nodiscard]] ByteSpan bytes();

@@ -13,7 +13,7 @@
 
 namespace nacelle::transport_dds {
 
-/// A received message. Its bytes are whatever the writer sent: check them.
+/// A received message. Its bytes are hostile: check them.
 struct Sample {
   Payload payload;
   WallTime source_time;             ///< By the writer's clock.
@@ -31,8 +31,8 @@ struct ReaderCounters {
 
 /// Receives messages as bytes. Ownership: its creator; destroying it leaves the topic.
 ///
-/// Cyclone's receiving thread puts a message directly into a queue of the kind that the QoS requests, and calls the
-/// listener. No thread of Cyclone's ever waits for the thread that takes.
+/// Cyclone's receiving thread puts messages into a queue that overwrites (KEEP_LAST) or drops when full (KEEP_ALL), and
+/// calls the listener. It never waits for the thread that calls take().
 /// Threads: take() one at a time; const members from any thread.
 class Reader {
  public:

@@ -8,17 +8,16 @@
 
 namespace nacelle::transport_dds {
 
-/// A queue that grows to its limit and not beyond.
-/// Threads: one at a time. Allocates: when it holds more than ever before. Errors: none; push() returns what happened
-/// to the entry.
+/// A queue that grows up to its limit.
+/// Threads: one at a time. Allocates: when it holds more entries than ever before. Errors: see push().
 template <typename T>
 class SampleRing {
  public:
   explicit SampleRing(std::size_t limit) : limit_(limit == 0 ? 1 : limit) {}
 
   enum class Pushed : unsigned char { Fine, Overwrote, Full };
-  /// Adds an entry at the end. If there is no room, either the oldest entry is moved to `entry`, or `entry` is left
-  /// unchanged.
+  /// Adds an entry at the end. If there is no room or no memory, `overwrite` replaces the oldest entry and moves it to
+  /// `entry`; otherwise `entry` stays unchanged.
   [[nodiscard]] Pushed push(T& entry, bool overwrite) noexcept {
     Pushed did = Pushed::Fine;
     if (count_ == room_ && !grow()) {

@@ -16,7 +16,7 @@ namespace nacelle::transport_dds {
 struct WriterCounters {
   std::uint64_t written = 0;
   std::uint64_t refused = 0;  ///< borrow() failed: too many in use, too large, no memory.
-  std::uint64_t failed = 0;   ///< write() did not answer Yes.
+  std::uint64_t failed = 0;   ///< write() did not return Sent::Yes.
 };
 
 /// Sends encoded messages. Ownership: its creator; destroying it leaves the topic.

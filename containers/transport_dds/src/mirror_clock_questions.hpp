@@ -12,18 +12,18 @@
 
 namespace nacelle {
 
-/// Queries nodes of participants whose clocks may be behind (wire/peer_clock.hpp), for the stamp of the answer.
+/// Queries nodes of participants whose clocks may be behind (wire/peer_clock.hpp), for the stamps of the answers.
 ///
-/// The query is get_parameter_types with no names, which every ROS 2 node serves and which changes nothing. Each query
-/// has its own client, of no node, while it is open. The numbers of open and waiting queries are limited, because a
+/// The query is get_parameter_types without names, which every ROS 2 node serves and which changes nothing. Each open
+/// query has its own client, which belongs to no node. The numbers of open and waiting queries are limited, because a
 /// peer can announce any number of participants.
 /// Ownership: the services'. Threads: the network's own.
 class DdsMirror::Impl::Services::Questions {
  public:
   explicit Questions(Services& of) : services_(of) {}
 
-  /// Starts a query. The peer's clock gets the answers, and a notice when there will be no more. Returns false if no
-  /// node there can be queried, or not now.
+  /// Starts a query, or queues it. The peer's PeerClock gets the answers, and end_asking() when there will be no more.
+  /// Returns false if no node of the peer can be queried now.
   [[nodiscard]] bool add(const dds::Gid& peer);
   void look_at(std::uint64_t id);
   void turn();

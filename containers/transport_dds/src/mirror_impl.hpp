@@ -65,8 +65,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
       is_admitted = false;
     }
     std::set<dds::Gid> matched;
-    Block* unsent = nullptr;   // taken from the tap, but not sent yet: DDS, or its export rule, had no room
-    bool is_admitted = false;  // by the rule: `unsent`
+    Block* unsent = nullptr;   // taken from the tap, but not sent yet: DDS had no room, or its export rule limits it
+    bool is_admitted = false;  // the export rule has admitted `unsent`
     std::uint64_t told_overwritten = 0;
     bool showed_life = false, told_refused = false, at_lane = false;
     Written by_lane;  // valid once lane_done
@@ -86,7 +86,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     bool is_announced = false;
     std::unique_ptr<dds::Reader> reader;  // null: not announced, or refused
   };
-  /// A participant whose messages come here.
+  /// A remote participant with writers that this side reads.
   struct Peer {
     std::string host;  ///< As announced, or a substitute name.
     dds::PeerClock clock;
@@ -98,14 +98,14 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     const msgs::MessageType* type = nullptr;
     bool told_broken = false;
     MonotonicTime showed_life;
-    Peer* peer = nullptr;  // of a writer: in `peers`
+    Peer* peer = nullptr;  // for a writer: its entry in `peers`
     std::unique_ptr<ProxyWriter> writer;
     std::unique_ptr<Witness> witness;
   };
   struct TopicUse {
     std::vector<LocalWriter*> writers;
     std::vector<LocalReader*> readers;
-    std::optional<dds::ExportGate> gate;  // none: every message goes
+    std::optional<dds::ExportGate> gate;  // none: no limits
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
@@ -121,7 +121,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
     }
   };
   struct Services;  // mirror_services.hpp
-  /// Of the reader of other participants' nodes.
+  /// Listener of the reader of other participants' snapshots.
   struct SnapshotListener final : dds::EndpointListener {
     explicit SnapshotListener(Impl& owner) : mirror(owner) {}
     void on_status() noexcept override {}
@@ -149,7 +149,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void run();
   void turn();
   void tell(const Problem& problem);
-  /// Reports once for each key; a limited number of keys is remembered.
+  /// Reports a problem once for each key. The number of remembered keys is limited.
   void tell_once(const std::string& key, const Problem& problem);
 
   // mirror_local.cpp: the endpoints of this side on the network
@@ -167,12 +167,12 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void choose_type(TopicUse& use, const std::string& topic);
   void count_readers();
   [[nodiscard]] Result<dds::EndpointOptions, Problem> options_for(const EndpointInfo& info) const;
-  /// Records that an endpoint of this node has joined or left the network.
+  /// Adds an endpoint to the snapshot of this side's nodes, or removes it.
   void show(const std::string& node, const dds::Gid& gid, bool is_writer);
   void hide(const std::string& node, const dds::Gid& gid, bool is_writer);
   void look_at_status(LocalWriter& end);
   void look_at_status(LocalReader& end);
-  /// Returns whether a remote reader is a subscription of this writer in the graph.
+  /// Sets whether a remote reader counts as a subscription of this writer in the graph.
   void count(const dds::Gid& reader, const LocalWriter& by, bool counts);
 
   // mirror_remote.cpp: remote endpoints
@@ -196,35 +196,36 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   void note_stamp(StandIn& from, WallTime source, WallTime came, MonotonicTime at);
   void tell_skew(const std::string& host);
   void ask_for_time(StandIn& from, MonotonicTime at);
-  /// Publishes the clock skews for messages about stamps.
+  /// Publishes the clock skews, for log messages about stamps.
   void publish_skews();
 
   // mirror_misfits.cpp: reports about incompatible remote endpoints
-  /// Returns true if no endpoint of this side matches it: the report may wait a little for the name of its node.
+  /// Returns true if the report about an endpoint must wait for the name of its node: no endpoint of this side matches
+  /// it, and the wait is limited.
   [[nodiscard]] bool waits_for_name(const dds::RemoteEndpoint& end, const TopicUse& use, const msgs::MessageType& type);
   [[nodiscard]] bool fits(const dds::RemoteEndpoint& end, const msgs::MessageType& type);
-  /// Reports the endpoints of this side that have another type.
+  /// Returns the endpoints of this side that have another type.
   [[nodiscard]] std::vector<const EndpointInfo*> those_with_other_types(const dds::RemoteEndpoint& end) const;
-  /// Each pair once.
+  /// Records a mismatch in the graph, once for each pair.
   void note_misfit(const EndpointInfo& ours, const dds::RemoteEndpoint& end, const std::string& type);
   void tell_other_types(const dds::RemoteEndpoint& end);
   /// Reports a remote reader whose QoS a publisher here does not satisfy; nothing else reports it.
   void tell_unserved(const dds::RemoteEndpoint& reader);
   /// Returns the writers of this side from which this reader gets nothing, because it requests more.
   [[nodiscard]] std::vector<const EndpointInfo*> those_that_do_not_serve(const dds::RemoteEndpoint& reader) const;
-  /// Adds it to the endpoints to report later; returns since when it is there.
+  /// Adds an endpoint to those that are reported later. Returns the time at which it was added first.
   MonotonicTime wait_in(std::map<dds::Gid, MonotonicTime>& those, const dds::Gid& gid);
-  /// Returns when to check again.
+  /// Reports the mismatches that are due. Returns when to check again.
   MonotonicTime look_at_misfits();
 
   // mirror_messages.cpp
   /// Sends the published messages. Returns true if it stopped early so that others get their turn.
   bool send(LocalWriter& end);
-  /// Threads: the one that uses the writer at the moment.
+  /// Encodes and writes a message. Threads: the one that uses the writer at the moment.
   [[nodiscard]] Written write(LocalWriter& end, const Block& block, std::size_t bytes) const;
   void count_overtaken(LocalWriter& end);
   void write_at_lane(LocalWriter& end, std::size_t bytes);
-  /// Returns false if a KEEP_ALL writer has no room for it now.
+  /// Handles the result of sending `unsent`. Returns false if a KEEP_ALL writer has no room for it now.
   [[nodiscard]] bool settle(LocalWriter& end, const Written& did);
   /// Returns true if a large message is still being sent, or was returned because there was no room for it.
   [[nodiscard]] bool is_busy(LocalWriter& end);
@@ -249,7 +250,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
 
   std::map<std::uint64_t, std::unique_ptr<LocalWriter>> writers;
   std::map<std::uint64_t, std::unique_ptr<LocalReader>> readers;
-  std::map<std::uint64_t, std::unique_ptr<LocalWriter>> ending;  // ended here, while a large message is being sent
+  std::map<std::uint64_t, std::unique_ptr<LocalWriter>>
+      ending;  // have ended in the graph while a large message is being sent
   std::map<std::string, TopicUse, std::less<>> topics;
   std::map<dds::Gid, Peer> peers;  // outlive the proxies that point to them
   std::map<dds::Gid, StandIn> stand_ins;
@@ -258,7 +260,7 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
   // With the time since when they are known: endpoints to report once the name of their node is known, endpoints with
   // another type, and readers whose QoS a writer of this side does not satisfy.
   std::map<dds::Gid, MonotonicTime> nameless, other_types, unserved;
-  std::set<dds::Gid> awaited;                 // whose node's name was waited for long enough
+  std::set<dds::Gid> awaited;                 // endpoints whose wait for the name of their node is over
   MonotonicTime misfits_due = kNeverExpires;  // when to check these
   // Pairs of a remote endpoint and one of this side that are recorded in the graph.
   std::set<std::pair<dds::Gid, std::uint64_t>> misfits;
@@ -267,8 +269,8 @@ struct DdsMirror::Impl final : GraphListener, dds::DiscoveryListener {
       gone_now;  // writers or whole participants that have ended; removed when their last messages are taken
   std::set<std::string> told;
   std::uint64_t next_stand_in = 0;
-  std::set<std::uint64_t> held_up;  // writers with something unsent ...
-  MonotonicTime retry_at;           // ... and when to retry: there is no notification of room
+  std::set<std::uint64_t> held_up;  // writers with an unsent message
+  MonotonicTime retry_at;           // when to send these: DDS does not notify when there is room
   std::set<std::uint64_t> hidden;   // endpoints that no export rule names
   std::set<dds::Gid> manual;        // proxies for writers with manual liveliness
   dds::GraphSnapshot own_nodes;

@@ -19,12 +19,12 @@ namespace nacelle {
 
 /// The services of a mirror: each server and client of this side with its two endpoints (docs/adr/0013).
 ///
-/// Ownership: the mirror's. Threads: on_*(), note_*(), push() and take() any; the rest the network's own, but for the
-/// constructor and the destructor, beside which that does not run.
+/// Ownership: the mirror's. Threads: on_*(), note_*(), push() and take() any; the rest the network's own, which does
+/// not run during the constructor and the destructor.
 struct DdsMirror::Impl::Services final : ServiceListener {
-  /// An endpoint of the other side that is matched.
+  /// A matched remote endpoint.
   struct Peer {
-    std::string id;  // its clientid or serviceid; may be empty
+    std::string id;  // its client_id or service_id; may be empty
     bool understands = true;
   };
   using Peers = std::map<dds::Gid, Peer>;
@@ -45,12 +45,14 @@ struct DdsMirror::Impl::Services final : ServiceListener {
 
     Services& services;
     const ServiceEndInfo info;
-    Peers writers, readers;  // of the other side: a client's request writers and reply readers, or a server's
+    // Matched remote endpoints. Of a server: its clients' request writers and reply readers; of a client: its servers'
+    // reply writers and request readers.
+    Peers writers, readers;
     std::atomic<bool> queued{false}, is_status_new{true};
     std::unique_ptr<dds::Writer> writer;
     std::unique_ptr<dds::Reader> reader;
   };
-  /// The server's thread delivers answers to it.
+  /// A server of this side. Its graph's server delivers answers by push().
   struct Server final : End, AnswerTaker {
     Server(Services& owner, ServiceEndInfo of);
     ~Server() override;
@@ -68,7 +70,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
     };
     std::shared_ptr<Guarded<AnswerTaker*>> self;
     std::int64_t last = 0;
-    std::map<std::int64_t, Asked> waiting;  // for the server
+    std::map<std::int64_t, Asked> waiting;  // for an answer of the graph's server
     std::deque<Held> held;
   };
   struct Client final : End, RemoteServer {
@@ -78,12 +80,12 @@ struct DdsMirror::Impl::Services final : ServiceListener {
 
     struct Sent {
       Asker asker;
-      std::set<dds::Gid> servers;  // that have the request, and have not gone
+      std::set<dds::Gid> servers;  // request readers that received the request and still exist
     };
-    std::size_t noted = 0;  // calls that are not sent yet; of the lock below
+    std::size_t noted = 0;  // calls that are not sent yet; guarded by Services::noting
     std::map<std::int64_t, Sent> waiting;
     bool is_available = false;
-    MonotonicTime settled = kNeverExpires;  // when its server may be called
+    MonotonicTime settled = kNeverExpires;  // when its server counts as available; kNeverExpires: no server is matched
   };
 
   Services(DdsMirror::Impl& owner, ServiceGraph& of);
@@ -95,7 +97,7 @@ struct DdsMirror::Impl::Services final : ServiceListener {
 
   /// Handles recorded events and due actions.
   void turn();
-  /// When to look again at the latest.
+  /// Returns the latest time of the next turn().
   [[nodiscard]] MonotonicTime due() const;
   /// Threads: any.
   void fill(MirrorStats& out) const;
@@ -112,12 +114,12 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   void tell_once(const End& end, const std::string& what, Problem problem);
 
   // mirror_requests.cpp: from outside to servers of this side
-  /// True if it stopped before the end, for others to have their turn.
+  /// Passes received requests to the server. Returns true if it stopped early so that others get their turn.
   bool receive(Server& server);
   void take_request(Server& server, const dds::Sample& sample);
   void refuse(Server& server, const Server::Asked& asked, const msgs::AnyMessage& response);
   void take_answer(Server& server, std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response);
-  /// Returns false if the client's reader is to be waited for.
+  /// Sends or drops an answer. Returns false if it must wait for the client's reader.
   [[nodiscard]] bool reply(Server& server, const Server::Held& answer);
   void send(Server& server, const dds::CallHeader& header, const msgs::MessageType& type, const void* response);
   void hold(Server& server, Server::Held answer);
@@ -127,17 +129,17 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   void send(Client& client, Call call);
   bool receive(Client& client);
   void take_reply(Client& client, const dds::Sample& sample);
-  /// After its peers have changed.
+  /// Updates the availability of a client's servers after its peers have changed.
   void look_for_servers(Client& client);
   void look_at_settling();
-  /// There will be no answer.
+  /// Notifies a caller that there will be no answer.
   void fail(const Asker& asker);
 
   class Questions;  // mirror_clock_questions.hpp
 
   struct Event {
     bool made;
-    ServiceEndInfo info;  // for one that has ended, only the id
+    ServiceEndInfo info;  // if not made, only the id
   };
   struct Answer {
     std::uint64_t server;
@@ -159,9 +161,9 @@ struct DdsMirror::Impl::Services final : ServiceListener {
   ServiceGraph& graph;
   std::map<std::uint64_t, std::unique_ptr<Server>> servers;
   std::map<std::uint64_t, std::unique_ptr<Client>> clients;
-  std::set<std::uint64_t> holding;   // servers with answers that are held
-  std::set<std::uint64_t> settling;  // clients that have met a server a moment ago
-  std::uint32_t last_id = 0;         // of clients and servers together, as the user data has it
+  std::set<std::uint64_t> holding;   // servers with held answers
+  std::set<std::uint64_t> settling;  // clients whose server has just been matched
+  std::uint32_t last_id = 0;         // of clients and servers together, for the user data
   std::int64_t last_sequence = 0;    // of all clients together
   Bytes scratch;
   Noted now;

@@ -12,12 +12,12 @@
 
 namespace nacelle::transport_dds {
 
-/// Without multicast each process of a machine takes a number from 0 to this one, and its ports; a peer is asked on all
-/// of them. rmw_cyclonedds' number: both sides must have the same.
+/// Highest index of a participant on one machine. The index determines its UDP ports. A peer that is given without a
+/// port is contacted at the ports of all indices, so both sides must use the same limit; this is rmw_cyclonedds'.
 inline constexpr int kMostParticipantIndex = 32;
 
-/// The argument of dds_create_domain(): Nacelle's settings, then CYCLONEDDS_URI's, separated by ',' as Cyclone
-/// requires.
+/// Returns the argument of dds_create_domain(): Nacelle's settings, then those of CYCLONEDDS_URI, separated by ',' as
+/// Cyclone requires.
 /// Precondition: the mode is not Off.
 /// Source: check_create_domain of rmw_node.cpp (jazzy) for Unicast; docs/manual/options.md of Cyclone 0.10.
 [[nodiscard]] std::string cyclone_config(const NetworkSettings& settings);
@@ -27,13 +27,13 @@ struct PortRange {
   int first = 0;
   int last = 0;
 };
-/// Those that a domain may use: multicast, and those of participants up to `most_index`.
+/// Returns the UDP ports that a domain may use: multicast, and those of participants up to `most_index`.
 /// Source: OMG DDSI-RTPS 2.3 section 9.6.1.1: 7400 + 250 * domain; + 0, 1 multicast; + 10, 11 + 2 * index.
 [[nodiscard]] PortRange ports_of_domain(int domain, int most_index = kMostParticipantIndex);
-/// "8080,9000-9010", as the kernel writes net.ipv4.ip_local_reserved_ports; invalid ports are ignored.
+/// Parses "8080,9000-9010", the format of the kernel's net.ipv4.ip_local_reserved_ports. Ignores invalid ports.
 [[nodiscard]] std::vector<PortRange> parse_port_ranges(std::string_view text);
-/// Returns a warning if the kernel may have given one of these ports to another program. `ephemeral` is
-/// net.ipv4.ip_local_port_range; the kernel never gives away those in `reserved`.
+/// Returns a warning if the kernel may assign one of the domain's ports to any program. `ephemeral` is
+/// net.ipv4.ip_local_port_range; the kernel does not assign those in `reserved`.
 [[nodiscard]] std::optional<Problem> port_remark(int domain, const PortRange& ephemeral,
                                                  const std::vector<PortRange>& reserved = {});
 

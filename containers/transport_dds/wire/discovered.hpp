@@ -9,13 +9,13 @@
 
 namespace nacelle::transport_dds {
 
-/// A participant as DDS's discovery announces it: hostile until it has been read (user_data.hpp).
+/// A participant as DDS's discovery announces it. The contents are hostile (user_data.hpp).
 struct DiscoveredParticipant {
   Gid gid;
   Bytes user_data;
-  std::string process;  ///< The properties __ProcessName, __Hostname and __Pid, which Cyclone announces; else empty.
-                        ///< Fast DDS announces the host as fastdds.physical_data.host, if it was asked to.
-  std::string host;
+  // From Cyclone's properties __ProcessName, __Hostname and __Pid; empty if they are not announced.
+  std::string process;
+  std::string host;  ///< Otherwise fastdds.physical_data.host, which Fast DDS announces if it is configured to.
   std::string pid;
 };
 
@@ -24,7 +24,7 @@ struct DiscoveredEndpoint {
   Gid gid;
   Gid participant;
   bool is_writer = false;
-  std::string topic;  ///< DDS's names: names.hpp makes ROS 2's of them.
+  std::string topic;  ///< DDS's names; names.hpp converts them to ROS 2's.
   std::string type;
   DdsQos qos;
   Bytes user_data;

@@ -11,33 +11,33 @@
 
 namespace nacelle::transport_dds {
 
-/// What leaves the machine of one topic, or that a service may be seen there, in mode Export.
+/// In mode Export: permits other machines to see one topic, with limits for its messages, or one service.
 struct ExportRule {
-  std::string topic;                ///< Fully qualified name; a service's has no limits.
-  double max_hz = 0.0;              ///< 0: every message.
+  std::string topic;    ///< Fully qualified name of the topic or service. The limits do not apply to services.
+  double max_hz = 0.0;  ///< 0: no limit.
   std::size_t max_bytes_per_s = 0;  ///< 0: no limit.
   bool compressed_only = false;     ///< Only the compressed form of an image.
   friend bool operator==(const ExportRule&, const ExportRule&) = default;
 };
 
-/// The rule that shows an end of this topic and type ("sensor_msgs/msg/Image"), or null: none of the list does.
+/// Returns the rule that exports an endpoint of this topic and type ("sensor_msgs/msg/Image"); null if there is none.
 ///
-/// `compressed_only` shows the topic itself where its type is a compressed image, and image_transport's topics of
-/// compressed forms below it (/camera/image_raw/compressed), in place of the raw one.
+/// `compressed_only` exports the topic itself if its type is a compressed image, and image_transport's compressed
+/// topics below it (/camera/image_raw/compressed), but not the raw image.
 [[nodiscard]] const ExportRule* rule_of(const std::vector<ExportRule>& rules, std::string_view topic,
                                         std::string_view type);
 
-/// Thins the messages of one topic to what its rule allows. Pure: the caller tells the time.
+/// Rate limiter for the messages of one topic, by its rule. Pure: the caller provides the time.
 ///
-/// max_hz is kept on the average, and never exceeded by more than a message: after a pause the second message may come
-/// half a period after the first. max_bytes_per_s has a second's worth in store; a message that is larger than that goes
-/// when the store is full, and those behind it wait until it is paid for.
+/// max_hz limits the average rate; a burst exceeds it by one message at most: after a pause the second message may
+/// follow the first by half a period. max_bytes_per_s is a token bucket with the tokens of one second. A message larger
+/// than the bucket is admitted when the bucket is full, and leaves it in debt, so that later messages wait.
 class ExportGate {
  public:
   explicit ExportGate(const ExportRule& rule);
-  /// Whether a message of so many bytes may go now; one that may is counted as gone.
+  /// Returns whether a message of that many bytes may be sent now. If so, counts it as sent.
   [[nodiscard]] bool admits(MonotonicTime now, std::size_t bytes);
-  /// When one that may not go now may, if nothing goes meanwhile.
+  /// Returns when admits() accepts a message of that many bytes, if no other message is sent before.
   [[nodiscard]] MonotonicTime due(MonotonicTime now, std::size_t bytes) const;
 
  private:
@@ -46,9 +46,9 @@ class ExportGate {
 
   Duration period_{};                       // zero: no limit
   double bytes_per_s_ = 0;                  // zero: no limit
-  MonotonicTime next_;                      // by the rate
-  double store_ = 0;                        // bytes that may go ...
-  std::optional<MonotonicTime> looked_at_;  // ... as of then; none: not asked yet
+  MonotonicTime next_;                      // earliest time of the next message, by max_hz
+  double store_ = 0;                        // tokens in bytes; negative: debt
+  std::optional<MonotonicTime> looked_at_;  // time of store_; none: before the first call of admits()
 };
 
 }  // namespace nacelle::transport_dds

@@ -24,13 +24,13 @@ struct Gid {
   static constexpr std::size_t kBytes = 16, kPrefixBytes = 12;
   std::array<std::uint8_t, kBytes> bytes{};
 
-  /// The participant whose endpoint this is: the same prefix, entity 00 00 01 c1.
+  /// Returns the participant of this endpoint: the same prefix, entity 00 00 01 c1.
   [[nodiscard]] Gid participant() const;
   [[nodiscard]] bool is_participant() const { return *this == participant(); }
   [[nodiscard]] bool same_participant(const Gid& other) const {
     return std::equal(bytes.begin(), bytes.begin() + kPrefixBytes, other.bytes.begin());
   }
-  /// 32 lower-case hexadecimal digits.
+  /// Returns 32 lower-case hexadecimal digits.
   [[nodiscard]] std::string text() const { return to_hex(bytes); }
 
   friend auto operator<=>(const Gid&, const Gid&) = default;

@@ -12,27 +12,28 @@
 
 namespace nacelle::transport_dds {
 
-/// rmw_dds_common/msg/ParticipantEntitiesInfo, what goes over ros_discovery_info: all nodes of a participant, each with
-/// the gids of its readers and writers. A service or a client is a reader and a writer.
+/// rmw_dds_common/msg/ParticipantEntitiesInfo, the message of ros_discovery_info: all nodes of a participant, each with
+/// the gids of its readers and writers. A server or a client has a reader and a writer.
 using Snapshot = ::rmw_dds_common::msg::ParticipantEntitiesInfo;
 
 [[nodiscard]] Gid from_message(const ::rmw_dds_common::msg::Gid& message);
 [[nodiscard]] ::rmw_dds_common::msg::Gid to_message(const Gid& gid);
 
-/// The snapshot of this participant, kept up to date: every change makes a new one, which must be sent completely.
+/// Maintains the snapshot of this participant. After a change the whole snapshot must be sent again.
 ///
-/// Nodes and gids are in the order in which they came, as with rmw. Of nodes with one name the first is meant.
+/// Nodes and gids are in the order in which they were added, as with rmw. If several nodes have the same name, the
+/// functions use the first one.
 /// Threads: one at a time. Source: context.cpp, graph_cache.cpp of rmw_dds_common (jazzy).
 class GraphSnapshot {
  public:
   explicit GraphSnapshot(const Gid& participant);
 
   void add_node(std::string_view node_namespace, std::string_view name);
-  /// With all that is left of its endpoints. Returns false if there is no such node.
+  /// Removes a node and its remaining endpoints. Returns false if there is no such node.
   bool remove_node(std::string_view node_namespace, std::string_view name);
-  /// Returns false if there is no such node: an endpoint of no node is in no snapshot.
+  /// Returns false, and adds nothing, if there is no such node.
   bool add_endpoint(std::string_view node_namespace, std::string_view name, const Gid& endpoint, bool is_writer);
-  /// Whichever node has it. Returns false if none does.
+  /// Removes an endpoint from the node that has it. Returns false if there is none.
   bool remove_endpoint(const Gid& endpoint, bool is_writer);
 
   [[nodiscard]] const Snapshot& message() const { return snapshot_; }

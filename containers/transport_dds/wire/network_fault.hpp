@@ -5,19 +5,21 @@
 
 namespace nacelle::transport_dds {
 
-/// What is wrong with the network.
+/// Faults and warnings of the network.
 enum class NetworkFault : std::uint8_t {
   EndNotShown,  ///< An endpoint of this side could not be made; Problem::value is its topic or service.
-  ServiceUnusable,  ///< Calls of a service fail: another type or protocol at its other end, a request that is too long; as before.
-  InterfaceTwice,      ///< Cyclone was given one interface by two names.
-  NoParticipantIndex,  ///< No port is free for one more participant of this domain on this machine.
-  NoSuchInterface,     ///< An interface that is not there, or has no address.
+  /// Calls of a service fail: the peer uses another type or protocol, a message is too long or invalid, too many calls
+  /// wait, or the server's node is not active. Problem::value is the service.
+  ServiceUnusable,
+  InterfaceTwice,      ///< The configuration names one interface twice.
+  NoParticipantIndex,  ///< All participant indices of this domain are in use on this machine.
+  NoSuchInterface,     ///< An interface does not exist or has no address.
   BadConfiguration,    ///< Cyclone refuses its configuration.
-  DomainInUse,         ///< This process has a participant in this domain already.
-  WrongSetting,        ///< A key of `network:` or a variable of ROS 2 cannot have this value, which is Problem::value.
-  Overruled,           ///< The launch file sets another value than this variable of ROS 2, and is in force (a remark).
-  PeersUnused,         ///< Peers are set, and the mode asks none (a remark).
-  ConfigurationTaken,  ///< CYCLONEDDS_URI takes precedence over the settings shown (a remark).
+  DomainInUse,         ///< This process already has a participant in this domain.
+  WrongSetting,  ///< Invalid value of a key of `network:` or of a variable of ROS 2; Problem::value is that value.
+  Overruled,     ///< Warning: the launch file overrides this variable of ROS 2; Problem::value is the variable's value.
+  PeersUnused,   ///< Warning: peers are set, but this mode contacts none; Problem::value lists them.
+  ConfigurationTaken,  ///< Warning: CYCLONEDDS_URI overrides the settings shown; Problem::value is its value.
 };
 [[nodiscard]] constexpr const char* code_text(NetworkFault fault) {
   switch (fault) {

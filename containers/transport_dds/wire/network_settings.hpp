@@ -16,65 +16,68 @@
 
 namespace nacelle::transport_dds {
 
-/// The programs that can see the container.
+/// Which programs can see the container.
 enum class NetworkMode : std::uint8_t {
-  Off,    ///< No network: no participant is made.
-  Local,  ///< This machine.
-  Export  ///< Other machines too.
+  Off,    ///< None: no participant is made.
+  Local,  ///< Those of this machine.
+  Export  ///< Those of other machines too.
 };
 [[nodiscard]] const char* to_text(NetworkMode mode);
-/// "off", "local", "export". Errors: NetworkFault::WrongSetting without `where`, with the nearest word.
+/// Parses "off", "local" or "export". Errors: NetworkFault::WrongSetting without `where`; suggests the nearest word.
 [[nodiscard]] Result<NetworkMode, Problem> parse_network_mode(std::string_view text);
 
-/// The launch file's `network:`, as written. What is not written is not given.
+/// The launch file's `network:` as written, without defaults.
 struct NetworkWish {
   std::optional<NetworkMode> mode;
   std::optional<int> domain_id;
   std::vector<std::string> interfaces;  ///< Names ("eth0") or addresses of this machine.
   std::vector<std::string> peers;
   std::vector<ExportRule> exports;
-  bool allow_load = false;      ///< Others may load and unload components.
-  bool remote_control = false;  ///< Others may release emergency stops, change the network and end the robot.
-  /// `security:`; without keystore or enclave the environment's are taken.
+  bool allow_load = false;      ///< Remote callers may load and unload components.
+  bool remote_control = false;  ///< Remote callers may release emergency stops, change the network and end the robot.
+  /// `security:`. A missing keystore or enclave is taken from the environment.
   std::optional<SecurityWish> security;
 };
 
-/// How others are found.
+/// How other participants are discovered.
 enum class Reach : std::uint8_t {
   None,
-  ThisMachine,  ///< On lo and on the LAN's interfaces as programs of this machine use them; nothing leaves it.
-  Unicast,      ///< No multicast: this machine and the peers are asked, as rmw_cyclonedds does for LOCALHOST.
-  Multicast,    ///< The network's other machines, and the peers.
+  ThisMachine,  ///< By multicast and unicast on lo, and on the LAN's addresses of this machine; nothing leaves it.
+  Unicast,      ///< Without multicast: contacts this machine and the peers, as rmw_cyclonedds does for LOCALHOST.
+  Multicast,    ///< By multicast on the network, and by contacting the peers.
   AsConfigured  ///< SYSTEM_DEFAULT: Cyclone's own settings.
 };
 
-/// What is in force.
+/// The settings in force.
 struct NetworkSettings {
   NetworkMode mode = NetworkMode::Local;
   Reach discovery = Reach::ThisMachine;
   int domain = 0;
-  std::vector<std::string> interfaces;  ///< Empty: Cyclone's choice. With ThisMachine lo and the LAN's.
-  std::vector<std::string> peers;       ///< With Unicast and Multicast.
+  std::vector<std::string> interfaces;  ///< Empty: Cyclone's choice. With ThisMachine: lo and those of the LAN.
+  std::vector<std::string> peers;       ///< Used with Unicast and Multicast only.
   std::vector<ExportRule> exports;      ///< Empty: every topic.
   bool allow_load = false, remote_control = false;
   SecurityWish security;             ///< The requested security.
   std::optional<SecuredBy> secured;  ///< The actual security; set by the code that reads the files. Nothing: unsecured.
   std::string cyclonedds_uri;        ///< Read by Cyclone after Nacelle's configuration, so it takes precedence.
   std::string because_of;            ///< What set the mode: "network: mode", "ROS_LOCALHOST_ONLY"; empty: the default.
-  /// One line for each request that is not met, for the bring-up and `nacelle doctor net`.
+  /// Warnings, one for each setting that is overridden, ignored or unsafe to rely on. The bring-up and `nacelle doctor
+  /// net` show them.
   std::vector<Problem> remarks;
 };
 
-/// Puts launch file and environment together. The launch file wins; where they differ there is a remark.
+/// Merges the launch file and the environment. The launch file takes precedence; a warning reports each difference.
 ///
-/// If neither sets a mode: Local, for the programs of this machine. Peers without a mode or a range mean Export to them
-/// only. In mode Local and Off peers are not asked, and interfaces are not chosen. In mode Export a launch file keeps
-/// the environment's way to find others, since two programs of one machine meet only if both do it alike.
+/// If neither sets a mode, it is Local. If neither sets a mode or a range, peers set the mode to Export and the reach
+/// to Unicast: only this machine and the peers are contacted. ROS_STATIC_PEERS do the same with the range LOCALHOST. In
+/// the modes Local and Off, peers are not contacted, a warning reports them, and Local ignores the interfaces of the
+/// launch file. In mode Export, the range SYSTEM_DEFAULT stays in force and leaves discovery, peers included, to
+/// Cyclone's settings, because two programs of one machine discover each other only if both use the same way.
 /// Errors: NetworkFault::WrongSetting; `where` is "network: KEY" or the variable.
 [[nodiscard]] Result<NetworkSettings, Problem> network_settings(const NetworkWish& launch,
                                                                 const Environment& environment);
 
-/// The bring-up's last line: "network: local only; to show it to the LAN: network:=export".
+/// Returns the bring-up's last line: "network: local only; to show it to the LAN: network:=export".
 [[nodiscard]] std::string network_line(const NetworkSettings& settings);
 
 }  // namespace nacelle::transport_dds

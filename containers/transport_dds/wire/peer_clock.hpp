@@ -12,15 +12,20 @@ namespace nacelle::transport_dds {
 /// Estimates the offset of a participant's machine's clock from the stamps of its messages and answers.
 ///
 /// A message that takes `late` to arrive, from a clock that is `ahead` of this one, arrives with the age late - ahead.
-/// No message is early, so the least age of a window is the best estimate of the offset, and: - a negative age is
-/// certain: the clock is ahead by at least that much. It counts above 20 ms, if it occurred in two slices of the window
-/// (a single wrong stamp is not a clock offset). - a positive age may also be the travel time. From 20 ms on
-/// is_worth_asking(): an answer stamped after the query shows that the clock is behind by at least the query's time
-/// minus the stamp, whatever the travel time. From 20 ms on that is reported, and certain. An answer that shows less
-/// means that the travel time explains the age, and nothing is reported. - without an answer it counts as behind from
-/// 100 ms on (no link of a robot takes 80 ms for its fastest message of
-///    16 s), if ten messages and more have come and the least ages of three slices and more agree within 15 ms: a queue's length varies, a clock's offset does not. Once it is reported, 45 ms suffice. When this machine's clock is set, the estimate is reset. Drift within the window is left out: 100 ppm are 1.6 ms.
-/// Threads: one. Allocates: nothing. No message, no work.
+/// No message arrives before it is sent, so the least age in the window (8 slices of 2 s) is the best estimate:
+/// - A negative age is certain: the clock is ahead by at least that much. It is reported from 20 ms on, if it occurred
+///   in two slices: a single wrong stamp is not a clock offset.
+/// - A positive age may also be travel time. From 20 ms on, is_worth_asking() is true. An answer is stamped after the
+///   query was sent, so it proves that the clock is behind by at least the query's time minus the stamp, whatever the
+///   travel time. From 20 ms on this is reported as certain. If the answer proves less, the travel time explains the
+///   age, and nothing is reported.
+/// - Without an answer, the clock is reported as behind, but not as certain, from 100 ms on: 80 ms are more than a
+///   robot's link takes for its fastest message in 16 s. This requires ten messages, and three slices whose least ages
+///   agree within 15 ms: the length of a queue varies, the offset of a clock does not.
+/// Once an offset is reported, 10 ms suffice instead of 20 ms, 90 ms instead of 100 ms, and agreement within 45 ms. If
+/// this machine's clock is set, the window and the answers are discarded; the reported offset stays until new messages
+/// change it. Drift within the window is ignored: 100 ppm are 1.6 ms.
+/// Threads: one. Allocates: nothing. Works only when messages arrive; it has no timer.
 class PeerClock {
  public:
   static constexpr std::size_t kSlices = 8;
@@ -30,19 +35,19 @@ class PeerClock {
 
   /// Records a message. Returns true if ahead() or is_certain() has changed.
   bool note(WallTime source, WallTime received, MonotonicTime at);
-  /// Returns how far the clock is ahead of this one, negative if it is behind; 0: not known to differ. It stays
-  /// constant while the estimate changes by less than 20 ms or a quarter.
+  /// Returns how far the clock is ahead of this one, negative if it is behind; 0: not known to differ. The value stays
+  /// constant while the estimate changes by less than 20 ms or by less than a quarter.
   [[nodiscard]] Duration ahead() const { return told_.ahead; }
-  /// Returns whether the offset is at least that much. Otherwise the messages may be late instead.
+  /// Returns whether the offset is proven to be at least that much. Otherwise the messages may be late instead.
   [[nodiscard]] bool is_certain() const { return told_.is_certain; }
-  /// Returns the window's least age, for tools. Duration::max(): no messages.
+  /// Returns the least age in the window, for tools. Duration::max(): no messages.
   [[nodiscard]] Duration least_age() const;
 
   /// Returns true if the ages alone are ambiguous. The caller then calls begin_asking(), end_asking() or both. Until
   /// then, and during a query, an ambiguous offset is not reported for the first time.
   [[nodiscard]] bool is_worth_asking(MonotonicTime at) const { return is_in_doubt_ && !is_asked_ && at >= ask_at_; }
   void begin_asking() { is_asked_ = true; }
-  /// With or without answers; not again for a while.
+  /// Ends a query, with or without answers. is_worth_asking() is false for the next 30 s.
   void end_asking(MonotonicTime at);
   /// One answer: the times of query and arrival by this machine's clocks, and its stamp. Evaluated at the end of the
   /// slice.
@@ -57,11 +62,11 @@ class PeerClock {
 
  private:
   struct Slice {
-    std::int64_t number = -1;  ///< Since the monotonic clock's origin; others are empty.
+    std::int64_t number = -1;  ///< Counted from the monotonic clock's origin. A slice outside the window is empty.
     Duration least = Duration::max();
     std::uint32_t messages = 0;
   };
-  /// The clock was not ahead by more than that.
+  /// An upper bound of the offset at a time, from an answer.
   struct Bound {
     Duration most_ahead = Duration::max();  ///< max(): none.
     MonotonicTime at;

@@ -19,26 +19,26 @@
 
 namespace nacelle::transport_dds {
 
-/// Limits of the cache, because any program on the network may announce anything. Further entries are refused and
-/// counted, and stay out until they are announced again.
+/// Limits of the cache, because any program on the network can announce anything. Entries beyond a limit are refused
+/// and counted until they are announced again.
 struct RemoteGraphLimits {
   std::size_t participants = 256;
-  std::size_t endpoints = 16384;        ///< Of all participants together ...
-  std::size_t endpoints_of_one = 2048;  ///< ... and of one, so that it cannot crowd out the others.
-  std::size_t nodes = 4096;             ///< In all snapshots together ...
-  std::size_t nodes_of_one = 256;       ///< ... and in one.
+  std::size_t endpoints = 16384;        ///< Of all participants together.
+  std::size_t endpoints_of_one = 2048;  ///< Of one participant, so that it cannot crowd out the others.
+  std::size_t nodes = 4096;             ///< In all snapshots together.
+  std::size_t nodes_of_one = 256;       ///< In one snapshot.
   std::size_t gids = 32768;             ///< Of endpoints in all snapshots together.
   std::size_t snapshot_bytes = 262144;  ///< Of one encoded snapshot.
 };
 
-/// What did not get into the cache, since it was made.
+/// Entries that the cache has refused since it was made.
 struct RemoteGraphStats {
   std::uint64_t too_many_participants = 0;
   std::uint64_t too_many_endpoints = 0;
-  std::uint64_t too_many_nodes = 0;     ///< Snapshots that hold too many nodes or gids, or too many bytes.
-  std::uint64_t broken_snapshots = 0;   ///< Bytes that are no snapshot.
-  std::uint64_t foreign_snapshots = 0;  ///< A participant that speaks for another one.
-  std::uint64_t foreign_endpoints = 0;  ///< Endpoints of another participant than the one that names them.
+  std::uint64_t too_many_nodes = 0;     ///< Snapshots with too many nodes, gids or bytes.
+  std::uint64_t broken_snapshots = 0;   ///< Samples that cannot be decoded.
+  std::uint64_t foreign_snapshots = 0;  ///< Snapshots about another participant than their sender.
+  std::uint64_t foreign_endpoints = 0;  ///< Endpoints, and gids in snapshots, of another participant than the sender.
   std::uint64_t bad_nodes = 0;          ///< Nodes with names that ROS 2 does not allow.
   friend bool operator==(const RemoteGraphStats&, const RemoteGraphStats&) = default;
 };
@@ -51,7 +51,7 @@ struct RemoteNode {
   Gid participant;
 };
 
-/// "/chatter" and the types that are used under this name; more than one is a configuration mistake.
+/// Names ("/chatter"), each with the types in use under it; more than one type is a configuration mistake.
 using NamesAndTypes = std::map<std::string, std::set<std::string>, std::less<>>;
 
 struct RemoteNodeInfo {
@@ -64,48 +64,50 @@ inline constexpr std::string_view kUnknownNodeNamespace = "_NODE_NAMESPACE_UNKNO
 struct RemoteEndpoint {
   Gid gid;
   bool is_writer = false;
-  std::string node_namespace, node_name;  ///< kUnknownNode... where no snapshot has it: no ROS node, or not known yet.
-  WireKind kind =
-      WireKind::Topic;  ///< Topic, Request or Reply: a request's reader is a server's, its writer a client's.
-  std::string name;     ///< ROS 2's name of the topic or service.
-  std::string type;     ///< ROS 2's name of the type; DDS's where it is none of ROS 2's.
+  std::string node_namespace, node_name;  ///< kUnknownNode... if no snapshot contains it: not a node, or not known yet.
+  /// Topic, Request or Reply. The reader of a Request belongs to a server, its writer to a client.
+  WireKind kind = WireKind::Topic;
+  std::string name;  ///< ROS 2's name of the topic or service.
+  std::string type;  ///< ROS 2's name of the type; DDS's name if it is not a type of ROS 2.
   EndpointUserData user_data;
   QoS qos{1};
 };
 
-/// The nodes, topics and services of other processes, as ROS 2's tools show them, made of what DDS discovers.
+/// A cache of the nodes, topics and services of other processes, as ROS 2's tools show them, fed by DDS's discovery.
 ///
-/// Everything that comes in is hostile: it is checked, bounded and safe to be shown on a terminal. It may come in any
-/// order; a node is listed once its participant is known to be of ROS 2, as the participant's last snapshot has it.
-/// Endpoints without a name in ROS 2 are passed over.
+/// Announcements are hostile. They are checked and bounded, and the answers are safe to show on a terminal. They may
+/// arrive in any order. The nodes of a participant are those of its last snapshot; they are listed once the participant
+/// is known to be one of ROS 2. Endpoints without a name in ROS 2 are ignored.
 /// Threads: one at a time. Source: graph_cache.cpp of rmw_dds_common, rmw_node.cpp of rmw_cyclonedds_cpp (jazzy).
 class RemoteGraph {
  public:
-  /// What `own` announces is not remote, and is ignored.
+  /// `own` is this process's participant; its announcements are ignored.
   explicit RemoteGraph(const Gid& own, const RemoteGraphLimits& limits = {});
 
   void participant_is_there(const DiscoveredParticipant& told);
-  void participant_has_gone(const Gid& gone);  ///< With all that was its.
+  void participant_has_gone(const Gid& gone);  ///< With its nodes and endpoints.
   void endpoint_is_there(const DiscoveredEndpoint& told);
   void endpoint_has_gone(const Gid& gone);
-  /// A sample of ros_discovery_info, with its encapsulation, and its writer.
+  /// Takes a sample of ros_discovery_info, with its encapsulation, and the gid of its writer.
   void snapshot_came(const Gid& writer, ByteView payload);
 
-  /// `ros2 node list`: one entry per node, equal names included.
+  /// Returns the nodes for `ros2 node list`: one entry for each, also for those with equal names.
   [[nodiscard]] std::vector<RemoteNode> nodes() const;
-  /// `ros2 node info`. Nothing if there is no such node; of several the first.
+  /// Returns the endpoints of a node for `ros2 node info`; nothing if there is no such node. Of several nodes with this
+  /// name, uses the first.
   [[nodiscard]] std::optional<RemoteNodeInfo> node(std::string_view node_namespace, std::string_view name) const;
   [[nodiscard]] NamesAndTypes topics() const;
-  /// Those with a server or only with clients, as rmw has it.
+  /// Returns the services, also those with clients only, as rmw does.
   [[nodiscard]] NamesAndTypes services() const;
-  /// All ends of a topic, or of both topics of a service, ordered by gid.
+  /// Returns all endpoints of a topic, or of both topics of a service, ordered by gid.
   [[nodiscard]] std::vector<RemoteEndpoint> ends_of_topic(std::string_view name) const;
   [[nodiscard]] std::vector<RemoteEndpoint> ends_of_service(std::string_view name) const;
-  /// The one with this gid, whatever its name; nothing if it is not known.
+  /// Returns the endpoint with this gid, of a topic or a service; nothing if it is unknown.
   [[nodiscard]] std::optional<RemoteEndpoint> endpoint(const Gid& gid) const;
 
-  /// The services of this type ("rcl_interfaces/srv/GetParameterTypes") that the participant serves, and that can be called
-  /// from here: both ends are there, with the protocol of rmw_cyclonedds and no other definition of the request.
+  /// Returns the services of this type ("rcl_interfaces/srv/GetParameterTypes") that the participant serves and that
+  /// can be called from here: both of the server's endpoints are known, with the protocol of rmw_cyclonedds, and the
+  /// definition of the request does not differ from `request_hash`.
   [[nodiscard]] std::vector<std::string> services_of(const Gid& participant, std::string_view type,
                                                      std::string_view request_hash) const;
   /// Returns whether a discovered participant has not announced its endpoints yet.
@@ -113,7 +115,7 @@ class RemoteGraph {
   /// Returns the host that the participant announces; empty if it announces none, or is unknown.
   [[nodiscard]] std::string host_of(const Gid& participant) const;
 
-  /// Has grown if an answer above is another than before.
+  /// Returns a number that grows with every change of an answer above.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   [[nodiscard]] const RemoteGraphStats& stats() const { return stats_; }
 
@@ -124,13 +126,13 @@ class RemoteGraph {
     friend bool operator==(const Node&, const Node&) = default;
   };
   struct Participant {
-    std::optional<std::string> enclave;  ///< Not of ROS 2, or not discovered yet, without one.
+    std::optional<std::string> enclave;  ///< Nothing: not a participant of ROS 2, or not discovered yet.
     std::string host, process, pid;
     std::vector<Node> nodes;
     std::size_t endpoints = 0;
     [[nodiscard]] bool holds_nothing() const { return !is_discovered && nodes.empty() && endpoints == 0; }
     bool is_discovered = false;
-    bool has_endpoints_told = false;  ///< Of whatever name.
+    bool has_endpoints_told = false;  ///< Endpoints with any name, ROS 2's or not.
   };
   struct Endpoint {
     bool is_writer = false;

@@ -14,7 +14,7 @@
 
 namespace nacelle::transport_dds {
 
-/// The variables of a process: all of them, or those that begin with ROS_, RMW_ and CYCLONEDDS_.
+/// Environment variables of a process: at least those whose names begin with ROS_, RMW_ or CYCLONEDDS_.
 using Environment = std::map<std::string, std::string, std::less<>>;
 
 using nacelle::kMostDomain;
@@ -23,18 +23,18 @@ using nacelle::kMostDomain;
 enum class DiscoveryRange : std::uint8_t { Off, Localhost, Subnet, SystemDefault };
 [[nodiscard]] const char* to_text(DiscoveryRange range);
 
-/// SROS 2's variables, or a launch file's `security:`.
+/// The settings of SROS 2's variables, or of a launch file's `security:`.
 struct SecurityWish {
-  bool enabled = false;   ///< ROS_SECURITY_ENABLE is "true"; ROS 2 reads the others only then.
-  bool enforced = false;  ///< ROS_SECURITY_STRATEGY is "Enforce": without its files the process must not speak at all.
+  bool enabled = false;   ///< ROS_SECURITY_ENABLE is "true". Otherwise ROS 2 ignores the other variables.
+  bool enforced = false;  ///< ROS_SECURITY_STRATEGY is "Enforce": without its files the process must not join.
   std::string keystore;   ///< A directory.
   std::string enclave;    ///< ROS_SECURITY_ENCLAVE_OVERRIDE; empty: "/".
   friend bool operator==(const SecurityWish&, const SecurityWish&) = default;
 };
-/// "Enforce" or "Permissive".
+/// Returns "Enforce" or "Permissive".
 [[nodiscard]] const char* strategy_of(const SecurityWish& wish);
 
-/// What ROS 2's variables ask for. What is not set is not given.
+/// The settings of ROS 2's variables, without defaults.
 struct EnvironmentWish {
   std::optional<int> domain;
   std::optional<DiscoveryRange> range;
@@ -42,15 +42,14 @@ struct EnvironmentWish {
   std::vector<std::string> peers;
   std::string cyclonedds_uri;
   SecurityWish security;
-  /// One line for each variable that is not simply obeyed: `where` is its name.
+  /// Warnings, one for each variable that is ignored, deprecated or read in another way; `where` is its name.
   std::vector<Problem> remarks;
 };
 
-/// Reads them as rcl and rmw_cyclonedds do; a variable that is set to nothing is not set.
+/// Reads ROS 2's variables as rcl and rmw_cyclonedds do. An empty variable counts as not set.
 ///
-/// Every variable named ROS_... or RMW_... is obeyed, is a mere description of an installation (ROS_DISTRO), or gets a
-/// remark.
-/// Errors: a domain that is none (rcl refuses to start, too, but for what stands behind the digits).
+/// Every variable named ROS_... or RMW_... is used, only describes an installation (ROS_DISTRO), or gets a warning.
+/// Errors: an invalid ROS_DOMAIN_ID. rcl refuses it too, except that it ignores characters after the digits.
 /// Source: domain_id.c, localhost.c, discovery_options.c, security.c, init.c of rcl (jazzy).
 [[nodiscard]] Result<EnvironmentWish, Problem> read_environment(const Environment& environment);
 

@@ -5,7 +5,7 @@
 
 namespace nacelle::transport_dds {
 
-/// What DDS Security reads of an enclave: absolute paths.
+/// The files of an enclave that DDS Security reads, as absolute paths.
 /// Source: OMG DDS-Security 1.1, tables 47 and 56; the names of the files are SROS 2's.
 struct SecurityFiles {
   std::string identity_ca, certificate, private_key;    ///< identity_ca.cert.pem, cert.pem, key.pem
@@ -13,11 +13,11 @@ struct SecurityFiles {
   friend bool operator==(const SecurityFiles&, const SecurityFiles&) = default;
 };
 
-/// A participant's place in a keystore, examined and found in order.
+/// A verified enclave of a keystore.
 struct SecuredBy {
   std::string enclave;  ///< "/robot"
   SecurityFiles files;
-  std::string subject;  ///< Of the certificate: "CN=/robot".
+  std::string subject;  ///< The certificate's subject: "CN=/robot".
   std::string ends;     ///< The certificate's last day, UTC: "2036-11-19".
 };
 

@@ -12,7 +12,7 @@
 
 namespace nacelle::transport_dds {
 
-// What ROS 2 tells in the USER_DATA of participants and endpoints: `key=value;key=value;`, ASCII, no NUL at the end.
+// ROS 2's USER_DATA of participants and endpoints: `key=value;key=value;`, ASCII, without a NUL at the end.
 //
 //   participant                enclave=/;
 //   topic's writer, reader     typehash=RIHS01_<64 hex>;
@@ -22,41 +22,41 @@ namespace nacelle::transport_dds {
 
 using UserData = std::map<std::string, std::string, std::less<>>;
 
-/// Reads hostile bytes exactly as ROS 2 does, so that both sides agree on who is a ROS participant.
+/// Parses hostile bytes exactly as ROS 2 does, so that both sides agree on which participants are ROS 2's.
 ///
-/// Keys are letters and digits, values one byte or more. A value ends at a ';' that something else follows, so ";;"
-/// stands for a ';' only at the end of everything; one byte between two pairs is passed over; the last of equal keys
-/// counts; NULs behind the last pair are padding. Anything else makes the whole map empty: a peer that uses USER_DATA
-/// for something of its own.
+/// Keys are letters and digits; values have at least one byte. A value ends before the last ';' of a row, so "a=b;;"
+/// has the value "b;", and a ';' inside a value is impossible. One byte between two pairs is ignored. Of equal keys the
+/// last one counts. NULs after the last pair are padding. All other bytes make the whole map empty: the peer uses
+/// USER_DATA for another purpose.
 [[nodiscard]] UserData parse_user_data(ByteView bytes);
 
-/// Longer user data is not read at all: what ROS 2 writes has at most some 400 bytes.
+/// Longer user data is ignored. ROS 2's has about 400 bytes at most.
 inline constexpr std::size_t kMostUserDataBytes = 4096;
-/// Longer values are taken as not given.
+/// Longer values are ignored.
 inline constexpr std::size_t kMostEnclaveBytes = 255, kMostIdTextBytes = 64;
 
-/// The enclave of a ROS 2 participant; nothing for a foreign one, whose nodes are not listed.
+/// Returns the enclave of a ROS 2 participant; nothing for any other participant, whose nodes are not listed.
 [[nodiscard]] std::optional<std::string> read_participant_user_data(ByteView bytes);
 
-/// What an endpoint's user data says; empty texts are not given.
+/// The user data of an endpoint. A field that is not announced is empty.
 struct EndpointUserData {
   std::string type_hash;   ///< "RIHS01_" and 64 lower-case hexadecimal digits, else empty.
-  std::string client_id;   ///< Of both endpoints of a client, and of them only. Compared as text, never read.
-  std::string service_id;  ///< The same of a server.
+  std::string client_id;   ///< Set for both endpoints of a client only. Compared as text, not parsed.
+  std::string service_id;  ///< Set for both endpoints of a server only.
   friend bool operator==(const EndpointUserData&, const EndpointUserData&) = default;
 };
 [[nodiscard]] EndpointUserData read_endpoint_user_data(ByteView bytes);
 
-/// The bytes to announce. Preconditions: no text holds a ';'.
+/// Returns the bytes to announce. Preconditions: no text contains a ';'.
 [[nodiscard]] std::string write_participant_user_data(std::string_view enclave = "/");
 [[nodiscard]] std::string write_endpoint_user_data(const EndpointUserData& data);
 
-/// True for a hash that ROS 2 reads: version 1, digits of either case, nothing behind them.
+/// Returns true for a hash that ROS 2 accepts: version 1 and 64 hexadecimal digits of either case.
 [[nodiscard]] bool is_type_hash(std::string_view text);
 
-/// The id of a participant's client or server number `count` (from 1; clients and servers share the numbers), as it is
-/// written: prefix and big-endian count in hexadecimal without leading zeros, joined by '.', the first number padded to
-/// two with a blank.
+/// Returns the id of a participant's client or server number `count` (from 1; clients and servers share the numbers),
+/// in the format of the table above: the bytes of the prefix and of the big-endian count in hexadecimal without leading
+/// zeros, joined by '.'. The first one is padded to two characters with a blank.
 [[nodiscard]] std::string endpoint_id_text(const Gid& participant, std::uint32_t count);
 
 }  // namespace nacelle::transport_dds

@@ -16,21 +16,22 @@
 
 namespace nacelle::transport_iceoryx {
 
-/// This process's connection to iox-roudi: one, for the life of the process, as iceoryx has it.
+/// The connection of this process to iox-roudi. iceoryx allows one, for the life of the process.
 ///
-/// Whatever asks the daemon for something runs on one thread, and is waited for with a bound: iceoryx itself waits up to a
-/// minute for a daemon that is not there, and for ever for one that has stopped answering. The same thread learns when the
-/// daemon's process ends.
-/// Threads: any. Never destroyed: its threads may outlive main().
+/// All requests to the daemon run on one thread, and callers wait for them with a time limit: iceoryx itself waits up
+/// to a minute for a daemon that does not run, and forever for one that does not answer. If a request exceeds the
+/// limit, the connection counts as lost. The same thread detects the end of the daemon's process.
+/// Threads: any. Never destroyed: its thread may outlive main().
 class Daemon {
  public:
-  /// Connects if that has not been done. Errors: see IceoryxCarrier::start().
+  /// Returns the connection, and connects at the first call. The `patience` of that call is also the limit of later
+  /// requests. Errors: see IceoryxCarrier::start().
   [[nodiscard]] static Result<Daemon*, Problem> connect(Duration patience);
 
-  /// False forever once the daemon has ended.
+  /// Returns false from the loss of the daemon on; there is no reconnection.
   [[nodiscard]] bool is_alive() const { return alive_.load(std::memory_order_acquire); }
 
-  /// What the daemon makes for this process; null with a reason. The port is the caller's to destroy.
+  /// A port that the daemon has made. The caller destroys it. Null: refused, with the reason in `why`.
   struct Made {
     void* port = nullptr;
     std::string why;
@@ -57,10 +58,10 @@ class Daemon {
 
   const Duration patience_;
   std::atomic<bool> alive_{false};
-  std::atomic<bool> ends_{false};                 // the program does
-  iox::runtime::PoshRuntime* runtime_ = nullptr;  // the thread's own
-  int process_ = -1;                              // the daemon's pidfd; -1: it is not known, and asked now and then
-  int wake_ = -1;                                 // an eventfd: there are requests
+  std::atomic<bool> ends_{false};                 // main() has returned
+  iox::runtime::PoshRuntime* runtime_ = nullptr;  // used by the thread only
+  int process_ = -1;                              // the daemon's pidfd; -1: unknown, so its socket is polled
+  int wake_ = -1;                                 // an eventfd that signals new requests
   Mutex mutex_;
   std::condition_variable changed_;
   enum class State : std::uint8_t { Connecting, Connected, Failed, Ended };

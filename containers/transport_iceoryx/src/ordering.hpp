@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// iceoryx's own counts and queues order what one side writes into a chunk before what the other reads, and the last read before the
-// next use. The thread sanitizer does not see into Debian's library; these say to it what iceoryx does. Elsewhere they are nothing.
+// Annotations for the thread sanitizer. iceoryx's counters and queues order the writes of one side to a chunk before
+// the reads of the other, and the last read before the next use of the chunk. The sanitizer does not see this, because
+// Debian's library is not instrumented. In other builds these functions do nothing.
 #ifdef __SANITIZE_THREAD__
 extern "C" void __tsan_acquire(void*);  // NOLINT(bugprone-reserved-identifier): the sanitizer's names
 extern "C" void __tsan_release(void*);  // NOLINT(bugprone-reserved-identifier)
@@ -10,7 +11,7 @@ extern "C" void __tsan_release(void*);  // NOLINT(bugprone-reserved-identifier)
 
 namespace nacelle::transport_iceoryx {
 
-/// Before a chunk is handed over: sent, or given back.
+/// Call before a chunk is sent or given back.
 inline void hand_over(const void* chunk) {
 #ifdef __SANITIZE_THREAD__
   __tsan_release(const_cast<void*>(chunk));
@@ -18,7 +19,7 @@ inline void hand_over(const void* chunk) {
   static_cast<void>(chunk);
 #endif
 }
-/// After a chunk has been taken over: received, or lent.
+/// Call after a chunk was received or borrowed.
 inline void take_over(const void* chunk) {
 #ifdef __SANITIZE_THREAD__
   __tsan_acquire(const_cast<void*>(chunk));

@@ -10,13 +10,14 @@
 
 namespace nacelle::transport_iceoryx {
 
-/// What all readers of a carrier have done. Threads: any.
+/// Totals of all readers of a carrier: see ReadingCounters. Threads: any.
 struct ReadingTotals {
   std::atomic<std::uint64_t> lent{0}, bytes_copied{0}, broken{0}, overruns{0};
 };
 
-/// Turns the chunks of one stream into messages for its sink.
-/// Threads: deliver() from any; one at a time goes on, and none after close() has returned.
+/// Decodes the chunks of one stream into messages, and passes them to its sink.
+/// Threads: any; concurrent calls of deliver() run one after the other. After close() has returned, the sink is not
+/// called any more.
 class StreamReader {
  public:
   StreamReader(ReaderPort& port, const msgs::MessageType& type, CarrierSink& sink, ReadingTotals& totals)
@@ -25,17 +26,17 @@ class StreamReader {
   StreamReader& operator=(const StreamReader&) = delete;
   ~StreamReader() { close(); }
 
-  /// Everything that has arrived.
+  /// Delivers all messages that have arrived.
   void deliver();
   void close();
 
  private:
   void deliver(ReaderPort::Chunk& chunk);
-  /// Gives the chunk back, or lets the message keep it.
+  /// Decodes a chunk. The chunk is given back at once, or with the release of a message that reads it in place.
   void read(const ChunkView& view, ReaderPort::Chunk& chunk, const std::uint8_t* bytes);
   void note_broken(const char* why);
 
-  Mutex mutex_;  // keeps the order: one thread delivers
+  Mutex mutex_;  // one thread delivers at a time, which keeps the order
   bool closed_ NACELLE_GUARDED_BY(mutex_) = false;
   ReaderPort& port_;
   const msgs::MessageType& type_;

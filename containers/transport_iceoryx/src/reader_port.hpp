@@ -14,19 +14,19 @@
 
 namespace nacelle::transport_iceoryx {
 
-/// iceoryx's receiving port, and the chunks that messages of this process still read.
+/// A subscriber port of iceoryx, and the chunks that messages of this process still read in place.
 ///
-/// iceoryx's port is for one thread at a time, but a chunk comes back from whichever thread drops the last use of its message: all
-/// calls are under a lock. The daemon takes a port's chunks away when it is destroyed, so the port stays until the last is back.
-/// Threads: any. Allocates: when it is made. Ownership: close() gives it up; it ends itself.
+/// iceoryx's port supports one thread at a time, but a chunk is given back by the thread that releases its message, so
+/// all calls take a lock. Destroying the port would free its chunks, so it is destroyed only when all of them are back.
+/// Threads: any. Allocates: in the constructor. Ownership: make it with `new`; after close() it deletes itself.
 class ReaderPort {
  public:
   using Chunk = const iox::mepoo::ChunkHeader;
 
-  /// A chunk that a message's Buffers lie in.
+  /// A chunk that contains Buffers of a message.
   class Hold {
    public:
-    /// For one Buffer each. Preconditions: announced in hold().
+    /// Returns the hook that drops one use, for one Buffer. Preconditions: the use was counted in hold().
     [[nodiscard]] ReleaseHook hook() { return {&Hold::release, this}; }
     void drop(std::size_t uses) noexcept;
 
@@ -38,18 +38,18 @@ class ReaderPort {
     std::atomic<std::size_t> uses_{0};
   };
 
-  /// `most_held` chunks may be held at once.
+  /// `most_held` is the number of chunks that may be held at the same time.
   ReaderPort(iox::popo::SubscriberPortData& data, std::size_t most_held);
   ReaderPort(const ReaderPort&) = delete;
   ReaderPort& operator=(const ReaderPort&) = delete;
   void close();
 
-  /// The oldest chunk that waits; null: none.
+  /// Takes the oldest waiting chunk; null: none.
   [[nodiscard]] Chunk* take();
   void give_back(Chunk& chunk);
-  /// Keeps a taken chunk until all `uses` of it are dropped; null when too many are held already.
+  /// Keeps a taken chunk until all `uses` of it are dropped. Returns null if too many chunks are held already.
   [[nodiscard]] Hold* hold(Chunk& chunk, std::size_t uses);
-  /// True if messages were overwritten since the last call, because the queue was full.
+  /// Returns true if messages were dropped since the last call, because the queue was full.
   [[nodiscard]] bool was_overrun();
   void notify(iox::popo::ConditionVariableData& condition, std::size_t index);
 
@@ -65,7 +65,7 @@ class ReaderPort {
   bool closed_ NACELLE_GUARDED_BY(mutex_) = false;
 };
 
-/// The bytes of a chunk as far as its own sizes agree with each other; empty when they do not.
+/// Returns the payload of a chunk; empty if the sizes in its header contradict each other.
 [[nodiscard]] ByteView payload_of(const iox::mepoo::ChunkHeader& chunk);
 
 }  // namespace nacelle::transport_iceoryx

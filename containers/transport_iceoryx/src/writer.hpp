@@ -13,7 +13,7 @@
 
 namespace nacelle::transport_iceoryx {
 
-/// Puts the messages of one stream into chunks. Threads: as CarrierWriter; prepare() from another one at a time.
+/// Sends the messages of one stream as chunks. Threads: as CarrierWriter.
 class StreamWriter final : public CarrierWriter {
  public:
   StreamWriter(WriterPort& port, const Daemon& daemon, const CarriedStream& stream)
@@ -33,7 +33,7 @@ class StreamWriter final : public CarrierWriter {
   void remember(std::size_t small_bytes, const msgs::PartList& parts);
   Sent refuse(const char* why, std::size_t bytes);
 
-  // Which sequences were long, and how long: the next message's, most likely.
+  // The long sequences of the last message with any, and their lengths: prepare() expects the same of the next message.
   struct Layout {
     std::size_t small_bytes = 0;
     msgs::PartList parts;
@@ -43,7 +43,7 @@ class StreamWriter final : public CarrierWriter {
   const msgs::MessageType& type_;
   const std::string name_;
   std::atomic<std::uint64_t> bytes_copied_{0};
-  Guarded<Layout> last_;  // send() and prepare() may be on two threads
+  Guarded<Layout> last_;  // send() and prepare() may run on two threads
   bool refused_ = false;
 };
 

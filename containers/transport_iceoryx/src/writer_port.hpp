@@ -11,16 +11,17 @@
 
 namespace nacelle::transport_iceoryx {
 
-/// iceoryx's sending port, and the chunks that messages are written into before they are sent.
+/// A publisher port of iceoryx, and the chunks that messages are written into before they are sent.
 ///
-/// As with ReaderPort: memory comes back from any thread, so all calls are under a lock, and the port stays until it is back.
-/// Threads: any. Allocates: nothing. Ownership: close() gives it up; it ends itself.
+/// As with ReaderPort, chunks are given back from any thread, so all calls take a lock, and the port is destroyed only
+/// when all chunks are back.
+/// Threads: any. Allocates: nothing. Ownership: make it with `new`; after close() it deletes itself.
 class WriterPort {
  public:
   using Chunk = iox::mepoo::ChunkHeader;
   enum class Loan : std::uint8_t { Ok, TooLarge, NoneLeft };
 
-  /// A chunk in which a message's Buffers lie.
+  /// A chunk that contains Buffers of a message.
   struct Prepared {
     WriterPort* port = nullptr;
     Chunk* chunk = nullptr;  ///< Null: not in use.
@@ -40,13 +41,13 @@ class WriterPort {
   void close();
 
   [[nodiscard]] bool has_readers() const { return port_.hasSubscribers(); }
-  /// A chunk to write into; it is sent or given back.
+  /// Borrows a chunk to write into; the caller must send() it.
   [[nodiscard]] Loan loan(std::size_t bytes, Chunk*& chunk);
   void send(Chunk& chunk);
 
-  /// A chunk for the Buffers of a message, for `uses` of them; null when there is none to spare.
+  /// Borrows a chunk for `uses` Buffers of a message. Returns null if kMostPrepared are in use, or the daemon has none.
   [[nodiscard]] Prepared* prepare(std::size_t bytes, std::size_t uses);
-  /// The chunk, not yet sent, that this address lies in; null: none.
+  /// Returns the prepared chunk that contains this address and has not been sent; null: none.
   [[nodiscard]] Prepared* find(const void* address);
   void send(Prepared& prepared);
 
@@ -55,7 +56,7 @@ class WriterPort {
   void back(Prepared& prepared) noexcept;
   [[nodiscard]] Loan allocate(std::size_t bytes, Chunk*& chunk) NACELLE_REQUIRES(mutex_);
 
-  // Of the eight that iceoryx lends a writer at once; the others are for messages that are copied, and one is in the making.
+  // iceoryx lends a writer at most eight chunks at a time. The others remain for messages that send() copies.
   static constexpr std::size_t kMostPrepared = 4;
 
   mutable Mutex mutex_;

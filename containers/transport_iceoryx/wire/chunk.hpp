@@ -10,7 +10,7 @@
 #include "nacelle/base/result.hpp"
 #include "nacelle/msgs/cdr_apart.hpp"
 
-// One message in a chunk of shared memory. Both ends are on one host: numbers are in its byte order.
+// The layout of a message in a chunk of shared memory. Both ends run on one host, so numbers have its byte order.
 //
 //   offset  bytes  field       becomes
 //        0      4  magic       "NCLX"
@@ -24,7 +24,7 @@
 //       40      8  expires     ns of CLOCK_MONOTONIC, Block::expires
 //       48    8*n  places      of each part: u32 offset from the chunk's start, u32 bytes
 //   48+8*n  small  small body  CDR without its parts (nacelle/msgs/cdr_apart.hpp)
-//        …      …  parts       each at a multiple of 64, as its sequence has them in memory
+//        …      …  parts       each at a multiple of 64 bytes, in the layout of its sequence in memory
 namespace nacelle::transport_iceoryx {
 
 inline constexpr std::size_t kHeadBytes = 48, kPlaceBytes = 8;
@@ -32,15 +32,15 @@ inline constexpr std::size_t kPartAlignment = 64;
 
 /// Why a chunk does not hold a message of Nacelle.
 enum class ChunkFault : std::uint8_t {
-  Truncated,   ///< Shorter than its head or what the head announces.
-  Misaligned,  ///< The chunk or a part does not lie where numbers of eight bytes may.
-  NotOurs,     ///< Another magic: data of another program.
+  Truncated,   ///< Shorter than its head, or than the head announces.
+  Misaligned,  ///< The chunk or a part is not aligned to eight bytes.
+  NotOurs,     ///< Wrong magic: written by another program.
   OtherVersion,
   TooManyParts,
 };
 [[nodiscard]] const char* explain(ChunkFault fault);
 
-/// What a writer stamps.
+/// The fields that a writer stamps; see the layout above.
 struct Stamp {
   std::uint64_t writer_id = 0;
   std::uint64_t sequence = 0;
@@ -53,14 +53,14 @@ struct PartPlace {
   std::uint32_t bytes = 0;
 };
 
-/// Where everything of a message lies.
+/// The offsets of a message's parts in a chunk.
 struct ChunkPlan {
   std::size_t small_offset = 0;
   std::size_t parts = 0;
   std::array<std::size_t, msgs::kMostParts> part_offsets{};
-  std::size_t bytes = 0;  ///< Of the whole chunk; above 4 GiB no chunk can hold it.
+  std::size_t bytes = 0;  ///< Size of the whole chunk. Not checked: a chunk has at most 4 GiB.
 };
-/// `spare`: bytes left free behind the small body, so that a longer one fits as well.
+/// `spare` is the number of bytes left free behind the small body, so that a longer one fits too.
 [[nodiscard]] ChunkPlan plan_chunk(std::size_t small_bytes, const msgs::PartList& parts, std::size_t spare = 0);
 
 [[nodiscard]] constexpr std::size_t small_offset_of(std::size_t parts) { return kHeadBytes + parts * kPlaceBytes; }
@@ -68,14 +68,15 @@ struct ChunkPlan {
 /// Writes head and places. Preconditions: the chunk holds small_offset_of(places.size()) bytes.
 void write_head(std::uint8_t* chunk, const Stamp& stamp, std::uint32_t small_bytes, std::span<const PartPlace> places);
 
-/// A chunk whose announcements have been checked against its size.
+/// A chunk whose sizes and offsets have been checked.
 struct ChunkView {
   Stamp stamp;
   ByteView small;
   std::size_t parts = 0;
   std::array<PartPlace, msgs::kMostParts> places;
 };
-/// Hostile bytes, which another process may change meanwhile: each field is read once.
+/// Reads the head of a chunk. The bytes are hostile, and another process may change them meanwhile, so each field is
+/// read once.
 [[nodiscard]] Result<ChunkView, ChunkFault> read_chunk(ByteView chunk);
 
 }  // namespace nacelle::transport_iceoryx

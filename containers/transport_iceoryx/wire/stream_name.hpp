@@ -7,11 +7,12 @@
 
 namespace nacelle::transport_iceoryx {
 
-/// iceoryx cuts each part of a name after this many characters, silently: two long topics would become one.
+/// iceoryx silently truncates each part of a service's name to this many characters, so that two long topics could get
+/// the same name.
 inline constexpr std::size_t kMostNameBytes = 100;
 
-/// The name itself where it is short enough; else its end, which tells topics apart for a person, behind a hash of the whole,
-/// which tells them apart for iceoryx.
+/// Returns the name itself if it is short enough; otherwise a hash of the whole name, which makes it unique, and the
+/// name's end, which keeps it readable.
 [[nodiscard]] std::string short_name(std::string_view name);
 
 }  // namespace nacelle::transport_iceoryx

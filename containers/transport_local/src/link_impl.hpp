@@ -20,9 +20,9 @@ namespace wire = transport_local;
 /// A counter with one writing thread, read by others.
 using Figure = std::atomic<std::uint64_t>;
 
-/// The data of a link. Threads: on_*() any; the rest under `pumping`, on the thread that pumps.
+/// The data of a link. Threads: on_*() any; the rest under `pumping`, on the thread that runs or calls pump().
 struct Link::Impl final : GraphListener {
-  /// What waits for a reader of the peer. Threads: on_*() any.
+  /// The messages that wait to be sent to a reader of the peer. Threads: on_*() any.
   struct Outbox final : ReadyListener, StatusListener {
     Outbox(Impl& owner, std::uint64_t reader_id) : link(owner), id(reader_id) {}
     ~Outbox() override {
@@ -36,10 +36,10 @@ struct Link::Impl final : GraphListener {
     std::unique_ptr<ProxyReader> reader;
     bool keeps_all = false;
     std::atomic<bool> queued{false};
-    Block* head = nullptr;  // taken out, and not sent yet
-    ReaderCounters told;    // of its losses
+    Block* head = nullptr;  // taken from the queue, but not sent yet
+    ReaderCounters told;    // the losses that the peer has been sent
   };
-  /// Of a writer of the peer: hands on what the carrier brings. Threads: the carrier's and the link's.
+  /// Publishes the messages that the carrier receives from a writer of the peer. Threads: the carrier's and the link's.
   struct Arrival final : CarrierSink {
     Arrival(Impl& owner, ProxyWriter& to, EndpointSpec of) : link(owner), writer(to), spec(std::move(of)) {}
     Block* borrow() noexcept override;
@@ -53,30 +53,32 @@ struct Link::Impl final : GraphListener {
     bool told_broken = false;
     std::unique_ptr<CarrierReader> reader;  // the last member: its calls end first
   };
-  /// An endpoint of the peer; at most one of the stand-ins.
+  /// An endpoint of the peer. It has at most one stand-in: `writer` or `outbox`.
   struct Remote {
     EndpointInfo info;
     std::string type, hash;
     bool refused = false, told_broken = false;
     std::unique_ptr<ProxyWriter> writer;
     std::unique_ptr<Outbox> outbox;
-    // Of a KEEP_ALL reader: over all its stand-ins, since the acknowledgements are.
+    // Of a KEEP_ALL reader: messages sent, acknowledged, and not acknowledged yet but sent by an earlier stand-in. All
+    // count over all its stand-ins, because the peer's acknowledgements do.
     std::uint64_t sent = 0, taken = 0, not_ours = 0;
-    // Of a writer: the other end of its carrier; gone before the stand-in that it hands to.
+    // Of a writer: the receiving end of its carrier. Destroyed before the stand-in, which it calls.
     std::unique_ptr<Arrival> arrival;
   };
-  /// Of a writer of this side: how far its stream is on its way to the carrier.
+  /// The route of a local writer's stream, and its change to the carrier.
   struct Departure {
     enum class Step : std::uint8_t {
-      Opening,  ///< The socket; the peer has been asked to make its end.
-      Offered,  ///< Nothing, until the peer has handed on what went over the socket.
-      Carried,  ///< The carrier.
-      Closed,   ///< The socket for good.
+      Opening,  ///< Uses the socket; the peer has been asked to make its end of the carrier.
+      Offered,  ///< Paused until the peer has delivered all messages that were sent over the socket.
+      Carried,  ///< Uses the carrier.
+      Closed,   ///< Uses the socket permanently.
     } step = Step::Opening;
     std::unique_ptr<CarrierWriter> writer;
-    std::uint64_t told_copied = 0;  ///< Bytes that the stream has been told of.
+    std::uint64_t told_copied = 0;  ///< Copied bytes that have been reported to the stream.
   };
-  /// The carrier's memory for what is borrowed here. Its lock is held while a carrier's end is asked, so that none goes meanwhile.
+  /// Lends the carrier's memory to messages that are borrowed here. A carrier's end is called under the lock, so that
+  /// it is not destroyed meanwhile.
   struct Lender final : BufferLender {
     void prepare(std::uint64_t writer, Block& block) noexcept override {
       const LockGuard lock(mutex);
@@ -95,7 +97,7 @@ struct Link::Impl final : GraphListener {
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Gate, Life } kind;
-    EndpointInfo info;  // of Made; else only the id and `open`
+    EndpointInfo info;  // for Made; else only the id and `open`
   };
   struct Left {
     std::uint64_t count = 0;
@@ -130,7 +132,7 @@ struct Link::Impl final : GraphListener {
   [[nodiscard]] bool handle(const wire::LinkFrame& frame) NACELLE_REQUIRES(pumping);
   [[nodiscard]] bool is_full() const NACELLE_REQUIRES(pumping) { return out.size() - out_sent > kHighWater; }
 
-  // link_graph.cpp: what there is on both sides
+  // link_graph.cpp: the endpoints of both sides
   bool take_events() NACELLE_REQUIRES(pumping);
   void take_made(const EndpointInfo& endpoint) NACELLE_REQUIRES(pumping);
   void take_gone(std::uint64_t id) NACELLE_REQUIRES(pumping);
@@ -145,7 +147,7 @@ struct Link::Impl final : GraphListener {
   [[nodiscard]] const msgs::MessageType* find_type(const std::string& name) const NACELLE_REQUIRES(pumping);
   void refuse(Remote& remote, const std::string& why, const std::string& way_out) NACELLE_REQUIRES(pumping);
 
-  // link_messages.cpp: messages and what became of them
+  // link_messages.cpp: messages over the socket, their acknowledgements and losses
   bool send_ready() NACELLE_REQUIRES(pumping);
   void send_topic(const TopicUse& topic) NACELLE_REQUIRES(pumping);
   void fetch_head(Outbox& outbox) NACELLE_REQUIRES(pumping);
@@ -190,7 +192,7 @@ struct Link::Impl final : GraphListener {
   std::map<std::string, TopicUse> topics NACELLE_GUARDED_BY(pumping);
   std::map<std::uint64_t, Departure> departures NACELLE_GUARDED_BY(pumping);  // of local writers
   const std::shared_ptr<Lender> lender = std::make_shared<Lender>();
-  bool held_back NACELLE_GUARDED_BY(pumping) = false;  // something is ready, and the socket was full
+  bool held_back NACELLE_GUARDED_BY(pumping) = false;  // a message is ready, and the socket was full
   std::uint64_t peer_token NACELLE_GUARDED_BY(pumping) = 0;
   bool carries NACELLE_GUARDED_BY(pumping) = false;  // both sides have the same carrier
   std::map<std::string, const msgs::MessageType*> types NACELLE_GUARDED_BY(pumping);  // of local endpoints

@@ -7,33 +7,34 @@
 
 namespace nacelle {
 
-/// The services of a link (docs/adr/0032). On the side with `options.services`, the leaf, it announces servers and clients; on the
-/// side with `options.service_hub` it makes stand-ins for them. Each side gives numbers to the calls that it sends.
+/// The services of a link (docs/adr/0032). The side with `options.services`, the leaf, announces its servers and
+/// clients; the side with `options.service_hub`, the hub, makes stand-ins for them. Each side numbers the calls that it
+/// sends.
 /// Threads: on_*(), push() and Exit::take() any, with locks of the graph held; the rest under Link::Impl::pumping.
 struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
-  /// Takes calls that go to the peer: of a stand-in server on the hub, of a client on the leaf.
+  /// Takes the calls that go to the peer: those to a stand-in server on the hub, or of a client on the leaf.
   struct Exit final : RemoteServer {
     Exit(Services& owner, std::uint64_t id, const msgs::MessageType& response)
         : services(owner), end(id), response_type(response) {}
     [[nodiscard]] bool take(Call call) noexcept override;
-    void assume_noting() const NACELLE_ASSERTS_HELD(services.noting_) {}  // the owner holds it by another name
+    void assume_noting() const NACELLE_ASSERTS_HELD(services.noting_) {}  // the caller holds the owner's noting_
 
     Services& services;
-    const std::uint64_t end;  // as the leaf has announced it
+    const std::uint64_t end;  // the id that the leaf has announced
     const msgs::MessageType& response_type;
-    // With those that wait to be sent.
+    // Includes calls that wait to be sent.
     std::size_t unanswered NACELLE_GUARDED_BY(services.noting_) = 0;
   };
-  /// A server or client: on the leaf one of its graph, on the hub one of the peer's.
+  /// A server or client of the leaf's graph, on either side.
   struct End {
     ServiceEndInfo info;
     std::uint64_t stand_in = 0;  // on the hub; 0: there is none
-    std::unique_ptr<Exit> exit;  // of a server on the hub, of a client on the leaf
-    std::size_t unanswered = 0;  // calls of the peer
+    std::unique_ptr<Exit> exit;  // for a server on the hub, for a client on the leaf
+    std::size_t unanswered = 0;  // calls of the peer to it
   };
   struct Event {
     enum class Kind : std::uint8_t { Made, Gone, Ready } kind;
-    ServiceEndInfo info;  // of Made; else the id and is_open
+    ServiceEndInfo info;  // for Made; else only the id and is_open
   };
   struct NotedCall {
     std::uint64_t end;
@@ -41,7 +42,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
     std::size_t bytes;
   };
   struct NotedAnswer {
-    std::int64_t number;  // as this side has counted the peer's calls
+    std::int64_t number;  // this side's number of the peer's call
     std::unique_ptr<msgs::AnyMessage> response;
     std::size_t bytes;
   };
@@ -53,7 +54,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   };
   /// A call of the peer that this side has not answered.
   struct Taken {
-    std::uint64_t number;  // as the peer counts
+    std::uint64_t number;  // the peer's number of the call
     std::uint64_t end;
   };
 
@@ -64,7 +65,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
         self_(std::make_shared<Guarded<AnswerTaker*>>(std::in_place, static_cast<AnswerTaker*>(this))) {}
 
   void join();
-  /// Removes the stand-ins, and tells every caller that waits that there will be no answer.
+  /// Removes the stand-ins, and notifies all waiting callers that there will be no answer.
   void end();
 
   // ServiceListener
@@ -72,9 +73,9 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   void on_gone(std::uint64_t id) noexcept override;
   void on_ready(std::uint64_t id, bool is_ready) noexcept override;
 
-  /// Announces what has changed. Returns true if there was something.
+  /// Announces the changes of this side's servers and clients. Returns true if there were any.
   bool take_events();
-  /// Sends what waits, as long as the socket has room. Returns true if there was something.
+  /// Sends waiting calls and answers, as long as the socket has room. Returns true if it sent any.
   bool send();
   [[nodiscard]] bool is_held_back() const {
     assume_pumping();
@@ -84,7 +85,7 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   [[nodiscard]] bool handle(const wire::LinkFrame& frame);
 
  private:
-  /// Every caller of the members above, whose lock it is by another name, holds it.
+  /// For the compiler: all callers of the members above hold link_.pumping, which it knows by another name.
   void assume_pumping() const NACELLE_ASSERTS_HELD(link_.pumping) {}
   void push(std::int64_t sequence, std::unique_ptr<msgs::AnyMessage> response) override;
   void note(Event change) noexcept;
@@ -108,9 +109,10 @@ struct Link::Impl::Services final : ServiceListener, private AnswerTaker {
   ServiceGraph* const leaf_;
   ServiceHub* const hub_;
   const std::shared_ptr<Guarded<AnswerTaker*>> self_;
-  std::map<std::uint64_t, End> ends_ NACELLE_GUARDED_BY(link_.pumping);                 // by the leaf's ids
-  std::map<std::uint64_t, std::uint64_t> stand_ins_ NACELLE_GUARDED_BY(link_.pumping);  // on the hub: the leaf's ids
-  std::map<std::uint64_t, Sent> sent_ NACELLE_GUARDED_BY(link_.pumping);                // by number
+  std::map<std::uint64_t, End> ends_ NACELLE_GUARDED_BY(link_.pumping);  // by the leaf's ids
+  std::map<std::uint64_t, std::uint64_t> stand_ins_
+      NACELLE_GUARDED_BY(link_.pumping);  // on the hub: by their own ids, the leaf's ids
+  std::map<std::uint64_t, Sent> sent_ NACELLE_GUARDED_BY(link_.pumping);  // by number
   std::uint64_t last_sent_ NACELLE_GUARDED_BY(link_.pumping) = 0;
   std::map<std::int64_t, Taken> taken_ NACELLE_GUARDED_BY(link_.pumping);
   std::int64_t last_taken_ NACELLE_GUARDED_BY(link_.pumping) = 0;

@@ -11,17 +11,18 @@
 
 namespace nacelle::lifecycle_manager {
 
-/// Does several pieces of work beside each other for one caller.
+/// Runs jobs in parallel for one caller. Threads: one caller at a time.
 class Crew {
  public:
   virtual ~Crew() = default;
-  /// `work` does not throw. It may be done before start() returns.
+  /// Starts a job, which may end before start() returns. `work` must not throw.
   virtual void start(std::function<void()> work) = 0;
-  /// Returns when a piece of work has ended since the last wait(), or after `at_most`.
+  /// Blocks until a job has ended since the last wait(), but not longer than `at_most`.
   virtual void wait(Duration at_most) = 0;
 };
 
-/// A thread for each piece of work; for a bring-up, not for a steady state. Its destructor waits for all of them.
+/// Runs each job on a thread of its own. Meant for a bring-up: the threads are joined by the destructor only, which
+/// waits for all jobs.
 class ThreadCrew final : public Crew {
  public:
   ThreadCrew() = default;
@@ -35,8 +36,8 @@ class ThreadCrew final : public Crew {
  private:
   Mutex mutex_;
   std::condition_variable ended_;
-  std::size_t count_ NACELLE_GUARDED_BY(mutex_) = 0;  // pieces that have ended ...
-  std::size_t seen_ NACELLE_GUARDED_BY(mutex_) = 0;   // ... and of them those that a wait() knew of
+  std::size_t count_ NACELLE_GUARDED_BY(mutex_) = 0;  // jobs that have ended
+  std::size_t seen_ NACELLE_GUARDED_BY(mutex_) = 0;   // value of count_ at the end of the last wait()
   std::vector<std::thread> threads_;
 };
 

@@ -15,81 +15,89 @@
 
 namespace nacelle::lifecycle_manager {
 
-inline constexpr Duration kReadinessLimit = 10s;  ///< For a condition without a timeout of its own.
+inline constexpr Duration kReadinessLimit = 10s;  ///< For a condition that sets no timeout.
 
-/// What must hold before a node is activated: another one is active, and perhaps something that it does has been seen.
+/// A condition for activating a node: another node is active, and a further condition on that node may have to hold.
 struct Dependency {
   std::string node;
   Place where;              ///< In the plan.
-  std::string beside = {};  ///< What must hold beside it: "first_message(/scan)". Empty: nothing.
-  /// What that still lacks ("no message yet"); empty if it holds. Called on the manager's thread, again and again.
+  std::string beside = {};  ///< The further condition, for display: "first_message(/scan)". Empty: none.
+  /// Returns why the further condition does not hold ("no message yet"); empty if it holds. Null: no further condition.
+  /// Polled on the manager's thread.
   std::function<std::string()> missing = {};
-  /// How long at most, from the moment at which the node is active. Being active itself takes as long as its transitions may.
+  /// Limit for the further condition, counted from the activation of the other node. Waiting for that activation has no
+  /// limit of its own: the transitions of the other node have theirs.
   Duration timeout = kReadinessLimit;
 };
 
-/// One node of the plan, by its fully qualified name.
+/// One node of the plan.
 struct ManagedNode {
-  std::string name;
+  std::string name;  ///< Fully qualified.
   std::vector<Dependency> after;
-  bool activate = true;  ///< False: it is only configured.
+  bool activate = true;  ///< False: the manager configures it and does not activate it.
   bool required = true;  ///< False: if it fails, the bring-up continues without it, and no node waits for it.
 };
 
-/// The order of bring-up: dependencies first, else as listed. The same plan gives the same order, always.
+/// Returns the nodes in the order of bring-up: dependencies first, otherwise as listed. The order depends on the plan
+/// only.
 ///
 /// Errors: a Problem that names an unknown node (with the nearest name) or the nodes of a cycle.
 [[nodiscard]] Result<std::vector<ManagedNode>, Problem> bring_up_order(std::vector<ManagedNode> nodes);
 
-/// One thing that the manager did or tried.
+/// One transition that the manager has requested, and its result.
 struct Step {
   std::string node;
   Transition transition = Transition::Configure;
   bool success = false;
-  std::string
-      reason;  ///< Why it was done ("bring-up", "undo: /lidar failed to configure") or, on failure, why it failed.
+  std::string reason;  ///< On success the cause ("bring-up", "undo: /lidar could not configure"), on failure the error.
   MonotonicTime ended;
   Duration took{};
-  bool left_out = false;  ///< It failed, and the bring-up continues without the node.
+  bool left_out = false;  ///< The transition of an optional node failed, and the bring-up continues without the node.
 };
 
 struct Outcome {
   bool success = false;
-  Problem problem;                     ///< On failure: which step, which component, why.
-  std::vector<std::string> activated;  ///< In the plan's order: that became active and stayed so, or were deactivated.
+  Problem problem;  ///< On failure: the node, the transition and the reason.
+  /// startup(): the active nodes, in the plan's order. deactivate() and cleanup(): see there.
+  std::vector<std::string> activated;
 };
 
-/// What the manager does its work with. All but `trigger` are called on the manager's thread; all but `trigger` may be empty.
+/// The functions through which the manager acts and reports. All but `trigger` are called on the manager's thread only,
+/// and may be empty.
 struct Hooks {
-  /// Threads: several at once, each for another node. Must not throw.
+  /// Requests a transition and waits for its result. Must not throw.
+  /// Threads: on the way up those of the Crew, at most one call per node at a time; on the way down the manager's.
   std::function<TransitionOutcome(const std::string& node, Transition transition)> trigger;
-  /// Where a node is. Unknown: gone. Asked on the way down only: others may have stopped it or taken it out.
+  /// Returns the state of a node; Unknown if it is unloaded. Called by deactivate() and cleanup() only, because a node
+  /// may have been stopped or unloaded without the manager. Empty: the manager relies on the last reported states.
   std::function<StateId(const std::string& node)> state;
-  /// Why the bring-up is to end ("interrupted by SIGINT"); empty if it is not.
+  /// Returns why the bring-up must be aborted ("interrupted by SIGINT"); empty if it may continue.
   std::function<std::string()> interrupted;
   std::function<void(const std::string& node, Transition transition)> on_begin;
-  /// In the plan's order, whatever ended first: the same plan tells the same steps in the same order, always.
+  /// Reports a finished step. During startup() steps are reported in the plan's order, regardless of which ended first.
   std::function<void(const Step& step)> on_step;
-  /// Once for each condition that has been waited for longer than 2 s.
+  /// Reports, once each, a condition or a transition that has taken longer than 3 s.
   std::function<void(const std::string& node, const std::string& text)> on_wait;
 };
 
 /// Brings managed nodes up in order and down in reverse (design D8).
 ///
-/// startup() configures all, then activates all: a device that is missing is found before anything moves. What need not wait for
-/// each other goes up beside each other; what goes down does so one by one. If a step fails, no further one begins, everything
-/// done so far is undone in reverse, and the outcome says what failed.
-/// Threads: one caller at a time. Time: read from the clock, for timeouts and to tell how long steps took.
+/// startup() configures all nodes, then activates them, so that a missing device is detected before anything moves. On
+/// the way up, nodes that do not depend on each other change state in parallel; on the way down, one node at a time. If
+/// a step of a required node fails, no further step begins, all steps so far are rolled back in reverse order, and the
+/// outcome reports the failure.
+/// Threads: one caller at a time. The clock is used for timeouts and for the durations of steps.
 class LifecycleManager {
  public:
-  /// `order`: what bring_up_order() has made.
+  /// `order` is a result of bring_up_order().
   LifecycleManager(std::vector<ManagedNode> order, Hooks hooks, const Clock& clock);
   ~LifecycleManager();
 
   [[nodiscard]] Outcome startup(Crew& crew);
-  /// The two halves of the way down, in reverse order; they go on after a failure and report the first one.
-  /// `activated` holds the nodes in the order in which they were deactivated.
+  /// Deactivates all active nodes in reverse order. Continues after a failure, and reports the first one.
+  /// Outcome::activated holds the nodes that were deactivated, in that order.
   [[nodiscard]] Outcome deactivate();
+  /// Cleans up all inactive nodes in the same way.
   [[nodiscard]] Outcome cleanup();
 
  private:

@@ -24,8 +24,8 @@ class ReaderQueue;
 class Topic;
 class Watchdog;
 
-/// What checks deadlines and leases when they are due: a thread of the broker (made for the first of them), or the
-/// caller by watch().
+/// How deadlines and leases are checked: by the caller with watch(), or by a thread of the broker, which is started for
+/// the first of them.
 enum class Watching : std::uint8_t { ByCaller, ByThread };
 
 /// The in-process transport: passes envelopes from a writer to the queues of its readers. Nothing is encoded, and a
@@ -70,8 +70,8 @@ class Broker final : public Graph {
   [[nodiscard]] std::vector<const msgs::MessageType*> types_of(const std::string& node) const;
   [[nodiscard]] const msgs::MessageType* topic_type(const std::string& name) const;
 
-  /// Pools whose writer was destroyed wait here for their last messages; sweep() frees those that are complete.
-  /// Returns which messages of these nodes are still held: "2 messages of /scan", or nothing.
+  /// Frees the pools of destroyed writers to which all messages have returned. Returns the messages of these nodes that
+  /// are still held: "2 messages of /scan"; empty: none.
   [[nodiscard]] std::string sweep(const std::vector<std::string>& nodes);
 
  private:
@@ -89,7 +89,8 @@ class Broker final : public Graph {
   void drop_what_is_home() NACELLE_REQUIRES(mutex_);
   void look_earlier();
   void tell_type_clashes() NACELLE_REQUIRES(mutex_);
-  /// Not checked: it holds the locks of two topics and names them the other way round.
+  /// Calls `found` with each writer and reader of one name whose types differ, unless the reader's node reads both
+  /// types. Not checked by the compiler: it holds the locks of two topics, under other names than `found` uses.
   template <typename F>
   void for_each_type_clash(F&& found) const NACELLE_REQUIRES(mutex_) NACELLE_NOT_CHECKED;
 
@@ -99,13 +100,13 @@ class Broker final : public Graph {
   // Topics without an endpoint, kept for their totals; the oldest first.
   std::list<Topic*> unused_ NACELLE_GUARDED_BY(mutex_);
   std::vector<Retired> retired_ NACELLE_GUARDED_BY(mutex_);
-  std::uint64_t next_id_ NACELLE_GUARDED_BY(mutex_);  // of endpoints: unique among all brokers of the host
+  std::uint64_t next_id_ NACELLE_GUARDED_BY(mutex_);  // of endpoints; unique on the host
   std::uint32_t next_link_ NACELLE_GUARDED_BY(mutex_) = 1;
   GraphWatch links_;
   bool types_to_compare_ NACELLE_GUARDED_BY(mutex_) = false;  // an endpoint joined a name with several types
   // Writer, reader: each pair is reported once.
   std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_ NACELLE_GUARDED_BY(mutex_);
-  std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread ends before what it looks at
+  std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread uses the others
 };
 
 }  // namespace nacelle::runtime

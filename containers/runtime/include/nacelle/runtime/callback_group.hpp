@@ -49,7 +49,7 @@ class ReadyList {
 /// Ownership: the node. Outlives its groups and their executables.
 class NodeGroups {
  public:
-  /// `callback`: where it happened, for display ("subscription /scan", "timer 10 ms").
+  /// Reports a fault of the node. `callback` is the place, for display ("subscription /scan", "timer 10 ms").
   using OnFault = std::function<void(std::string code, std::string text, std::string callback)>;
   NodeGroups(Executor& executor, std::string name, OnFault on_fault);
   ~NodeGroups();
@@ -123,17 +123,17 @@ class Executable : public ReadyListener {
   [[nodiscard]] virtual Duration time_limit() const noexcept { return Duration::max(); }
   /// Called if it will not run because its node's groups were closed while it waited. Under the executor's lock.
   virtual void discard() noexcept {}
-  /// The caller holds the lock that guards the data that became ready, or held it after they became ready
-  /// (docs/wake_up.md, rule 2).
+  /// Queues the executable. Precondition: the caller holds the lock that guards the data that became ready, or has held
+  /// it since they became ready (docs/wake_up.md, rule 2).
   void on_ready() noexcept final;
   [[nodiscard]] CallbackGroup& group() const { return group_; }
-  /// Names for display and for a crash record. A signal handler reads them, so they are plain text that lives as long
-  /// as this object.
+  /// Sets the names for display and for a crash record. A signal handler reads them, so they must be plain text that
+  /// lives as long as this object.
   void describe_as(const char* what, const char* name) {
     label_ = what;
     label_name_ = name;
   }
-  /// Returns "subscription /scan"; empty if describe() was not called.
+  /// Returns "subscription /scan"; empty if describe_as() was not called.
   [[nodiscard]] std::string description() const;
   /// Sets the queue from which it takes its messages. Call before the first message arrives.
   void take_from(ReaderQueue& queue) { inbox_ = &queue; }
@@ -181,7 +181,7 @@ inline Executable* ReadyList::pop_front() {
 class TimerBase : public Executable {
  public:
   TimerBase(CallbackGroup& group, Duration period) : Executable(group, Kind::Timer), period_(period) {}
-  /// When the next tick is due.
+  /// Returns when the next tick is due.
   [[nodiscard]] MonotonicTime due() const { return due_; }
 
  private:
@@ -191,8 +191,8 @@ class TimerBase : public Executable {
 
   const Duration period_;
   MonotonicTime due_;
-  MonotonicTime was_due_;            // the tick that is in the ready queue
-  std::uint64_t order_ = 0;          // of timers that are due at the same time, the one added first runs first
+  MonotonicTime was_due_;    // the tick that is in the ready queue
+  std::uint64_t order_ = 0;  // timers that are due at the same time run in this order, in which they were queued
   std::size_t place_ = kNotWaiting;  // in the TimerQueue
   bool started_ = false;             // was added before: adding it again is a reset()
   bool armed_ = false;               // set by cancel() and reset()

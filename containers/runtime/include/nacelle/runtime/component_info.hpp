@@ -51,7 +51,8 @@ struct LoadRequest {
   std::vector<QosOverride> qos;
   ThreadPolicy thread;
   FaultHandling on_fault{};
-  /// Refused values are collected here, and the component is made with the defaults instead. Null: the first fails the load.
+  /// Refused values are collected here, and the component is made with the defaults instead. Null: the first fails the
+  /// load.
   std::shared_ptr<ParameterFaults> faults{};
 };
 

@@ -26,7 +26,8 @@ class CompositionHost {
   [[nodiscard]] virtual std::string name_space() const = 0;
   /// Loads a component of the launch file by name. Errors: as load(); an unknown name.
   [[nodiscard]] virtual Result<Loaded, Problem> load_planned(const std::string& name) = 0;
-  /// Loads a plugin; a lifecycle component is left unconfigured, or activated. Errors: as Container::load(); it does not become active.
+  /// Loads a plugin; a lifecycle component is left unconfigured, or activated. Errors: as Container::load(); it does
+  /// not become active.
   [[nodiscard]] virtual Result<Loaded, Problem> load(const LoadRequest& request, bool activate) = 0;
   /// Errors: as Container::unload().
   [[nodiscard]] virtual Result<UnloadOutcome, Problem> unload(std::uint64_t id) = 0;

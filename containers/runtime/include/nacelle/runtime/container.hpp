@@ -46,8 +46,10 @@ class ForeignComponent;
 /// Component code runs on its executor or on the component's own thread, never on the caller's thread and never under a
 /// lock. If it is slow or never returns, it delays only the caller that waits for it. The node /<options.name> offers
 /// services of composition_interfaces and nacelle_interfaces below ~/_container to every component.
-/// Threads: everything from any thread. load(), unload() and trigger() wait for the component, at most for transition_timeout;
-///          the others keep running meanwhile. From a callback that would wait for itself, unload() and trigger() return an error instead.
+/// Threads: everything from any thread. load(), unload() and trigger() wait for the component, at most for
+/// transition_timeout;
+///          the others keep running meanwhile. From a callback that would wait for itself, unload() and trigger()
+/// return an error instead.
 class Container final {
  public:
   Container(ContainerOptions options, const Clock& clock);
@@ -56,7 +58,7 @@ class Container final {
   Container& operator=(const Container&) = delete;
 
   [[nodiscard]] const ContainerOptions& options() const;
-  /// The full name of the container's own node.
+  /// Returns the full name of the container's own node.
   [[nodiscard]] std::string node() const;
   [[nodiscard]] const Clock& clock() const;
   /// Returns the in-process transport, for readers and writers that are not components (those of the control socket).
@@ -65,18 +67,21 @@ class Container final {
   [[nodiscard]] Graph& graph();
   [[nodiscard]] ServiceHub& service_graph();
 
-  /// Errors: a PluginFault (plugin_fault.hpp); NameFault::Invalid and Taken. After TimedOut the image is kept, and the component is
-  /// destroyed as soon as its constructor returns.
+  /// Loads the library of a plugin and constructs the component.
+  /// Errors: a PluginFault (plugin_fault.hpp); NameFault::Invalid and Taken. After TimedOut the image is kept, and the
+  /// component is destroyed once its constructor has returned.
   [[nodiscard]] Result<ComponentInfo, Problem> load(const LoadRequest& request);
   /// Destroys the instance at once, and closes its library once nothing holds it (UnloadOutcome, kept_images()).
   [[nodiscard]] Result<UnloadOutcome, Problem> unload(std::uint64_t id);
-  /// Adds a component of another process, which is then listed, found, triggered and unloaded like the others. Errors: its name is taken.
+  /// Adds a component of another process, which is then listed, found, triggered and unloaded like the others. Errors:
+  /// its name is taken.
   [[nodiscard]] Result<ComponentInfo, Problem> adopt(std::shared_ptr<ForeignComponent> component);
   /// Makes the services of the container's node load and unload through `host` instead of load() and unload(); null:
   /// through these again. Waits for the running call, so the host must not block it. `host` must outlive its use.
   void compose_through(CompositionHost* host);
-  /// Offers a service below ~/_container of the container's own node until the handle ends. Its callbacks run one at a time on the thread
-  /// of the nodes' standard services (docs/node_interfaces.md): they must return soon and wait for no component.
+  /// Offers a service below ~/_container of the container's own node until the handle is destroyed. Its callbacks run
+  /// one at a time on the thread of the nodes' standard services (docs/node_interfaces.md), so they must return soon
+  /// and must not wait for a component.
   [[nodiscard]] std::unique_ptr<ServiceHandle> offer_service(const std::string& name, const msgs::MessageType& request,
                                                              const msgs::MessageType& response,
                                                              ServiceCallback callback);
@@ -131,7 +136,8 @@ class Container final {
   [[nodiscard]] WiringReport wiring(const std::string& topic, Duration age) const;
   /// Returns the topics that a node publishes.
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& node) const;
-  /// Replaces the contents of the vector and keeps its memory. A repeated call allocates nothing while the graph does not change.
+  /// Replaces the contents of the vector and keeps its memory. A repeated call allocates nothing while the graph does
+  /// not change. The same holds for the other reports.
   void report_streams(std::vector<StreamReport>& out) const;
   void report_readers(std::vector<ReaderReport>& out) const;
   void report_histograms(std::vector<HistogramReport>& out) const;
@@ -147,19 +153,23 @@ class Container final {
   /// processes. A node that watches the count keeps its actuators stopped until it is activated again. Threads: any,
   /// but not from a signal handler.
   void write_safe_stops() const;
-  /// Makes every component that moves something ignore commands from now on, and writes its stop frame, also in other processes. Does
-  /// not block. Threads: any, but not from a signal handler.
+  /// Makes every component that moves something ignore commands from now on, and writes its stop frame, also in other
+  /// processes. Does not block. Threads: any, but not from a signal handler.
   void stop_what_moves() const;
 
-  /// Called with a component that became faulted, on a thread of the container; keep it short, and load or unload nothing.
-  /// As with those below, one call at a time, and none after it was replaced.
+  /// Sets the callback for a component that became faulted. It runs on a thread of the container; keep it short, and
+  /// load or unload nothing. Here and below, the calls of a callback do not overlap, and there are none after it was
+  /// replaced. tell_fault() and tell_state() are exceptions: they call on their caller's thread, without this
+  /// guarantee.
   void on_fault(std::function<void(const ComponentInfo&)> callback);
-  /// Called when an open fault begins and when it is over (`lasted`), on the reporting thread; keep it short.
+  /// Sets the callback for an open fault that begins, or is over (`lasted`). It runs on the reporting thread; keep it
+  /// short.
   void on_open_fault(std::function<void(const FaultEvent&)> callback);
-  /// Called with each state that a node enters, on the thread of its transition; keep it short, and call nothing of the
-  /// container.
+  /// Sets the callback for each state that a node enters. It runs on the thread of the transition; keep it short, and
+  /// call nothing of the container.
   void on_state(std::function<void(const StateChange&)> callback);
-  /// Called after any load, unload, transition or parameter change; keep it short, and call nothing of the container.
+  /// Sets the callback after any load, unload, transition or parameter change. Keep it short, and call nothing of the
+  /// container.
   void on_change(std::function<void()> callback);
 
  private:

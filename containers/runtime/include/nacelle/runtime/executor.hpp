@@ -47,14 +47,15 @@ class Executor {
   }
   /// Returns the mutex that guards the executor and the message queues of its executables; it may outlive the executor.
   [[nodiscard]] const std::shared_ptr<FutexMutex>& mutex() const { return shared_mutex_; }
-  /// For the compiler: the caller holds mutex(), which it knows by the name that a queue has for it.
+  /// For the compiler's analysis: the caller holds mutex(), under the name that a queue has for it.
   void assume_locked() const NACELLE_ASSERTS_HELD(mutex_) {}
   /// Starts a timer, or restarts it (Timer::reset). After a restart, and for a timer that can run at once, the first
   /// tick is a full period away. Other timers with a period of up to a second tick at common multiples of the period:
   /// their first tick is one to two periods away.
   void add_timer(TimerBase& timer);
   void cancel_timer(TimerBase& timer);
-  /// The lifecycle gate: a timer behind a closed gate does not wake the thread. It keeps its phase.
+  /// Opens or closes the lifecycle gate of a timer. Behind a closed gate the timer does not wake the thread, and keeps
+  /// its phase.
   void set_timer_open(TimerBase& timer, bool open);
   [[nodiscard]] bool is_armed(const TimerBase& timer) const;
   /// Returns the number of ticks that were skipped because an earlier one was late.
@@ -79,14 +80,14 @@ class Executor {
   /// fault, once. Returns the time until the next call: when the next callback would be late, or Duration::max() if
   /// none runs.
   Duration supervise(const Limits& limits);
-  /// True if nothing runs and nothing waits.
+  /// Returns true if nothing runs and nothing waits.
   [[nodiscard]] bool is_idle() const;
   /// Returns how often a late callback lost the queue.
   [[nodiscard]] std::uint64_t handovers() const { return handovers_.load(std::memory_order_relaxed); }
   /// Returns the number of threads ever started: the serving ones, plus as many spares as callbacks were late at the
   /// same time.
   [[nodiscard]] std::size_t thread_count() const;
-  /// Threads that run callbacks when none is late.
+  /// Returns the number of threads that run callbacks while none is late.
   [[nodiscard]] std::uint32_t serving() const { return policy_.own && policy_.threads > 1 ? policy_.threads : 1; }
   [[nodiscard]] const std::string& name() const { return name_; }
   /// Writes its threads into `out` from index `used` on, and advances `used`.
@@ -98,7 +99,8 @@ class Executor {
     const char *node = "", *what = "", *name = "";
   };
   [[nodiscard]] static RunsHere runs_here() noexcept;
-  /// Called by a thread that has slept and has something to run; wakes the supervisor. Set before the first post.
+  /// Sets a hook that wakes the supervisor. A thread calls it when it has slept and has something to run. Set it before
+  /// the first post.
   void set_activity_hook(std::function<void()> hook) { activity_hook_ = std::move(hook); }
 
  private:

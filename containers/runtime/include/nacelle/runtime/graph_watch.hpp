@@ -15,7 +15,7 @@ namespace nacelle::runtime {
 class GraphWatch final {
  public:
   void add(std::uint32_t link, GraphListener& listener);
-  /// After its return the listener is not called any more.
+  /// Removes a link. After this has returned, its listener is not called any more.
   void remove(std::uint32_t link);
   void made(const EndpointInfo& endpoint) const;
   /// Notifies one link only.

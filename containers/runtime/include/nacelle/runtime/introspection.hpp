@@ -32,9 +32,8 @@ struct ServiceReport {
   std::string name, type;  ///< "/ekf/reset", "std_srvs/srv/Empty"
   std::string node;
   bool is_server = true;
-  bool open = true;  ///< True while a server's lifecycle gate is open, so it answers.
-  bool is_standard =
-      false;  ///< The container offers it for the node, as for every one (ContainerOptions::node_interfaces).
+  bool open = true;          ///< True while a server's lifecycle gate is open, so it answers.
+  bool is_standard = false;  ///< The container offers it on behalf of each node (ContainerOptions::node_interfaces).
 };
 
 /// A declared parameter.

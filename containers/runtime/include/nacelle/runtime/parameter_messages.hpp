@@ -10,7 +10,7 @@
 // Parameters as rcl_interfaces' messages. Pure.
 namespace nacelle::runtime {
 
-/// Errors: std::invalid_argument, with the parameter's name, for an unknown type.
+/// Converts a message to a value. Errors: std::invalid_argument, with the parameter's name, for an unknown type.
 [[nodiscard]] ParameterValue value_of(const std::string& name, const rcl_interfaces::msg::ParameterValue& message);
 [[nodiscard]] rcl_interfaces::msg::ParameterValue message_of(const ParameterValue& value);
 [[nodiscard]] rcl_interfaces::msg::Parameter message_of(const Parameter& parameter);

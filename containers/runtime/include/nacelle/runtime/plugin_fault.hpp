@@ -5,18 +5,18 @@
 
 namespace nacelle::runtime {
 
-/// Why a component cannot be loaded. Problem::where is the component or the library's file. Problem::value is the class, or the file
-/// if the fault is the library's.
+/// Why a component cannot be loaded. Problem::where is the component or the library's file. Problem::value is the
+/// class, or the file if the fault is the library's.
 enum class PluginFault : std::uint8_t {
   UnknownClass,        ///< No index of the plugin folders lists the class.
   NoLibrary,           ///< The library that an index lists does not exist, or cannot be read.
   OverwrittenLibrary,  ///< The library was overwritten in place while its code is loaded.
-  NotLinked,     ///< The dynamic linker refuses the library: a symbol is missing, for example; the text has its words.
-  TooManyFiles,  ///< The process or the machine has no free file descriptor for the library.
+  NotLinked,           ///< The dynamic linker refuses the library, e.g. for a missing symbol; the text has its message.
+  TooManyFiles,        ///< The process or the machine has no free file descriptor for the library.
   NotAComponentLibrary,  ///< The library has no entry point of components.
   OtherAbi,              ///< The library was built for another component ABI.
   ClassNotInLibrary,     ///< The library does not contain the class that an index lists for it.
-  FailedConstructor,     ///< The constructor threw, or made no node; the text has the exception's words.
+  FailedConstructor,     ///< The constructor threw, or made no node; the text has the exception's message.
   NoThread,              ///< No thread can be started to run the library's code.
   TimedOut,  ///< The library's start-up code or the constructor has not returned within the transition timeout.
 };

@@ -13,15 +13,16 @@
 
 namespace nacelle::runtime {
 
-/// A plugin library in the address space. Ownership: one reference to the image; destroying it gives the reference back.
+/// A plugin library in the address space. Ownership: one reference to the image; destroying it gives the reference
+/// back.
 ///
 /// A file that was replaced on disk (by rename, as installers and linkers do) is opened as a new image, even while the
 /// old one is still mapped. Both exist until the old one's last component and message are gone.
 /// Threads: any; no lock is held while code of the library runs.
 class PluginLibrary {
  public:
-  /// Errors: a PluginFault of the library (plugin_fault.hpp); `where` is the file. The text of NotLinked has dlopen's reason, with a
-  /// missing symbol by its C++ name.
+  /// Errors: a PluginFault of the library (plugin_fault.hpp); `where` is the file. The text of NotLinked has dlopen's
+  /// reason, with a missing symbol by its C++ name.
   [[nodiscard]] static Result<std::unique_ptr<PluginLibrary>, Problem> open(const std::string& file);
   ~PluginLibrary();
   PluginLibrary(const PluginLibrary&) = delete;

@@ -38,12 +38,12 @@ class MessagePool final : public BlockHome {
   [[nodiscard]] Block* adopt(void* message);
   void reclaim(Block& block) noexcept override;
   /// Allocates envelopes up to that number, each with a copy of `like`, so that strings and sequences have their
-  /// capacity and filling the queues allocates nothing later. Large Buffers get their memory and no elements (ReservingCopies), so
-  /// that their pages count once they are used. Threads: the writer's.
+  /// capacity and filling the queues allocates nothing later. Large Buffers get their memory and no elements
+  /// (ReservingCopies), so that their pages count once they are used. Threads: the writer's.
   void reserve(std::size_t envelopes, const void* like);
 
-  /// Gives the free messages the values, and so the capacity, of `like`: the first published message shows what the
-  /// others need; as reserve() for large Buffers. Keeps at most `most` of them.
+  /// Copies `like`, the first published message, to the free messages, so that they have its capacity; large Buffers as
+  /// in reserve(). Keeps at most `most` free messages and frees the others.
   void warm(const void* like, std::size_t most);
 
   [[nodiscard]] std::size_t limit() const { return limit_; }

@@ -14,7 +14,7 @@ namespace nacelle::runtime {
 
 /// How messages passed from publish() to their callbacks, which is needed to interpret a latency. Two bits.
 enum class HandedOver : std::uint8_t { Never = 0, Inline = 1, AcrossThreads = 2, Both = 3 };
-/// "inline" (on one thread), "across threads", "both", or "" for never.
+/// Returns "inline" (on one thread), "across threads", "both", or "" for never.
 [[nodiscard]] const char* words_of(HandedOver way);
 
 /// One stream of the report.
@@ -29,8 +29,8 @@ struct StreamReport {
   std::uint64_t pool_grown = 0;            ///< Messages that the writers' pools allocated.
   std::uint64_t copies = 0, bytes_copied = 0;
   std::uint64_t deadline_missed = 0;                     ///< Periods in which a writer broke the deadline it offers.
-  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start ...
-  HandedOver handed_over = HandedOver::Never;            ///< ... this way.
+  Duration latency_p50{}, latency_p99{}, latency_max{};  ///< From publish() to the start of the callback.
+  HandedOver handed_over = HandedOver::Never;            ///< How messages passed to the callbacks.
   /// Messages per second between the first and the last publish(); 0 for fewer than two.
   [[nodiscard]] double hz() const;
 };
@@ -41,8 +41,8 @@ struct ReaderReport {
   bool other_process = false;  ///< True for the proxy of a reader in another process.
   bool open = true;            ///< The lifecycle gate.
   bool keeps_all = false;
-  std::size_t waiting = 0;  ///< Messages in its queue now ...
-  std::size_t depth = 0;    ///< ... and how many it takes at most.
+  std::size_t waiting = 0;  ///< Messages in its queue now.
+  std::size_t depth = 0;    ///< Capacity of its queue.
   std::uint64_t delivered = 0, overwritten = 0, full = 0, inactive = 0, expired = 0, discarded = 0;
   std::uint64_t deadline_missed = 0;  ///< Periods of its requested deadline that passed without a message.
   Duration latency_p50{}, latency_p99{}, latency_max{};  ///< publish() to callback start.
@@ -82,8 +82,8 @@ struct LoadReport {
   std::uint64_t samples = 0;    ///< How many of them were measured.
   Duration cpu{};               ///< Estimate: the mean of the samples times the callbacks.
   std::string executor;         ///< The executor that runs them; "executor" is the shared one.
-  bool own_threads = false;     ///< The executor runs this component only ...
-  Duration thread_cpu{};        ///< ... and its threads have used exactly this; else zero.
+  bool own_threads = false;     ///< True if the executor runs this component only.
+  Duration thread_cpu{};        ///< With own_threads: the exact CPU time of the executor's threads; else zero.
 };
 
 /// A pair of endpoints on one topic with incompatible QoS, and the change that would make them compatible.
@@ -97,9 +97,8 @@ struct ClashReport {
 struct WiringReport {
   std::string topic;
   std::vector<std::string> writer_nodes;
-  std::vector<std::string> owner_nodes;  ///< Nodes that take ownership of the message (Loan, unique_ptr).
-  std::vector<std::string>
-      other_processes;       ///< Nodes of other processes that send it here or receive it from here: a copy each.
+  std::vector<std::string> owner_nodes;      ///< Nodes that take ownership of the message (Loan, unique_ptr).
+  std::vector<std::string> other_processes;  ///< Nodes of other processes that send or receive it here: a copy each.
   std::uint64_t copies = 0;  ///< Per message, in publish() and on links, for the writer that makes the most.
   std::uint64_t late = 0;    ///< Messages so far that were older than the given age when their callback began.
 };

@@ -28,25 +28,25 @@ class RemoteGraph;
 
 struct MirrorOptions {
   std::uint32_t domain_id = 0;
-  std::string config;  ///< Cyclone's, as ParticipantOptions::config: which interfaces, which peers.
-  /// As in ParticipantOptions: nothing leaves this machine, and nothing from other machines is received.
+  std::string config;  ///< Cyclone's configuration, as ParticipantOptions::config: interfaces and peers.
+  /// As in ParticipantOptions: nothing is sent to or received from other machines.
   bool stays_on_this_machine = false;
   std::string enclave = "/";                             ///< ROS 2's enclave; "/" if none is set.
   std::optional<transport_dds::SecurityFiles> security;  ///< As ParticipantOptions::security.
   std::size_t most_message_bytes = std::size_t{64}
-                                   << 20U;  ///< Longer ones are refused and counted, in both directions.
-  /// Only these topics and services are shown and transferred. Empty: all are.
+                                   << 20U;  ///< Longer messages are refused and counted, in both directions.
+  /// The topics and services that are shown and transferred. Empty: all.
   std::vector<transport_dds::ExportRule> exports;
   /// Services of this side that remote callers may not use, by full name, each with the response that they get.
   std::map<std::string, std::shared_ptr<const msgs::AnyMessage>> refused;
-  /// Receives each problem of an endpoint, or mismatch of two endpoints, once. On the network's thread. Null: they are
-  /// logged.
+  /// Receives each problem of an endpoint, or mismatch of two endpoints, once. Called on the network's thread. Null:
+  /// problems are logged.
   std::function<void(const Problem&)> on_problem;
   /// Receives the remote writers whose machine's clock differs from this one's (wire/peer_clock.hpp). Null: not needed.
   std::shared_ptr<ClockSkews> clock_skews;
 };
 
-/// A node of another participant with the full name of one of this side: ROS 2's tools confuse them.
+/// A node of another participant with the same full name as a node of this side: ROS 2's tools confuse the two.
 struct Namesake {
   std::string node;                ///< "/arm/driver"
   std::string host, process, pid;  ///< As announced by the other side; empty if it announces none (Fast DDS).
@@ -61,8 +61,8 @@ struct MirrorStats {
   std::uint64_t refused = 0;    ///< Not sent: too long, or too much in transit.
   std::uint64_t received = 0, decoded = 0;  ///< For readers of this side; one decoding serves several of them.
   std::uint64_t broken = 0;                 ///< Received, but not messages of their type.
-  std::uint64_t stray = 0;                  ///< From a writer that is unknown, has ended, or has another definition.
-  std::uint64_t snapshots = 0;              ///< Snapshots of this side's nodes that were sent.
+  std::uint64_t stray = 0;      ///< From a writer that is unknown, has ended, or uses another definition of the type.
+  std::uint64_t snapshots = 0;  ///< Snapshots of this side's nodes that were sent.
   std::uint64_t problems = 0;
   std::uint64_t writers = 0, readers = 0;  ///< Of this side on the network, now.
   std::uint64_t hidden = 0;  ///< Endpoints of this side that are not on the network, because no export rule names them.
@@ -76,7 +76,7 @@ struct MirrorStats {
   std::uint64_t replies_dropped = 0;   ///< Their client was gone, or its reader was not discovered within 100 ms.
   std::uint64_t calls = 0;             ///< Of this side, sent.
   std::uint64_t answers = 0;           ///< To them.
-  std::uint64_t calls_failed = 0;      ///< Calls that will get no answer; their clients were told.
+  std::uint64_t calls_failed = 0;      ///< Calls that will get no answer; their clients were notified.
   std::uint64_t late = 0;              ///< Answers that arrived after their call had ended.
   std::uint64_t servers = 0, clients = 0;  ///< Of this side on the network, now.
   /// Queries to nodes of participants whose clock may be behind, and the answers; not counted as calls.

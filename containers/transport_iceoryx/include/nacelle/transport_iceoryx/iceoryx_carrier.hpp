@@ -11,33 +11,36 @@
 
 namespace nacelle::transport_iceoryx {
 
-/// How often a process's readers kept a message where the writer had put it, and how often they could not.
+/// Totals of all readers of a carrier.
 struct ReadingCounters {
-  std::uint64_t lent = 0;  ///< Long sequences read in shared memory.
-  std::uint64_t bytes_copied =
-      0;                       ///< Of long sequences that were copied: too many held already, or the sink asked for it.
-  std::uint64_t broken = 0;    ///< Chunks that were no message of the stream's type.
-  std::uint64_t overruns = 0;  ///< Times that a reader's queue was found to have overwritten messages.
+  std::uint64_t lent = 0;  ///< Long sequences that were read in place.
+  /// Bytes of long sequences that were copied: the reader held too many chunks, or CarrierSink::may_lend() was false.
+  std::uint64_t bytes_copied = 0;
+  std::uint64_t broken = 0;    ///< Chunks that did not contain a message of the stream's type.
+  std::uint64_t overruns = 0;  ///< How often a reader found that its full queue had dropped messages.
 };
 
-/// Moves streams through the shared memory of iceoryx (its own C++ API), where its daemon iox-roudi runs.
+/// Transfers streams through the shared memory of iceoryx. Requires its daemon, iox-roudi, on the same host.
 ///
-/// A message of up to 4 KiB of numbers is encoded into a chunk and decoded from it. A longer sequence lies in the chunk
-/// as it is: the component writes it there if the message was prepared (CarrierWriter::prepare) and has no other owner
-/// when it is sent; otherwise it is copied there once. Readers read it in place, through a Buffer that returns the
-/// chunk with the message's release.
+/// A message is encoded into a chunk, except for its long sequences: those of numbers with 4 KiB or more
+/// (nacelle/msgs/cdr_apart.hpp). These lie in the chunk as in memory. If the message was prepared
+/// (CarrierWriter::prepare) and has no other owner when it is sent, the component has written them there itself;
+/// otherwise send() copies them once. Readers read them in place, through a Buffer that returns the chunk when the
+/// message is released.
 ///
-/// The daemon is a process of its own. Without it start() is a Problem, at once. When it ends, what is connected still moves,
-/// but nothing new can be made and a daemon that is started later knows nothing of this process: is_alive() is false for
-/// good, and says so once.
+/// If no daemon runs, start() fails at once. If the daemon ends later, the loss is logged once and is_alive() returns
+/// false until this process is restarted: a new daemon does not know this process. From then on writers answer
+/// Sent::Dead, and new writers and readers are refused. Readers still deliver what has been sent.
 ///
-/// Limits of Debian's build: 512 writers and 1,024 readers on the host, 256 readers per process, a depth of 256, and messages up to
-/// the daemon's largest chunk. What is beyond them is refused with its reason in the log; nothing aborts.
-/// Threads: any. One thread of its own waits for messages, once there is a reader; one per process waits for the daemon's end.
-/// Ownership: writers and readers must go before the carrier.
+/// Limits of Debian's build: 512 writers and 1,024 readers on the host, 256 readers per process, a depth of 256, and
+/// messages up to the daemon's largest chunk. A request beyond a limit is refused, and the reason is logged.
+/// Threads: any. One thread per process serves the daemon. One thread per carrier waits for messages, from the first
+/// reader on.
+/// Ownership: writers and readers must be destroyed before the carrier.
 class IceoryxCarrier final : public Carrier {
  public:
-  /// Errors: no daemon, no permission, or none that answers within `patience`; the way out says which.
+  /// Connects to the daemon, or reuses the connection of this process. Errors: no daemon runs; this user may not use
+  /// it; it has not answered within `patience`; it has ended since this process connected.
   [[nodiscard]] static Result<std::unique_ptr<IceoryxCarrier>, Problem> start(
       Duration patience = std::chrono::seconds(3));
   ~IceoryxCarrier() override;

@@ -14,63 +14,68 @@
 namespace nacelle {
 
 struct LinkOptions {
-  std::string peer = "the other process";  ///< For people.
-  /// Stand-ins for everything that the peer has, so that reports and checks see it; else only where this side has a use for them.
+  std::string peer = "the other process";  ///< Name of the peer, for display.
+  /// Makes stand-ins for all endpoints of the peer, so that reports and checks include them. Otherwise only for those
+  /// with a counterpart on this side.
   bool mirror_all = false;
-  /// Servers and clients of this graph are announced to the peer, which must have a `service_hub`. Must outlive the link. Null: none.
+  /// The graph whose servers and clients are announced to the peer, which must have a `service_hub`. Must outlive the
+  /// link. Null: none are announced.
   ServiceGraph* services = nullptr;
   std::string private_node;  ///< Full name of the node whose servers and clients are not announced.
-  /// Gets stand-ins for the peer's servers and clients. Must outlive the link. Null: the peer's are ignored.
+  /// Receives stand-ins for the peer's servers and clients. Must outlive the link. Null: they are ignored.
   ServiceHub* service_hub = nullptr;
-  /// Finds a type by name that no endpoint here has; null: there are no others. Called on the link's thread.
+  /// Finds a type by name if no endpoint here uses it; returns null if there is none. Called on the link's thread.
+  /// Empty: only types of local endpoints are known.
   std::function<const msgs::MessageType*(const std::string&)> find_type;
-  Carrier* carrier = nullptr;  ///< Must outlive the link. Null: everything goes over the socket.
-  /// What the peer's send_note() sent. On the link's thread; must not destroy the link.
+  Carrier* carrier = nullptr;  ///< Must outlive the link. Null: all messages use the socket.
+  /// Receives the bytes that the peer passed to send_note(). Called on the link's thread; must not destroy the link.
   std::function<void(std::string note)> on_note;
-  /// The link has ended, once: the peer is gone, or cannot be understood. On the link's thread; must not destroy the link.
+  /// Called once, when the link ends: the peer is gone, or breaks the protocol. On the link's thread; must not destroy
+  /// the link.
   std::function<void(const Problem&)> on_end;
 };
 
 struct LinkStats {
   std::uint64_t sent = 0, received = 0;              ///< Messages, calls and answers over the socket.
-  std::uint64_t bytes_sent = 0, bytes_received = 0;  ///< Everything over the socket.
-  std::uint64_t carried = 0;                         ///< Messages given to the carrier.
-  std::uint64_t dropped = 0;  ///< Had no destination: their reader, writer, server or caller went meanwhile.
-  std::uint64_t broken = 0;   ///< Were no messages of their type.
+  std::uint64_t bytes_sent = 0, bytes_received = 0;  ///< All bytes over the socket.
+  std::uint64_t carried = 0;                         ///< Messages that the carrier accepted.
+  std::uint64_t dropped = 0;                         ///< Received without a destination, or without a free envelope.
+  std::uint64_t broken = 0;                          ///< Received, but not messages of their type.
 };
 
 /// Joins the graphs of two processes over a connected stream socket (docs/adr/0007).
 ///
-/// Each side announces its endpoints. For a reader of the peer the link makes a stand-in with that reader's QoS in its own graph and
-/// sends what arrives there; for a writer of the peer it makes one that hands on what comes. So the same code judges QoS on both
-/// sides as within a process. The socket never blocks a publisher: a stand-in's queue overwrites or refuses as its reader's would.
+/// Each side announces its endpoints. For a reader of the peer the link makes a stand-in with that reader's QoS in its
+/// own graph, and sends the messages that this stand-in receives. For a writer of the peer it makes a stand-in that
+/// publishes the received messages. So QoS is checked by the same code as within a process. The socket never blocks a
+/// publisher: a stand-in's queue overwrites or refuses messages as its reader's queue would.
 ///
-/// Holds: a reliable KEEP_ALL reader has at most max_samples messages of the writers behind one link outstanding; publish()
-/// answers WouldBlock from then on until it has taken one. Messages of writers in several processes may meet in its queue: those that
-/// find no room there are counted as `full` by the reader.
+/// For a reliable KEEP_ALL reader, at most max_samples messages of the writers behind one link are outstanding. Beyond
+/// that publish() answers WouldBlock until the reader has taken one. If writers of several processes fill its queue, a
+/// message that finds no room is counted as `full` by the reader.
 ///
-/// Services cross in both directions: `service_hub` gets stand-ins for the servers and clients of the peer's `services`
-/// (docs/adr/0032). Every call gets an answer or the notice that there will be none, also when the link ends. A server or client
-/// has at most 256 calls over the link that are not answered; a request or response is at most 16 MiB long, and at most 64 MiB
-/// wait to be sent. What is beyond is refused.
-/// Not over the link: frame claims, shared objects.
-/// Threads: one of its own after start(); all members from any thread, pump() and start() exclude each other.
-/// Errors: a peer that breaks the protocol ends the link; a stream whose type is unknown here, or another one of that name,
-///         is refused by name in the log.
+/// Services work in both directions: `service_hub` gets stand-ins for the servers and clients of the peer's `services`
+/// (docs/adr/0032). Every call ends with an answer or with a notice that there will be none, also when the link ends.
+/// Limits: 256 unanswered calls of one server or client over the link, 16 MiB for a request or response, and 64 MiB
+/// that wait to be sent. A request beyond a limit is refused; a response beyond a limit is replaced by the notice.
+/// Frame claims and shared objects are not transferred.
+/// Threads: one of its own after start(). All members from any thread, but use either start() or pump().
+/// Errors: a peer that breaks the protocol ends the link. If the type of a stream is unknown here, or has another
+///         definition here, the stream is not linked, and an error in the log names it.
 class Link final {
  public:
-  /// Takes over the socket. `graph` and `clock` must outlive it.
+  /// Takes ownership of the socket. `graph` and `clock` must outlive the link.
   Link(Graph& graph, const Clock& clock, int socket, LinkOptions options);
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
-  /// The stand-ins go; the peer sees the end of the socket.
+  /// Removes the stand-ins and closes the socket, which ends the peer's link.
   ~Link();
 
-  /// Lets a thread of the link's own do the work.
+  /// Starts the link's own thread.
   void start();
-  /// Does what can be done without waiting; true if there was something. For those who have no thread for it.
+  /// Does all work that is possible without waiting. Returns true if there was any. For callers that did not start().
   bool pump();
-  /// Sends bytes to the peer's on_note. What this thread has made in the graph before is announced before.
+  /// Sends bytes to the peer's on_note. Endpoints that this thread has made before the call are announced before them.
   void send_note(std::string note);
   [[nodiscard]] bool has_ended() const;
   [[nodiscard]] LinkStats stats() const;
