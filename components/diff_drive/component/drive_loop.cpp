@@ -87,7 +87,7 @@ std::uint64_t DriveLoop::stops_from_outside() const {
   return inbox_.stops_from_outside == nullptr ? 0 : inbox_.stops_from_outside->load();
 }
 
-void DriveLoop::heed_stops() {
+void DriveLoop::apply_stops() {
   bool is_new = input_.take_holds(inbox_);
   if (stops_from_outside() != stops_at_arm_ && !input_.is_held(Hold::Stopped)) {
     input_.hold(Hold::Stopped);
@@ -98,7 +98,7 @@ void DriveLoop::heed_stops() {
 
 Result<void, DriveFault> DriveLoop::listen() {
   while (clock_.now() < due_ && !stop_.load(std::memory_order_relaxed)) {
-    heed_stops();
+    apply_stops();
     if (lost_at_) {
       port_.rest_until(due_);
     } else if (const auto heard = port_.read_until(due_, ears_); !heard) {
@@ -206,7 +206,7 @@ Result<void, DriveFault> DriveLoop::cycle() {
   if (stop_.load(std::memory_order_relaxed)) return {};
 
   const MonotonicTime now = clock_.now();
-  heed_stops();
+  apply_stops();
   const Duration since_last = now - std::exchange(cycled_at_, now);
   // What came while this loop was away was not read yet: that is no silence of the board.
   if (since_last > 2 * settings_.period && !silent_at_) {

@@ -121,7 +121,7 @@ class DriveLoop {
 
   [[nodiscard]] Result<void, DriveFault> listen();
   /// Stops that do not wait for the end of a cycle.
-  void heed_stops();
+  void apply_stops();
   [[nodiscard]] std::uint64_t stops_from_outside() const;
   [[nodiscard]] double elapsed_periods(MonotonicTime now);
   [[nodiscard]] Result<void, DriveFault> drive(const BodyTwist& twist);

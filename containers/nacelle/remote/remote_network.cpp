@@ -6,15 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "nacelle/base/json_text.hpp"
 #include "nacelle/base/printable.hpp"
 #include "nacelle/base/problem_json.hpp"
 #include "nacelle/msgs/any_message.hpp"
-#include "nacelle/msgs/json.hpp"
 #include "nacelle/runtime/service_fault.hpp"
 #include "nacelle/transport_dds/mirror.hpp"
 #include "networking/network_wish.hpp"
@@ -197,28 +194,6 @@ Result<void, Problem> RemoteNetwork::prepare(const std::string& service, const c
   if (!found) return err(found.error());
   static_cast<void>(clients_.client_of(service, *found.value().service));
   return {};
-}
-
-Result<json, Problem> RemoteNetwork::call(const std::string& service, const char* type, const json& request,
-                                          Duration limit) {
-  auto found = types_.find(type);
-  if (!found) return err(found.error());
-  const msgs::ServiceType& of = *found.value().service;
-  msgs::AnyMessage message{of.request()};
-  const std::string text = request.dump(-1, ' ', false, json::error_handler_t::replace);
-  if (auto read = msgs::from_json(text, of.request(), message.get()); !read) return err(read.error());
-  auto call = start_call(service, of, message.get(), [this] { bell_.ring(); });
-  if (!call) return err(call.error());
-  using State = runtime::ServiceCall::State;
-  static_cast<void>(wait(clock_.now() + limit, [&] { return call.value()->state() != State::Waiting; }));
-  if (call.value()->state() == State::Waiting)
-    return err(Problem{"service " + service, fmt::format("has not answered within {:g} s", to_seconds(limit)), "",
-                       runtime::ServiceFault::NoAnswer, service});
-  const void* const response = call.value()->response();
-  if (response == nullptr)
-    return err(Problem{"service " + service, "its node disappeared before it answered", "",
-                       runtime::ServiceFault::ServerGone, service});
-  return parse_json_or_discard(msgs::to_json(of.response(), response));
 }
 
 }  // namespace nacelle::remote

@@ -94,9 +94,6 @@ class RemoteNetwork {
                                                                                   const msgs::ServiceType& type,
                                                                                   void* request,
                                                                                   std::function<void()> on_answer);
-  /// Calls a service and returns the response as JSON. Errors: of start_call(); no answer within the limit.
-  [[nodiscard]] Result<nlohmann::json, Problem> call(const std::string& service, const char* type,
-                                                     const nlohmann::json& request, Duration limit);
   /// Creates the client of a service ahead of the call, so that several clients discover their servers at the same
   /// time. Errors: an unknown type.
   [[nodiscard]] Result<void, Problem> prepare(const std::string& service, const char* type);

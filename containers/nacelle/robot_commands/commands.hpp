@@ -19,6 +19,6 @@ void add_estop_command(Command& root);
 void add_teleop_command(Command& root);
 void add_sim_commands(Command& root);
 /// Adds `streams` and `top`.
-void add_watch_commands(Command& root);
+void add_top_commands(Command& root);
 
 }  // namespace nacelle::cli

@@ -6,10 +6,10 @@
 #include <algorithm>
 
 #include "broker_writer.hpp"
-#include "clash.hpp"
 #include "message_library.hpp"
 #include "nacelle/msgs/message_type.hpp"
-#include "watchdog.hpp"
+#include "qos_clash.hpp"
+#include "qos_watch.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -118,12 +118,12 @@ class BrokerReader final : public ProxyReader {
 
 Broker::Broker(const Clock& clock, Watching watching) : clock_(clock), next_id_(first_id()) {
   if (watching == Watching::ByThread)
-    watchdog_ = std::make_unique<Watchdog>([this](MonotonicTime now) { return watch(now); });
+    qos_watch_ = std::make_unique<QosWatch>([this](MonotonicTime now) { return watch(now); });
 }
 Broker::~Broker() = default;
 
 void Broker::look_earlier() {
-  if (watchdog_) watchdog_->poke();
+  if (qos_watch_) qos_watch_->poke();
 }
 
 MonotonicTime Broker::watch(MonotonicTime now) {
@@ -189,19 +189,19 @@ std::unique_ptr<ProxyWriter> Broker::make_writer(const EndpointSpec& spec, std::
 std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking taking, ReadyListener* listener) {
   const LockGuard lock(mutex_);
   const std::uint64_t id = next_id_++;
-  return make_reader(std::make_shared<ReaderQueue>(spec, taking, listener, clock_, watchdog_.get(), id));
+  return make_reader(std::make_shared<ReaderQueue>(spec, taking, listener, clock_, qos_watch_.get(), id));
 }
 
 std::unique_ptr<Reader> Broker::create_reader(const EndpointSpec& spec, Taking taking, Executable& executable) {
   const LockGuard lock(mutex_);
   const std::uint64_t id = next_id_++;
-  return make_reader(std::make_shared<ReaderQueue>(spec, taking, executable, clock_, watchdog_.get(), id));
+  return make_reader(std::make_shared<ReaderQueue>(spec, taking, executable, clock_, qos_watch_.get(), id));
 }
 
 std::unique_ptr<ProxyReader> Broker::create_proxy_reader(const EndpointSpec& spec, ReadyListener* listener) {
   const LockGuard lock(mutex_);
   const std::uint64_t id = next_id_++;
-  return make_reader(std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), id));
+  return make_reader(std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, qos_watch_.get(), id));
 }
 
 // Under the lock.

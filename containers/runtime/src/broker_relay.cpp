@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "broker_writer.hpp"
-#include "clash.hpp"
 #include "nacelle/msgs/message_type.hpp"
+#include "qos_clash.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -78,7 +78,7 @@ std::unique_ptr<ProxyReader> Broker::create_tap(const EndpointInfo& writer, std:
   spec.via = link;
   std::unique_ptr<ProxyReader> tap;  // if something throws, it ends after the lock
   const LockGuard lock(mutex_);
-  auto queue = std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, watchdog_.get(), next_id_++);
+  auto queue = std::make_shared<ReaderQueue>(spec, Taking::Share, listener, clock_, qos_watch_.get(), next_id_++);
   queue->be_tap_of(writer.id);
   tap = make_reader(queue);
   // A process sends only topics with a reader here, and other processes need not know this reader.
@@ -92,7 +92,7 @@ std::unique_ptr<Witness> Broker::create_witness(const EndpointSpec& spec) {
   closed.gate = &kClosed;
   std::unique_ptr<ProxyReader> reader;  // if something throws, it ends after the lock
   const LockGuard lock(mutex_);
-  auto queue = std::make_shared<ReaderQueue>(closed, Taking::Share, nullptr, clock_, watchdog_.get(), next_id_++);
+  auto queue = std::make_shared<ReaderQueue>(closed, Taking::Share, nullptr, clock_, qos_watch_.get(), next_id_++);
   queue->be_witness();
   reader = make_reader(queue);
   return std::make_unique<BrokerWitness>(topic(closed), std::move(queue), std::move(reader));

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "broker_writer.hpp"
-#include "clash.hpp"
 #include "nacelle/msgs/message_type.hpp"
 #include "nacelle/runtime/broker.hpp"
+#include "qos_clash.hpp"
 
 namespace nacelle::runtime {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "clash.hpp"
 #include "nacelle/base/expect.hpp"
 #include "nacelle/runtime/repeat.hpp"
+#include "qos_clash.hpp"
 #include "this_thread.hpp"
 
 namespace nacelle::runtime {

@@ -20,17 +20,17 @@ std::size_t first_size(std::size_t depth, bool keeps_all) {
 }  // namespace
 
 ReaderQueue::ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener, const Clock& clock,
-                         Watchdog* watchdog, std::uint64_t id)
-    : ReaderQueue(std::move(spec), taking, listener, nullptr, clock, watchdog, id) {}
+                         QosWatch* qos_watch, std::uint64_t id)
+    : ReaderQueue(std::move(spec), taking, listener, nullptr, clock, qos_watch, id) {}
 
 ReaderQueue::ReaderQueue(EndpointSpec spec, Taking taking, Executable& executable, const Clock& clock,
-                         Watchdog* watchdog, std::uint64_t id)
-    : ReaderQueue(std::move(spec), taking, nullptr, &executable, clock, watchdog, id) {
+                         QosWatch* qos_watch, std::uint64_t id)
+    : ReaderQueue(std::move(spec), taking, nullptr, &executable, clock, qos_watch, id) {
   executable.take_from(*this);
 }
 
 ReaderQueue::ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* listener, Executable* executable,
-                         const Clock& clock, Watchdog* watchdog, std::uint64_t id)
+                         const Clock& clock, QosWatch* qos_watch, std::uint64_t id)
     : spec_(std::move(spec)),
       taking_(taking),
       keep_all_(spec_.qos.resolved().keeps_all()),
@@ -45,7 +45,7 @@ ReaderQueue::ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* list
       listener_(listener),
       status_listener_(spec_.status_listener),
       clock_(clock),
-      watchdog_(watchdog),
+      qos_watch_(qos_watch),
       id_(id),
       deadline_(spec_.via == 0 ? spec_.qos.resolved().deadline() : Duration::zero()) {
   note_room();
@@ -139,7 +139,7 @@ ReaderQueue::Push ReaderQueue::push(Block& block) {
   if (called != nullptr) futex_wake(*called, 1);
   if (loose.evicted != nullptr) drop_reference(*loose.evicted);
   if (loose.tell) tell();
-  if (loose.poke && watchdog_ != nullptr) watchdog_->poke();
+  if (loose.poke && qos_watch_ != nullptr) qos_watch_->poke();
   if (executor_ == nullptr && result == Push::Queued) {
     const LockGuard lock(listener_mutex_);
     if (listener_ != nullptr) listener_->on_ready();

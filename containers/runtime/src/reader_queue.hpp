@@ -14,8 +14,8 @@
 #include "nacelle/runtime/futex.hpp"
 #include "nacelle/runtime/graph_watch.hpp"
 #include "nacelle/runtime/reports.hpp"
+#include "qos_watch.hpp"
 #include "this_thread.hpp"
-#include "watchdog.hpp"
 
 namespace nacelle::runtime {
 
@@ -30,10 +30,10 @@ inline constexpr const char* kTypePolicy = "type";
 /// Threads: any. The ring is accessed under its lock.
 class ReaderQueue {
  public:
-  ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener, const Clock& clock, Watchdog* watchdog,
+  ReaderQueue(EndpointSpec spec, Taking taking, ReadyListener* listener, const Clock& clock, QosWatch* qos_watch,
               std::uint64_t id);
   /// Makes the executable take its messages from this queue.
-  ReaderQueue(EndpointSpec spec, Taking taking, Executable& executable, const Clock& clock, Watchdog* watchdog,
+  ReaderQueue(EndpointSpec spec, Taking taking, Executable& executable, const Clock& clock, QosWatch* qos_watch,
               std::uint64_t id);
   ~ReaderQueue();
 
@@ -121,7 +121,7 @@ class ReaderQueue {
   [[nodiscard]] bool has_deadline() const NACELLE_NOT_CHECKED { return deadline_.is_set(); }
   void note_seen(const MessageInfo& info) NACELLE_REQUIRES(*mutex_);
   ReaderQueue(EndpointSpec&& spec, Taking taking, ReadyListener* listener, Executable* executable, const Clock& clock,
-              Watchdog* watchdog, std::uint64_t id);
+              QosWatch* qos_watch, std::uint64_t id);
   // Work to do after the lock is released.
   struct Loose {
     Block* evicted = nullptr;
@@ -161,7 +161,7 @@ class ReaderQueue {
   mutable FutexMutex status_mutex_;
   StatusListener* status_listener_ NACELLE_GUARDED_BY(status_mutex_);
   const Clock& clock_;
-  Watchdog* const watchdog_;  // null: another thread calls watch() in time
+  QosWatch* const qos_watch_;  // null: another thread calls watch() in time
   const std::uint64_t id_;
   DeadlineWatch deadline_ NACELLE_GUARDED_BY(*mutex_);
   EndpointStatus totals_ NACELLE_GUARDED_BY(*mutex_);

@@ -5,10 +5,10 @@
 #include <array>
 
 #include "nacelle/base/guarded.hpp"
-#include "transport_dds/port/announcement.hpp"
 #include "transport_dds/port/core.hpp"
 #include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/cyclone_qos.hpp"
+#include "transport_dds/port/endpoint_end.hpp"
 #include "transport_dds/port/sample_ring.hpp"
 
 namespace nacelle::transport_dds {

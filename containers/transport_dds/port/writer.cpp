@@ -3,10 +3,10 @@
 
 #include "nacelle/base/expect.hpp"
 #include "nacelle/base/guarded.hpp"
-#include "transport_dds/port/announcement.hpp"
 #include "transport_dds/port/core.hpp"
 #include "transport_dds/port/cyclone_log.hpp"
 #include "transport_dds/port/cyclone_qos.hpp"
+#include "transport_dds/port/endpoint_end.hpp"
 #include "transport_dds/port/pacing.hpp"
 
 namespace nacelle::transport_dds {

@@ -83,7 +83,7 @@ enum class ReplyStep : std::uint8_t {
   Drop,    ///< The client is gone.
   GiveUp,  ///< The reader has not matched within kReplyPatience: drop the reply.
 };
-inline constexpr Duration kReplyPatience = 100ms, kReplyPoll = 10ms;
+inline constexpr Duration kReplyPatience = 100ms;
 
 /// Decides whether a reply can be sent. A client's two endpoints are discovered one after the other, and a reply that
 /// is sent before the second is matched would be lost.

@@ -22,7 +22,7 @@ class BrokerWriter;
 class Executable;
 class ReaderQueue;
 class Topic;
-class Watchdog;
+class QosWatch;
 
 /// How deadlines and leases are checked: by the caller with watch(), or by a thread of the broker, which is started for
 /// the first of them.
@@ -106,7 +106,7 @@ class Broker final : public Graph {
   bool types_to_compare_ NACELLE_GUARDED_BY(mutex_) = false;  // an endpoint joined a name with several types
   // Writer, reader: each pair is reported once.
   std::set<std::pair<std::uint64_t, std::uint64_t>> told_types_ NACELLE_GUARDED_BY(mutex_);
-  std::unique_ptr<Watchdog> watchdog_;  // the last member: its thread uses the others
+  std::unique_ptr<QosWatch> qos_watch_;  // the last member: its thread uses the others
 };
 
 }  // namespace nacelle::runtime

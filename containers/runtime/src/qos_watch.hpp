@@ -13,13 +13,13 @@ namespace nacelle::runtime {
 
 /// Checks deadlines and leases when they are due, on a thread that exists from the first poke() on and sleeps in
 /// between. MonotonicTime is always that of CLOCK_MONOTONIC here.
-class Watchdog {
+class QosWatch {
  public:
   /// `look` receives the time and returns the latest time of the next check.
-  explicit Watchdog(std::function<MonotonicTime(MonotonicTime)> look) : look_(std::move(look)) {}
-  ~Watchdog();
-  Watchdog(const Watchdog&) = delete;
-  Watchdog& operator=(const Watchdog&) = delete;
+  explicit QosWatch(std::function<MonotonicTime(MonotonicTime)> look) : look_(std::move(look)) {}
+  ~QosWatch();
+  QosWatch(const QosWatch&) = delete;
+  QosWatch& operator=(const QosWatch&) = delete;
 
   /// Wakes the thread for a check earlier than the last one returned. Threads: any; locks may be held.
   void poke();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "watchdog.hpp"
+#include "qos_watch.hpp"
 
 #include <pthread.h>
 
@@ -7,14 +7,14 @@
 
 namespace nacelle::runtime {
 
-Watchdog::~Watchdog() {
+QosWatch::~QosWatch() {
   stopping_ = true;
   word_.fetch_add(1);
   futex_wake(word_, 1);
   if (thread_.joinable()) thread_.join();
 }
 
-void Watchdog::poke() {
+void QosWatch::poke() {
   if (!running_.load(std::memory_order_acquire)) {
     const LockGuard lock(starting_);
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
@@ -24,8 +24,8 @@ void Watchdog::poke() {
   futex_wake(word_, 1);
 }
 
-void Watchdog::run() {
-  pthread_setname_np(pthread_self(), "watchdog");
+void QosWatch::run() {
+  pthread_setname_np(pthread_self(), "qos_watch");
   const SystemClock clock;
   while (!stopping_) {
     // Read before the check: changes during it are checked again.

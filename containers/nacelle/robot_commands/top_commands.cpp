@@ -8,7 +8,7 @@
 #include "cli/asking.hpp"
 #include "cli/live.hpp"
 #include "cli/program.hpp"
-#include "report/figures.hpp"
+#include "report/top_tables.hpp"
 #include "robot_commands/commands.hpp"
 
 namespace nacelle::cli {
@@ -67,7 +67,7 @@ void add_view(Command& root, const char* name, const char* what, const char* not
 
 }  // namespace
 
-void add_watch_commands(Command& root) {
+void add_top_commands(Command& root) {
   add_view(
       root, "streams", "show every stream: rate, age, drops by cause, late readers",
       "HZ is measured over the interval; the other figures since the start. AGE: of the last message. P99: from\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "clash.hpp"
+#include "qos_clash.hpp"
 
 #include <fmt/format.h>
 

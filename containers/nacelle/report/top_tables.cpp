@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/figures.hpp"
+#include "report/top_tables.hpp"
 
 #include <fmt/format.h>
 
