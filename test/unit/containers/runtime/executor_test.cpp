@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "executor_fixture.hpp"
+#include "nacelle/host/lifecycle_state.hpp"
 #include "support/manual_clock.hpp"
 
 namespace nacelle::runtime {
