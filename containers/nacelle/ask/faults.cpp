@@ -38,6 +38,12 @@ Result<json, Problem> list_faults(Nodes& nodes, const std::string& container) {
               {"last_crash", is_empty(faults["last_crash"]) ? json(nullptr) : std::move(crash)}};
 }
 
+Result<std::vector<std::string>, Problem> emergency_stops(Nodes& nodes, const std::string& container) {
+  const auto answer = nodes.ask_container(container, "get_emergency_stops", "nacelle_interfaces/srv/GetEmergencyStops");
+  if (!answer) return err(answer.error());
+  return answer.value()["topics"].get<std::vector<std::string>>();
+}
+
 Result<json, Problem> release_emergency_stops(Nodes& nodes, const std::string& container, const std::string& topic) {
   const json topics = topic.empty() ? json::array() : json::array({topic});
   const auto answer = nodes.ask_container(container, "release_emergency_stops",

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "ask/nodes.hpp"
 #include "nacelle/base/problem.hpp"
@@ -24,6 +25,8 @@ namespace nacelle::ask {
 /// `container`: a name, or empty for the only one. Errors: as Nodes::ask_container().
 [[nodiscard]] Result<nlohmann::json, Problem> list_faults(Nodes& nodes, const std::string& container);
 
+/// Returns the topics on which an emergency stop of a container is set. Errors: as Nodes::ask_container().
+[[nodiscard]] Result<std::vector<std::string>, Problem> emergency_stops(Nodes& nodes, const std::string& container);
 /// Releases the emergency stops of a container on `topic`; if that is empty, on every emergency stop topic that a
 /// component reads. Returns "topics", each with "name" and "readers".
 /// Errors: as Nodes::ask_container(); `topic` is not an emergency stop; it is empty and no component reads one; the

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <std_msgs/msg/bool.hpp>
+#include <thread>
+#include <vector>
 
 #include "ask/faults.hpp"
 #include "cli/output.hpp"
@@ -18,6 +22,7 @@ namespace {
 using nlohmann::json;
 
 constexpr Duration kEstopLimit = 2s, kRemoteLimit = 10s;  // the second: for nodes of the network to be discovered
+constexpr Duration kRepeatLimit = 3s, kRepeatPeriod = 50ms;
 
 struct EstopWish {
   Whom whom;
@@ -58,6 +63,27 @@ int print_stops(const EstopWish& wish, bool set, const std::vector<Listener>& li
   return kDone;
 }
 
+/// Sends the stops of other nodes again until the container reports them. A reader that matches its writer late does not receive what was
+/// sent before, and DDS does not tell the writer (docs/adr/0013). Nodes of other programs report nothing: they get each stop for the
+/// whole time. A set stop that is sent again stays set.
+template <typename Send>
+Result<void, Problem> repeat_until_reported(control::Client& client, const EstopWish& wish,
+                                            const std::vector<Listener>& listeners, const Send& send) {
+  const SystemClock clock;
+  ask::Nodes nodes{client};
+  const MonotonicTime end = clock.now() + kRepeatLimit;
+  while (true) {
+    const auto reported = ask::emergency_stops(nodes, wish.whom.container);
+    const auto is_set = [&](const Listener& listener) {
+      return listener.readers == 0 ||
+             (reported && std::ranges::find(reported.value(), listener.topic) != reported.value().end());
+    };
+    if (std::ranges::all_of(listeners, is_set) || clock.now() >= end) return {};
+    std::this_thread::sleep_for(kRepeatPeriod);
+    if (auto sent = send(); !sent) return sent;
+  }
+}
+
 /// Through the control thread and not as a request: a container that is busy loading a component stops as quickly. `topic`: empty, or
 /// the only one that is meant.
 int tell(const EstopWish& wish, bool set, const std::string& topic) {
@@ -80,13 +106,26 @@ int tell(const EstopWish& wish, bool set, const std::string& topic) {
   }
   std_msgs::msg::Bool message;
   message.data = set;
+  const auto bytes = msgs::to_cdr(message);
+  std::vector<std::uint16_t> writers;
   for (const Listener& listener : listeners) {
     auto handle = client.value().open_writer(listener.topic, session::kEmergencyStopType, limit);
     if (!handle) return complain(handle.error());
-    if (auto sent = client.value().publish(handle.value(), msgs::to_cdr(message)); !sent) return complain(sent.error());
+    if (auto sent = client.value().publish(handle.value(), bytes); !sent) return complain(sent.error());
+    writers.push_back(handle.value());
   }
   // A refusal arrives as a fault. The reply to a request behind the messages shows that they were accepted.
   if (auto taken = client.value().stats(limit); !taken) return complain(taken.error());
+  if (wish.whom.is_remote()) {
+    const auto send_all = [&]() -> Result<void, Problem> {
+      for (const auto writer : writers) {
+        if (auto sent = client.value().publish(writer, bytes); !sent) return sent;
+      }
+      return {};
+    };
+    if (auto told = repeat_until_reported(client.value(), wish, listeners, send_all); !told)
+      return complain(told.error());
+  }
   return print_stops(wish, set, listeners);
 }
 
