@@ -63,9 +63,9 @@ int print_stops(const EstopWish& wish, bool set, const std::vector<Listener>& li
   return kDone;
 }
 
-/// Sends the stops of other nodes again until the container reports them. A reader that matches its writer late does not receive what was
-/// sent before, and DDS does not tell the writer (docs/adr/0013). Nodes of other programs report nothing: they get each stop for the
-/// whole time. A set stop that is sent again stays set.
+/// Sends the stops again until the container reports them, for at most kRepeatLimit. A reader that matches its writer late does not
+/// receive earlier messages, and DDS does not report this to the writer (docs/adr/0013). Readers of other programs report nothing and
+/// get the stop until the limit. A stop that is set already stays set.
 template <typename Send>
 Result<void, Problem> repeat_until_reported(control::Client& client, const EstopWish& wish,
                                             const std::vector<Listener>& listeners, const Send& send) {
