@@ -73,6 +73,11 @@ std::string Clash::text() const {
   return policy + ": the publisher offers " + offered + ", the subscription requests " + requested + "; " + change;
 }
 
+std::string Clash::between(const std::string& publisher, const std::string& subscription) const {
+  return publisher + " publishes with " + policy + " " + offered + ", " + subscription + " asks for " + requested +
+         ": it gets nothing from it";
+}
+
 std::string Compatibility::text() const {
   if (clashes.empty()) return "ok";
   std::string all;

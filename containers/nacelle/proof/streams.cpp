@@ -63,18 +63,13 @@ void check_shared_remaps(Evidence& evidence) {
 
 void check_pairs(Evidence& evidence) {
   for (const auto& clash : evidence.container.clashes()) {
-    const bool type = clash.policy == "type";
-    const std::string writer =
-        clash.topic + ": " + clash.writer_node + " (" +
-        place_of_end(evidence.plan, clash.writer_node, clash.topic, launch::Side::Publisher).text() + ") publishes ";
-    std::string what = type ? writer + clash.offered + ", " + clash.reader_node + " reads " + clash.requested
-                            : writer + "with " + clash.policy + " " + clash.offered + ", " + clash.reader_node +
-                                  " asks for " + clash.requested + ": it gets nothing from it";
-    if (clash.other_writers != 0)
-      what += ", though " + std::to_string(clash.other_writers) + " other publisher(s) serve it";
-    evidence.find(type ? Rule::TopicTypes : Rule::QosMismatch,
-                  {place_of_end(evidence.plan, clash.reader_node, clash.topic, launch::Side::Subscription),
-                   std::move(what), clash.change},
+    const auto place_of = [&](const std::string& node, launch::Side side) {
+      return place_of_end(evidence.plan, node, clash.topic, side);
+    };
+    const std::string writer_place = place_of(clash.writer_node, launch::Side::Publisher).text();
+    evidence.find(clash.policy == "type" ? Rule::TopicTypes : Rule::QosMismatch,
+                  {place_of(clash.reader_node, launch::Side::Subscription),
+                   clash.topic + ": " + clash.what(writer_place), clash.change},
                   severity_of(evidence.plan, {clash.writer_node, clash.reader_node}));
   }
 }

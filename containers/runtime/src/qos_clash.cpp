@@ -8,14 +8,17 @@
 
 namespace nacelle::runtime {
 
-std::string ClashReport::text() const {
-  return fmt::format("{}: {} publishes with {} {}, {} asks for {}: it gets nothing from it{}; {}", topic, writer_node,
-                     policy, offered, reader_node, requested,
-                     other_writers == 0 ? ""
-                                        : fmt::format(" ({} other publisher{} it)", other_writers,
-                                                      other_writers == 1 ? " serves" : "s serve"),
-                     change);
+std::string ClashReport::what(const std::string& writer_place) const {
+  const std::string writer = writer_place.empty() ? writer_node : fmt::format("{} ({})", writer_node, writer_place);
+  if (policy == kTypePolicy)
+    return fmt::format("{} publishes {}, {} reads {}", writer, offered, reader_node, requested);
+  std::string others;
+  if (other_writers != 0)
+    others = fmt::format(" ({} other publisher{} it)", other_writers, other_writers == 1 ? " serves" : "s serve");
+  return Clash{Verdict::Error, policy, offered, requested, change}.between(writer, reader_node) + others;
 }
+
+std::string ClashReport::text() const { return topic + ": " + what() + "; " + change; }
 
 ClashReport clash_of_types(const std::string& topic, const std::string& writer_node, const std::string& writer_type,
                            const std::string& reader_node, const std::string& reader_type) {

@@ -136,10 +136,7 @@ void DdsMirror::Impl::tell_unserved(const dds::RemoteEndpoint& reader) {
     const auto worst = std::ranges::find(found.clashes, Verdict::Error, &Clash::severity);
     if (worst == found.clashes.end()) continue;
     tell_once(reader.name + " " + ours->spec.node + " " + reader.gid.text(),
-              {reader.name,
-               ours->spec.node + " publishes with " + worst->policy + " " + worst->offered + ", " +
-                   node_name_of(reader) + " asks for " + worst->requested + ": it gets nothing from it",
-               worst->change});
+              {reader.name, worst->between(ours->spec.node, node_name_of(reader)), worst->change});
   }
 }
 

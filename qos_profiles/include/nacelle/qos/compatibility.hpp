@@ -26,6 +26,8 @@ struct Clash {
 
   /// "reliability: the publisher offers best_effort, the subscription requests reliable; <change>"
   [[nodiscard]] std::string text() const;
+  /// What is wrong, with the names of the nodes; without the change.
+  [[nodiscard]] std::string between(const std::string& publisher, const std::string& subscription) const;
   friend bool operator==(const Clash&, const Clash&) = default;
 };
 

@@ -90,6 +90,8 @@ struct LoadReport {
 struct ClashReport {
   std::string topic, writer_node, reader_node, policy, offered, requested, change;
   std::size_t other_writers = 0;  ///< Publishers of the topic that are compatible with this subscription.
+  /// What is wrong, without topic and change. `writer_place` is where the publisher's QoS was set, if that is known.
+  [[nodiscard]] std::string what(const std::string& writer_place = {}) const;
   [[nodiscard]] std::string text() const;
 };
 

@@ -112,7 +112,7 @@ TEST_F(LoaderTest, takes_out_again_what_cannot_talk_to_a_component_that_is_there
   ASSERT_FALSE(of_another_type);
   EXPECT_EQ(of_another_type.error().code, RobotFault::TopicTypes);
   EXPECT_EQ(of_another_type.error().value, "/text");
-  EXPECT_THAT(of_another_type.error().text(), HasSubstr("/other publishes with type std_msgs/msg/Bool"));
+  EXPECT_THAT(of_another_type.error().text(), HasSubstr("/other publishes std_msgs/msg/Bool"));
   EXPECT_EQ(robot_.find("/other").node, "");
   EXPECT_EQ(robot_.find("/reader").state, StateId::Active);
 }
