@@ -2,7 +2,9 @@
 # Writes cli/version.cpp: the version, and the commit as far as it is known. Runs at each build, and writes only what has changed.
 #   cmake -DVERSION=0.1.0 -DOUTPUT=FILE -P version.cmake
 set(commit "$Format:%H$")  # of an archive that git has made
-if(NOT commit MATCHES "^[0-9a-f]+$")
+if(commit MATCHES "^[0-9a-f]+$")
+  string(SUBSTRING "${commit}" 0 12 commit)
+else()
   set(commit "")
   set(ENV{GIT_OPTIONAL_LOCKS} 0)
   set(git git -c safe.directory=* -C ${CMAKE_CURRENT_LIST_DIR})
@@ -13,7 +15,6 @@ if(NOT commit MATCHES "^[0-9a-f]+$")
                     OUTPUT_STRIP_TRAILING_WHITESPACE)
   endif()
 endif()
-string(REGEX REPLACE "^([0-9a-f]{12})[0-9a-f]*" "\\1" commit "${commit}")
 if(commit)
   string(APPEND VERSION " (${commit})")
 endif()
