@@ -97,7 +97,7 @@ const char* Interface::definition() const {
 
 TypeLibrary::TypeLibrary(const std::vector<std::filesystem::path>& directories) {
   for (const auto& directory : with_environment(directories)) {
-    std::error_code none;  // A directory that does not exist holds no packages.
+    std::error_code none;                    // A directory that does not exist holds no packages.
     std::set<std::filesystem::path> sorted;  // a name without a version before those with one
     for (const auto& entry : std::filesystem::directory_iterator(directory, none)) sorted.insert(entry.path());
     for (const auto& file : sorted) {
