@@ -76,6 +76,10 @@ class DevTest(unittest.TestCase):
             ("run", "--sanitizer"),
             ("bench", "--jsn", "x"),
             ("test", "-L", "timing", "--busy", "2"),
+            ("build", "--arch", "riscv64"),
+            ("run", "--arch", "arm64"),
+            ("test", "--arch", "arm64", "--sanitizer", "address"),
+            ("test", "-L", "timing", "--arch", "arm64"),
         ):
             with self.subTest(arguments=arguments):
                 answer = dev(*arguments)
