@@ -34,8 +34,9 @@ rm -f "$out/.status"
 
 # What the machine runs as root after init.sh.
 {
-  echo 'export PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp TERM=dumb LC_ALL=C.UTF-8'
+  echo 'export PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp TERM=dumb PYTHONUTF8=1'
   echo 'read -r up rest </proc/uptime; exec </dev/null'
+  echo 'ln -s /proc/self/fd /dev/fd'
   for number in "${!shares[@]}"; do
     printf 'mkdir -p %q /run/share%d/{lower,upper,work}\n' "${shares[number]}" "$number"
     printf 'mount -t 9p -o ro,trans=virtio,version=9p2000.L,msize=262144,cache=loose share%d /run/share%d/lower\n' "$number" "$number"
@@ -48,7 +49,9 @@ rm -f "$out/.status"
     echo "modprobe ${module%%:*} ${options//,/ } || echo 'vmrun: no module $module'"
   done
   # shellcheck disable=SC2016  # the machine's own
-  echo 'echo "vmrun: Linux $(uname -r), pages of $(getconf PAGESIZE 2>/dev/null || echo ?) bytes, ready after $up s"'
+  echo 'read -r rest page rest < <(grep -m 1 KernelPageSize /proc/self/smaps)'
+  # shellcheck disable=SC2016
+  echo 'echo "vmrun: Linux $(uname -r), pages of $page KiB, ready after $up s"'
   printf 'cd /; ('
   printf ' %q' "$@"
   # shellcheck disable=SC2016
