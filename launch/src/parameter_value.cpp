@@ -246,7 +246,7 @@ Result<void, Problem> validate_parameter_name(std::string_view name) {
   if (name.front() == '.' || name.back() == '.' || name.find("..") != std::string_view::npos) {
     return err(Problem{"", "the parameter name '" + shown(name) + "' has an empty part", "", NameFault::Invalid});
   }
-  for (const char c : name) {
+  for (const unsigned char c : name) {  // plain char has a sign on amd64, and none on arm64
     if (c > ' ' && c != 0x7f && c != ':' && c != '=') continue;
     return err(Problem{"",
                        "the parameter name '" + shown(name) + "' holds a space, ':', '=' or an unprintable character",

@@ -3,10 +3,12 @@
 """Fails on a program or library that is easier to attack than it has to be, and on a source that is compiled without its protection.
 
 Of every ELF file below the folders given: no empty element in RUNPATH or RPATH (the loader takes it for the current directory),
-RELRO and immediate binding, no executable stack, programs that are position-independent. Of compile_commands.json: the flags of
+RELRO and immediate binding, no executable stack, programs that are position-independent; of files for arm64, segments that a kernel with
+pages of 16 KiB can map (a Raspberry Pi 5). Of compile_commands.json: the flags of
 nacelle_harden() on every source of the product.
 
-usage: check_binaries.py BUILD [--source ROOT] [--install]   BUILD is a folder of CMake; --install also checks what it installs
+usage: check_binaries.py BUILD [--source ROOT] [--machine NAME] [--install]
+  BUILD is a folder of CMake; --machine: what it compiles for (default: this machine); --install also checks what it installs
 """
 import argparse
 import json
@@ -25,6 +27,8 @@ PT_LOAD, PT_DYNAMIC, PT_INTERP, PT_GNU_STACK, PT_GNU_RELRO = 1, 2, 3, 0x6474E551
 DT_STRTAB, DT_RPATH, DT_BIND_NOW, DT_RUNPATH, DT_FLAGS, DT_FLAGS_1 = 5, 15, 24, 29, 30, 0x6FFFFFFB
 DF_BIND_NOW, DF_1_NOW, DF_1_PIE, PF_X = 0x8, 0x1, 0x08000000, 0x1
 
+EM_AARCH64, LARGE_PAGE = 183, 0x4000
+
 PRODUCT = ("interfaces", "qos_profiles", "components", "containers", "launch")
 EXEMPT = ("test/peers", "CMakeFiles")  # programs of other projects, as they are; CMake's own trials
 FLAGS = ("-fstack-protector-strong", "-fstack-clash-protection", "-D_FORTIFY_SOURCE=3")
@@ -35,22 +39,25 @@ class Elf(NamedTuple):
     segments: dict  # type -> flags of the first one
     dynamic: dict  # tag -> list of values
     paths: list  # RUNPATH and RPATH as text
+    machine: int
+    page: int  # the largest page of which each segment that is loaded begins anew
 
 
 def read_elf(data: bytes):
     """An Elf, or None for bytes that are no program or shared library of this machine's kind (64 bit, little-endian)."""
     if len(data) < 64 or data[:6] != b"\x7fELF\x02\x01":
         return None
-    kind = struct.unpack_from("<H", data, 16)[0]
+    kind, machine = struct.unpack_from("<HH", data, 16)
     if kind not in (ET_EXEC, ET_DYN):
         return None
     table, size, count = struct.unpack_from("<Q", data, 32)[0], *struct.unpack_from("<HH", data, 54)
-    segments, loads, dynamic = {}, [], {}
+    segments, loads, dynamic, pages = {}, [], {}, []
     for i in range(count):
-        what, flags, offset, address, _, length = struct.unpack_from("<IIQQQQ", data, table + i * size)
+        what, flags, offset, address, _, length, _, alignment = struct.unpack_from("<IIQQQQQQ", data, table + i * size)
         segments.setdefault(what, flags)
         if what == PT_LOAD:
             loads.append((address, offset, length))
+            pages.append(alignment)
         if what == PT_DYNAMIC:
             for at in range(offset, offset + length, 16):
                 tag, value = struct.unpack_from("<qQ", data, at)
@@ -63,7 +70,7 @@ def read_elf(data: bytes):
             address = dynamic[DT_STRTAB][0] + value
             begin = next(address - a + o for a, o, length in loads if a <= address < a + length)
             paths.append(data[begin : data.index(b"\0", begin)].decode())
-    return Elf(kind, segments, dynamic, paths)
+    return Elf(kind, segments, dynamic, paths, machine, min(pages, default=LARGE_PAGE))
 
 
 def complaints_about(elf: Elf):
@@ -81,6 +88,8 @@ def complaints_about(elf: Elf):
         yield "not position-independent (-pie)"
     if elf.kind == ET_DYN and PT_INTERP in elf.segments and not flags_1 & DF_1_PIE:
         yield "a program that is not linked with -pie"
+    if elf.machine == EM_AARCH64 and elf.page < LARGE_PAGE:
+        yield f"its segments are aligned to {elf.page} bytes: a kernel with pages of 16 KiB cannot load it (-z max-page-size=65536)"
 
 
 def files_below(folder: Path):
@@ -150,6 +159,7 @@ def main() -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("build", type=Path)
     parser.add_argument("--source", type=Path, default=Path(__file__).parents[2])
+    parser.add_argument("--machine", default=platform.machine())
     parser.add_argument("--install", action="store_true")
     wish = parser.parse_args()
     build, source = wish.build.resolve(), wish.source.resolve()
@@ -158,7 +168,7 @@ def main() -> int:
     commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
     checks = {
         "ELF files of the build": check_files(build),
-        "sources compiled": check_flags(commands, source, build, platform.machine(), optimised),
+        "sources compiled": check_flags(commands, source, build, wish.machine, optimised),
     }
     if wish.install:
         checks["ELF files installed"] = check_installed(build, strip=False)

@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import check_binaries as check  # noqa: E402
 
 
-def elf(kind=check.ET_DYN, program=True, relro=True, now=True, stack=6, pie=True, runpath="$ORIGIN/../lib", tag=check.DT_RUNPATH):
+def elf(kind=check.ET_DYN, program=True, relro=True, now=True, stack=6, pie=True, runpath="$ORIGIN/../lib", tag=check.DT_RUNPATH, machine=62, page=4096):
     """Returns the smallest file with all fields that the check reads. `stack` is the flags of PT_GNU_STACK, None for no such segment."""
     names = b"\0" + runpath.encode() + b"\0"
     types = [(check.PT_LOAD, 5), (check.PT_DYNAMIC, 6)]
@@ -24,10 +24,10 @@ def elf(kind=check.ET_DYN, program=True, relro=True, now=True, stack=6, pie=True
     dynamic = struct.pack("<qQqQqQqQ", check.DT_STRTAB, names_at, tag, 1, check.DT_FLAGS_1, flags_1, 0, 0)
     size = dynamic_at + len(dynamic)
     header = b"\x7fELF\x02\x01\x01" + bytes(9)
-    header += struct.pack("<HHIQQQIHHHHHH", kind, 62, 1, 0, 64, 0, 0, 64, 56, len(types), 0, 0, 0)
+    header += struct.pack("<HHIQQQIHHHHHH", kind, machine, 1, 0, 64, 0, 0, 64, 56, len(types), 0, 0, 0)
     for what, flags in types:
         offset, length = (dynamic_at, len(dynamic)) if what == check.PT_DYNAMIC else (0, size)
-        header += struct.pack("<IIQQQQQQ", what, flags, offset, offset, offset, length, length, 8)
+        header += struct.pack("<IIQQQQQQ", what, flags, offset, offset, offset, length, length, page if what == check.PT_LOAD else 8)
     return header + names + dynamic
 
 
@@ -43,6 +43,7 @@ PLANTED = {
     "nothing about the stack": (elf(stack=None), "stack is executable"),
     "a program at a fixed address": (elf(kind=check.ET_EXEC), "not position-independent"),
     "a program without -pie": (elf(pie=False), "not linked with -pie"),
+    "small pages on arm64": (elf(machine=check.EM_AARCH64), "pages of 16 KiB"),
 }
 
 GOOD = "c++ -U_FORTIFY_SOURCE -fstack-protector-strong -fstack-clash-protection -D_FORTIFY_SOURCE=3 -c a.cpp"
@@ -53,9 +54,10 @@ class BinariesTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "program").write_bytes(elf())
             (Path(folder) / "library.so").write_bytes(elf(program=False, pie=False))
+            (Path(folder) / "of_arm64").write_bytes(elf(machine=check.EM_AARCH64, page=0x10000))
             (Path(folder) / "object.o").write_bytes(elf(kind=1, relro=False))
             (Path(folder) / "text").write_text("\x7fELF is how they begin")
-            self.assertEqual(check.check_files(Path(folder)), (2, []))
+            self.assertEqual(check.check_files(Path(folder)), (3, []))
 
     def test_finds_what_is_planted(self):
         for name, (data, words) in PLANTED.items():

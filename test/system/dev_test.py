@@ -81,6 +81,10 @@ class DevTest(unittest.TestCase):
             ("test-deb", "--arch", "riscv64"),
             ("release",),
             ("release", "--key", ""),
+            ("build", "--arch", "riscv64"),
+            ("run", "--arch", "arm64"),
+            ("test", "--arch", "arm64", "--sanitizer", "address"),
+            ("test", "-L", "timing", "--arch", "arm64"),
         ):
             with self.subTest(arguments=arguments):
                 answer = dev(*arguments)

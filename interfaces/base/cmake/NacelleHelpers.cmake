@@ -122,6 +122,10 @@ find_program(NACELLE_TEST_LINKER ld.lld)
 function(nacelle_link_soon target)
   if(NACELLE_TEST_LINKER)
     target_link_options(${target} PRIVATE -fuse-ld=lld)
+    if(CMAKE_CROSSCOMPILING)  # such a compiler looks for it under another name, or in this folder
+      file(CREATE_LINK ${NACELLE_TEST_LINKER} ${CMAKE_BINARY_DIR}/linker/ld.lld SYMBOLIC)
+      target_link_options(${target} PRIVATE -B${CMAKE_BINARY_DIR}/linker)
+    endif()
   endif()
 endfunction()
 

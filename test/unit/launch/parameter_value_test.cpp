@@ -116,8 +116,12 @@ TEST(Assignments, are_name_and_typed_value) {
   ASSERT_TRUE(speed);
   EXPECT_EQ(speed->first, "limits.speed");
   EXPECT_EQ(speed->second, ParameterValue(0.3));
-  for (const char* text : {"speed=1", ":=1", "a..b:=1", ".a:=1", "a b:=1"})
+  for (const char* text : {"speed=1", ":=1", "a..b:=1", ".a:=1", "a b:=1", "a\tb:=1", "a\x7f:=1"})
     EXPECT_FALSE(parse_parameter_assignment(text)) << text;
+}
+
+TEST(Assignments, accept_names_in_utf_8_whether_or_not_char_has_a_sign) {
+  EXPECT_TRUE(parse_parameter_assignment("h\xc3\xb6he:=1"));
 }
 
 }  // namespace
