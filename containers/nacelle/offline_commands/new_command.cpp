@@ -58,9 +58,9 @@ void add_new_command(Command& root) {
   command.option("name", wish->name, "of the package, its folder, its namespace and its node: wheel_counter")
       .required()
       .checked(wrong_package_name);
-  command.flag("--driver", wish->driver, "a driver that reads a serial line, instead of a publisher")
-      .not_with("--filter");
-  command.flag("--filter", wish->filter, "a filter of a topic with a service, instead of a publisher");
+  command.flag("--driver", wish->driver, "a driver that reads a serial line, instead of a publisher");
+  command.flag("--filter", wish->filter, "a filter of a topic with a service, instead of a publisher")
+      .not_with("--driver");
   command.option("--lang", wish->language, "programming language").one_of({"cpp"}).with_default();
   command.note(
       "Writes the folder NAME in the current one. It builds with CMake against an installed Nacelle, or with colcon.\n"

@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 TEST(RangeDriver, reads_a_line_and_outlives_its_cable) {
   auto cable = nacelle::io::PtyPair::create();
   ASSERT_TRUE(cable);
-  const std::string path = ::testing::TempDir() + "range_driver_" + std::to_string(::getpid());
+  const std::string path = ::testing::TempDir() + "range_line_" + std::to_string(::getpid());
   ASSERT_TRUE(cable.value()->link_as(path));
   nacelle::runtime::TestContainer container;
   auto ranges = container.subscribe<sensor_msgs::msg::Range>("/range", nacelle::QoS(5).best_effort());

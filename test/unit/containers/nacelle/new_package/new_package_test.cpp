@@ -79,7 +79,9 @@ TEST(NewPackageFiles, name_nothing_of_the_example) {
       EXPECT_THAT(files.value(), Contains(Field(&File::path, path))) << from;
     EXPECT_EQ(files.value().size(), 6U);
     for (const auto& file : files.value()) {
-      EXPECT_THAT(file.text, Not(AnyOf(HasSubstr("example"), HasSubstr(class_name(from))))) << file.path;
+      EXPECT_THAT(file.text, Not(AnyOf(HasSubstr("example_"), HasSubstr("example:"), HasSubstr(from),
+                                       HasSubstr(class_name(from)))))
+          << file.path;
       EXPECT_THAT(file.text, HasSubstr("wheel_counter")) << file.path;
     }
   }
