@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   add_container_command(root);
   add_check_commands(root);
   add_import_command(root);
+  add_new_command(root);
   add_isolated_command(root);
   add_drive_command(root);
   add_component_commands(root);

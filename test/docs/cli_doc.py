@@ -103,6 +103,7 @@ EXAMPLES = (
     Example("check launch/robot.launch.yaml"),
     Example("params --explain lidar launch/robot.launch.yaml"),
     Example("import docs/examples/ros2_drivers.yaml", lines=40),
+    Example("new component wheel_counter", then=("new component sonar --driver",)),
     Example("qos check launch/robot.launch.yaml"),
     Example("qos explain --offered reliability=best_effort --requested reliability=reliable"),
     Example("doctor", exit_codes=(0, 1), lines=40),  # faults of the machine that wrote this page do not matter

@@ -135,6 +135,13 @@ std::string default_launch_file() {
   return first_existing(candidates);
 }
 
+std::string template_folder() {
+  std::vector<fs::path> candidates{prefix() / "share/nacelle/templates"};
+  if (const fs::path source = source_of_build(); !source.empty())
+    candidates.push_back(source / "docs/examples/packages");
+  return first_existing(candidates);
+}
+
 launch::Environment launch_environment(const loading::ProgramPlaces& places) {
   launch::Environment environment = launch::system_environment();
   const fs::path source = source_of_build();

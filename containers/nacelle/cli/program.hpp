@@ -37,6 +37,8 @@ int complain_of_usage(const Problem& problem);
 int complain_of_no_plugins(const loading::ProgramPlaces& places);
 /// Returns the launch file that `nacelle drive` starts by default; empty if there is none.
 [[nodiscard]] std::string default_launch_file();
+/// Returns the folder of the example packages of which `nacelle new component` makes packages; empty if there is none.
+[[nodiscard]] std::string template_folder();
 /// Returns the environment of launch files: variables, packages' folders, the robot's QoS profiles.
 [[nodiscard]] launch::Environment launch_environment(const loading::ProgramPlaces& places);
 

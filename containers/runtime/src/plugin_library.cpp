@@ -8,9 +8,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <sstream>
 
@@ -112,6 +114,24 @@ std::string last_dl_error() {
   return text != nullptr ? readable(text) : "unknown reason";
 }
 
+/// Returns the component ABI that a library's file names; nothing if it names none. For a library that cannot be opened.
+std::optional<std::uint32_t> abi_of_file(const std::string& file) {
+  constexpr std::size_t kLargestLibrary = std::size_t{64} << 20U;
+  const auto bytes = read_regular_file(file, kLargestLibrary);
+  if (!bytes) return std::nullopt;
+  const std::string_view mark{kComponentAbiMark};
+  const auto at = bytes->find(mark);
+  if (at == std::string::npos) return std::nullopt;
+  std::uint32_t abi = 0;
+  const auto [end, fault] = std::from_chars(bytes->data() + at + mark.size(), bytes->data() + bytes->size(), abi);
+  return fault == std::errc{} ? std::optional{abi} : std::nullopt;
+}
+
+std::string other_abi(const std::string& abi) {
+  return "was built for component ABI " + abi + ", this container has " + std::to_string(kComponentAbi);
+}
+constexpr const char* kBuildAgain = "build it again with the headers of this version";
+
 }  // namespace
 
 Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::string& file) {
@@ -128,6 +148,8 @@ Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::s
     // The library is fine: the process has no descriptors left.
     const bool is_our_lack =
         why.find(std::strerror(EMFILE)) != std::string::npos || why.find(std::strerror(ENFILE)) != std::string::npos;
+    if (const auto abi = abi_of_file(file); !is_our_lack && abi && *abi != kComponentAbi)
+      return fail(nullptr, PluginFault::OtherAbi, other_abi(std::to_string(*abi)), kBuildAgain);
     return fail(nullptr, is_our_lack ? PluginFault::TooManyFiles : PluginFault::NotLinked, "cannot be loaded: " + why,
                 is_our_lack
                     ? "raise `ulimit -n`, or LimitNOFILE= of the service"
@@ -143,9 +165,7 @@ Result<std::unique_ptr<PluginLibrary>, Problem> PluginLibrary::open(const std::s
   const ComponentTable* const table = entry();
   if (table == nullptr || table->abi != kComponentAbi) {
     const std::string version = table == nullptr ? "none" : std::to_string(table->abi);
-    return fail(handle, PluginFault::OtherAbi,
-                "was built for component ABI " + version + ", this container has " + std::to_string(kComponentAbi),
-                "build it again");
+    return fail(handle, PluginFault::OtherAbi, other_abi(version), kBuildAgain);
   }
   return std::unique_ptr<PluginLibrary>(new PluginLibrary(file, image.value(), handle, *table));
 }

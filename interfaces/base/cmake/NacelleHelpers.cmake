@@ -91,7 +91,7 @@ endfunction()
 
 # RUNPATH of a target, the same in the build tree and installed. If the two differed, CMake would end that of the build tree with ":"
 # so that it can be replaced in the file, and an empty element means the current directory. A package built alone finds the others
-# in prefixes of their own until it is installed.
+# in prefixes of their own, also once it is installed.
 function(nacelle_rpath path)
   if(CMAKE_SKIP_INSTALL_RPATH)  # a distribution's package: its libraries are where the loader looks anyway
     set_target_properties(${ARGN} PROPERTIES BUILD_RPATH "${path}")
@@ -101,7 +101,7 @@ function(nacelle_rpath path)
   if(NACELLE_WORKSPACE)
     set_target_properties(${ARGN} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
   else()
-    set_target_properties(${ARGN} PROPERTIES BUILD_RPATH "${path}")
+    set_target_properties(${ARGN} PROPERTIES BUILD_RPATH "${path}" INSTALL_RPATH_USE_LINK_PATH ON)
   endif()
 endfunction()
 

@@ -7,7 +7,7 @@
 #include <std_msgs/msg/string.hpp>
 
 #include "nacelle/runtime/container.hpp"
-#include "support/ear.hpp"
+#include "nacelle/runtime/test_container.hpp"
 #include "support/places.hpp"
 
 namespace nacelle::runtime {
@@ -22,7 +22,7 @@ class Ear {
   std::string next() { return ear_.next().data; }
 
  private:
-  test::Ear<String> ear_;
+  TestSubscription<String> ear_;
 };
 
 template <typename ClockOfTest>

@@ -401,7 +401,7 @@ class Events {
   }
 
  private:
-  test::Ear<ParameterEvent> events_;
+  TestSubscription<ParameterEvent> events_;
 };
 
 TEST_F(NodeServicesTest, publishes_parameter_changes_on_parameter_events) {

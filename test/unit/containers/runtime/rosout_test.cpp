@@ -24,7 +24,7 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 /// Reads /rosout.
-class Lines : public test::Ear<Log> {
+class Lines : public TestSubscription<Log> {
  public:
   explicit Lines(Transport& transport, const QoS& qos = RosoutQoS{}) : Ear(transport, "/rosout", qos) {}
   /// Returns the first line with this text.

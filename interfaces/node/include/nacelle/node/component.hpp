@@ -7,10 +7,17 @@
 
 #include "nacelle/node/lifecycle_node.hpp"
 
+// Grows when Node, LifecycleNode, NodeHost, Block or this header change in a way that old plugins cannot take. Macros, so that a
+// library has the number as text.
+#define NACELLE_COMPONENT_ABI 7
+#define NACELLE_COMPONENT_ABI_MARK "@(#)nacelle component ABI "
+
 namespace nacelle {
 
-/// Grows when Node, LifecycleNode, NodeHost, Block or this header change in a way that old plugins cannot take.
-inline constexpr std::uint32_t kComponentAbi = 7;
+/// The version of what components are compiled against. A container refuses a component of another one.
+inline constexpr std::uint32_t kComponentAbi = NACELLE_COMPONENT_ABI;
+/// Stands in front of the number in the library's file, for a library that cannot be linked and so cannot be asked.
+inline constexpr const char* kComponentAbiMark = NACELLE_COMPONENT_ABI_MARK;
 
 /// What the reference of components (`nacelle component info --doc`) says of a class beside what its constructor declares.
 struct ComponentAbout {
@@ -58,10 +65,14 @@ inline constexpr const char* kComponentEntry = "nacelle_component_table";
   {#Class, [](const ::nacelle::NodeOptions& options) -> ::nacelle::Node* { return new Class(options); }, \
    [](::nacelle::Node* node) { delete node; }, ::nacelle::kComponentAbout<Class>},
 
+#define NACELLE_TEXT_OF(number) #number
+#define NACELLE_COMPONENT_ABI_TEXT(number) NACELLE_COMPONENT_ABI_MARK NACELLE_TEXT_OF(number)
+
 /// Makes a plugin of one or more component classes; once per library, at the end of a source file.
 #define NACELLE_REGISTER_COMPONENT(...)                                                                          \
   extern "C" __attribute__((visibility("default"))) const ::nacelle::ComponentTable* nacelle_component_table() { \
+    [[gnu::used]] static constexpr char kAbi[] = NACELLE_COMPONENT_ABI_TEXT(NACELLE_COMPONENT_ABI);              \
     static constexpr ::nacelle::ComponentClass kClasses[] = {NACELLE_EXPAND(NACELLE_EACH_CLASS(__VA_ARGS__))};   \
-    static constexpr ::nacelle::ComponentTable kTable{::nacelle::kComponentAbi, std::size(kClasses), kClasses};  \
+    static constexpr ::nacelle::ComponentTable kTable{NACELLE_COMPONENT_ABI, std::size(kClasses), kClasses};     \
     return &kTable;                                                                                              \
   }
