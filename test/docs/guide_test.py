@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Every block of commands of docs/raspberry_pi.md says how it is tested, and test/docs/run_guide.py reads pages as it says."""
+import contextlib
+import io
 import pathlib
-import re
 import unittest
 
 import run_guide
@@ -32,11 +33,6 @@ class Guide(unittest.TestCase):
         (commands,) = blocks_of("README.md", (ROOT / "README.md").read_text(), every=False)
         self.assertTrue(commands.in_chroot)
         self.assertEqual(len(commands.text.splitlines()), 2, "two commands")
-
-    def test_the_pages_that_it_links_to_exist(self):
-        for target in re.findall(r"\]\((?!https?:)([^)#]+)", GUIDE.read_text()):
-            with self.subTest(target=target):
-                self.assertTrue((GUIDE.parent / target).exists())
 
 
 class Pages(unittest.TestCase):
@@ -96,7 +92,8 @@ class Recorder:
 class Runs(unittest.TestCase):
     def run_marked(self, debian, *marked):
         text = "".join(page(f"<!-- {mark} -->", "text" if mark == "output" else "sh", command + "\n") for mark, command in marked)
-        return run_guide.run_pages(blocks_of("p.md", text), debian)
+        with contextlib.redirect_stdout(io.StringIO()):
+            return run_guide.run_pages(blocks_of("p.md", text), debian)
 
     def test_blocks_run_in_their_order_and_what_stays_is_ended(self):
         debian = Recorder()

@@ -171,6 +171,7 @@ class Debian:
             usermod -aG {GROUPS} {USER}
             echo '{USER} ALL=(ALL) NOPASSWD: ALL' >/etc/sudoers.d/010_{USER}-nopasswd
             echo 'Defaults env_keep += "DEBIAN_FRONTEND"' >/etc/sudoers.d/011_frontend
+            echo 'APT::Get::Assume-Yes "true";' >/etc/apt/apt.conf.d/90{USER}-says-yes
             """
         code, said = self.run("root", script)
         if code != 0:
