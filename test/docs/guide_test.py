@@ -89,6 +89,38 @@ class Recorder:
         self.noted.append("stop")
 
 
+class Here(run_guide.Debian):
+    """Runs the scripts on this machine, as its user."""
+
+    def command(self, user, script):
+        return ["bash", "-c", f"set -euo pipefail\n{script}"]
+
+
+class Logins(unittest.TestCase):
+    def setUp(self):
+        self.debian = Here(pathlib.Path("/"), timeout=60)
+        self.addCleanup(self.debian.stop)
+
+    def test_a_failed_command_ends_its_block(self):
+        self.assertEqual(self.debian.run("pi", "echo a; false; echo b"), (1, "a\n"))
+
+    def test_a_block_that_takes_too_long_is_ended(self):
+        self.debian.timeout = 0.2
+        code, said = self.debian.run("pi", "echo a; sleep 1000")
+        self.assertEqual(code, 124)
+        self.assertTrue(said.startswith("a\n"), said)
+
+    def test_what_stays_is_waited_for_and_is_interrupted_at_the_end(self):
+        code, said = self.debian.start("trap 'exit 0' INT; echo '10 components active in 5 ms: a'; while true; do sleep 1000; done")
+        self.assertEqual((code, said), (None, "10 components active in 5 ms: a\n"))
+        process = self.debian.staying
+        self.debian.stop()
+        self.assertEqual(process.returncode, 0)
+
+    def test_an_end_that_is_early_is_noticed(self):
+        self.assertEqual(self.debian.start("echo no; exit 7"), (7, "no\n"))
+
+
 class Runs(unittest.TestCase):
     def run_marked(self, debian, *marked):
         text = "".join(page(f"<!-- {mark} -->", "text" if mark == "output" else "sh", command + "\n") for mark, command in marked)

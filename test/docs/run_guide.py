@@ -6,7 +6,8 @@ usage: run_guide.py PAGE... --chroot DIR [--deb FILE]... [--timeout SECONDS]
        run_guide.py PAGE... --list
 
 DIR holds a clean Debian of any architecture that this machine runs; it is changed. What Raspberry Pi OS Lite has and a small Debian
-lacks is made first: sudo, the user `pi`, and files in /boot/firmware. The packages of --deb are put into the user's home. Needs root.
+lacks is made first: sudo, systemd (which does not run), the user `pi`, and files in /boot/firmware. The packages of --deb are put into the
+user's home. Needs root.
 
 A comment above a block of shell commands says how it is tested:
 
@@ -97,7 +98,7 @@ def is_shown(shown, printed):
 
 
 class Debian:
-    """The system in a folder, in mount and process namespaces of its own: nothing of it outlives this program."""
+    """The system in a folder, in namespaces of its own: nothing of it outlives this program."""
 
     def __init__(self, root, timeout):
         self.root, self.timeout = root, timeout
@@ -111,6 +112,9 @@ class Debian:
         ptmx = self.root / "dev" / "ptmx"
         ptmx.unlink(missing_ok=True)
         ptmx.symlink_to("pts/ptmx")
+        subprocess.run(["hostname", "robot"], check=True)
+        (self.root / "etc" / "hosts").write_text("127.0.0.1 localhost\n127.0.1.1 robot\n")
+        shutil.copy("/etc/resolv.conf", self.root / "etc" / "resolv.conf")
 
     def command(self, user, script):
         """A login of the user, who runs a script."""
@@ -134,10 +138,11 @@ class Debian:
         active = threading.Event()
 
         def read(process):
-            for line in process.stdout:
-                self.staying_output.append(line)
-                if ACTIVE.search(line):
-                    active.set()
+            with process:
+                for line in process.stdout:
+                    self.staying_output.append(line)
+                    if ACTIVE.search(line):
+                        active.set()
             active.set()
 
         threading.Thread(target=read, args=(self.staying,), daemon=True).start()
@@ -164,7 +169,7 @@ class Debian:
         """Makes what Raspberry Pi OS Lite has."""
         script = f"""
             missing=""
-            for name in sudo ca-certificates; do dpkg-query -W -f='${{Status}}' $name 2>/dev/null | grep -q 'ok installed' || missing+=" $name"; done
+            for name in ca-certificates sudo systemd udev; do dpkg-query -W -f='${{Status}}' $name 2>/dev/null | grep -q 'ok installed' || missing+=" $name"; done
             if [[ -n $missing ]]; then apt-get -q update; apt-get -q -y install --no-install-recommends $missing; fi
             for group in {GROUPS.replace(",", " ")}; do getent group $group >/dev/null || groupadd -r $group; done
             id -u {USER} >/dev/null 2>&1 || useradd -m -s /bin/bash {USER}
@@ -241,7 +246,7 @@ def main():
         if not deb.is_file():
             raise PageError(f"--deb {deb}: there is no such file")
     if os.getpid() != 1:  # once more, in namespaces of its own
-        os.execvp("unshare", ["unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc", sys.executable, "-B", *sys.argv])
+        os.execvp("unshare", ["unshare", "--mount", "--uts", "--pid", "--fork", "--kill-child", "--mount-proc", sys.executable, "-B", *sys.argv])
     debian = Debian(arguments.chroot, arguments.timeout)
     debian.mount()
     debian.prepare(arguments.deb)
