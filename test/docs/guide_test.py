@@ -48,8 +48,8 @@ class Pages(unittest.TestCase):
 
     def test_marks_are_read(self):
         chroot, stays, other, none = (blocks_of("p.md", page(f"<!-- {mark} -->"))[0]
-                                      for mark in ("tested: chroot", "tested: chroot, stays", "tested: vm_service", "not run: it needs a Pi: boots"))  # fmt: skip
-        self.assertTrue(chroot.in_chroot and not chroot.mark["stays"])
+                                      for mark in ("tested: chroot, exit 3", "tested: chroot, stays", "tested: vm_service", "not run: it needs a Pi: boots"))  # fmt: skip
+        self.assertEqual((chroot.in_chroot, chroot.mark["stays"], chroot.mark["exit"]), (True, None, "3"))
         self.assertTrue(stays.in_chroot and stays.mark["stays"])
         self.assertEqual((other.in_chroot, other.mark["test"]), (False, "vm_service"))
         self.assertEqual((none.in_chroot, none.mark["reason"]), (False, "it needs a Pi: boots"))
@@ -133,10 +133,10 @@ class Runs(unittest.TestCase):
         self.assertEqual((sums, debian.noted), ((3, 0, 1), ["a", "stop", "start c", "e", "stop"]))
 
     def test_a_failed_command_an_end_that_is_early_and_another_output_fail(self):
-        debian = Recorder(a=(1, ""), b=(0, ""), c=(0, "no\n"), d=(0, "yes\n"))
+        debian = Recorder(a=(1, ""), b=(0, ""), c=(0, "no\n"), d=(3, "yes\n"))
         sums = self.run_marked(debian, ("tested: chroot", "a"), ("tested: chroot, stays", "b"), ("tested: chroot", "c"), ("output", "yes"),
-                               ("tested: chroot", "d"), ("output", "yes"))  # fmt: skip
-        self.assertEqual(sums, (1, 3, 0))
+                               ("tested: chroot, exit 3", "d"), ("output", "yes"), ("tested: chroot, exit 2", "d"))  # fmt: skip
+        self.assertEqual(sums, (1, 4, 0))
 
 
 if __name__ == "__main__":

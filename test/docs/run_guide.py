@@ -6,12 +6,13 @@ usage: run_guide.py PAGE... --chroot DIR [--deb FILE]... [--timeout SECONDS]
        run_guide.py PAGE... --list
 
 DIR holds a clean Debian of any architecture that this machine runs; it is changed. What Raspberry Pi OS Lite has and a small Debian
-lacks is made first: sudo, systemd (which does not run), the user `pi`, and files in /boot/firmware. The packages of --deb are put into the
+lacks is made first: sudo, systemd, the user `pi`, and files in /boot/firmware. The packages of --deb are put into the
 user's home. Needs root.
 
 A comment above a block of shell commands says how it is tested:
 
     <!-- tested: chroot -->           run here, in the order of the page; a failed command ends its block
+    <!-- tested: chroot, exit 1 -->   as well; its exit code is 1
     <!-- tested: chroot, stays -->    as well, and it runs until the next such block or the end of the page: what a second terminal
                                       needs. The next block waits for its components to be active
     <!-- tested: NAME -->             another test, NAME, runs it
@@ -19,6 +20,8 @@ A comment above a block of shell commands says how it is tested:
 
 A block of text below the comment `<!-- output -->` is what the block before it prints. There, `...` stands for anything: in a line for
 a part of it, alone in a line for any number of lines.
+
+systemd does not run: its tools write files, and start nothing.
 
 Prints a line for each block, and the sum. The exit code is 0 if every block that was run succeeded and at least one was run.
 """
@@ -35,7 +38,7 @@ import threading
 import time
 
 FENCE = re.compile(r"^(?:<!-- (?P<mark>[^\n]*?) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-MARK = re.compile(r"tested: chroot(?P<stays>, stays)?$|tested: (?P<test>\w+)$|not run: (?P<reason>\S.*)$")
+MARK = re.compile(r"tested: chroot(?:, exit (?P<exit>\d+)|(?P<stays>, stays))?$|tested: (?P<test>\w+)$|not run: (?P<reason>\S.*)$")
 USER = "pi"
 # Those of the first user of Raspberry Pi OS.
 GROUPS = "adm,dialout,cdrom,sudo,audio,video,plugdev,games,users,input,render,netdev,gpio,i2c,spi"
@@ -109,6 +112,7 @@ class Debian:
         for kind, place, options in (("proc", "proc", ""), ("devpts", "dev/pts", "newinstance,ptmxmode=0666,mode=0620"), ("tmpfs", "dev/shm", "mode=1777"), ("tmpfs", "run", "mode=755")):  # fmt: skip
             (self.root / place).mkdir(parents=True, exist_ok=True)
             subprocess.run(["mount", "-t", kind, *(["-o", options] if options else []), kind, self.root / place], check=True)
+        (self.root / "run" / "systemd" / "system").mkdir(parents=True)  # sd_booted(3)
         ptmx = self.root / "dev" / "ptmx"
         ptmx.unlink(missing_ok=True)
         ptmx.symlink_to("pts/ptmx")
@@ -208,7 +212,7 @@ def run_pages(blocks, debian):
             bad = None if code is None else f"it ended with {code}, and should stay"
         else:
             code, said = debian.run(USER, block.text)
-            bad = f"exit code {code}" if code != 0 else None
+            bad = f"exit code {code}" if code != int(block.mark["exit"] or 0) else None
         if bad is None and block.output is not None and not is_shown(block.output, said):
             bad = f"its output is not the one of the page, which is\n{block.output}\nIt printed"
         print(f"{'FAILED' if bad else 'ran'} {time.monotonic() - begin:6.1f} s  {block.place}  {block.title}", flush=True)
