@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/output.hpp"
 #include "cli/program.hpp"
+#include "cli/version.hpp"
 #include "graph_commands/commands.hpp"
 #include "nacelle/runtime/thread_guard.hpp"
 #include "offline_commands/commands.hpp"
@@ -44,5 +45,5 @@ int main(int argc, char** argv) {
   add_interface_command(root);
   add_xacro_command(root);
   add_completion_command(root);
-  return finish_output(run_command_line(root, "nacelle " NACELLE_VERSION, argc, argv));
+  return finish_output(run_command_line(root, std::string{"nacelle "} + program_version(), argc, argv));
 }

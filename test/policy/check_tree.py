@@ -11,7 +11,7 @@ import xml.etree.ElementTree as xml
 from pathlib import Path
 
 TOP = {
-    "components", "containers", "interfaces", "qos_profiles", "launch", "test", "docs", ".ci", "dev", "CMakeLists.txt",
+    "components", "containers", "interfaces", "qos_profiles", "launch", "test", "docs", "debian", ".ci", "dev", "CMakeLists.txt",
     "colcon.meta", "colcon_defaults.yaml", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", ".gitignore",
     ".gitattributes", ".clang-format", ".clang-tidy", ".editorconfig",
 }  # fmt: skip
@@ -187,6 +187,24 @@ def every_debian_package_is_in_the_one_list(tree: Tree):
             yield f".ci/packages.txt: there is no folder '{word}'"
 
 
+def debian_control_asks_for_what_the_list_names(tree: Tree):
+    control = tree.text("debian/control")
+    if not control:
+        return
+    listed = set()
+    for line in tree.text(".ci/packages.txt").splitlines():
+        word, _, names = line.partition(":")
+        if word == "build" or (word != "test" and (tree.root / word).is_dir()):
+            listed |= set(names.split())
+    listed.discard("g++")  # build-essential, which every build of a package has
+    fields = {name: set(re.findall(r"^ (?!debhelper-compat)([a-z0-9.+-]+)", text, re.MULTILINE))
+              for name, text in re.findall(r"^(Build-Depends|Depends):((?:\n .*)+)", control, re.MULTILINE)}  # fmt: skip
+    for name in sorted(listed - fields.get("Build-Depends", set())):
+        yield f"debian/control: no {name} in Build-Depends, which .ci/packages.txt lists for a build"
+    for name in sorted(fields.get("Build-Depends", set()) - listed):
+        yield f"debian/control: {name} in Build-Depends is on no line of .ci/packages.txt that a build reads"
+
+
 def every_folder_of_tests_can_fail(tree: Tree):
     for name in tree.files:
         if not (name.startswith("test/") and name.endswith("/CMakeLists.txt")) or name.startswith("test/data/"):
@@ -269,6 +287,7 @@ RULES = (
     changelog_has_a_place_for_the_next_change,
     every_package_says_the_same_to_cmake_and_to_colcon,
     every_debian_package_is_in_the_one_list,
+    debian_control_asks_for_what_the_list_names,
     every_folder_of_tests_can_fail,
     every_link_leads_to_a_file,
     what_comes_from_outside_enters_at_one_place,

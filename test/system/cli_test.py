@@ -150,7 +150,12 @@ class WithoutContainer(RobotTest):
                 self.assertIn("--help", self.expect_exit(self.run_program(*command, "--help"), 0).stdout)
 
     def test_the_version_is_known(self):
-        self.assertRegex(self.expect_exit(self.run_program("--version"), 0).stdout, r"^nacelle \d+\.\d+\.\d+\n$")
+        said = self.expect_exit(self.run_program("--version"), 0).stdout
+        self.assertRegex(said, r"^nacelle \d+\.\d+\.\d+( \([0-9a-f]{12}(-dirty)?\))?\n$")
+        git = ["git", "-c", "safe.directory=*", "-C", str(pathlib.Path(__file__).parent), "rev-parse", "HEAD"]
+        commit = subprocess.run(git, capture_output=True, text=True, check=False).stdout[:12]
+        if commit:
+            self.assertIn(f" ({commit}", said)
 
     def test_wrong_usage_is_2(self):
         for words in ([], ["no-such-command"], ["topic"], ["topic", "echo"], ["drive", "--no-such-option"], ["drive", "--for", "1", "--stay"],

@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-VERBS = ("setup", "build", "run", "test", "bench", "lint", "nacelle")
+VERBS = ("setup", "build", "run", "test", "bench", "lint", "nacelle", "deb", "test-deb", "release")
 
 
 def dev(*arguments, cwd=ROOT, env=None, script=ROOT / "dev"):
@@ -76,6 +76,11 @@ class DevTest(unittest.TestCase):
             ("run", "--sanitizer"),
             ("bench", "--jsn", "x"),
             ("test", "-L", "timing", "--busy", "2"),
+            ("deb", "--release", "sid"),
+            ("deb", "--arch"),
+            ("test-deb", "--arch", "riscv64"),
+            ("release",),
+            ("release", "--key", ""),
         ):
             with self.subTest(arguments=arguments):
                 answer = dev(*arguments)

@@ -7,6 +7,7 @@
 #include "cli/inert_launch.hpp"
 #include "cli/output.hpp"
 #include "cli/program.hpp"
+#include "cli/version.hpp"
 #include "doctor/checks.hpp"
 #include "nacelle/base/problem_json.hpp"
 #include "offline_commands/commands.hpp"
@@ -99,7 +100,7 @@ int examine(const DoctorWish& wish) {
       for (const auto& problem : robot.error()) findings.push_back({Severity::Wrong, "launch", "", problem});
     }
   }
-  for (auto& finding : doctor::examine(doctor::Machine{doctor::real_facts(NACELLE_VERSION)}, wanted))
+  for (auto& finding : doctor::examine(doctor::Machine{doctor::real_facts(program_version())}, wanted))
     findings.push_back(std::move(finding));
   ask_containers(findings);
   wish.as_json ? print_json(findings) : print(findings);

@@ -93,11 +93,27 @@ endfunction()
 # so that it can be replaced in the file, and an empty element means the current directory. A package built alone finds the others
 # in prefixes of their own until it is installed.
 function(nacelle_rpath path)
+  if(CMAKE_SKIP_INSTALL_RPATH)  # a distribution's package: its libraries are where the loader looks anyway
+    set_target_properties(${ARGN} PROPERTIES BUILD_RPATH "${path}")
+    return()
+  endif()
   set_target_properties(${ARGN} PROPERTIES INSTALL_RPATH "${path}")
   if(NACELLE_WORKSPACE)
     set_target_properties(${ARGN} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
   else()
     set_target_properties(${ARGN} PROPERTIES BUILD_RPATH "${path}")
+  endif()
+endfunction()
+
+# The version in a shared library's file and in its soname. Minor versions of 0.x are not compatible, so 0.1 and 0.2 are different
+# libraries. A package without a version has libraries without one.
+function(nacelle_library_version target)
+  if(PROJECT_VERSION)
+    set(compatible ${PROJECT_VERSION_MAJOR})
+    if(compatible EQUAL 0)
+      set(compatible 0.${PROJECT_VERSION_MINOR})
+    endif()
+    set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${compatible})
   endif()
 endfunction()
 
@@ -190,6 +206,7 @@ function(nacelle_shared_library name)
   nacelle_target_defaults(${target})
   # These libraries are the vocabulary that plugins share with the container: their types must be one across images.
   set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET default VISIBILITY_INLINES_HIDDEN OFF)
+  nacelle_library_version(${target})
   nacelle_rpath("$ORIGIN" ${target})
   if(IS_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/include)
     target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>

@@ -184,6 +184,7 @@ function(nacelle_generate_interfaces package)
   endif()
   # Found beside each other wherever they are installed; a program's own RUNPATH does not reach its libraries'
   # libraries.
+  nacelle_library_version(${target})
   nacelle_rpath("$ORIGIN" ${target})
   _nacelle_register(${target} msgs_${package})
   install(DIRECTORY ${output}/include/${package} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/nacelle/msgs)

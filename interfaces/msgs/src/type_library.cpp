@@ -28,9 +28,16 @@ std::vector<std::filesystem::path> with_environment(std::vector<std::filesystem:
   return directories;
 }
 
+/// Of "libnacelle_msgs_std_msgs.so" and of "libnacelle_msgs_std_msgs.so.0.1", "std_msgs". Debian's packages install the name
+/// without a version for compilers only.
 std::optional<std::string> package_of(const std::string& file) {
-  if (!file.starts_with(kPrefix) || !file.ends_with(kSuffix)) return std::nullopt;
-  const std::string name = file.substr(kPrefix.size(), file.size() - kPrefix.size() - kSuffix.size());
+  if (!file.starts_with(kPrefix)) return std::nullopt;
+  const std::size_t end = file.rfind(kSuffix);
+  if (end == std::string::npos || end < kPrefix.size()) return std::nullopt;
+  const std::string version = file.substr(end + kSuffix.size());
+  if (!version.empty() && (version.front() != '.' || version.find_first_not_of(".0123456789") != std::string::npos))
+    return std::nullopt;
+  const std::string name = file.substr(kPrefix.size(), end - kPrefix.size());
   if (std::find(std::begin(kNotPackages), std::end(kNotPackages), name) != std::end(kNotPackages)) return std::nullopt;
   return name;
 }
@@ -90,9 +97,11 @@ const char* Interface::definition() const {
 
 TypeLibrary::TypeLibrary(const std::vector<std::filesystem::path>& directories) {
   for (const auto& directory : with_environment(directories)) {
-    std::error_code none;  // A directory that does not exist holds no packages.
-    for (const auto& entry : std::filesystem::directory_iterator(directory, none)) {
-      if (const auto package = package_of(entry.path().filename().string())) files_.try_emplace(*package, entry.path());
+    std::error_code none;                    // A directory that does not exist holds no packages.
+    std::set<std::filesystem::path> sorted;  // a name without a version before those with one
+    for (const auto& entry : std::filesystem::directory_iterator(directory, none)) sorted.insert(entry.path());
+    for (const auto& file : sorted) {
+      if (const auto package = package_of(file.filename().string())) files_.try_emplace(*package, file);
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 
 namespace nacelle {
 namespace {
@@ -29,6 +30,27 @@ TEST(TypeLibrary, also_searches_the_folders_of_the_environment) {
 
   EXPECT_THAT(packages, Contains("my_robot_msgs"));
   EXPECT_THAT(packages, Contains("sensor_msgs"));
+}
+
+TEST(TypeLibrary, finds_libraries_that_have_a_version_in_their_name) {
+  std::string pattern = testing::TempDir() + "nacelle-types-XXXXXX";
+  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+  const std::filesystem::path folder = pattern;
+  const auto link = [&](const std::string& package, const std::string& name) {
+    std::filesystem::create_symlink(test::message_libraries() + "/libnacelle_msgs_" + package + ".so", folder / name);
+  };
+  link("std_srvs", "libnacelle_msgs_std_srvs.so.0.1");
+  link("std_msgs", "libnacelle_msgs_old_msgs.so.bak");
+  link("std_msgs", "libnacelle_msgs_json.so.0.1");
+  link("std_msgs", "libnacelle_msgs_std_msgs.so");
+  link("absent", "libnacelle_msgs_std_msgs.so.0.0");
+
+  msgs::TypeLibrary library{{folder}};
+
+  EXPECT_THAT(library.packages(), testing::ElementsAre("std_msgs", "std_srvs"));
+  EXPECT_TRUE(library.find("std_srvs/srv/Empty"));
+  EXPECT_TRUE(library.find("std_msgs/msg/String"));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(TypeLibrary, lists_wholes_and_on_request_their_parts) {
