@@ -359,8 +359,8 @@ def lines_of(document):
     return re.findall(r"^\$ (?:echo '.*' \| )?nacelle (.*)$", document, re.MULTILINE)
 
 
-def blocks_of(page, language):
-    return re.findall(rf"^```(?:{language})\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+def blocks_of(page, language, before=""):
+    return re.findall(rf"{before}^```(?:{language})\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
 
 
 def launch_file_of(block):
@@ -373,8 +373,8 @@ def launch_file_of(block):
 
 
 def commands_of(page):
-    """The command lines in a page's blocks of shell text, behind `nacelle`."""
-    return [line for block in blocks_of(page, "sh|console") for line in re.findall(r"^(?:\$ )?(?:\./dev )?nacelle (.*)$", block, re.MULTILINE)]
+    """The command lines in a page's blocks of shell text, behind `nacelle`. Below a comment, run_guide.py runs them."""
+    return [line for block in blocks_of(page, "sh|console", "(?<!-->\n)") for line in re.findall(r"^(?:\$ )?(?:\./dev )?nacelle (.*)$", block, re.MULTILINE)]
 
 
 class Writer(Robot):
