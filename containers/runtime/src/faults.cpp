@@ -38,7 +38,7 @@ void Container::Impl::note_fault(Record& record, const std::string& code, const 
   }
   record.for_each_node([](const NodeRuntime& node) { node.write_safe_stop(); });
   // At once, on the thread that detects the fault: the rest of the handling may have to wait for a callback to return.
-  if (record.request.lock()->on_fault.policy_for(record.is_actuator()) == FaultPolicy::StopRobot) stop_what_moves();
+  if (record.request.lock()->on_fault.stops_robot(record.is_actuator())) stop_what_moves();
   if (code == "HUNG") return give_up_on(record);
   record.runtime->post("on_error", patience, [this, &record, reason = FaultReason{code, text}] {
     if (record.hung) return;  // abandoned meanwhile, and that has been reported
