@@ -158,7 +158,8 @@ int call(const ServiceWish& wish) {
 }  // namespace
 
 Command& add_service_commands(Command& root) {
-  Command& group = root.add("service", "list and call the services of a running container; run a robot as a service of systemd");
+  Command& group =
+      root.add("service", "list and call the services of a running container; run a robot as a service of systemd");
   auto wish = std::make_shared<ServiceWish>();
 
   Command& list_command = group.add("list", "list the services");

@@ -302,7 +302,9 @@ void Network::plan_retry() {
 
 void Network::retry() {
   const std::string before = why_not_ ? why_not_->text() : std::string{};
+  const auto because_of = settings_.because_of;
   if (auto joined = join(); joined) {
+    if (!because_of.empty()) settings_.because_of = because_of;
     say_("nacelle: " + line());
   } else if (joined.error().text() != before) {
     say_("nacelle: " + network_off_line(joined.error()));

@@ -36,7 +36,8 @@ ServiceManager ServiceManager::take_from_environment() {
   const std::string path = take("NOTIFY_SOCKET"), period = take("WATCHDOG_USEC"), process = take("WATCHDOG_PID");
   ServiceManager made;
   // '@' stands for the NUL of an abstract name.
-  if (path.size() < 2 || path.size() >= sizeof made.address_.sun_path || (path[0] != '/' && path[0] != '@')) return made;
+  if (path.size() < 2 || path.size() >= sizeof made.address_.sun_path || (path[0] != '/' && path[0] != '@'))
+    return made;
   made.address_.sun_family = AF_UNIX;
   std::memcpy(made.address_.sun_path, path.data(), path.size());
   if (path[0] == '@') made.address_.sun_path[0] = '\0';

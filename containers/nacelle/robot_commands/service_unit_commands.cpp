@@ -79,8 +79,9 @@ Result<void, Problem> check_system(const UnitWish& wish) {
   if (!is_this_system(wish)) return {};
   std::error_code unknown;
   if (!fs::is_directory("/run/systemd/system", unknown))  // as sd_booted(3)
-    return err(Problem{"service", "systemd does not run on this system",
-                       "use `nacelle launch FILE --resume` under another supervisor, or --root DIR for the root folder of an image"});
+    return err(Problem{
+        "service", "systemd does not run on this system",
+        "use `nacelle launch FILE --resume` under another supervisor, or --root DIR for the root folder of an image"});
   if (::geteuid() != 0) return err(Problem{"service", "only root may change services", "use sudo"});
   return {};
 }
@@ -97,9 +98,11 @@ Result<void, Problem> put_launch_file(const UnitWish& wish) {
   if (wish.file.empty() && fs::exists(fs::symlink_status(target, failed))) return {};
   const std::string standard = default_launch_file();
   const fs::path source = wish.file.empty() ? fs::path{standard} : fs::absolute(wish.file);
-  if (source.empty()) return err(Problem{"service", "no launch file is installed", "give one: nacelle service install FILE"});
+  if (source.empty())
+    return err(Problem{"service", "no launch file is installed", "give one: nacelle service install FILE"});
   if (source.extension() != ".yaml")
-    return err(Problem{source.string(), "a service needs a .launch.yaml", "include it from one: `- include: {file: ...}`"});
+    return err(
+        Problem{source.string(), "a service needs a .launch.yaml", "include it from one: `- include: {file: ...}`"});
   if (fs::equivalent(source, target, failed)) return {};
   if (!standard.empty() && fs::equivalent(source, standard, failed)) {
     fs::remove(target, failed);
@@ -117,7 +120,8 @@ Result<void, Problem> put_environment(const UnitWish& wish) {
   const fs::path target = folder_of(wish) / "environment";
   std::error_code failed;
   std::string text = "# Variables of nacelle@" + wish.name +
-                     ", as in systemd.exec(5), EnvironmentFile=. To apply a change: systemctl restart nacelle@" + wish.name +
+                     ", as in systemd.exec(5), EnvironmentFile=. To apply a change: systemctl restart nacelle@" +
+                     wish.name +
                      "\n# ROS_DOMAIN_ID=7\n# ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET\n"
                      "# Arguments of the launch file: NACELLE_ARGUMENTS=\"name:=value name:=value\"\n";
   if (fs::exists(target, failed)) {
@@ -157,14 +161,16 @@ Result<void, Problem> link_unit() {
   const fs::path prefix = fs::path{program_places().program}.parent_path().parent_path();
   const fs::path unit = prefix / "lib/systemd/system/nacelle@.service";
   if (!fs::exists(unit, unknown))
-    return err(Problem{unit.string(), "is not installed", "install Nacelle: the package, or `cmake --install build --prefix /usr/local`"});
+    return err(Problem{unit.string(), "is not installed",
+                       "install Nacelle: the package, or `cmake --install build --prefix /usr/local`"});
   return run_tool({"systemctl", "link", unit.string()});
 }
 
 Result<void, Problem> make_user() {
   if (::getpwnam(kUser) == nullptr) {
     const fs::path prefix = fs::path{program_places().program}.parent_path().parent_path();
-    if (auto made = run_tool({"systemd-sysusers", (prefix / "lib/sysusers.d/nacelle.conf").string()}); !made) return made;
+    if (auto made = run_tool({"systemd-sysusers", (prefix / "lib/sysusers.d/nacelle.conf").string()}); !made)
+      return made;
   }
   for (const char* const group : kGroups) {
     if (::getgrnam(group) == nullptr) continue;
@@ -195,7 +201,8 @@ int install(const UnitWish& wish) {
   }
   print_text("wrote %s\n", folder_of(wish).c_str());
   if (!is_this_system(wish)) {
-    if (auto done = run_tool({"systemctl", "--root=" + wish.root, "enable", unit_of(wish)}); !done) return complain(done.error());
+    if (auto done = run_tool({"systemctl", "--root=" + wish.root, "enable", unit_of(wish)}); !done)
+      return complain(done.error());
     return kDone;
   }
   if (auto done = make_user(); !done) return complain(done.error());
@@ -206,7 +213,8 @@ int install(const UnitWish& wish) {
     print_text("%s runs, and starts at boot\n", unit_of(wish).c_str());
   }
   const char* const caller = std::getenv("SUDO_USER");
-  print_text("To use nacelle without sudo: sudo usermod -aG %s %s, then log in again\n", kUser, caller == nullptr ? "USER" : caller);
+  print_text("To use nacelle without sudo: sudo usermod -aG %s %s, then log in again\n", kUser,
+             caller == nullptr ? "USER" : caller);
   return kDone;
 }
 
@@ -251,15 +259,21 @@ void add_service_unit_commands(Command& service) {
     return command;
   };
   const auto add_root = [&](Command& command) {
-    command.option("--root", wish->root, "the root folder of an image, in place of this system's").value("DIR").names_a(Names::File);
+    command.option("--root", wish->root, "the root folder of an image, in place of this system's")
+        .value("DIR")
+        .names_a(Names::File);
   };
 
-  Command& install_command = add("install", "run a launch file as a service of systemd, from now on and from each boot on");
-  install_command.option("file", wish->file, "a .launch.yaml file (default: what is there, or the robot that is installed)").names_a(Names::File);
+  Command& install_command =
+      add("install", "run a launch file as a service of systemd, from now on and from each boot on");
+  install_command
+      .option("file", wish->file, "a .launch.yaml file (default: what is there, or the robot that is installed)")
+      .names_a(Names::File);
   install_command.option("arguments", wish->arguments, "name:=value for the file's arguments");
   install_command.flag("--no-start", wish->stays_stopped, "only enable it: it starts at the next boot");
   add_root(install_command);
-  install_command.note("The file is copied to /etc/nacelle/NAME/robot.launch.yaml; variables are in /etc/nacelle/NAME/environment.");
+  install_command.note(
+      "The file is copied to /etc/nacelle/NAME/robot.launch.yaml; variables are in /etc/nacelle/NAME/environment.");
   install_command.runs([wish] { return install(*wish); });
 
   Command& status_command = add("status", "show whether the service of a robot runs, and its last lines");
@@ -268,7 +282,8 @@ void add_service_unit_commands(Command& service) {
   Command& logs_command = add("logs", "show what the service of a robot has logged");
   logs_command.flag("-f,--follow", wish->follow, "print new lines until Ctrl-C");
   logs_command.option("-n,--lines", wish->lines, "how many lines").with_default();
-  logs_command.option("--component", wish->component, "only lines of this component's nodes: /lidar").names_a(Names::Node);
+  logs_command.option("--component", wish->component, "only lines of this component's nodes: /lidar")
+      .names_a(Names::Node);
   logs_command.runs([wish] { return logs(*wish); });
 
   Command& remove_command = add("remove", "stop the service of a robot, and start it at boot no more");

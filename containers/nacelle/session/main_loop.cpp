@@ -84,16 +84,17 @@ void Session::add_supervision(process::EventLoop& loop) {
             .serve = [this](auto) { look_at_descriptors(); },
             .shed = {}});
   const auto next_due = [this] { return supervision_->next_due(); };
-  loop.add({.name = "faults",
-            .watch = watch,
-            .next_due = next_due,
-            .serve =
-                [this, &loop](auto) {
-                  supervision_->work();
-                  if (const std::string why = supervision_->why_to_restart(); !why.empty())
-                    loop.end(Problem{"container", why, "its service manager, if it has one, starts it again with --resume"});
-                },
-            .shed = {}});
+  loop.add(
+      {.name = "faults",
+       .watch = watch,
+       .next_due = next_due,
+       .serve =
+           [this, &loop](auto) {
+             supervision_->work();
+             if (const std::string why = supervision_->why_to_restart(); !why.empty())
+               loop.end(Problem{"container", why, "its service manager, if it has one, starts it again with --resume"});
+           },
+       .shed = {}});
   loop.add({.name = "state",
             .watch = watch,
             .next_due = next_due,

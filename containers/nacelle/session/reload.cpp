@@ -70,9 +70,8 @@ void Reload::change(const launch::ComponentPlan& component, const runtime::Compo
     call.names.push_back(parameter.name);
   }
   if (call.names.empty()) return;
-  auto begun =
-      robot_.container().call_service(info.node + "/set_parameters", SetParameters::service_type(), &request,
-                                      [bell = bell_] { bell->ring(); });
+  auto begun = robot_.container().call_service(info.node + "/set_parameters", SetParameters::service_type(), &request,
+                                               [bell = bell_] { bell->ring(); });
   if (begun) {
     call.call = std::move(begun).value();
     calls_.push_back(std::move(call));

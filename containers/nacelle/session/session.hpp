@@ -64,7 +64,7 @@ struct SessionOptions {
   std::string state_file;
   bool resume = false;           ///< Restore the components of the state file, if it exists, instead of the plan's.
   std::string transitions_file;  ///< Empty: none (transition_log.hpp).
-  ClockAlarm* clock_alarm = nullptr;  ///< Must outlive the session; null: the kernel's.
+  ClockAlarm* clock_alarm = nullptr;                         ///< Must outlive the session; null: the kernel's.
   const process::ServiceManager* service_manager = nullptr;  ///< Must outlive the session; null: none.
   Reload::Reread reread;  ///< Reads the launch file again, for a reload; empty: there is none.
 };

@@ -71,16 +71,18 @@ Guarded<Origins>& origins() {
 }
 
 // ROS names a node's logger with dots: "robot1.lidar".
-std::string logger_of(const std::string& node) {
-  std::string name = node.substr(1);
+std::string logger_of(std::string_view node) {
+  std::string name{node.substr(1)};
   std::ranges::replace(name, '/', '.');
   return name;
 }
 
-bool send_to_journal(LogLevel level, std::string_view logger, std::string_view text, const LogPlace& place) {
+bool send_to_journal(LogLevel level, std::string_view logger, std::string_view text, const LogPlace& place,
+                     std::string_view about) {
   if (!journal()) return false;
+  const std::string owner = about.empty() ? std::string{} : logger_of(about);
   auto all = origins().lock();
-  for (std::string_view name = logger;;) {
+  for (std::string_view name = about.empty() ? logger : owner;;) {
     if (const auto found = all->find(name); found != all->end())
       return journal()->send(level, logger, text, place, {found->second.node, found->second.component});
     const auto dot = name.rfind('.');
@@ -131,17 +133,31 @@ bool Logger::is_due(const LogPlace& place, std::chrono::nanoseconds period) cons
 
 bool Logger::enabled(LogLevel level) const { return level >= lowest_level.load(std::memory_order_relaxed); }
 
-void Logger::write(LogLevel level, std::string_view text, const LogPlace& place) const {
-  if (send_to_journal(level, name_, text, place)) {
+namespace {
+
+void write_line(LogLevel level, std::string_view name, std::string_view text, const LogPlace& place,
+                std::string_view about) {
+  if (send_to_journal(level, name, text, place, about)) {
     // It is there, with its fields.
   } else if (is_printable_line(text)) {
-    process_log()->log(to_spdlog(level), "[{}] {}", name_, text);
+    process_log()->log(to_spdlog(level), "[{}] {}", name, text);
   } else {
-    process_log()->log(to_spdlog(level), "[{}] {}", name_, printable_entry(text));
+    process_log()->log(to_spdlog(level), "[{}] {}", name, printable_entry(text));
   }
   if (!has_listeners.load(std::memory_order_acquire)) return;
   auto all = listeners().lock();
-  for (LogListener* const listener : *all) listener->on_line(level, name_, text, place);
+  for (LogListener* const listener : *all) listener->on_line(level, name, text, place);
+}
+
+}  // namespace
+
+void Logger::write(LogLevel level, std::string_view text, const LogPlace& place) const {
+  write_line(level, name_, text, place, {});
+}
+
+void write_about(std::string_view node, const Logger& log, LogLevel level, std::string_view text,
+                 const LogPlace& place) {
+  if (log.enabled(level)) write_line(level, log.name(), text, place, node);
 }
 
 void Logger::write_formatted(LogLevel level, const LogPlace& place, fmt::string_view format,

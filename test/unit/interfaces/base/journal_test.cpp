@@ -79,7 +79,8 @@ TEST_F(JournalTest, a_line_is_an_entry_with_its_node_component_and_place) {
   const auto journal = this->journal();
   ASSERT_TRUE(journal);
 
-  ASSERT_TRUE(journal->send(LogLevel::Warn, "robot1.lidar", "no frame", {"lidar.cpp", "read", 12}, {"/robot1/lidar", "/robot1/lidar"}));
+  ASSERT_TRUE(journal->send(LogLevel::Warn, "robot1.lidar", "no frame", {"lidar.cpp", "read", 12},
+                            {"/robot1/lidar", "/robot1/lidar"}));
 
   EXPECT_EQ(receive(), (Fields{{"MESSAGE", "[robot1.lidar] no frame"},
                                {"PRIORITY", "4"},
@@ -128,7 +129,8 @@ TEST_F(JournalTest, a_line_is_refused_if_no_journal_listens) {
 TEST_F(JournalTest, a_line_allocates_nothing) {
   const auto journal = this->journal();
   const test::AllocationGuard guard;
-  EXPECT_TRUE(journal->send(LogLevel::Warn, "ekf", "a line of the usual length", {"ekf.cpp", "update", 7}, {"/ekf", "/ekf"}));
+  EXPECT_TRUE(
+      journal->send(LogLevel::Warn, "ekf", "a line of the usual length", {"ekf.cpp", "update", 7}, {"/ekf", "/ekf"}));
   EXPECT_EQ(guard.count(), 0U);
 }
 

@@ -161,7 +161,7 @@ class Executor {
   Worker* keeper_ NACELLE_GUARDED_BY(mutex_) = nullptr;    // the sleeper that wakes for timers, and when
   MonotonicTime kept_until_ NACELLE_GUARDED_BY(mutex_) = kNever;
   std::uint32_t waiting_for_return_ NACELLE_GUARDED_BY(mutex_) = 0;
-  bool was_waiting_ NACELLE_GUARDED_BY(mutex_) = false;        // at the last call of has_stalled(), as the next
+  bool was_waiting_ NACELLE_GUARDED_BY(mutex_) = false;  // at the last call of has_stalled(), as the next
   MonotonicTime last_start_seen_ NACELLE_GUARDED_BY(mutex_){};
   std::atomic<std::uint32_t> return_word_{0};  // changes when a callback returns while a thread waits for that
   std::atomic<std::uint64_t> handovers_{0};

@@ -41,4 +41,9 @@ class Journal {
   sockaddr_un address_;
 };
 
+/// Writes a line about a node (its full name) that the logger of another one writes, such as the container's about a fault. The
+/// journal keeps it with the lines of that node.
+void write_about(std::string_view node, const Logger& log, LogLevel level, std::string_view text,
+                 const LogPlace& place = {__builtin_FILE(), __builtin_FUNCTION(), __builtin_LINE()});
+
 }  // namespace nacelle

@@ -17,7 +17,8 @@ namespace {
 class ServiceManagerTest : public ::testing::Test {
  protected:
   /// Sets the environment as a service manager does, and takes it.
-  [[nodiscard]] ServiceManager take(const std::string& socket, const char* period = nullptr, const char* process = nullptr) {
+  [[nodiscard]] ServiceManager take(const std::string& socket, const char* period = nullptr,
+                                    const char* process = nullptr) {
     ::setenv("NOTIFY_SOCKET", socket.c_str(), 1);
     if (period != nullptr) ::setenv("WATCHDOG_USEC", period, 1);
     if (process != nullptr) ::setenv("WATCHDOG_PID", process, 1);
@@ -37,7 +38,8 @@ TEST_F(ServiceManagerTest, takes_the_variables_away_from_programs_that_it_starts
   const test::NotifySocket socket;
   const auto manager = take(socket.name(), "10000000", std::to_string(::getpid()).c_str());
   EXPECT_EQ(manager.watchdog(), 10s);
-  for (const char* const name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"}) EXPECT_EQ(std::getenv(name), nullptr) << name;
+  for (const char* const name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"})
+    EXPECT_EQ(std::getenv(name), nullptr) << name;
 }
 
 TEST_F(ServiceManagerTest, has_no_watchdog_for_another_process_or_without_a_period) {
@@ -49,7 +51,8 @@ TEST_F(ServiceManagerTest, has_no_watchdog_for_another_process_or_without_a_peri
 }
 
 TEST_F(ServiceManagerTest, without_a_usable_name_there_is_none) {
-  for (const std::string& name : {std::string{}, std::string{"@"}, std::string{"relative"}, std::string(200, '/'), std::string{"vsock:2:1"}}) {
+  for (const std::string& name :
+       {std::string{}, std::string{"@"}, std::string{"relative"}, std::string(200, '/'), std::string{"vsock:2:1"}}) {
     const auto manager = take(name);
     EXPECT_FALSE(manager.is_there()) << name;
     manager.tell("READY=1");

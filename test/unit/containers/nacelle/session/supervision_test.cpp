@@ -252,11 +252,11 @@ TEST_F(SupervisionTest, a_fault_with_restart_container_writes_the_stop_frames_at
   robot_.start("base", base_);
   robot_.start("lidar", lidar_, {.policy = FaultPolicy::RestartContainer});
   lidar_.node->fault("TOLD_TO", "a fault on command");
-  wait();
+  while (supervision_->why_to_stop().empty()) wait();
+  EXPECT_THAT(supervision_->why_to_stop(), HasSubstr("/lidar is faulted")) << "a bring-up ends";
   char frame = 0;
   EXPECT_EQ(::read(line_[0], &frame, 1), 1);
   EXPECT_EQ(frame, 's');
-  EXPECT_THAT(supervision_->why_to_stop(), HasSubstr("/lidar is faulted")) << "a bring-up ends";
 }
 
 }  // namespace

@@ -43,7 +43,8 @@ class WatchdogTest : public ::testing::Test {
   process::ServiceManager manager_ = with(socket_, "10000000");
   std::string why_not_;
   std::vector<std::string> said_;
-  Watchdog watchdog_{manager_, [this] { return why_not_; }, clock_, [this](const std::string& line) { said_.push_back(line); }};
+  Watchdog watchdog_{manager_, [this] { return why_not_; }, clock_,
+                     [this](const std::string& line) { said_.push_back(line); }};
 };
 
 TEST_F(WatchdogTest, is_fed_four_times_in_its_period_from_the_beginning_on) {
@@ -59,7 +60,8 @@ TEST_F(WatchdogTest, is_not_fed_while_something_has_stalled) {
   EXPECT_EQ(feeds_within(20s), 0);
   why_not_.clear();
   EXPECT_EQ(feeds_within(5s), 2);
-  EXPECT_THAT(said_, ElementsAre(HasSubstr("is not fed: executor 'ekf' has made no progress"), HasSubstr("is fed again")));
+  EXPECT_THAT(said_,
+              ElementsAre(HasSubstr("is not fed: executor 'ekf' has made no progress"), HasSubstr("is fed again")));
 }
 
 TEST_F(WatchdogTest, is_not_fed_more_often_by_a_thread_that_asks_all_the_time) {
