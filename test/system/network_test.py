@@ -6,7 +6,7 @@ import re
 import subprocess
 import unittest
 
-from machines import Lines, drive_until
+from machines import Lines, cable, drive_until
 from on_the_network import ASKS_THE_ROBOT, PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
 from robot import LAUNCH_FILE, PROGRAM, SLOW, nightly, wait_for
 

@@ -201,7 +201,8 @@ int install(const UnitWish& wish) {
   }
   print_text("wrote %s\n", folder_of(wish).c_str());
   if (!is_this_system(wish)) {
-    if (auto done = run_tool({"systemctl", "--root=" + wish.root, "enable", unit_of(wish)}); !done)
+    if (auto done = run_tool({"systemctl", "--root=" + fs::absolute(wish.root).string(), "enable", unit_of(wish)});
+        !done)
       return complain(done.error());
     return kDone;
   }
@@ -221,7 +222,7 @@ int install(const UnitWish& wish) {
 int remove(const UnitWish& wish) {
   if (auto fine = check_system(wish); !fine) return complain(fine.error());
   std::vector<std::string> disable{"systemctl", "disable", unit_of(wish)};
-  disable.insert(disable.begin() + 1, is_this_system(wish) ? "--now" : "--root=" + wish.root);
+  disable.insert(disable.begin() + 1, is_this_system(wish) ? "--now" : "--root=" + fs::absolute(wish.root).string());
   if (auto done = run_tool(disable); !done) return complain(done.error());
   std::error_code failed;
   if (!wish.purge) {

@@ -103,7 +103,7 @@ void Session::add_supervision(process::EventLoop& loop) {
 }
 
 void Session::tell_service_manager(const char* state, const std::string& status) const {
-  manager_.tell(fmt::format("{}STATUS={}", state, printable_line(status)));
+  service_manager_.tell(fmt::format("{}STATUS={}", state, printable_line(status)));
 }
 
 std::string Session::running_status() const {
@@ -115,7 +115,9 @@ std::string Session::running_status() const {
 
 std::string Session::why_not_feed() {
   std::string why = supervision_ ? supervision_->why_to_restart() : std::string{};
-  return why.empty() ? container_->stalled() : why;
+  if (!why.empty() || !container_)
+    return why;  // without a container: it is being destroyed, and waits for its components
+  return container_->stalled();
 }
 
 void Session::add_service_manager(process::EventLoop& loop) {

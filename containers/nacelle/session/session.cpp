@@ -43,7 +43,7 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
       clock_(clock),
       stop_(stop),
       on_terminal_(::isatty(STDERR_FILENO) == 1),
-      manager_(options_.service_manager != nullptr ? *options_.service_manager : no_manager_) {
+      service_manager_(options_.service_manager != nullptr ? *options_.service_manager : no_manager_) {
   report_.seed = options_.seed;
 }
 
@@ -129,7 +129,7 @@ int Session::run_robot() {
   container_options.node_interfaces = runtime::NodeInterfaces::All;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
   watchdog_.emplace(
-      manager_, [this] { return why_not_feed(); }, clock_, [this](const std::string& line) { say(line); });
+      service_manager_, [this] { return why_not_feed(); }, clock_, [this](const std::string& line) { say(line); });
   container_->call_while_waiting([this, main = std::this_thread::get_id()] {
     if (std::this_thread::get_id() == main) watchdog_->work();
   });

@@ -220,7 +220,7 @@ class Session final : public answers::Robot {
   std::optional<MonotonicTime> steady_from_;
   std::unique_ptr<Lookout> lookout_;  // until the shutdown begins
   const process::ServiceManager no_manager_;
-  const process::ServiceManager& manager_;
+  const process::ServiceManager& service_manager_;
   std::optional<Watchdog> watchdog_;
   std::optional<Reload> reload_;
 };
