@@ -187,6 +187,7 @@ class Robot(RunningRobotTest):
         units = cls.home / "image/usr/lib/systemd/system"
         units.mkdir(parents=True)
         shutil.copy(pathlib.Path(PROGRAM).resolve().parents[1] / "launch/systemd/nacelle@.service", units)
+        (units / "multi-user.target").write_text("[Unit]\n")
         # Where a launch file puts it that is given no sim_dir.
         (cls.folder / "nacelle-sim").symlink_to(cls.folder / "sim")
         tree = json.loads(cls.run_program("command-tree").stdout)
