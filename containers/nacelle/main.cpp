@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   add_faults_command(root);
   add_node_commands(root);
   add_topic_commands(root);
-  add_service_commands(root);
+  add_service_unit_commands(add_service_commands(root));
   add_param_commands(root);
   add_action_commands(root);
   add_qos_commands(root);

@@ -41,7 +41,7 @@ void Builder::component(const Element& element, Scope& scope) {
   }
   if (const auto resume = word(element, "resume", {"inactive", "active"}, scope)) made.resume_active = *resume == 1;
   if (const auto mode = word(element, "thread", {"shared", "own"}, scope)) made.thread.own = *mode == 1;
-  if (const auto policy = word(element, "on_fault", {"degrade", "restart", "stop_robot"}, scope))
+  if (const auto policy = word(element, "on_fault", {"degrade", "restart", "stop_robot", "restart_container"}, scope))
     made.on_fault.policy = static_cast<FaultPolicy>(*policy);
   for (const auto& node : words_of(element, "after", scope)) {
     made.after.push_back({node, When::Active, "", std::nullopt, at(element.find("after")->line)});
@@ -198,7 +198,7 @@ void Builder::read_on_fault(const Element& element, Scope& scope, ComponentPlan&
     made.policy = FaultPolicy::Restart;
     limits = &child;
   }
-  if (const auto policy = word(element, "policy", {"degrade", "restart", "stop_robot"}, scope))
+  if (const auto policy = word(element, "policy", {"degrade", "restart", "stop_robot", "restart_container"}, scope))
     made.policy = static_cast<FaultPolicy>(*policy);
   const auto most = count(*limits, "max", 1'000'000, scope);
   const auto backoff = duration(*limits, "backoff", scope);

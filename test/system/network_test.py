@@ -6,7 +6,7 @@ import re
 import subprocess
 import unittest
 
-from machines import Lines, drive_until
+from machines import Lines, cable, drive_until
 from on_the_network import ASKS_THE_ROBOT, PEERS, SILENCE_S, NetworkTest, is_odometry, speed_of
 from robot import LAUNCH_FILE, PROGRAM, SLOW, nightly, wait_for
 
@@ -211,6 +211,16 @@ class Moved(NetworkTest):
         self.start_robot("network:=export")
         self.robot_machine.ip("link", "set", "lan0", "up")
         reader.wait_for("odometry, in 3 s", is_odometry, 3)
+
+    def test_a_robot_that_was_started_without_any_interface_is_found_when_one_is_plugged_in(self):
+        """Not even loopback is up, so that the participant cannot be made at the start."""
+        robot_machine, laptop = self.machine(), self.machine()
+        robot_machine.ip("link", "set", "lo", "down")
+        robot = self.start_robot("network:=export", machine=robot_machine)
+        self.assertRegex(robot.line, "^network: off")
+        robot_machine.ip("link", "set", "lo", "up")
+        cable(robot_machine, laptop)
+        self.reads_odometry("cyclone", laptop).wait_for("odometry", is_odometry)
 
     def test_a_robot_whose_address_changes_is_found_again(self):
         self.start_robot("network:=export")

@@ -34,6 +34,11 @@ bool take(std::string_view& text, std::string_view front) {
 
 std::optional<OthersContainer> container_at(std::string_view path) {
   OthersContainer found;
+  if (take(path, "/run/nacelle/") && path.ends_with(kSocketEnd)) {
+    found.name = path.substr(0, path.size() - kSocketEnd.size());
+    found.is_service = true;
+    return validate_container_name(found.name) ? std::optional{found} : std::nullopt;
+  }
   const bool in_runtime_dir = take(path, "/run/user/");
   if (!in_runtime_dir && !take(path, "/tmp/nacelle-")) return std::nullopt;
   const auto user = take_number(path);
@@ -61,16 +66,22 @@ std::vector<OthersContainer> containers_of_others(std::string_view sockets, unsi
     const std::size_t path = line.find('/');
     if (path == std::string_view::npos || line.substr(0, path).find(kIsListening) == std::string_view::npos) continue;
     auto container = container_at(line.substr(path));
-    if (container && container->user != own_user) found.push_back(std::move(*container));
+    if (container && (container->is_service || container->user != own_user)) found.push_back(std::move(*container));
   }
   return found;
 }
 
 Problem problem_of_others(const std::vector<OthersContainer>& others) {
   std::string whose;
-  for (const auto& other : others)
-    whose += fmt::format("{}user {} runs '{}'", whose.empty() ? "" : ", ", name_of_user(other.user), other.name);
+  for (const auto& other : others) {
+    if (!whose.empty()) whose += ", ";
+    whose += other.is_service ? fmt::format("the service nacelle@{} runs", other.name)
+                              : fmt::format("user {} runs '{}'", name_of_user(other.user), other.name);
+  }
   const OthersContainer& first = others.front();
+  if (first.is_service)
+    return {"", "no container of yours is running; " + whose,
+            "join its group: sudo usermod -aG nacelle $USER, then log in again"};
   std::string who = name_of_user(first.user);
   if (who.starts_with('#')) who = "'" + who + "'";  // a shell takes it for a comment
   return {"", "no container of yours is running; " + whose,

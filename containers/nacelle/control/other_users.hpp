@@ -14,6 +14,7 @@ struct OthersContainer {
   std::string name;
   unsigned user = 0;
   std::string runtime_dir;  ///< The user's XDG_RUNTIME_DIR; empty: the socket is in /tmp.
+  bool is_service = false;  ///< Of nacelle@NAME.service, in /run/nacelle; its user is not known.
   friend bool operator==(const OthersContainer&, const OthersContainer&) = default;
 };
 
@@ -22,7 +23,7 @@ struct OthersContainer {
 [[nodiscard]] std::vector<OthersContainer> containers_of_others(std::string_view sockets, unsigned own_user);
 
 /// Returns the problem of a user who has no running container while other users have some. It names these users, and
-/// the command that queries their containers. `others` must not be empty.
+/// the command that queries their containers or gives access to that of a service. `others` must not be empty.
 [[nodiscard]] Problem problem_of_others(const std::vector<OthersContainer>& others);
 
 }  // namespace nacelle::control

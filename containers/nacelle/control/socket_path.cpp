@@ -225,7 +225,11 @@ Result<SocketClaim, Problem> SocketClaim::take(const SocketPlaces& places, const
   }
   struct stat of_folder {};
   if (kind == FolderKind::System && ::stat(folder.c_str(), &of_folder) == 0 && (of_folder.st_mode & 0010U) != 0) {
-    if (::chown(path.c_str(), static_cast<uid_t>(-1), of_folder.st_gid) != 0 || ::chmod(path.c_str(), 0660) != 0)
+    // A service has that group already, and its sandbox forbids chown().
+    struct stat of_socket {};
+    const bool has_group = ::stat(path.c_str(), &of_socket) == 0 && of_socket.st_gid == of_folder.st_gid;
+    if ((!has_group && ::chown(path.c_str(), static_cast<uid_t>(-1), of_folder.st_gid) != 0) ||
+        ::chmod(path.c_str(), 0660) != 0)
       return err(Problem{"control socket " + path, std::strerror(errno), "start it as root, or in the folder's group"});
     claim.group_ = of_folder.st_gid;
   }

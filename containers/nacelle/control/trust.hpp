@@ -12,7 +12,9 @@ namespace nacelle::control {
 /// The purpose of a folder of sockets, which determines its required owner and mode.
 enum class FolderKind : std::uint8_t {
   Private,  ///< One user's: owned by this user or root, mode 0700.
-  System,   ///< Below /run: owned by root, mode 0750; its sockets have its group and mode 0660.
+  /// Below /run: owned by root, or by the user to whom root gave it (a service's), mode 0750; its sockets have its group and mode
+  /// 0660.
+  System,
 };
 
 /// Returns why a folder is not trusted; nothing if it is. Does not follow symbolic links.
@@ -32,8 +34,8 @@ struct Peer {
 /// included).
 /// Allocates: only if the peer's user alone does not decide.
 [[nodiscard]] bool may_ask(int socket, const Peer& peer, std::optional<gid_t> group);
-/// Returns whether a command may use the container at the other end: it runs as this user or root, or root owns the
-/// folder of its socket and no other user can write there.
+/// Returns whether a command may use the container at the other end: it runs as this user or root, or in a folder of the system
+/// in which only its user, or root, can write.
 [[nodiscard]] bool may_answer(const Peer& peer, const std::string& path);
 
 }  // namespace nacelle::control

@@ -157,8 +157,9 @@ int call(const ServiceWish& wish) {
 
 }  // namespace
 
-void add_service_commands(Command& root) {
-  Command& group = root.add("service", "list and call the services of a running container");
+Command& add_service_commands(Command& root) {
+  Command& group =
+      root.add("service", "list and call the services of a running container; run a robot as a service of systemd");
   auto wish = std::make_shared<ServiceWish>();
 
   Command& list_command = group.add("list", "list the services");
@@ -193,6 +194,7 @@ void add_service_commands(Command& root) {
       .with_default();
   add_common_options(call_command, wish->whom, wish->as_json);
   call_command.runs([wish] { return call(*wish); });
+  return group;
 }
 
 }  // namespace nacelle::cli

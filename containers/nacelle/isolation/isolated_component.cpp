@@ -26,6 +26,7 @@ using nlohmann::json;
 // Beyond what the process itself grants a transition.
 constexpr Duration kPatience = 1s;
 constexpr Duration kEndLimit = 3s;
+constexpr Duration kTurn = 100ms;
 
 }  // namespace
 
@@ -120,8 +121,12 @@ Result<json, Problem> IsolatedComponent::call(json request) {
   const auto deadline = [&]() NACELLE_REQUIRES(mutex_) {
     return limited_at_ > began ? std::min(latest, limited_at_ + limit_ + kPatience) : latest;
   };
-  for (MonotonicTime now = began; !is_over() && now < deadline(); now = clock_.now())
-    answered_.wait_for(lock.raw(), deadline() - now);
+  for (MonotonicTime now = began; !is_over() && now < deadline(); now = clock_.now()) {
+    answered_.wait_for(lock.raw(), std::min<Duration>(deadline() - now, kTurn));
+    lock.unlock();
+    container_.note_waiting();
+    lock.lock();
+  }
   const bool came = is_over();
   ++next_call_;
   if (answer_ == nullptr) {
@@ -232,7 +237,7 @@ void IsolatedComponent::on_end(const Problem& problem) {
 
 // Called at once, on the thread that finds the fault, as within the container. Supervision does the rest.
 void IsolatedComponent::tell_fault(const runtime::ComponentInfo& faulted, const std::string& callback) {
-  if (plan_.on_fault.policy_for(faulted.actuator) == FaultPolicy::StopRobot) container_.stop_what_moves();
+  if (plan_.on_fault.stops_robot(faulted.actuator)) container_.stop_what_moves();
   container_.tell_fault(faulted, callback);
 }
 

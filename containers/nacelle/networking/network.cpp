@@ -21,6 +21,9 @@ using transport_dds::NetworkMode;
 // DHCP and IPv6 give addresses one after the other; discovery is to come within 3 s.
 constexpr Duration kRest = 500ms;
 
+// A join fails if the machine has no address yet, or while another process holds a port; it takes milliseconds to fail.
+constexpr Duration kFirstRetry = 1s, kLongestRetry = 60s;
+
 // What programs of this machine call it by, carrier or not.
 std::vector<NetworkLink> with_an_ipv4_address(std::vector<NetworkLink> links) {
   for (NetworkLink& link : links) {
@@ -111,6 +114,7 @@ Result<void, Problem> Network::join() {
     settings_ = {};
     settings_.mode = NetworkMode::Off;
     why_not_ = settings.error();
+    plan_retry();
     return err(*why_not_);
   }
   settings_ = std::move(*settings);
@@ -139,6 +143,7 @@ Result<void, Problem> Network::join() {
   why_not_ = network_is_not_built_in(settings_.because_of);
 #endif
   watch_links();
+  plan_retry();
   return why_not_ ? Result<void, Problem>{err(*why_not_)} : Result<void, Problem>{};
 }
 
@@ -271,6 +276,7 @@ void Network::serve(bool told) {
     watch_->drain();
     due_ = of_interest(network_links()) == joined_with_ ? std::nullopt : std::optional(clock_.now() + kRest);
   }
+  if (retry_ && clock_.now() >= *retry_) return retry();
   if (!due_ || clock_.now() < *due_) return;
   due_.reset();
   if (of_interest(network_links()) == joined_with_) return;
@@ -281,6 +287,27 @@ void Network::serve(bool told) {
   } else {
     settings_.because_of = because_of;
     say_("nacelle: network: this machine's addresses have changed: rejoined");
+  }
+}
+
+void Network::plan_retry() {
+  retry_.reset();
+  if (!why_not_ || !network_is_built_in()) {
+    retry_pause_ = Duration::zero();
+    return;
+  }
+  retry_pause_ = retry_pause_ == Duration::zero() ? kFirstRetry : std::min(2 * retry_pause_, kLongestRetry);
+  retry_ = clock_.now() + retry_pause_;
+}
+
+void Network::retry() {
+  const std::string before = why_not_ ? why_not_->text() : std::string{};
+  const auto because_of = settings_.because_of;
+  if (auto joined = join(); joined) {
+    if (!because_of.empty()) settings_.because_of = because_of;
+    say_("nacelle: " + line());
+  } else if (joined.error().text() != before) {
+    say_("nacelle: " + network_off_line(joined.error()));
   }
 }
 

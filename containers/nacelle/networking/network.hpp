@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -32,7 +33,8 @@ namespace nacelle::networking {
 /// Joins the robot to ROS 2's network. Reports the mode in force, or why the robot is not on the network.
 ///
 /// The robot does not depend on it: errors are reported, and nothing local changes. While the robot is on the network,
-/// or could not join, this class watches the machine's addresses and rejoins when they change.
+/// or could not join, this class watches the machine's addresses and rejoins when they change. A join that failed is also
+/// retried, after 1 s and then after pauses that grow to a minute.
 /// Threads: one, except `say`, which the network's thread also calls.
 class Network {
  public:
@@ -75,16 +77,22 @@ class Network {
 
   /// Returns a descriptor to poll for reading; -1: nothing is watched.
   [[nodiscard]] int descriptor() const { return watch_ ? watch_->descriptor() : -1; }
-  [[nodiscard]] std::optional<MonotonicTime> next_due() const { return due_; }
+  [[nodiscard]] std::optional<MonotonicTime> next_due() const {
+    return due_ && retry_ ? std::min(*due_, *retry_) : due_ ? due_ : retry_;
+  }
   /// Retries a failed join. Call it after the wall clock was set: a certificate that was not valid may be valid now.
   void note_clock_jump();
-  /// Rejoins after addresses have changed and then stayed unchanged for 500 ms. `told`: the descriptor is readable.
+  /// Rejoins after addresses have changed and then stayed unchanged for 500 ms, and retries a join that failed. `told`: the
+  /// descriptor is readable.
   void serve(bool told);
 
  private:
   [[nodiscard]] Result<void, Problem> join();
   void leave();
   void watch_links();
+  /// After a join that failed for a reason that may pass: sets the time of the next.
+  void plan_retry();
+  void retry();
   [[nodiscard]] std::vector<NetworkLink> of_interest(std::vector<NetworkLink> links) const;
 
   launch::NetworkPlan plan_;
@@ -102,7 +110,8 @@ class Network {
   bool is_asked_for_ = false;       // explicitly, not only by default
   std::unique_ptr<LinkWatch> watch_;
   std::vector<NetworkLink> joined_with_;
-  std::optional<MonotonicTime> due_;
+  std::optional<MonotonicTime> due_, retry_;
+  Duration retry_pause_{};  // the last one
   struct Joined;
   std::unique_ptr<Joined> joined_;  // null: not on the network
 };

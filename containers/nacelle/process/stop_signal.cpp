@@ -20,21 +20,27 @@ constexpr int kRequest = -1;
 std::atomic<int> first_signal{0};
 std::atomic<int> signals_seen{0};
 std::atomic<void (*)() noexcept> emergency_exit{nullptr};
-std::array<int, 2> pipe_ends{-1, -1};
+std::array<int, 2> pipe_ends{-1, -1}, reload_ends{-1, -1};
 std::atomic<int> null_device{-1};  // open while a full output is to be dropped
 constexpr std::array<int, 4> kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT};
 std::array<struct sigaction, kSignals.size()> before{};
 struct sigaction pipe_before {};
 static_assert(std::atomic<int>::is_always_lock_free);
 
+void write_byte(int descriptor) noexcept {
+  const int saved = errno;
+  const char byte = 1;
+  static_cast<void>(!::write(descriptor, &byte, 1));
+  errno = saved;
+}
+
 void wake(int number) noexcept {
   int none = 0;
   first_signal.compare_exchange_strong(none, number);
-  const int saved = errno;
-  const char byte = 1;
-  static_cast<void>(!::write(pipe_ends[1], &byte, 1));
-  errno = saved;
+  write_byte(pipe_ends[1]);
 }
+
+void on_reload(int /*number*/) { write_byte(reload_ends[1]); }
 
 /// A write() that the signal interrupts is restarted (SA_RESTART), with the new target of the descriptor.
 void drop_full_output() noexcept {
@@ -56,7 +62,7 @@ void on_signal(int number) {
 
 }  // namespace
 
-StopSignal::StopSignal(void (*emergency)() noexcept, FullOutput output) {
+StopSignal::StopSignal(void (*emergency)() noexcept, FullOutput output, Hangup hangup) {
   NACELLE_EXPECT(pipe_ends[0] < 0, "one StopSignal per process at a time");
   first_signal = 0;
   signals_seen = 0;
@@ -72,6 +78,11 @@ StopSignal::StopSignal(void (*emergency)() noexcept, FullOutput output) {
     // Under nohup the end of the terminal must not end the robot.
     if (kSignals[i] == SIGHUP && before[i].sa_handler == SIG_IGN) ::sigaction(SIGHUP, &before[i], nullptr);
   }
+  if (hangup == Hangup::Reload) {
+    NACELLE_EXPECT(::pipe2(reload_ends.data(), O_CLOEXEC | O_NONBLOCK) == 0, "two descriptors are free");
+    action.sa_handler = on_reload;
+    ::sigaction(SIGHUP, &action, nullptr);
+  }
   struct sigaction ignore {};
   ignore.sa_handler = SIG_IGN;
   ::sigaction(SIGPIPE, &ignore, &pipe_before);
@@ -82,13 +93,22 @@ StopSignal::~StopSignal() {
   ::sigaction(SIGPIPE, &pipe_before, nullptr);
   emergency_exit = nullptr;
   if (const int sink = null_device.exchange(-1); sink >= 0) ::close(sink);
-  for (int& end : pipe_ends) {
-    ::close(end);
-    end = -1;
+  for (auto* const ends : {&pipe_ends, &reload_ends}) {
+    for (int& end : *ends) {
+      if (end >= 0) ::close(end);
+      end = -1;
+    }
   }
 }
 
 int StopSignal::descriptor() const { return pipe_ends[0]; }
+int StopSignal::reload_descriptor() const { return reload_ends[0]; }
+
+void StopSignal::take_reload() const {
+  std::array<char, 64> bytes{};
+  while (::read(reload_ends[0], bytes.data(), bytes.size()) > 0) continue;
+}
+
 int StopSignal::number() const { return first_signal.load(); }
 
 const char* StopSignal::name() const {

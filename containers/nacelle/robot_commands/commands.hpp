@@ -18,6 +18,8 @@ void add_component_commands(Command& root);
 void add_estop_command(Command& root);
 void add_teleop_command(Command& root);
 void add_sim_commands(Command& root);
+/// Adds `install`, `status`, `logs` and `remove` to the command `service`.
+void add_service_unit_commands(Command& service);
 /// Adds `streams` and `top`.
 void add_top_commands(Command& root);
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/program.hpp"
+#include "process/service_manager.hpp"
 #include "process/stop_signal.hpp"
 #include "robot_commands/commands.hpp"
 #include "session/session.hpp"
@@ -35,7 +36,8 @@ Result<void, Problem> take_arguments(const std::vector<std::string>& words, laun
 
 int run(const ContainerWish& wish) {
   if (auto enough = session::Session::check_descriptor_limit(); !enough) return complain(enough.error());
-  process::StopSignal stop{session::leave_at_once};
+  const auto manager = process::ServiceManager::take_from_environment();
+  process::StopSignal stop{session::leave_at_once, process::FullOutput::Kept, process::hangup_with(manager)};
   launch::Plan plan;
   if (const auto taken = take_arguments(wish.arguments, plan.network); !taken) return complain_of_usage(taken.error());
   plan.file = "nacelle container";
@@ -48,6 +50,7 @@ int run(const ContainerWish& wish) {
   options.verbose = wish.verbose;
   options.state_file = wish.state_file;
   options.resume = wish.resume;
+  options.service_manager = &manager;
   const SystemClock clock;
   session::Session session{std::move(plan), std::move(options), clock, stop};
   return session.run();

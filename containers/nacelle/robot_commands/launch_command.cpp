@@ -9,6 +9,7 @@
 #include "cli/output.hpp"
 #include "cli/program.hpp"
 #include "nacelle/base/log.hpp"
+#include "process/service_manager.hpp"
 #include "process/stop_signal.hpp"
 #include "robot_commands/commands.hpp"
 #include "session/session.hpp"
@@ -65,8 +66,10 @@ void show_arguments(const launch::Plan& plan) {
 
 int run(const LaunchWish& wish) {
   if (auto enough = session::Session::check_descriptor_limit(); !enough) return complain(enough.error());
-  // First of all: from here on no signal ends the process half way.
-  process::StopSignal stop{session::leave_at_once};
+  // First of all, because there are no other threads yet.
+  const auto manager = process::ServiceManager::take_from_environment();
+  // From here on no signal ends the process half way.
+  process::StopSignal stop{session::leave_at_once, process::FullOutput::Kept, process::hangup_with(manager)};
   die_with_parent(wish.parent_pid);
   auto arguments = launch::parse_arguments(wish.arguments);
   if (!arguments) {
@@ -102,6 +105,10 @@ int run(const LaunchWish& wish) {
   options.transitions_file = wish.transitions_file;
   options.state_file = wish.state_file;
   options.resume = wish.resume;
+  options.service_manager = &manager;
+  options.reread = [file = wish.file, given = arguments.value(), places] {
+    return launch::load_plan(file, given, launch_environment(places));
+  };
   const SystemClock system_clock;
   std::unique_ptr<session::TestClock> test_clock;
   if (!wish.test_clock.empty()) {

@@ -87,7 +87,7 @@ ComposedComponent component_of(const json& row, const std::string& file) {
   plan.isolate = enum_of<launch::Isolation>(row, "isolate", kIsolations);
   if (row.contains("on_fault")) {
     const json& entry = row.at("on_fault");
-    static constexpr const char* kPolicies[] = {"degrade", "restart", "stop_robot"};
+    static constexpr const char* kPolicies[] = {"degrade", "restart", "stop_robot", "restart_container"};
     plan.on_fault.policy = enum_of<FaultPolicy>(entry, "policy", kPolicies);
     if (entry.contains("max")) plan.on_fault.max_restarts = entry.at("max").get<std::uint32_t>();
     if (entry.contains("backoff_ns")) plan.on_fault.backoff = duration_of(entry, "backoff_ns");

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a session's main thread waits for and does while the robot runs.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "answers/interface_services.hpp"
 #include "answers/loader.hpp"
+#include "nacelle/base/printable.hpp"
 #include "requests/request_server.hpp"
 #include "session/clock_jump.hpp"
 #include "session/session.hpp"
@@ -81,15 +84,69 @@ void Session::add_supervision(process::EventLoop& loop) {
             .serve = [this](auto) { look_at_descriptors(); },
             .shed = {}});
   const auto next_due = [this] { return supervision_->next_due(); };
-  loop.add({.name = "faults",
-            .watch = watch,
-            .next_due = next_due,
-            .serve = [this](auto) { supervision_->work(); },
-            .shed = {}});
+  loop.add(
+      {.name = "faults",
+       .watch = watch,
+       .next_due = next_due,
+       .serve =
+           [this, &loop](auto) {
+             supervision_->work();
+             if (const std::string why = supervision_->why_to_restart(); !why.empty())
+               loop.end(Problem{"container", why, "its service manager, if it has one, starts it again with --resume"});
+           },
+       .shed = {}});
   loop.add({.name = "state",
             .watch = watch,
             .next_due = next_due,
             .serve = [this](auto) { keep_composition(); },
+            .shed = {}});
+}
+
+void Session::tell_service_manager(const char* state, const std::string& status) const {
+  service_manager_.tell(fmt::format("{}STATUS={}", state, printable_line(status)));
+}
+
+std::string Session::running_status() const {
+  const auto components = container_->list();
+  const auto is_faulted = [](const runtime::ComponentInfo& info) { return !info.fault.code.empty(); };
+  const auto faulted = std::ranges::count_if(components, is_faulted);
+  return fmt::format("{} components{}", components.size(), faulted == 0 ? "" : fmt::format(", {} faulted", faulted));
+}
+
+std::string Session::why_not_feed() {
+  std::string why = supervision_ ? supervision_->why_to_restart() : std::string{};
+  if (!why.empty() || !container_)
+    return why;  // without a container: it is being destroyed, and waits for its components
+  return container_->stalled();
+}
+
+void Session::add_service_manager(process::EventLoop& loop) {
+  loop.add({.name = "watchdog",
+            .watch = {},
+            .next_due = [this] { return watchdog_->next_due(); },
+            .serve = [this](auto) { watchdog_->work(); },
+            .shed = {}});
+  if (stop_.reload_descriptor() < 0) return;
+  reload_.emplace(*this, options_.reread, clock_, [this](const std::string& line) { say(line); });
+  loop.add(process::on_readable("reload", stop_.reload_descriptor(), [this] {
+    stop_.take_reload();
+    const auto now_us = clock_.now().nanoseconds() / 1000;
+    tell_service_manager(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\n", now_us).c_str(), "reloading parameters");
+    if (!reload_->begin()) say("nacelle: reload: one is running; try again when it has ended");
+  }));
+  loop.add({.name = "reloaded parameters",
+            .watch =
+                [this](std::vector<pollfd>& waits) {
+                  waits.push_back({reload_->descriptor(), POLLIN, 0});
+                },
+            .next_due = [this] { return reload_->next_due(); },
+            .serve =
+                [this](auto) {
+                  const auto ended = reload_->work();
+                  if (!ended) return;
+                  say("nacelle: " + *ended);
+                  tell_service_manager("READY=1\n", running_status() + "; " + *ended);
+                },
             .shed = {}});
 }
 
@@ -155,6 +212,9 @@ std::optional<Problem> Session::serve() {
             .shed = {}});
   add_programs(loop);
   loop.add(requests_task());
+  add_service_manager(loop);
+  tell_service_manager("READY=1\n", running_status());
+  watchdog_->begin();
   auto failure = loop.run();
   lost_descriptors_ = loop.has_lost_a_descriptor();
   return failure;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <thread>
 
 #include "answers/interface_services.hpp"
 #include "answers/loader.hpp"
@@ -41,7 +42,8 @@ Session::Session(launch::Plan plan, SessionOptions options, const Clock& clock, 
       options_(std::move(options)),
       clock_(clock),
       stop_(stop),
-      on_terminal_(::isatty(STDERR_FILENO) == 1) {
+      on_terminal_(::isatty(STDERR_FILENO) == 1),
+      service_manager_(options_.service_manager != nullptr ? *options_.service_manager : no_manager_) {
   report_.seed = options_.seed;
 }
 
@@ -126,6 +128,11 @@ int Session::run_robot() {
   container_options.component_path = options_.places.component_folders;
   container_options.node_interfaces = runtime::NodeInterfaces::All;
   container_ = std::make_unique<runtime::Container>(std::move(container_options), clock_);
+  watchdog_.emplace(
+      service_manager_, [this] { return why_not_feed(); }, clock_, [this](const std::string& line) { say(line); });
+  container_->call_while_waiting([this, main = std::this_thread::get_id()] {
+    if (std::this_thread::get_id() == main) watchdog_->work();
+  });
   network_ = std::make_unique<networking::Network>(
       plan_.network, networking::ros_environment(), container_->graph(), container_->service_graph(), clock_,
       [this](const std::string& line) { say(line); },
@@ -159,6 +166,7 @@ int Session::run_robot() {
       std::make_unique<answers::OwnContainer>(*this),
       requests::RequestLimits{.guests = control::most_guests(), .idle = control::kIdleLimit});
 
+  tell_service_manager("", fmt::format("bringing up {} components", plan_.components.size()));
   auto up = guarded_bring_up();
   is_going_up_ = false;
   if (!up) {

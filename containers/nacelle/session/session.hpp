@@ -24,6 +24,7 @@
 #include "networking/network.hpp"
 #include "process/event_loop.hpp"
 #include "process/foreign_programs.hpp"
+#include "process/service_manager.hpp"
 #include "process/stop_signal.hpp"
 #include "proof/proof.hpp"
 #include "report/run_report.hpp"
@@ -32,9 +33,11 @@
 #include "session/early_crashes.hpp"
 #include "session/emergency_stops.hpp"
 #include "session/lookout.hpp"
+#include "session/reload.hpp"
 #include "session/robot_service.hpp"
 #include "session/supervision.hpp"
 #include "session/transition_log.hpp"
+#include "session/watchdog.hpp"
 
 namespace nacelle::requests {
 class RequestServer;
@@ -61,7 +64,9 @@ struct SessionOptions {
   std::string state_file;
   bool resume = false;           ///< Restore the components of the state file, if it exists, instead of the plan's.
   std::string transitions_file;  ///< Empty: none (transition_log.hpp).
-  ClockAlarm* clock_alarm = nullptr;  ///< Must outlive the session; null: the kernel's.
+  ClockAlarm* clock_alarm = nullptr;                         ///< Must outlive the session; null: the kernel's.
+  const process::ServiceManager* service_manager = nullptr;  ///< Must outlive the session; null: none.
+  Reload::Reread reread;  ///< Reads the launch file again, for a reload; empty: there is none.
 };
 
 /// Writes the stop frames and kills the programs. StopSignal calls it at the third signal. Async-signal-safe.
@@ -150,6 +155,12 @@ class Session final : public answers::Robot {
   void add_supervision(process::EventLoop& loop);
   void add_upkeep(process::EventLoop& loop);
   void add_programs(process::EventLoop& loop);
+  void add_service_manager(process::EventLoop& loop);
+  /// Sends a state to the service manager. `status` is what `systemctl status` shows.
+  void tell_service_manager(const char* state, const std::string& status) const;
+  [[nodiscard]] std::string running_status() const;
+  /// Returns why the service manager is to restart the robot; empty: it is well.
+  [[nodiscard]] std::string why_not_feed();
   void answer_guests();
   /// Reports when the process runs out of descriptors, and when some are available again.
   void look_at_descriptors();
@@ -208,6 +219,10 @@ class Session final : public answers::Robot {
   process::SteadyState steady_;
   std::optional<MonotonicTime> steady_from_;
   std::unique_ptr<Lookout> lookout_;  // until the shutdown begins
+  const process::ServiceManager no_manager_;
+  const process::ServiceManager& service_manager_;
+  std::optional<Watchdog> watchdog_;
+  std::optional<Reload> reload_;
 };
 
 }  // namespace nacelle::session

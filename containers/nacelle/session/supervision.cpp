@@ -123,7 +123,7 @@ void Supervision::work() {
 }
 
 bool Supervision::stops_the_robot(const runtime::ComponentInfo& info) const {
-  return handling_of(info).policy_for(info.actuator) == FaultPolicy::StopRobot;
+  return handling_of(info).stops_robot(info.actuator);
 }
 
 std::string Supervision::why_to_stop() {
@@ -145,6 +145,10 @@ std::optional<MonotonicTime> Supervision::next_due() const {
 }
 
 std::optional<TargetState> Supervision::target_of_restart(const std::string& node) const {
+  if (const auto info = container().find(node);
+      info && !info.value().fault.code.empty() &&
+      handling_of(info.value()).policy_for(info.value().actuator) == FaultPolicy::RestartContainer)
+    return target_before(info.value());
   const auto found = patients_.find(node);
   if (found == patients_.end() || !known_.lock()->restarts.due_of(node)) return std::nullopt;
   return found->second.target;
@@ -155,6 +159,14 @@ FaultHandling Supervision::handling_of(const runtime::ComponentInfo& info) const
   return request ? request->on_fault : FaultHandling{};
 }
 
+TargetState Supervision::target_before(const runtime::ComponentInfo& faulted) const {
+  if (faulted.state == StateId::Active || faulted.state == StateId::Inactive)
+    return target_from(faulted.state);  // it hangs there
+  if (const auto before = before_fault_.find(faulted.node); before != before_fault_.end()) return before->second;
+  const auto* const plan = run_.robot.plan().find(faulted.node);
+  return plan != nullptr ? plan->target : TargetState::Active;
+}
+
 void Supervision::on_fault(const runtime::ComponentInfo& info) {
   // It may have been unloaded, or restarted by hand, since.
   const auto now = container().find(info.node);
@@ -163,20 +175,18 @@ void Supervision::on_fault(const runtime::ComponentInfo& info) {
   switch (handling.policy_for(info.actuator)) {
     case FaultPolicy::Degrade: break;
     case FaultPolicy::StopRobot: stop_robot(info); break;
+    // What moves was stopped when the fault was found. All components keep their states, for --resume.
+    case FaultPolicy::RestartContainer:
+      known_.lock()->stopped_by = info.node;
+      why_to_restart_ = fmt::format("{} is faulted ({}: {}), and its policy is restart_container", info.node,
+                                    info.fault.code, info.fault.text);
+      break;
     case FaultPolicy::Restart: {
       Patient patient;
       if (auto request = container().request_of(now.value().id)) patient.request = std::move(*request);
       patient.request.name = info.node.substr(info.node.rfind('/') + 1);
       patient.isolated = now.value().isolated;
-      const auto before = before_fault_.find(info.node);
-      const auto* const plan = run_.robot.plan().find(info.node);
-      if (info.state == StateId::Active || info.state == StateId::Inactive) {
-        patient.target = target_from(info.state);  // it hangs there
-      } else if (before != before_fault_.end()) {
-        patient.target = before->second;
-      } else if (plan != nullptr) {
-        patient.target = plan->target;
-      }
+      patient.target = target_before(info);
       patient.handling = handling;
       plan_restart(info.node, patients_[info.node] = std::move(patient));
       break;

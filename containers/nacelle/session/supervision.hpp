@@ -51,10 +51,12 @@ class Supervision {
   [[nodiscard]] std::optional<MonotonicTime> next_due() const;
   /// Returns whether a fault has stopped the robot; the run ends with a failure then.
   [[nodiscard]] bool has_stopped_the_robot() const { return !known_.lock()->stopped_by.empty(); }
+  /// Returns the text of a fault with the policy restart_container, for which the process ends and keeps its state; empty: none.
+  [[nodiscard]] const std::string& why_to_restart() const { return why_to_restart_; }
   /// Returns the state that a pending restart leads to, for the composition. Returns nothing if no restart is pending;
   /// the component's own state counts then.
   [[nodiscard]] std::optional<launch::TargetState> target_of_restart(const std::string& node) const;
-  /// Returns the text of a fault with the policy stop_robot that work() has not handled yet, which ends the bring-up;
+  /// Returns the text of a fault with the policy stop_robot or restart_container that work() has not handled yet, which ends the bring-up;
   /// empty: none.
   [[nodiscard]] std::string why_to_stop();
   /// Returns whether the component has registered a stop frame in this run or in the resumed run.
@@ -86,6 +88,8 @@ class Supervision {
   void restart(const std::string& node);
   [[nodiscard]] Result<runtime::ComponentInfo, Problem> load_again(const std::string& node, const Patient& patient);
   void stop_robot(const runtime::ComponentInfo& cause);
+  /// Returns the state in which a faulted component was, or to which it was going.
+  [[nodiscard]] launch::TargetState target_before(const runtime::ComponentInfo& faulted) const;
   /// Returns the components that were left out and are not loaded now.
   [[nodiscard]] std::vector<FaultTopics::Absent> absent(const std::vector<runtime::ComponentInfo>& components) const;
   /// Resets the crash counts of components that have run for EarlyCrashes::kEarly.
@@ -101,6 +105,7 @@ class Supervision {
   runtime::Container& container() const { return run_.robot.container(); }
 
   const SupervisedRun run_;
+  std::string why_to_restart_;
   Guarded<Noted> noted_;
   Guarded<Known> known_;
   FaultTopics topics_;

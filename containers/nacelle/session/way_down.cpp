@@ -27,6 +27,7 @@ void Session::take_down() {
   lookout_.reset();
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
+  tell_service_manager("STOPPING=1\n", "stopping");
   if (was_running) report_.process = steady_.end(clock_.now());
   // Stops the wheels first, because hanging components may delay the base's turn. Its measurements continue meanwhile.
   container_->write_safe_stops();
@@ -61,7 +62,7 @@ void Session::take_down() {
   }
   supervision_->publish();
   // After a failure of this kind `--resume` restores the composition.
-  if (was_running && !lost_descriptors_) {
+  if (was_running && !lost_descriptors_ && supervision_->why_to_restart().empty()) {
     state_->remove();
     crashes_->remove();
   }

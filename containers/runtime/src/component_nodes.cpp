@@ -110,6 +110,7 @@ std::unique_ptr<NodeHost> Container::Impl::ComponentContext::create_host(const N
     auto known = record.node_names.lock();
     if (std::ranges::find(*known, name) == known->end()) known->push_back(name);
   }
+  set_log_origin(name, record.runtime ? record.runtime->identity().fully_qualified() : name);
   if (impl.node_services) impl.node_services->keep_log(name);
   if (!record.runtime) {
     record.runtime = std::move(runtime);
@@ -161,7 +162,10 @@ void Container::Impl::end_other(Record& record, const std::shared_ptr<NodeRecord
   if (was_there && node_services) node_services->end(*node, true);
   {
     const LockGuard lock(mutex);
-    if (const auto found = names.find(name); found != names.end() && found->second == &record) names.erase(found);
+    if (const auto found = names.find(name); found != names.end() && found->second == &record) {
+      names.erase(found);
+      forget_log_origin(name);
+    }
   }
   note_change();
 }

@@ -133,6 +133,25 @@ Transport& Container::transport() { return impl_->commons.broker; }
 Graph& Container::graph() { return impl_->commons.broker; }
 ServiceHub& Container::service_graph() { return impl_->commons.services; }
 
+std::string Container::stalled() {
+  if (impl_->supervisor.has_stalled()) return "the supervisor has made no progress";
+  // Each of them is looked at, so that the next call compares with this one.
+  std::string stalled;
+  const auto look = [&](Executor& executor) {
+    if (executor.has_stalled()) stalled = "executor '" + executor.name() + "' has made no progress";
+  };
+  if (auto shared = impl_->shared_executor.lock(); *shared) look(**shared);
+  if (impl_->node_services) look(impl_->node_services->executor());
+  const LockGuard lock(impl_->mutex);
+  for (const auto& [id, record] : impl_->records) {
+    if (record->own_executor) look(*record->own_executor);
+  }
+  return stalled;
+}
+
+void Container::call_while_waiting(std::function<void()> hook) { impl_->patience.call_while_waiting(std::move(hook)); }
+void Container::note_waiting() const { impl_->patience.note_waiting(); }
+
 std::vector<ComponentInfo> Container::list() const {
   const LockGuard lock(impl_->mutex);
   std::vector<ComponentInfo> all;

@@ -204,6 +204,8 @@ struct Container::Impl {
   void make(Record& record, const LoadRequest& request);
   [[nodiscard]] static std::shared_ptr<const Declarations> declarations_of(const Record& record);
   void abandon(const std::shared_ptr<Record>& record);
+  /// Closes a node. Returns false if a callback of it still runs at the deadline.
+  [[nodiscard]] bool close(NodeRuntime& node, const Deadline& deadline) const;
   /// Returns false if no thread can be started for it.
   [[nodiscard]] bool start_destroying(const std::shared_ptr<Record>& record);
   [[nodiscard]] UnloadOutcome finish(const std::shared_ptr<Record>& unloaded);

@@ -24,6 +24,7 @@ bool Errand::wait(const Clock& clock, const Deadline& deadline) {
   while (!has_ended()) {
     const MonotonicTime now = clock.now(), end = deadline.now();
     if (now >= end) return false;
+    deadline.note_waiting();
     futex_wait_until(clock, ended_, 0, end);
   }
   return true;

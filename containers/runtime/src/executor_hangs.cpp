@@ -257,6 +257,22 @@ Duration Executor::supervise(const Limits& limits) {
   return next;
 }
 
+bool Executor::has_stalled() {
+  const LockGuard lock(mutex_);
+  if (stopping_) return false;
+  MonotonicTime last_start{};
+  for (const auto& worker : workers_) last_start = std::max(last_start, worker->started);
+  // The threads of a component's own executor may all be in a callback, which hangs at worst. A late callback of the shared
+  // executor has lost the queue; if no thread could take over, the others do wait.
+  const bool is_busy =
+      policy_.own && std::ranges::all_of(workers_, [](const auto& worker) { return worker->group != nullptr; });
+  const bool waits = !is_busy && (!ready_.empty() || timers_.next_due() <= clock_.now());
+  const bool stalled = waits && was_waiting_ && last_start == last_start_seen_;
+  was_waiting_ = waits;
+  last_start_seen_ = last_start;
+  return stalled;
+}
+
 std::string Executor::why_not_wait(const NodeGroups& node, const CallbackGroup* group) const {
   const Worker* const here = Worker::here;
   if (here == nullptr || &here->executor != this || here->group == nullptr) return {};

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The handling and reporting of faulted components.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "container_impl.hpp"
+#include "nacelle/base/journal.hpp"
 
 namespace nacelle::runtime {
 namespace {
@@ -21,7 +24,9 @@ bool Container::Impl::keep_reason(Record& record, const std::string& code, const
   }
   const std::string& node = record.runtime->identity().fully_qualified();
   history.lock()->add({0, node, code, text, callback, commons.clock.wall_now()});
-  log.error("{} is faulted: {}: {}{}", node, code, text, callback.empty() ? "" : " (in " + callback + ")");
+  write_about(
+      node, log, LogLevel::Error,
+      fmt::format("{} is faulted: {}: {}{}", node, code, text, callback.empty() ? "" : " (in " + callback + ")"));
   return true;
 }
 
@@ -38,7 +43,7 @@ void Container::Impl::note_fault(Record& record, const std::string& code, const 
   }
   record.for_each_node([](const NodeRuntime& node) { node.write_safe_stop(); });
   // At once, on the thread that detects the fault: the rest of the handling may have to wait for a callback to return.
-  if (record.request.lock()->on_fault.policy_for(record.is_actuator()) == FaultPolicy::StopRobot) stop_what_moves();
+  if (record.request.lock()->on_fault.stops_robot(record.is_actuator())) stop_what_moves();
   if (code == "HUNG") return give_up_on(record);
   record.runtime->post("on_error", patience, [this, &record, reason = FaultReason{code, text}] {
     if (record.hung) return;  // abandoned meanwhile, and that has been reported
@@ -89,10 +94,12 @@ void Container::Impl::note_closed_fault(Record& record, const std::string& code)
 void Container::Impl::tell_open_fault(FaultEvent event) {
   if (event.lasted) {
     history.lock()->end(event.node, event.code, *event.lasted);
-    log.info("{}: the fault {} is closed after {:.1f} s", event.node, event.code, to_seconds(*event.lasted));
+    write_about(
+        event.node, log, LogLevel::Info,
+        fmt::format("{}: the fault {} is closed after {:.1f} s", event.node, event.code, to_seconds(*event.lasted)));
   } else {
     history.lock()->add(event);
-    log.error("{}: {}: {}", event.node, event.code, event.text);
+    write_about(event.node, log, LogLevel::Error, fmt::format("{}: {}: {}", event.node, event.code, event.text));
   }
   {
     auto listener = open_fault_listener.lock();

@@ -24,7 +24,11 @@ bool uses_sim_time(const LoadRequest& request) {
 
 void Container::Impl::release_names(const Record& record) {
   const LockGuard lock(mutex);
-  std::erase_if(names, [&](const auto& entry) { return entry.second == &record; });
+  std::erase_if(names, [&](const auto& entry) {
+    if (entry.second != &record) return false;
+    forget_log_origin(entry.first);
+    return true;
+  });
 }
 
 // On the errand's thread: the part of a load that runs code of the library.
@@ -122,6 +126,16 @@ void Container::Impl::abandon(const std::shared_ptr<Record>& record) {
     if (node_services) node_services->forget_log(runtime->identity().fully_qualified());
   }
   release_names(*record);
+}
+
+bool Container::Impl::close(NodeRuntime& node, const Deadline& deadline) const {
+  constexpr Duration kTurn = 100ms;
+  for (;;) {
+    const MonotonicTime now = commons.clock.now(), end = deadline.now();
+    if (node.close(std::min(now + kTurn, end))) return true;
+    if (now >= end) return false;
+    deadline.note_waiting();
+  }
 }
 
 bool Container::Impl::start_destroying(const std::shared_ptr<Record>& record) {
@@ -349,7 +363,7 @@ Result<UnloadOutcome, Problem> Container::unload(std::uint64_t id) {
   bool returned = true;
   for (const auto& runtime : record->runtimes()) {
     runtime->set_active(false);
-    returned = runtime->close(record->hung ? impl_->commons.clock.now() : deadline.now()) && returned;
+    returned = impl_->close(*runtime, record->hung ? Deadline{impl_->commons.clock.now()} : deadline) && returned;
     runtime->write_safe_stop();
   }
   {

@@ -292,6 +292,7 @@ class Task final : public Executable {
       if (state != kWaiting) return state;
       const MonotonicTime now = clock.now(), end = deadline.now();
       if (now >= end && state_.compare_exchange_strong(state, kGivenUp, std::memory_order_acq_rel)) return kGivenUp;
+      deadline.note_waiting();
       futex_wait_until(clock, state_, kWaiting, end);
     }
   }

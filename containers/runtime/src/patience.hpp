@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
+#include <utility>
 
 #include "nacelle/base/time.hpp"
 
@@ -19,6 +21,11 @@ class Patience {
     changed_at_ns_.store(clock_.now().nanoseconds(), std::memory_order_release);
     return limit_ns_.exchange(limit.count(), std::memory_order_acq_rel) != limit.count();
   }
+  /// Sets a function that threads call every 20 ms while they wait. Call it while no thread waits.
+  void call_while_waiting(std::function<void()> hook) { hook_ = std::move(hook); }
+  void note_waiting() const {
+    if (hook_) hook_();
+  }
   [[nodiscard]] MonotonicTime changed_at() const {
     return MonotonicTime{Duration{changed_at_ns_.load(std::memory_order_acquire)}};
   }
@@ -27,6 +34,7 @@ class Patience {
   const Clock& clock_;
   std::atomic<Duration::rep> limit_ns_;
   std::atomic<std::int64_t> changed_at_ns_{INT64_MIN};
+  std::function<void()> hook_;
 };
 
 /// The deadline of one wait, counted from its start, or from a change of the limit during the wait if that ends
@@ -39,6 +47,10 @@ class Deadline {
   [[nodiscard]] MonotonicTime now() const {
     if (patience_ == nullptr || patience_->changed_at() <= began_) return fixed_;
     return std::min(fixed_, patience_->changed_at() + patience_->limit());
+  }
+  /// Call it in each turn of the wait.
+  void note_waiting() const {
+    if (patience_ != nullptr) patience_->note_waiting();
   }
 
  private:

@@ -37,6 +37,16 @@ void Supervisor::wake() {
   futex_wake(word_, 1);
 }
 
+bool Supervisor::has_stalled() {
+  const std::uint32_t checks = checks_.load();
+  const bool stalled = checks_seen_ == checks;
+  checks_seen_ = checks;
+  // Not wake(): the container is as idle as before, and the thread may rest again after one check.
+  word_.fetch_add(1);
+  futex_wake(word_, 1);
+  return stalled;
+}
+
 void Supervisor::watch() {
   pthread_setname_np(pthread_self(), "supervisor");
   const SystemClock clock;  // it watches real threads, so it uses real time
@@ -60,9 +70,10 @@ void Supervisor::watch() {
       }
     }
     idle_looks = idle ? idle_looks + 1 : 0;
+    checks_.fetch_add(1);
     if (to_rest && idle) {
       futex_wait(word_, word);
-      idle_looks = 0;
+      if (!parked_.load()) idle_looks = 0;  // an executor has something to run
     } else {
       futex_wait_until(word_, word, clock.now() + std::max<Duration>(next, 1ms));
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -20,6 +21,9 @@ class Supervisor {
   void remove(Executor& executor);
   /// Stops checking all executors.
   void stop();
+  /// Returns true if no check has ended since the last call. Wakes the thread, so that even an idle container is checked before
+  /// the next call. Threads: one.
+  [[nodiscard]] bool has_stalled();
   /// Waits for a running check, which may be about to report a callback that has just returned.
   void settle() { const LockGuard lock(mutex_); }
 
@@ -32,7 +36,8 @@ class Supervisor {
   std::vector<Executor*> executors_ NACELLE_GUARDED_BY(mutex_);
   std::atomic<bool> parked_{false};
   std::atomic<bool> stopping_{false};
-  std::atomic<std::uint32_t> word_{0};
+  std::atomic<std::uint32_t> word_{0}, checks_{0};
+  std::optional<std::uint32_t> checks_seen_;  // at the last call of has_stalled()
   std::thread thread_;
 };
 

@@ -5,14 +5,19 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cstdlib>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <tuple>
 #include <vector>
 
 #include "nacelle/base/guarded.hpp"
+#include "nacelle/base/journal.hpp"
 #include "nacelle/base/printable.hpp"
 
 namespace nacelle {
@@ -50,6 +55,42 @@ std::shared_ptr<spdlog::logger>& process_log() {
   return log;
 }
 
+// Empty unless stderr is the journal.
+const std::optional<Journal>& journal() {
+  static const std::optional<Journal> found = Journal::behind(std::getenv("JOURNAL_STREAM"), STDERR_FILENO);
+  return found;
+}
+
+struct KnownOrigin {
+  std::string node, component;
+};
+using Origins = std::map<std::string, KnownOrigin, std::less<>>;
+Guarded<Origins>& origins() {
+  static Guarded<Origins> all;
+  return all;
+}
+
+// ROS names a node's logger with dots: "robot1.lidar".
+std::string logger_of(std::string_view node) {
+  std::string name{node.substr(1)};
+  std::ranges::replace(name, '/', '.');
+  return name;
+}
+
+bool send_to_journal(LogLevel level, std::string_view logger, std::string_view text, const LogPlace& place,
+                     std::string_view about) {
+  if (!journal()) return false;
+  const std::string owner = about.empty() ? std::string{} : logger_of(about);
+  auto all = origins().lock();
+  for (std::string_view name = about.empty() ? logger : owner;;) {
+    if (const auto found = all->find(name); found != all->end())
+      return journal()->send(level, logger, text, place, {found->second.node, found->second.component});
+    const auto dot = name.rfind('.');
+    if (dot == std::string_view::npos) return journal()->send(level, logger, text, place, {});
+    name = name.substr(0, dot);
+  }
+}
+
 // The listeners, and whether there are any: without listeners a line costs one load more.
 Guarded<std::vector<LogListener*>>& listeners() {
   static Guarded<std::vector<LogListener*>> all;
@@ -58,6 +99,12 @@ Guarded<std::vector<LogListener*>>& listeners() {
 std::atomic<bool> has_listeners{false};
 
 }  // namespace
+
+void set_log_origin(const std::string& node, const std::string& component) {
+  origins().lock()->insert_or_assign(logger_of(node), KnownOrigin{node, component});
+}
+
+void forget_log_origin(const std::string& node) { origins().lock()->erase(logger_of(node)); }
 
 void add_log_listener(LogListener& listener) {
   auto all = listeners().lock();
@@ -86,15 +133,31 @@ bool Logger::is_due(const LogPlace& place, std::chrono::nanoseconds period) cons
 
 bool Logger::enabled(LogLevel level) const { return level >= lowest_level.load(std::memory_order_relaxed); }
 
-void Logger::write(LogLevel level, std::string_view text, const LogPlace& place) const {
-  if (is_printable_line(text)) {
-    process_log()->log(to_spdlog(level), "[{}] {}", name_, text);
+namespace {
+
+void write_line(LogLevel level, std::string_view name, std::string_view text, const LogPlace& place,
+                std::string_view about) {
+  if (send_to_journal(level, name, text, place, about)) {
+    // It is there, with its fields.
+  } else if (is_printable_line(text)) {
+    process_log()->log(to_spdlog(level), "[{}] {}", name, text);
   } else {
-    process_log()->log(to_spdlog(level), "[{}] {}", name_, printable_entry(text));
+    process_log()->log(to_spdlog(level), "[{}] {}", name, printable_entry(text));
   }
   if (!has_listeners.load(std::memory_order_acquire)) return;
   auto all = listeners().lock();
-  for (LogListener* const listener : *all) listener->on_line(level, name_, text, place);
+  for (LogListener* const listener : *all) listener->on_line(level, name, text, place);
+}
+
+}  // namespace
+
+void Logger::write(LogLevel level, std::string_view text, const LogPlace& place) const {
+  write_line(level, name_, text, place, {});
+}
+
+void write_about(std::string_view node, const Logger& log, LogLevel level, std::string_view text,
+                 const LogPlace& place) {
+  if (log.enabled(level)) write_line(level, log.name(), text, place, node);
 }
 
 void Logger::write_formatted(LogLevel level, const LogPlace& place, fmt::string_view format,

@@ -146,6 +146,7 @@ TEST(Mistakes, of_a_component_are_reported_with_their_line) {
   };
   for (const auto& mistake : cases) EXPECT_EQ(told_of(mistake.text), mistake.told) << mistake.text;
   EXPECT_EQ(told_of("isolate: none"), "ok");
+  EXPECT_EQ(told_of("on_fault: restart_container"), "ok");
   EXPECT_EQ(told_of("isolate: process"), "ok");
 }
 

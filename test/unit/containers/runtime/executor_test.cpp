@@ -104,6 +104,70 @@ TEST_F(ExecutorTest, a_callback_that_hangs_is_a_fault_once) {
   EXPECT_EQ(where[0], "timer 10 ms");
 }
 
+TEST_F(ExecutorTest, has_stalled_if_something_waits_and_nothing_starts_between_two_looks) {
+  std::promise<void> entered, release;
+  Callable stuck(a, [&] {
+    entered.set_value();
+    release.get_future().wait();
+  });
+  Callable waits(b, [] {});
+  EXPECT_FALSE(executor.has_stalled());
+  EXPECT_FALSE(executor.has_stalled()) << "nothing waits";
+  executor.post(stuck);
+  entered.get_future().wait();
+  executor.post(waits);
+
+  EXPECT_FALSE(executor.has_stalled()) << "the first look at it";
+  EXPECT_TRUE(executor.has_stalled()) << "no thread takes the queue from the late one, since there is no supervisor";
+
+  while (executor.handovers() == 0) static_cast<void>(executor.supervise({1us, 1h}));
+  drain(b);
+  EXPECT_FALSE(executor.has_stalled()) << "the late one still runs, and the others have run";
+  EXPECT_FALSE(executor.has_stalled());
+  release.set_value();
+  drain(a);
+}
+
+TEST_F(ExecutorTest, has_not_stalled_if_something_starts_between_two_looks) {
+  Door first_entered, first_release, second_entered, second_release;
+  Callable first(a, [&] {
+    first_entered.open();
+    EXPECT_TRUE(first_release.wait());
+  });
+  Callable second(a, [&] {
+    second_entered.open();
+    EXPECT_TRUE(second_release.wait());
+  });
+  Callable third(a, [] {});
+  for (Callable* const each : {&first, &second, &third}) executor.post(*each);
+  EXPECT_TRUE(first_entered.wait());
+  EXPECT_FALSE(executor.has_stalled());
+  first_release.open();
+  EXPECT_TRUE(second_entered.wait());
+  EXPECT_FALSE(executor.has_stalled()) << "something waits at both looks, and one has started meanwhile";
+  second_release.open();
+  drain(a);
+}
+
+TEST_F(ExecutorTest, a_component_that_hangs_on_its_own_threads_is_no_stall) {
+  Executor own{"own", clock, {.own = true}};
+  NodeGroups node{own, "/own", on_fault};
+  CallbackGroup group{node};
+  own.open(node);
+  Door entered, release;
+  Callable stuck(group, [&] {
+    entered.open();
+    EXPECT_TRUE(release.wait());
+  });
+  Callable waits(group, [] {});
+  own.post(stuck);
+  EXPECT_TRUE(entered.wait());
+  own.post(waits);
+  for (int look = 0; look < 3; ++look) EXPECT_FALSE(own.has_stalled());
+  release.open();
+  drain(group);
+}
+
 TEST_F(ExecutorTest, late_threads_are_used_again_as_spares) {
   for (int round = 0; round < 5; ++round) {
     std::promise<void> entered, release;

@@ -106,6 +106,15 @@ class Container final {
   /// Returns how many components were abandoned because their code did not return. Their threads keep running, so the
   /// process must end with _exit(), without running destructors.
   [[nodiscard]] std::size_t abandoned() const;
+  /// Returns which of the container's own threads has made no progress since the last call (the supervisor, or an executor with
+  /// something to run); empty: none. A component that hangs is none of them, as long as the others run. Call it at
+  /// intervals of a second or more. Threads: one.
+  [[nodiscard]] std::string stalled();
+  /// Sets a function that a thread calls at least every 100 ms while it waits for a component in load(), unload() or trigger().
+  /// Call it while no thread does.
+  void call_while_waiting(std::function<void()> hook);
+  /// Calls that function. For components of another process.
+  void note_waiting() const;
   /// Finds a component by id ("3"), fully qualified name, or name without namespace if only one has it.
   [[nodiscard]] Result<ComponentInfo, Problem> find(const std::string& name_or_id) const;
 

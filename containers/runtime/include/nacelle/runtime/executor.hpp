@@ -80,6 +80,9 @@ class Executor {
   /// fault, once. Returns the time until the next call: when the next callback would be late, or Duration::max() if
   /// none runs.
   Duration supervise(const Limits& limits);
+  /// Returns true if something has been waiting to run since the last call, and nothing was started meanwhile. A callback that
+  /// hangs does not count: supervise() deals with it. Call it at intervals much longer than handover_after.
+  [[nodiscard]] bool has_stalled();
   /// Returns true if nothing runs and nothing waits.
   [[nodiscard]] bool is_idle() const;
   /// Returns how often a late callback lost the queue.
@@ -158,6 +161,8 @@ class Executor {
   Worker* keeper_ NACELLE_GUARDED_BY(mutex_) = nullptr;    // the sleeper that wakes for timers, and when
   MonotonicTime kept_until_ NACELLE_GUARDED_BY(mutex_) = kNever;
   std::uint32_t waiting_for_return_ NACELLE_GUARDED_BY(mutex_) = 0;
+  bool was_waiting_ NACELLE_GUARDED_BY(mutex_) = false;  // at the last call of has_stalled(), as the next
+  MonotonicTime last_start_seen_ NACELLE_GUARDED_BY(mutex_){};
   std::atomic<std::uint32_t> return_word_{0};  // changes when a callback returns while a thread waits for that
   std::atomic<std::uint64_t> handovers_{0};
 };

@@ -20,6 +20,15 @@ struct LogPlace {
   unsigned line = 0;
 };
 
+/// The node that a logger belongs to, and the component that the node belongs to: full names. Empty: it belongs to none.
+struct LogOrigin {
+  std::string_view node, component;
+};
+/// Notes which component a node belongs to, for lines of the node's logger and of its child loggers ("lidar.driver") in the
+/// journal. Takes full names. Threads: any.
+void set_log_origin(const std::string& node, const std::string& component);
+void forget_log_origin(const std::string& node);
+
 /// A format, checked at compile time, and the place where it stands.
 template <typename... Args>
 struct PlacedFormat {
@@ -46,6 +55,7 @@ void remove_log_listener(LogListener& listener);
 
 /// Writes entries under one name, as rclcpp's loggers do. A small value; copy it freely. Control characters in a text are escaped, and
 /// its further lines begin with "  | ": text from outside cannot pass for an entry. The text is only built if its level is enabled.
+/// Lines go to stderr; if that is systemd's journal, they go there as entries with fields (journal.hpp).
 /// Threads: any. Allocates: nothing for a line of up to 200 bytes without control characters. A message that may repeat at a sensor's
 /// rate belongs into a counter.
 class Logger {

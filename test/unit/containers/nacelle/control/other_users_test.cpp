@@ -24,6 +24,18 @@ TEST(OtherUsers, containers_that_listen_are_found_by_the_paths_of_their_sockets)
   EXPECT_TRUE(containers_of_others("", 1000).empty());
 }
 
+TEST(OtherUsers, a_service_is_open_to_its_group) {
+  const auto found = containers_of_others(
+      "0000000000000000: 00000002 00000000 00010000 0001 01 1001 /run/nacelle/robot.sock\n"
+      "0000000000000000: 00000002 00000000 00010000 0001 01 1002 /run/nacelle/other.lock\n",
+      0);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(
+      problem_of_others(found).text(),
+      "no container of yours is running; the service nacelle@robot runs; join its group: sudo usermod -aG nacelle "
+      "$USER, then log in again");
+}
+
 TEST(OtherUsers, the_problem_names_them_and_how_to_reach_them) {
   EXPECT_EQ(problem_of_others({{"arm", 4000000001U, ""}}).text(),
             "no container of yours is running; user #4000000001 runs 'arm'; ask as its user: sudo -u '#4000000001' "

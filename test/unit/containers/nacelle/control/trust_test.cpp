@@ -197,8 +197,44 @@ TEST_F(TwoUsers, members_of_the_group_ask_a_container_of_the_system_and_others_d
   EXPECT_EQ(as_user(kStranger, ask), 1) << "it sees nothing, and nothing is wrong";
 }
 
+// As a service with RuntimeDirectory=, User= and Group= has it.
+TEST_F(TwoUsers, members_of_the_group_ask_the_container_of_a_service_and_others_do_not) {
+  const std::string system = folder_of(kVictim, 0750, "run");
+  ASSERT_EQ(::chown(system.c_str(), kVictim, kOperators), 0);
+  std::array<int, 2> ready{};
+  ASSERT_EQ(::pipe(ready.data()), 0);
+  const pid_t service = ::fork();
+  if (service == 0) {
+    const bool is_user = ::setgroups(0, nullptr) == 0 && ::setgid(kOperators) == 0 && ::setuid(kVictim) == 0;
+    auto claim = SocketClaim::take({"", system, ""}, "robot");
+    const char word = is_user && claim && claim.value().group() == kOperators ? 'y' : 'n';
+    Silent silent;
+    std::optional<ControlServer> server;
+    if (claim) server.emplace(std::move(claim).value(), silent, clock_);
+    static_cast<void>(!::write(ready[1], &word, 1));
+    for (;;) ::pause();
+  }
+  char word = 'n';
+  EXPECT_EQ(::read(ready[0], &word, 1), 1);
+  EXPECT_EQ(word, 'y');
+  const auto ask = [&] {
+    const auto found = running_containers({"", system, ""});
+    if (found.empty()) return 1;
+    auto client = Client::connect(found[0].path);
+    return client && client.value().stats(5s) ? 0 : 2;
+  };
+
+  EXPECT_EQ(as_user(kStranger, ask, kOperators), 0);
+  EXPECT_EQ(as_user(kStranger, ask), 1);
+
+  ::kill(service, SIGKILL);
+  ::waitpid(service, nullptr, 0);
+  for (const int end : ready) ::close(end);
+}
+
 TEST_F(TwoUsers, a_folder_of_the_system_that_root_does_not_own_or_that_is_open_is_ignored) {
-  EXPECT_EQ(distrust_of_folder(folder_of(kStranger, 0750, "a"), FolderKind::System), "owned by user 12350");
+  folder_of(kStranger, 0750, "theirs");
+  EXPECT_EQ(distrust_of_folder(folder_of(kStranger, 0750, "theirs/a"), FolderKind::System), "owned by user 12350");
   EXPECT_EQ(distrust_of_folder(folder_of(0, 0770, "b"), FolderKind::System), "open to other users (chmod 750 it)");
   EXPECT_EQ(distrust_of_folder(folder_of(0, 0755, "c"), FolderKind::System), "open to other users (chmod 750 it)");
   EXPECT_FALSE(distrust_of_folder(folder_of(0, 0750, "d"), FolderKind::System));

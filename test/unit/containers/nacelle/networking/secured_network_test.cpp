@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "../control/temporary_folder.hpp"
@@ -87,6 +88,33 @@ TEST_F(SecuredNetwork, waits_for_a_clock_that_is_years_behind) {
   network->note_clock_jump();
   EXPECT_TRUE(runs()) << network->line();
   EXPECT_THAT(said, Contains(HasSubstr("secured as /robot")));
+}
+
+// Nothing tells it when a file, a port or a route is there at last.
+TEST_F(SecuredNetwork, is_tried_again_with_pauses_that_grow_until_it_can_be_joined) {
+  clock.step_wall(today - clock.wall_now());
+  const std::string away = folder.path() + "/away";
+  std::filesystem::rename(keystore, away);
+  ASSERT_TRUE(network->start()) << "the robot runs without";
+  EXPECT_FALSE(runs());
+  std::vector<Duration> pauses;
+  const auto try_again = [&] {
+    ASSERT_TRUE(network->next_due());
+    pauses.push_back(*network->next_due() - clock.now());
+    clock.advance(pauses.back());
+    network->serve(false);
+  };
+
+  for (int i = 0; i < 8; ++i) try_again();
+  EXPECT_FALSE(runs());
+  EXPECT_THAT(pauses, testing::ElementsAre(1s, 2s, 4s, 8s, 16s, 32s, 60s, 60s));
+  EXPECT_THAT(said, testing::IsEmpty()) << "the reason is the same";
+
+  std::filesystem::rename(away, keystore);
+  try_again();
+  EXPECT_TRUE(runs()) << network->line();
+  EXPECT_THAT(said, testing::ElementsAre(HasSubstr("secured as /robot")));
+  EXPECT_FALSE(network->next_due());
 }
 
 }  // namespace

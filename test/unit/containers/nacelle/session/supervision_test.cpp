@@ -233,5 +233,31 @@ TEST_F(ComebackTest, what_was_left_out_stays_known_and_once) {
   EXPECT_EQ(composition().components.size(), 1U);
 }
 
+TEST_F(SupervisionTest, a_fault_with_restart_container_asks_for_a_restart_and_keeps_the_states) {
+  robot_.start("lidar", lidar_, {.policy = FaultPolicy::RestartContainer});
+  robot_.start("imu", imu_);
+  EXPECT_EQ(supervision_->why_to_restart(), "");
+
+  fault(lidar_);
+
+  EXPECT_THAT(supervision_->why_to_restart(), HasSubstr("/lidar is faulted (TOLD_TO: a fault on command)"));
+  EXPECT_TRUE(supervision_->has_stopped_the_robot());
+  EXPECT_EQ(robot_.find("/imu").state, StateId::Active) << "the way down ends it, in order";
+  const Composition kept = composition_of(robot_, *supervision_, left_out_);
+  for (const auto& component : kept.components)
+    EXPECT_EQ(component.plan.target, launch::TargetState::Active) << component.plan.full_name();
+}
+
+TEST_F(SupervisionTest, a_fault_with_restart_container_writes_the_stop_frames_at_once) {
+  robot_.start("base", base_);
+  robot_.start("lidar", lidar_, {.policy = FaultPolicy::RestartContainer});
+  lidar_.node->fault("TOLD_TO", "a fault on command");
+  while (supervision_->why_to_stop().empty()) wait();
+  EXPECT_THAT(supervision_->why_to_stop(), HasSubstr("/lidar is faulted")) << "a bring-up ends";
+  char frame = 0;
+  EXPECT_EQ(::read(line_[0], &frame, 1), 1);
+  EXPECT_EQ(frame, 's');
+}
+
 }  // namespace
 }  // namespace nacelle::session
