@@ -22,7 +22,7 @@ bool is_own_or_root(uid_t user) { return user == ::geteuid() || user == kRoot; }
 
 std::optional<std::string> distrust_of_folder(const std::string& folder, FolderKind kind) {
   struct stat seen {};
-  // lstat: in /tmp, a symbolic link of that name may be another user's trap.
+  // lstat: in /dev/shm, a symbolic link of that name may be another user's trap.
   if (::lstat(folder.c_str(), &seen) != 0) return std::strerror(errno);
   if (!S_ISDIR(seen.st_mode)) return "not a folder";
   const bool is_system = kind == FolderKind::System;
