@@ -5,7 +5,8 @@
 usage: bench.py --programs FOLDER [--json FILE] [--record] [NAME]
 
 NAME: only the benchmarks whose name contains it (m1-inline, m8, robot, ...). --record writes the figures of all benchmarks into the
-table of docs/performance.md. Being slow is no failure: the exit code is 1 only when a program crashes.
+table of docs/performance.md; those of `footprint`, which runs only when it is named, into docs/footprint.md. Being slow is no failure: the
+exit code is 1 only when a program crashes.
 """
 import argparse
 import json
@@ -18,10 +19,12 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from goals import BENCHMARKS, ON_REQUEST  # noqa: E402  (python3 -I leaves this folder out of the path)
+from footprint import footprint  # noqa: E402  (python3 -I leaves this folder out of the path)
+from goals import BENCHMARKS, ON_REQUEST  # noqa: E402
 from measure import Crash, Programs  # noqa: E402
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/performance.md"
+PAGES = {"": PAGE, "footprint": PAGE.with_name("footprint.md")}  # by the NAME that --record goes with
 TABLE = re.compile(r"(?s)(?<=<!-- figures of ./dev bench: begin -->\n).*?(?=<!-- figures of ./dev bench: end -->)")
 
 
@@ -57,7 +60,7 @@ def table(rows):
 
 
 def place():
-    """Names what the figures were taken on: "Debian GNU/Linux 12, g++ 12.2.0, x86_64, 2 CPUs, tree 0123456789ab"."""
+    """Names what the figures were taken on: "Debian GNU/Linux 12, g++ 12.2.0, x86_64, 2 CPUs, load 0.10, tree 0123456789ab"."""
     release = dict(re.findall(r'^(\w+)="?([^"\n]*)"?$', Path("/etc/os-release").read_text(encoding="utf-8"), re.MULTILINE))
 
     def said(*command):
@@ -65,7 +68,7 @@ def place():
 
     tree = said("git", "-c", "safe.directory=*", "describe", "--always", "--abbrev=12", "--dirty")
     return (f"{release['NAME']} {release['VERSION_ID']}, g++ {said('c++', '-dumpfullversion')}, {platform.machine()}, "
-            f"{os.cpu_count()} CPUs, tree {tree}")
+            f"{os.cpu_count()} CPUs, load {os.getloadavg()[0]:.2f}, tree {tree}")
 
 
 def record(rows, page, where):
@@ -91,10 +94,10 @@ def main():
     words.add_argument("--json")
     words.add_argument("--record", action="store_true")
     asked = words.parse_args()
-    if asked.record and asked.name:
-        words.error("--record takes all benchmarks: leave NAME out")
+    if asked.record and asked.name not in PAGES:
+        words.error("--record takes all benchmarks (leave NAME out) or `footprint`")
     where = place() if asked.record else ""  # of the tree that runs, before this writes into it
-    known = BENCHMARKS if not asked.name else BENCHMARKS | ON_REQUEST
+    known = BENCHMARKS if not asked.name else BENCHMARKS | ON_REQUEST | {"footprint": footprint}
     chosen = {name: run for name, run in known.items() if asked.name.lower() in name}
     if not chosen:
         print(f"no benchmark is named like '{asked.name}'; there are: {', '.join(known)}", file=sys.stderr)
@@ -125,8 +128,8 @@ def main():
         Path(asked.json).write_text(json.dumps(rows, indent=1) + "\n")
         print(f"written: {asked.json}")
     if asked.record and not crashes:
-        record(rows, PAGE, where)
-        print(f"recorded in {PAGE}")
+        record(rows, PAGES[asked.name], where)
+        print(f"recorded in {PAGES[asked.name]}")
     for crash in crashes:
         print(f"crashed: {crash}", file=sys.stderr)
     return 1 if crashes else 0

@@ -77,7 +77,7 @@ class OfAnotherUser(RobotTest):
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("setpriv"), "two users need root")
     def test_the_socket_of_a_stranger_in_this_users_folder_takes_no_stop(self):
         victim = self.words_of(self.VICTIM)
-        folder = f"/tmp/nacelle-{self.VICTIM}"
+        folder = f"/dev/shm/nacelle-{self.VICTIM}"
         ignored = f"nacelle: {folder}: ignored: owned by user {self.USER}; another user may have created it; remove it"
         without_runtime_dir = {key: value for key, value in self.environment.items() if key != "XDG_RUNTIME_DIR"}
         home = self.folder / "victim"
@@ -104,7 +104,7 @@ class OfAnotherUser(RobotTest):
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("setpriv"), "two users need root")
     def test_is_named_with_the_way_to_ask_it(self):
         environment = {key: value for key, value in self.environment.items() if key != "XDG_RUNTIME_DIR"}
-        folder = pathlib.Path(f"/tmp/nacelle-{self.USER}")
+        folder = pathlib.Path(f"/dev/shm/nacelle-{self.USER}")
         them = self.words_of(self.USER)
         theirs = subprocess.Popen([*them, PROGRAM, "container", "--name", "theirs"], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
         try:

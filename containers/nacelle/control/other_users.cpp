@@ -40,7 +40,7 @@ std::optional<OthersContainer> container_at(std::string_view path) {
     return validate_container_name(found.name) ? std::optional{found} : std::nullopt;
   }
   const bool in_runtime_dir = take(path, "/run/user/");
-  if (!in_runtime_dir && !take(path, "/tmp/nacelle-")) return std::nullopt;
+  if (!in_runtime_dir && !take(path, "/dev/shm/nacelle-")) return std::nullopt;
   const auto user = take_number(path);
   if (!user || !take(path, in_runtime_dir ? "/nacelle/" : "/") || !path.ends_with(kSocketEnd)) return std::nullopt;
   found.user = *user;

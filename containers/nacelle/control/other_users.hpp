@@ -13,7 +13,7 @@ namespace nacelle::control {
 struct OthersContainer {
   std::string name;
   unsigned user = 0;
-  std::string runtime_dir;  ///< The user's XDG_RUNTIME_DIR; empty: the socket is in /tmp.
+  std::string runtime_dir;  ///< The user's XDG_RUNTIME_DIR; empty: the socket is in /dev/shm.
   bool is_service = false;  ///< Of nacelle@NAME.service, in /run/nacelle; its user is not known.
   friend bool operator==(const OthersContainer&, const OthersContainer&) = default;
 };

@@ -97,7 +97,7 @@ SocketPlaces socket_places_from_environment() {
   if (const char* const runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && runtime[0] == '/') {
     places.xdg_runtime_dir = runtime;
   }
-  places.fallback_dir = fmt::format("/tmp/nacelle-{}", ::geteuid());
+  places.fallback_dir = fmt::format("/dev/shm/nacelle-{}", ::geteuid());
   return places;
 }
 

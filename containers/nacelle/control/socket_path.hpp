@@ -16,7 +16,7 @@ namespace nacelle::control {
 struct SocketPlaces {
   std::string xdg_runtime_dir;  ///< Empty: not set.
   std::string system_dir = "/run/nacelle";
-  std::string fallback_dir;  ///< /tmp/nacelle-<uid>
+  std::string fallback_dir;  ///< /dev/shm/nacelle-<uid>: RAM, unlike /tmp on many machines.
 };
 [[nodiscard]] SocketPlaces socket_places_from_environment();
 
@@ -24,7 +24,7 @@ struct SocketPlaces {
 [[nodiscard]] Result<void, Problem> validate_container_name(const std::string& name);
 
 /// Returns the folder for a new socket and creates it (mode 0700) if necessary: the first of $XDG_RUNTIME_DIR/nacelle,
-/// /run/nacelle and /tmp/nacelle-<uid> that is trusted (trust.hpp) and writable for this user.
+/// /run/nacelle and /dev/shm/nacelle-<uid> that is trusted (trust.hpp) and writable for this user.
 [[nodiscard]] Result<std::string, Problem> folder_for_socket(const SocketPlaces& places);
 
 /// Returns the socket's path for a container of that name. Errors: as folder_for_socket().

@@ -31,7 +31,7 @@ bool is_made_by_root(const std::string& path) {
 
 std::optional<std::string> distrust_of_folder(const std::string& folder, FolderKind kind) {
   struct stat seen {};
-  // lstat: in /tmp, a symbolic link of that name may be another user's trap.
+  // lstat: in /dev/shm, a symbolic link of that name may be another user's trap.
   if (::lstat(folder.c_str(), &seen) != 0) return std::strerror(errno);
   if (!S_ISDIR(seen.st_mode)) return "not a folder";
   const bool is_system = kind == FolderKind::System;

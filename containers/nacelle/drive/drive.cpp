@@ -33,13 +33,12 @@ constexpr Duration kControlPeriod = 20ms;
 constexpr Duration kStaleLimit = 1s;
 constexpr int kInterrupted = 130;  // the shell's exit code of a program that SIGINT ended
 
-/// A folder for one run's device links, truth and report; gone with the object.
+/// A folder in RAM for one run's device links, truth and report; gone with the object.
 class RunFolder {
  public:
   RunFolder() {
     const char* const base = std::getenv("XDG_RUNTIME_DIR");
-    for (const std::string& where :
-         {std::string{base != nullptr ? base : ""}, std::filesystem::temp_directory_path().string()}) {
+    for (const std::string& where : {std::string{base != nullptr ? base : ""}, std::string{"/dev/shm"}}) {
       std::string name = where + "/nacelle-drive-XXXXXX";
       if (!where.empty() && ::mkdtemp(name.data()) != nullptr) {
         path_ = name;
@@ -89,7 +88,7 @@ class Run {
  private:
   [[nodiscard]] Result<void, Problem> bring_up() {
     if (folder_.path().empty())
-      return err(Problem{"drive", "no folder for the run can be made", "set TMPDIR to a folder of yours"});
+      return err(Problem{"drive", "no folder for the run can be made", "set XDG_RUNTIME_DIR to a folder of yours"});
     process::ProgramSpec spec;
     spec.label = "container";
     spec.path = settings_.program;

@@ -46,7 +46,7 @@ bool is_own(const std::string& folder) {
 /// The world that is meant when no folder is named: the only one that runs, of a launch file or of `drive`.
 Result<std::string, Problem> running_world() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
-  const std::string base = runtime != nullptr && *runtime != '\0' ? runtime : "/tmp";
+  const std::string base = runtime != nullptr && *runtime != '\0' ? runtime : "/dev/shm";
   std::vector<std::string> found;
   std::error_code unreadable;
   for (const auto& entry : std::filesystem::directory_iterator(base, unreadable)) {

@@ -222,6 +222,13 @@ TransitionOutcome Session::trigger(const std::string& node, Transition transitio
   return container_->trigger(found.value().id, transition);
 }
 
+void Session::log_transition(const lifecycle_manager::Step& step) {
+  const auto logged = transitions_->add(step);
+  if (logged) return;
+  say("nacelle: " + logged.error().text());
+  transitions_.reset();  // reported once
+}
+
 void Session::on_step(const lifecycle_manager::Step& step) {
   const std::string name = report::component_name(step.node);
   if (step.success && step.transition == Transition::Activate) report_.bringup_order.push_back(name);
@@ -230,7 +237,7 @@ void Session::on_step(const lifecycle_manager::Step& step) {
     say(fmt::format("nacelle: left out, since it is not required: {} could not {}: {}", step.node,
                     nacelle::to_text(step.transition), step.reason));
   service_->set_nodes(container_->list());
-  if (transitions_) transitions_->add(step);
+  if (transitions_) log_transition(step);
   if (options_.verbose)
     progress(fmt::format("{} {} {} in {:.1f} ms ({})", step.node, nacelle::to_text(step.transition),
                          step.success ? "done" : "FAILED", to_milliseconds(step.took), step.reason));

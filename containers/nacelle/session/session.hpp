@@ -150,6 +150,7 @@ class Session final : public answers::Robot {
   [[nodiscard]] std::string why_not_go_up();
   [[nodiscard]] TransitionOutcome trigger(const std::string& node, Transition transition);
   void on_step(const lifecycle_manager::Step& step);
+  void log_transition(const lifecycle_manager::Step& step);
   [[nodiscard]] process::Task services_task();
   [[nodiscard]] process::Task requests_task();
   void add_supervision(process::EventLoop& loop);

@@ -7,19 +7,27 @@
 #include <cstring>
 
 namespace nacelle::session {
+namespace {
+
+Problem cannot_be_written(const std::string& file) {
+  return {file, fmt::format("the log of transitions cannot be written: {}", std::strerror(errno)),
+          "give another place"};
+}
+
+}  // namespace
 
 TransitionLog::TransitionLog(const std::string& file, const Clock& clock)
-    : steps_(file, std::ios::trunc), times_(file + ".times", std::ios::trunc), begin_(clock.now()) {}
+    : file_(file), steps_(file, std::ios::trunc), times_(file + ".times", std::ios::trunc), begin_(clock.now()) {}
 
 Result<std::unique_ptr<TransitionLog>, Problem> TransitionLog::open(const std::string& file, const Clock& clock) {
   errno = 0;
   std::unique_ptr<TransitionLog> log{new TransitionLog(file, clock)};
   if (log->steps_ && log->times_) return log;
-  return err(Problem{file, fmt::format("the log of transitions cannot be written: {}", std::strerror(errno)),
-                     "give another place"});
+  return err(cannot_be_written(file));
 }
 
-void TransitionLog::add(const lifecycle_manager::Step& step) {
+Result<void, Problem> TransitionLog::add(const lifecycle_manager::Step& step) {
+  errno = 0;
   const std::string line = fmt::format("{} {}", nacelle::to_text(step.transition), step.node);
   steps_ << line;
   if (!step.success) steps_ << " FAILED: " << step.reason;
@@ -27,6 +35,8 @@ void TransitionLog::add(const lifecycle_manager::Step& step) {
   times_ << fmt::format("{:.3f} ms {} took {:.3f} ms", to_milliseconds(step.ended - begin_), line,
                         to_milliseconds(step.took))
          << std::endl;
+  if (!steps_ || !times_) return err(cannot_be_written(file_));
+  return {};
 }
 
 }  // namespace nacelle::session

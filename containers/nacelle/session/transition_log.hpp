@@ -23,11 +23,13 @@ class TransitionLog {
   /// Errors: a file that cannot be written.
   [[nodiscard]] static Result<std::unique_ptr<TransitionLog>, Problem> open(const std::string& file,
                                                                             const Clock& clock);
-  void add(const lifecycle_manager::Step& step);
+  /// Errors: a disk that is full.
+  [[nodiscard]] Result<void, Problem> add(const lifecycle_manager::Step& step);
 
  private:
   TransitionLog(const std::string& file, const Clock& clock);
 
+  const std::string file_;
   std::ofstream steps_, times_;
   MonotonicTime begin_;
 };
