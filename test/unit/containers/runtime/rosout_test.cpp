@@ -26,7 +26,7 @@ using ::testing::HasSubstr;
 /// Reads /rosout.
 class Lines : public TestSubscription<Log> {
  public:
-  explicit Lines(Transport& transport, const QoS& qos = RosoutQoS{}) : Ear(transport, "/rosout", qos) {}
+  explicit Lines(Transport& transport, const QoS& qos = RosoutQoS{}) : TestSubscription(transport, "/rosout", qos) {}
   /// Returns the first line with this text.
   Log with(const std::string& text) {
     Log log;
