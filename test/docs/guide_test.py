@@ -106,9 +106,9 @@ class Logins(unittest.TestCase):
 
     def test_a_block_that_takes_too_long_is_ended(self):
         self.debian.timeout = 0.2
-        code, said = self.debian.run("pi", "echo a; sleep 1000")
+        code, said = self.debian.run("pi", "sleep 1000")
         self.assertEqual(code, 124)
-        self.assertTrue(said.startswith("a\n"), said)
+        self.assertIn("ended after 0.2 s", said)
 
     def test_what_stays_is_waited_for_and_is_interrupted_at_the_end(self):
         code, said = self.debian.start("trap 'exit 0' INT; echo '10 components active in 5 ms: a'; while true; do sleep 1000; done")

@@ -173,7 +173,7 @@ class Debian:
         """Makes what Raspberry Pi OS Lite has."""
         script = f"""
             missing=""
-            for name in ca-certificates sudo systemd udev; do dpkg-query -W -f='${{Status}}' $name 2>/dev/null | grep -q 'ok installed' || missing+=" $name"; done
+            for name in sudo systemd udev; do dpkg-query -W -f='${{Status}}' $name 2>/dev/null | grep -q 'ok installed' || missing+=" $name"; done
             if [[ -n $missing ]]; then apt-get -q update; apt-get -q -y install --no-install-recommends $missing; fi
             for group in {GROUPS.replace(",", " ")}; do getent group $group >/dev/null || groupadd -r $group; done
             id -u {USER} >/dev/null 2>&1 || useradd -m -s /bin/bash {USER}

@@ -36,6 +36,15 @@ TEST(RobotLaunch, holds_the_robots_nodes) {
                                              "/monitor", "/monitor_2", "/odometry", "/transforms"}));
 }
 
+TEST(RobotLaunch, comes_without_the_detector) {
+  const Plan plan = robot({{"detector", "false"}});
+  EXPECT_EQ(plan.components.size(), 9U);
+  EXPECT_EQ(plan.find("/detector"), nullptr);
+  EXPECT_TRUE(plan.unused_sections.empty());
+  ASSERT_NE(plan.find("/camera"), nullptr);
+  EXPECT_EQ(plan.find("/camera")->after.at(0).node, "/monitor");
+}
+
 TEST(RobotLaunch, starts_the_world_and_takes_its_devices_in_simulation) {
   const Plan plan = robot({{"sim_dir", "/run/w"}, {"seed", "7"}});
   ASSERT_EQ(plan.programs.size(), 1U);
