@@ -119,11 +119,14 @@ endfunction()
 
 # Tests, and what a sanitizer instruments, are linked by LLVM's linker where it is there: in a third of the time of binutils'.
 find_program(NACELLE_TEST_LINKER ld.lld)
+if(CMAKE_CROSSCOMPILING AND NACELLE_TEST_LINKER)  # a compiler for another machine looks in folders of its own only
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/linker)
+  file(CREATE_LINK ${NACELLE_TEST_LINKER} ${CMAKE_BINARY_DIR}/linker/ld.lld SYMBOLIC)
+endif()
 function(nacelle_link_soon target)
   if(NACELLE_TEST_LINKER)
     target_link_options(${target} PRIVATE -fuse-ld=lld)
-    if(CMAKE_CROSSCOMPILING)  # such a compiler looks for it under another name, or in this folder
-      file(CREATE_LINK ${NACELLE_TEST_LINKER} ${CMAKE_BINARY_DIR}/linker/ld.lld SYMBOLIC)
+    if(CMAKE_CROSSCOMPILING)
       target_link_options(${target} PRIVATE -B${CMAKE_BINARY_DIR}/linker)
     endif()
   endif()
