@@ -188,7 +188,7 @@ def one_setting(program, folder, place, network, mode, group, say):
             starts.append(robot.start_s)
             if number + 1 < STARTS:
                 continue
-            time.sleep(SETTLING_S)  # the first second is start-up, not the robot
+            time.sleep(SETTLING_S)  # start-up is not counted
             say(f"{place}, network {network}: {robot.components} components, {SECONDS} s; load {os.getloadavg()[0]:.2f}")
             yield from rows_of(robot, place, network)
         finally:

@@ -68,7 +68,7 @@ class Written(InRam):
                  f"sim_dir:={self.folder}/sim-{name}", *words],
                 stdout=output, stderr=subprocess.STDOUT, env=environment, cwd=self.folder, start_new_session=True)  # fmt: skip
         self.addCleanup(strace.wait)
-        self.addCleanup(strace.kill)
+        self.addCleanup(lambda: strace.poll() is None and os.killpg(strace.pid, signal.SIGKILL))  # the robot with it, which goes on without it
         wait_for("the robot is up", lambda: COMPONENTS in log.read_text() or strace.poll() is not None, 60)
         self.assertIsNone(strace.poll(), log.read_text())
         robot = self.robot_below(strace.pid)
@@ -78,7 +78,7 @@ class Written(InRam):
 
         order("component", "unload", "camera")
         order("component", "load", "camera")
-        order("param", "set", "/monitor", "window_s", "4.0")
+        order("param", "set", "/camera", "device_lost", "fault")
         order("estop", "set")
         order("estop", "release")
         time.sleep(seconds)  # the length of the run that is looked at

@@ -277,8 +277,8 @@ void Executor::begin_transition(Worker& self, Executable& executable) {
 }
 
 // Without the lock. Returns whether the run's CPU time is measured.
-bool Executor::prepare_special(Worker& self) {
-  if ((self.special & Worker::kHasRested) != 0 && activity_hook_) activity_hook_();
+bool Executor::prepare_special(Worker& self, MonotonicTime now) {
+  if ((self.special & Worker::kHasRested) != 0 && activity_hook_) activity_hook_(now);
   const bool sampled = (self.special & Worker::kMeasured) != 0;
   if (sampled) self.cpu_before = cpu_time_of(self.cpu_clock);
   self.special = 0;
@@ -292,7 +292,7 @@ bool Executor::prepare_special(Worker& self) {
 
 [[gnu::always_inline]] inline void Executor::run(Worker& self, Executable& executable, Block* message,
                                                  MonotonicTime now) {
-  const bool sampled = self.special != 0 && prepare_special(self);
+  const bool sampled = self.special != 0 && prepare_special(self, now);
   try {
     if (message != nullptr) {
       executable.execute_with(*message, now);

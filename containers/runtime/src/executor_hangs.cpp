@@ -205,11 +205,11 @@ bool Executor::close(NodeGroups& node, MonotonicTime deadline) {
   return is_quiet();
 }
 
-Duration Executor::supervise(const Limits& limits) {
+Executor::NextCheck Executor::supervise(const Limits& limits) {
   NodeGroups* hung = nullptr;
   Duration hung_for{};
   std::string hung_in;
-  Duration next = Duration::max();
+  NextCheck next;
   {
     const LockGuard lock(mutex_);
     if (stopping_) return next;
@@ -223,8 +223,9 @@ Duration Executor::supervise(const Limits& limits) {
         if (ran > limits.handover_after) {
           hand_over(worker);
           handovers_.fetch_add(1, std::memory_order_relaxed);
+          if ((worker.unusual & Worker::kLate) == 0) next.other = limits.handover_after;  // no thread could be started
         } else {
-          next = std::min(next, limits.handover_after - ran);
+          next.late = std::min(next.late, limits.handover_after - ran);
         }
       }
       if ((worker.unusual & Worker::kReportedHung) != 0) continue;
@@ -233,9 +234,10 @@ Duration Executor::supervise(const Limits& limits) {
                              : worker.running != nullptr ? worker.running->time_limit()
                                                          : Duration::max();
       if (ran <= limit) {
-        next = std::min(next, limit - ran);
+        // The limit of a transition may be shortened while it runs.
+        next.other = std::min(next.other, alone ? std::min(limits.handover_after, limit - ran) : limit - ran);
       } else if (hung != nullptr) {
-        next = Duration::zero();  // one at a time
+        next.other = Duration::zero();  // one at a time
       } else {
         worker.unusual |= Worker::kReportedHung;
         hung = &worker.group->node_;

@@ -40,9 +40,9 @@ struct Counts {
   std::uint64_t mallocs, copies, messages;
 };
 
-/// Tells when the thread that supervises the executors has slept through a number of looks. It looks at an executor when one is
-/// added, with the executor's lock held; on a busy machine it gets a core for that only after the game has begun, and if it loses the
-/// core again in those 100 ns, the game waits for the lock by a system call.
+/// Tells when the thread that supervises the executors has slept through a number of looks. It checks the executors when it starts, with
+/// their locks held; on a busy machine it gets a core for that only after the game has begun, and if it loses the core again in those
+/// 100 ns, the game waits for the lock by a system call.
 class SupervisorAtRest {
  public:
   [[nodiscard]] bool look() {

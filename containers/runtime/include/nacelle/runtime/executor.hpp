@@ -76,10 +76,14 @@ class Executor {
   /// The same for a transition of that node.
   [[nodiscard]] std::string why_not_wait_for(const NodeGroups& node) const;
 
+  /// The time until the next call of supervise(); Duration::max() if nothing runs.
+  struct NextCheck {
+    Duration late = Duration::max();   ///< When a callback would be late.
+    Duration other = Duration::max();  ///< When one would hang, and for what must be tried again.
+  };
   /// Called by the supervisor. Takes the queue from a callback that runs too long, and reports one that hangs as a
-  /// fault, once. Returns the time until the next call: when the next callback would be late, or Duration::max() if
-  /// none runs.
-  Duration supervise(const Limits& limits);
+  /// fault, once.
+  NextCheck supervise(const Limits& limits);
   /// Returns true if nothing runs and nothing waits.
   [[nodiscard]] bool is_idle() const;
   /// Returns how often a late callback lost the queue.
@@ -99,9 +103,11 @@ class Executor {
     const char *node = "", *what = "", *name = "";
   };
   [[nodiscard]] static RunsHere runs_here() noexcept;
-  /// Sets a hook that wakes the supervisor. A thread calls it when it has slept and has something to run. Set it before
-  /// the first post.
-  void set_activity_hook(std::function<void()> hook) { activity_hook_ = std::move(hook); }
+  /// Returns whether components share it. Then it has one serving thread, and a late callback loses the queue.
+  [[nodiscard]] bool is_shared() const { return !policy_.own; }
+  /// Sets a hook for the supervisor. A thread calls it, with the present time, when it has slept and has something to
+  /// run. Set it before the first post.
+  void set_activity_hook(std::function<void(MonotonicTime)> hook) { activity_hook_ = std::move(hook); }
 
  private:
   struct Worker;
@@ -126,7 +132,7 @@ class Executor {
   void run(Worker& self, Executable& executable, Block* message, MonotonicTime now);
   static void note_exception(const Worker& self, const char* text);
   void finish(Worker& self, MonotonicTime now) NACELLE_REQUIRES(mutex_);
-  [[nodiscard]] bool prepare_special(Worker& self);
+  [[nodiscard]] bool prepare_special(Worker& self, MonotonicTime now);
   static void start_sample(Worker& self, NodeGroups& node);
   void begin_transition(Worker& self, Executable& executable) NACELLE_REQUIRES(mutex_);
   void finish_unusual(Worker& self, NodeGroups& node) NACELLE_REQUIRES(mutex_);
@@ -143,7 +149,7 @@ class Executor {
   const Clock& clock_;
   const ThreadPolicy policy_;
   const MonotonicTime epoch_ = clock_.now();  // origin of the ticks that timers share
-  std::function<void()> activity_hook_;
+  std::function<void(MonotonicTime)> activity_hook_;
 
   const std::shared_ptr<FutexMutex> shared_mutex_ = std::make_shared<FutexMutex>();
   // Guards everything below, the executor's data in NodeGroups, CallbackGroup, Executable and TimerBase, and the
