@@ -155,6 +155,7 @@ def rows_of(robot, place, network):
     rates = after.wake_ups_since(before)
     most = ", ".join(f"{name} {rate:.0f}" for name, rate in sorted(rates.items(), key=lambda item: -item[1])[:6])
     yield row("M18", what + "wake-ups", sum(rates.values()), "1/s", None, most)
+    yield row("M18", what + "wake-ups without an event: the supervisor's", rates.get("supervisor", 0), "1/s", at_most(1), "it checks for hangs")
     yield row("M18", what + "minor page faults", (after.minor_faults - before.minor_faults) / seconds, "1/s", None)
     yield row("M18", what + "major page faults", after.major_faults - before.major_faults, "", exactly(0))
     yield row("M18", what + "bytes written to disk, start-up included", after.written, "B", exactly(0))

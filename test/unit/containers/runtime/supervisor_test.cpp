@@ -19,11 +19,12 @@ struct SupervisorTest : ::testing::Test {
     fault.set_value(std::move(code));
   };
   Executor shared{"shared", clock, {}}, own{"own", clock, {.own = true}};
-  NodeGroups node{shared, "/node", on_fault}, apart{own, "/apart", on_fault};
-  CallbackGroup a{node}, b{node}, c{apart};
+  NodeGroups node_a{shared, "/a", on_fault}, node_b{shared, "/b", on_fault}, apart{own, "/apart", on_fault};
+  CallbackGroup a{node_a}, b{node_b}, c{apart};
 
   void SetUp() override {
-    shared.open(node);
+    shared.open(node_a);
+    shared.open(node_b);
     own.open(apart);
   }
 };
