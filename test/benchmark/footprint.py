@@ -155,6 +155,7 @@ def rows_of(robot, place, network):
     rates = after.wake_ups_since(before)
     most = ", ".join(f"{name} {rate:.0f}" for name, rate in sorted(rates.items(), key=lambda item: -item[1])[:6])
     yield row("M18", what + "wake-ups", sum(rates.values()), "1/s", None, most)
+    yield row("M18", what + "wake-ups without an event: the supervisor's", rates.get("supervisor", 0), "1/s", at_most(1), "it checks for hangs")
     yield row("M18", what + "minor page faults", (after.minor_faults - before.minor_faults) / seconds, "1/s", None)
     yield row("M18", what + "major page faults", after.major_faults - before.major_faults, "", exactly(0))
     yield row("M18", what + "bytes written to disk, start-up included", after.written, "B", exactly(0))
@@ -188,7 +189,7 @@ def one_setting(program, folder, place, network, mode, group, say):
             starts.append(robot.start_s)
             if number + 1 < STARTS:
                 continue
-            time.sleep(SETTLING_S)  # the first second is start-up, not the robot
+            time.sleep(SETTLING_S)  # start-up is not counted
             say(f"{place}, network {network}: {robot.components} components, {SECONDS} s; load {os.getloadavg()[0]:.2f}")
             yield from rows_of(robot, place, network)
         finally:
@@ -196,4 +197,4 @@ def one_setting(program, folder, place, network, mode, group, say):
     yield row("M18", f"{place}, network {network}: exec to all active, hardware ready", median(starts), "s", at_most(1.5),
               f"{min(starts):.2f} to {max(starts):.2f} of {STARTS}")  # fmt: skip
     if group is not None and (peak := group.peak_mb()) is not None:
-        yield row("M18", f"{place}, network {network}: most that the cgroup held", peak, "MB", at_most(CGROUP_BYTES / 1e6), "page cache of its files included")
+        yield row("M18", f"{place}, network {network}: most that the cgroup held", peak, "MB", None, "of 629; without files that were in the page cache before")

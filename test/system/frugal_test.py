@@ -60,7 +60,8 @@ class InRam(RobotTest):
 @unittest.skipUnless(shutil.which("strace"), "strace is not installed")
 class Written(InRam):
     def traced(self, name, *words, seconds, environment, within=()):
-        """Runs a robot under strace, gives orders to it, ends it. Returns the lines that changed a disk, and all changes."""
+        """Runs a robot under strace, gives orders to it, ends it. Returns the lines that changed a disk, how many changes there were, and the
+        bytes that each process wrote to a disk before the end."""
         log = self.folder / f"{name}.log"
         with open(log, "w", encoding="utf-8") as output:
             strace = subprocess.Popen(
@@ -68,7 +69,7 @@ class Written(InRam):
                  f"sim_dir:={self.folder}/sim-{name}", *words],
                 stdout=output, stderr=subprocess.STDOUT, env=environment, cwd=self.folder, start_new_session=True)  # fmt: skip
         self.addCleanup(strace.wait)
-        self.addCleanup(strace.kill)
+        self.addCleanup(lambda: strace.poll() is None and os.killpg(strace.pid, signal.SIGKILL))  # the robot with it, which goes on without it
         wait_for("the robot is up", lambda: COMPONENTS in log.read_text() or strace.poll() is not None, 60)
         self.assertIsNone(strace.poll(), log.read_text())
         robot = self.robot_below(strace.pid)
@@ -78,15 +79,14 @@ class Written(InRam):
 
         order("component", "unload", "camera")
         order("component", "load", "camera")
-        order("param", "set", "/monitor", "window_s", "4.0")
+        order("param", "set", "/camera", "device_lost", "fault")
         order("estop", "set")
         order("estop", "release")
         time.sleep(seconds)  # the length of the run that is looked at
         written = {process: self.written_by(process) for process in (robot, *self.children_of(robot))}
         os.kill(robot, signal.SIGINT)
         self.assertEqual(strace.wait(60), 0, log.read_text())
-        self.assertEqual(set(written.values()), {0}, f"bytes written to a disk, by process: {written}")
-        return on_disk(sorted(self.folder.glob(f"{name}.strace.*")), self.folder)
+        return *on_disk(sorted(self.folder.glob(f"{name}.strace.*")), self.folder), written
 
     @staticmethod
     def children_of(process):
@@ -103,16 +103,18 @@ class Written(InRam):
         return int(fields["write_bytes"])
 
     def test_a_robot_changes_nothing_outside_ram(self):
-        found, changes = self.traced("still", "network:=off", seconds=SECONDS, environment=self.environment)
+        found, changes, written = self.traced("still", "network:=off", seconds=SECONDS, environment=self.environment)
         self.assertEqual(found, [])
+        self.assertEqual(set(written.values()), {0}, f"bytes written to a disk, by process: {written}")
         self.assertGreater(changes, 10)  # its socket, its state, the simulated devices: what strace must have seen
 
     def test_on_the_network_and_without_a_runtime_folder_neither(self):
         need_namespaces()
         machine = Machine()
         self.addCleanup(machine.close)
-        found, changes = self.traced("networked", "network:=local", seconds=SECONDS, environment=self.without_runtime_dir, within=machine.within())
+        found, changes, written = self.traced("networked", "network:=local", seconds=SECONDS, environment=self.without_runtime_dir, within=machine.within())
         self.assertEqual(found, [])
+        self.assertEqual(set(written.values()), {0}, f"bytes written to a disk, by process: {written}")
         self.assertGreater(changes, 10)
 
     def test_a_file_on_disk_that_a_user_asks_for_is_seen(self):
@@ -120,8 +122,8 @@ class Written(InRam):
         self.addCleanup(shutil.rmtree, folder)
         if FileSystems().are_in_ram(str(folder / "state")):
             self.skipTest("the build is in RAM")
-        found, _ = self.traced("asked", "network:=off", "--report", folder / "report.json", seconds=0, environment=self.environment)
-        self.assertTrue(found)
+        found, _, written = self.traced("asked", "network:=off", "--report", folder / "report.json", seconds=0, environment=self.environment)
+        self.assertTrue(found, written)
         self.assertTrue(all(f"{folder}/report.json" in line for line in found), found)
 
 
@@ -188,7 +190,7 @@ class OnAFullDisk(InRam):
         self.assertIn("/tmp/report.json", late.stderr)
         self.assertIn("No space left on device", late.stderr)
 
-    def test_a_robot_without_a_place_for_its_state_or_log_says_so_and_runs(self):
+    def test_a_robot_without_a_place_for_its_state_or_log_is_refused(self):
         ended = self.run_there("launch", LAUNCH_FILE, "network:=off", "--state", "/tmp/state", "--transitions", "/var/steps")
         self.assertEqual(ended.returncode, 1)
         self.assertIn("/var/steps: the log of transitions cannot be written: Read-only file system", ended.stderr)

@@ -117,7 +117,8 @@ std::string man_page(const Command& root, const std::string& version) {
       ".TP\n.B NACELLE_COMPONENT_PATH\nFurther folders with components, separated by colons.\n"
       ".TP\n.B NACELLE_PREFIX_PATH\nFurther prefixes of installed packages, separated by colons.\n"
       ".TP\n.B NACELLE_INTERFACE_PATH\nFurther folders with libraries of message types, separated by colons.\n"
-      ".TP\n.B XDG_RUNTIME_DIR\nWhere containers have their sockets and states, in the folder nacelle: in RAM. If it is not set, /run/nacelle or /dev/shm.\n";
+      ".TP\n.B XDG_RUNTIME_DIR\nWhere containers have their sockets and states, in the folder nacelle: in RAM. If it "
+      "is not set, /run/nacelle or /dev/shm.\n";
   return out;
 }
 

@@ -70,9 +70,11 @@ std::vector<Candidate> candidates(const SocketPlaces& places) {
   return folders;
 }
 
-/// Makes the folder, or returns why no socket can be put there.
+/// Makes the folder if it is a user's own, or returns why no socket can be put there.
 std::optional<std::string> refusal_of(const Candidate& candidate) {
-  if (::mkdir(candidate.folder.c_str(), 0700) != 0 && errno != EEXIST) return std::strerror(errno);
+  // The system's folder is the administrator's or systemd's to make: where it is absent, /run may be a disk.
+  if (candidate.kind == FolderKind::Private && ::mkdir(candidate.folder.c_str(), 0700) != 0 && errno != EEXIST)
+    return std::strerror(errno);
   if (auto distrust = distrust_of_folder(candidate.folder, candidate.kind)) return distrust;
   if (::access(candidate.folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
   return std::nullopt;

@@ -23,8 +23,8 @@ struct SocketPlaces {
 /// Accepts 1 to 48 letters, digits, '_', '-' and '.', not beginning with '.'.
 [[nodiscard]] Result<void, Problem> validate_container_name(const std::string& name);
 
-/// Returns the folder for a new socket and creates it (mode 0700) if necessary: the first of $XDG_RUNTIME_DIR/nacelle,
-/// /run/nacelle and /dev/shm/nacelle-<uid> that is trusted (trust.hpp) and writable for this user.
+/// Returns the folder for a new socket: the first of $XDG_RUNTIME_DIR/nacelle, /run/nacelle and /dev/shm/nacelle-<uid>
+/// that is trusted (trust.hpp) and writable for this user. Creates the two that are a user's own (mode 0700).
 [[nodiscard]] Result<std::string, Problem> folder_for_socket(const SocketPlaces& places);
 
 /// Returns the socket's path for a container of that name. Errors: as folder_for_socket().
