@@ -74,10 +74,11 @@ class Install(RobotTest):
         self.service("remove", "--purge")
         self.assertFalse(self.etc.exists())
 
-    def test_the_robot_that_is_installed_is_linked_so_that_an_update_reaches_it(self):
+    def test_the_robot_that_is_installed_is_included_so_that_an_update_reaches_it(self):
         self.need_systemctl()
         self.service("install", LAUNCH_FILE, "sim:=true")
-        self.assertEqual((self.etc / "robot.launch.yaml").resolve(), pathlib.Path(LAUNCH_FILE).resolve())
+        self.assertIn(f"- include: {{file: {LAUNCH_FILE}}}", (self.etc / "robot.launch.yaml").read_text())
+        self.assertFalse((self.etc / "robot.launch.yaml").is_symlink())
         self.assertIn('\nNACELLE_ARGUMENTS="sim:=true"\n', (self.etc / "environment").read_text())
 
     def test_another_install_keeps_the_variables_that_a_user_has_written(self):

@@ -91,7 +91,7 @@ Result<void, Problem> problem_of(const fs::path& path, const std::error_code& co
   return err(Problem{path.string(), code.message(), "may this user write there?"});
 }
 
-/// The launch file of the service: a link to one that Nacelle's packages keep current, a copy of any other one.
+/// The launch file of the service: one that includes the robot that is installed with Nacelle, or a copy of any other one.
 Result<void, Problem> put_launch_file(const UnitWish& wish) {
   const fs::path target = folder_of(wish) / "robot.launch.yaml";
   std::error_code failed;
@@ -104,14 +104,14 @@ Result<void, Problem> put_launch_file(const UnitWish& wish) {
     return err(
         Problem{source.string(), "a service needs a .launch.yaml", "include it from one: `- include: {file: ...}`"});
   if (fs::equivalent(source, target, failed)) return {};
-  if (!standard.empty() && fs::equivalent(source, standard, failed)) {
-    fs::remove(target, failed);
-    fs::create_symlink(source, target, failed);
-    return problem_of(target, failed);
-  }
+  // By its path: files beside it stay beside it, and an update reaches it.
+  if (!standard.empty() && fs::equivalent(source, standard, failed))
+    return write_whole_file(
+        target.string(),
+        "# The robot that is installed with Nacelle; add your own to it.\nlaunch:\n- include: {file: " +
+            source.string() + "}\n");
   const auto text = read_regular_file(source.string());
   if (!text) return err(text.error());
-  fs::remove(target, failed);  // a link stays what it is when it is written to
   return write_whole_file(target.string(), text.value());
 }
 
