@@ -80,7 +80,8 @@ bool may_answer(const Peer& peer, const std::string& path) {
   struct stat folder {};
   const std::string above = folder_above(path);
   if (::lstat(above.c_str(), &folder) != 0 || !S_ISDIR(folder.st_mode) || (folder.st_mode & 0022U) != 0) return false;
-  return folder.st_uid == kRoot || (folder.st_uid == peer.user && is_made_by_root(above));
+  if (folder.st_uid == kRoot) return true;
+  return folder.st_uid == peer.user && !distrust_of_folder(above, FolderKind::System);
 }
 
 }  // namespace nacelle::control

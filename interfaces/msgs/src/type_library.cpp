@@ -121,7 +121,10 @@ Result<const PackageTable*, Problem> TypeLibrary::package(std::string_view name)
                        files_.empty() ? "set NACELLE_INTERFACE_PATH to the directory of libnacelle_msgs_*.so"
                                       : suggestion(name, packages())});
   }
-  void* const library = dlopen(file->second.c_str(), RTLD_NOW | RTLD_LOCAL);
+  // A library looks for those that it needs beside the path that is opened, which may be a symbolic link to elsewhere.
+  std::error_code is_gone;
+  const std::filesystem::path own_path = std::filesystem::canonical(file->second, is_gone);
+  void* const library = dlopen(is_gone ? file->second.c_str() : own_path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) return err(Problem{where, dlerror(), "is the package built for this version of Nacelle?"});
   // POSIX guarantees that a function pointer survives the way through dlsym's void*.
   const auto entry = reinterpret_cast<PackageEntry>(dlsym(library, kPackageEntry));
