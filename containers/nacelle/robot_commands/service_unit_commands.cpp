@@ -109,7 +109,7 @@ Result<void, Problem> put_launch_file(const UnitWish& wish) {
     return write_whole_file(
         target.string(),
         "# The robot that is installed with Nacelle; add your own to it.\nlaunch:\n- include: {file: " +
-            source.string() + "}\n");
+            standard + "}\n");
   const auto text = read_regular_file(source.string());
   if (!text) return err(text.error());
   return write_whole_file(target.string(), text.value());
