@@ -108,8 +108,8 @@ Result<void, Problem> put_launch_file(const UnitWish& wish) {
   if (!standard.empty() && fs::equivalent(source, standard, failed))
     return write_whole_file(
         target.string(),
-        "# The robot that is installed with Nacelle; add your own to it.\nlaunch:\n- include: {file: " +
-            source.string() + "}\n");
+        "# The robot that is installed with Nacelle; add your own to it.\nlaunch:\n- include: {file: " + standard +
+            "}\n");
   const auto text = read_regular_file(source.string());
   if (!text) return err(text.error());
   return write_whole_file(target.string(), text.value());
