@@ -35,6 +35,11 @@ class List(unittest.TestCase):
         self.assertIn("program '--gtest_filter=Crash.*:CrashToo.x' >/out/runtime_test.log", script)
         self.assertNotIn("base_test", script)
 
+    def test_only_the_programs_that_are_selected_are_built(self):
+        chosen = {name: TESTS[name] for name in ("base_test", "dds_test", "system_run")}
+        self.assertEqual(arm64.targets_of(chosen), ["base_test", "dds_test"])
+        self.assertEqual(arm64.targets_of(TESTS), ["test/all"])
+
     def test_an_empty_list_leaves_only_out_what_is_no_program(self):
         names, cases = arm64.left_out(TESTS, read("# nothing\n"))
         self.assertEqual([name for name in TESTS if re.search(names, name)], ["system_run"])

@@ -6,7 +6,8 @@ Under qemu-user, ctest runs the programs that are tests: unit, conformance and m
 is listed in arm64.txt, a line each: "TEST: reason", or "TEST CASES: reason" with a pattern of GoogleTest's --gtest_filter. The same lines
 are what the machine runs, which has a kernel of its own. System tests in Python may be listed, too.
 
-usage: arm64.py left-out BUILD              what ctest leaves out under qemu-user: a regular expression of tests, a pattern of cases
+usage: arm64.py targets BUILD -- ARGS   what to build for the tests that ctest with these arguments would run
+       arm64.py left-out BUILD          what ctest leaves out under qemu-user: a regular expression of tests, a pattern of cases
        arm64.py run BUILD [--pages 4|16] [--only TEST]... [--all]
   --pages  the kernel's page size in KiB (default 4): with 16, Debian 13's kernel and the processor of a Pi 5
   --only   these tests alone, all their cases, listed or not;  --all   every test that is a program
@@ -39,9 +40,9 @@ class Test(NamedTuple):
     in_machine: bool  # runs a machine itself
 
 
-def tests_of(build: Path) -> dict:
-    """Name -> Test, of everything that ctest knows; the emulator is left out of commands."""
-    said = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], capture_output=True, text=True, check=True)
+def tests_of(build: Path, *selection) -> dict:
+    """Name -> Test, of everything that ctest knows, or selects with these arguments; the emulator is left out of commands."""
+    said = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1", *selection], capture_output=True, text=True, check=True)
     tests = {}
     for entry in json.loads(said.stdout)["tests"]:
         properties = {item["name"]: item["value"] for item in entry.get("properties", [])}
@@ -55,8 +56,16 @@ def tests_of(build: Path) -> dict:
     return tests
 
 
+def targets_of(tests: dict) -> list:
+    """A program that is a test is a target of its name; a test in a virtual machine may need any of them, and policies read them all."""
+    names = [name for name, test in tests.items() if test.emulated]
+    return ["test/all"] if any(test.in_machine or name in OF_FILES for name, test in tests.items()) else names
+
+
 def cases_of(build: Path, command: list, pattern: str) -> bool:
-    """Whether a GoogleTest program has cases of that pattern."""
+    """Whether a GoogleTest program has cases of that pattern; one that was not built may have any."""
+    if not Path(command[0]).exists():
+        return True
     words = ["qemu-aarch64-static", "-L", str(build / "sysroot"), *command, "--gtest_list_tests", f"--gtest_filter={pattern}"]
     return bool(subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip())
 
@@ -145,13 +154,17 @@ def report(out: Path, wanted: dict) -> int:
 
 def main() -> int:
     parser = argparse.ArgumentParser()
-    parser.add_argument("what", choices=("left-out", "run"))
+    parser.add_argument("what", choices=("targets", "left-out", "run"))
     parser.add_argument("build", type=Path)
+    parser.add_argument("selection", nargs="*")
     parser.add_argument("--pages", type=int, choices=(4, 16), default=4)
     parser.add_argument("--only", action="append")
     parser.add_argument("--all", action="store_true")
     wish = parser.parse_args()
     build = wish.build.resolve()
+    if wish.what == "targets":
+        print(*targets_of(tests_of(build, *wish.selection)), sep="\n")
+        return 0
     tests = tests_of(build)
     try:
         listed = read_list((HERE / "arm64.txt").read_text(), tests, lambda command, cases: cases_of(build, command, cases))
