@@ -27,10 +27,10 @@ void Session::take_down() {
   lookout_.reset();
   const bool was_running = service_->phase() == Phase::Running;
   service_->set_phase(Phase::Stopping);
-  tell_service_manager("STOPPING=1\n", "stopping");
   if (was_running) report_.process = steady_.end(clock_.now());
   // Stops the wheels first, because hanging components may delay the base's turn. Its measurements continue meanwhile.
   container_->write_safe_stops();
+  tell_service_manager("STOPPING=1\n", "stopping");
   if (was_running) fetch_last_messages();
   container_->give_up_transitions_after(kShutdownStepLimit);
   // Components that were loaded by hand are stopped first: those of the plan cannot depend on them.
