@@ -121,7 +121,7 @@ TEST_F(JournalTest, is_used_only_if_stderr_goes_there) {
 }
 
 TEST_F(JournalTest, a_line_is_refused_if_no_journal_listens) {
-  const auto journal = Journal::behind(name_of_stream().c_str(), stream_, path() + "-of-nobody");
+  const auto journal = Journal::behind(name_of_stream().c_str(), stream_, path() + "-without-a-listener");
   ASSERT_TRUE(journal);
   EXPECT_FALSE(journal->send(LogLevel::Info, "a", "text", {}, {}));
 }
