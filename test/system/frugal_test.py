@@ -200,9 +200,9 @@ class OnAFullDisk(InRam):
 
 
 def with_own_ram():
-    """Runs this file again with a /dev/shm of its own, as root: containers without a runtime folder are in a folder there that the commands of all
-    tests look into."""
-    mount = 'mount -t tmpfs -o mode=1777 nacelle /dev/shm && exec "$@"'
+    """Runs this file again, as root, with a /dev/shm and a /run of its own: the commands of all tests look into a folder in /dev/shm for containers
+    without a runtime folder. A robot's /run is in RAM, which that of a chroot or of a container image need not be."""
+    mount = 'mount -t tmpfs -o mode=1777 nacelle /dev/shm && mount -t tmpfs -o mode=755 nacelle /run && exec "$@"'
     os.environ[OWN_RAM] = "yes"
     os.execvp("unshare", ["unshare", "--mount", "--propagation", "private", "sh", "-c", mount, "sh", sys.executable, "-B", *sys.argv])
 
