@@ -21,4 +21,11 @@ $box ip link set lo up
 modules=/new/lib/modules/$($box uname -r)
 $box mkdir -p "$modules"
 $box mount -t 9p -o ro,$share,cache=loose modules "$modules"
+if [ -e /new/out/.vmrun.service ]; then
+  units=/new/run/systemd/system
+  $box mkdir -p $units/multi-user.target.wants
+  $box cp /new/out/.vmrun.service $units/vmrun.service
+  $box ln -s ../vmrun.service $units/multi-user.target.wants/
+  exec $box switch_root /new /lib/systemd/systemd
+fi
 exec $box switch_root /new /bin/bash /out/.vmrun

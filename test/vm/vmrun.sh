@@ -4,20 +4,21 @@
 # this one, read-only below a file system in memory, so that programs that were cross-built run where they lie.
 #
 # usage: vmrun.sh -k KERNEL -r ROOT [-s FOLDER]... [-m "MODULE[:OPTION=VALUE,...] ..."] [-p CPU] [-c CPUS] [-M MB] [-t SECONDS]
-#                 [-o FOLDER] [-v] -- COMMAND [ARGS]
+#                 [-o FOLDER] [-i] [-v] -- COMMAND [ARGS]
 #   -k  what .ci/kernel printed              -r  the root; what .ci/sysroot printed
 #   -s  a folder that has the same path in the machine; what is written there is lost
 #   -m  modules to load first                -o  a folder that is /out in the machine, and is written to
 #   -p  QEMU's name of the processor: cortex-a72 (a Pi 4, default), cortex-a76 (a Pi 5, which has pages of 16 KiB)
+#   -i  starts the root's systemd first, and the command as a service of it
 #   -v  shows the kernel's messages
 # Exit code: the command's; 124: not ready within SECONDS (default 300); 125: the machine ended before the command.
 set -euo pipefail
 die() { printf '%s\n' "vmrun.sh: $1" >&2; exit 2; }
-kernel="" root="" modules="" cpu=cortex-a72 cpus=2 memory=2048 limit=300 out="" shares=() quiet="quiet loglevel=3"
-while getopts k:r:s:m:p:c:M:t:o:v option; do
+kernel="" root="" modules="" cpu=cortex-a72 cpus=2 memory=2048 limit=300 out="" init=false shares=() quiet="quiet loglevel=3"
+while getopts k:r:s:m:p:c:M:t:o:iv option; do
   case $option in
     k) kernel=$OPTARG ;; r) root=$OPTARG ;; s) shares+=("$(realpath "$OPTARG")") ;; m) modules=$OPTARG ;; p) cpu=$OPTARG ;;
-    c) cpus=$OPTARG ;; M) memory=$OPTARG ;; t) limit=$OPTARG ;; o) out=$OPTARG ;; v) quiet="loglevel=7" ;;
+    c) cpus=$OPTARG ;; M) memory=$OPTARG ;; t) limit=$OPTARG ;; o) out=$OPTARG ;; i) init=true ;; v) quiet="loglevel=7" ;;
     *) exit 2 ;;
   esac
 done
@@ -30,13 +31,22 @@ trap 'rm -rf "$temporary"' EXIT
 out=${out:-$temporary/out}
 mkdir -p "$out"
 out=$(realpath "$out")
-rm -f "$out/.status"
+rm -f "$out/.status" "$out/.vmrun.service"
+if $init; then
+  cat >"$out/.vmrun.service" <<'TEXT'
+[Service]
+ExecStart=/bin/bash /out/.vmrun
+StandardOutput=tty
+StandardError=tty
+TTYPath=/dev/console
+TEXT
+fi
 
 # What the machine runs as root after init.sh.
 {
   echo 'export PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp TERM=dumb PYTHONUTF8=1'
   echo 'read -r up rest </proc/uptime; exec </dev/null'
-  echo 'ln -s /proc/self/fd /dev/fd'
+  echo '[[ -e /dev/fd ]] || ln -s /proc/self/fd /dev/fd'
   for number in "${!shares[@]}"; do
     printf 'mkdir -p %q /run/share%d/{lower,upper,work}\n' "${shares[number]}" "$number"
     printf 'mount -t 9p -o ro,trans=virtio,version=9p2000.L,msize=262144,cache=loose share%d /run/share%d/lower\n' "$number" "$number"
