@@ -131,6 +131,7 @@ Result<std::unique_ptr<ForeignProgram>, Problem> ForeignProgram::start(const Pro
 ForeignProgram::~ForeignProgram() {
   if (ended().empty()) {
     ::kill(-pid_, SIGKILL);
+    ::kill(pid_, SIGKILL);  // qemu-user starts it without waiting: it may have no group of its own yet
     int status = 0;
     ::waitpid(pid_, &status, 0);
     forget_group(pid_);
