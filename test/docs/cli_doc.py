@@ -111,6 +111,7 @@ EXAMPLES = (
     Example("new component wheel_counter", then=("new component sonar --driver",)),
     Example("qos check launch/robot.launch.yaml"),
     Example("qos explain --offered reliability=best_effort --requested reliability=reliable"),
+    Example("device list", lines=40),
     Example("doctor", exit_codes=(0, 1), lines=40),  # faults of the machine that wrote this page do not matter
     Example("doctor net", lines=40),
     Example("export on"),

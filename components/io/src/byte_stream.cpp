@@ -10,6 +10,9 @@ std::string_view explain(StreamFault fault) {
     case StreamFault::WriteFailed: return "writing failed";
     case StreamFault::WouldBlock: return "the line does not take bytes";
     case StreamFault::NotFound: return "the device is not there";
+    case StreamFault::NotPermitted:
+      return "the device is there, but this user may not open it (nacelle doctor names the group)";
+    case StreamFault::InUse: return "the device is there, but another program has it open (nacelle doctor names it)";
     case StreamFault::NotUsable: return "the device is there but cannot be opened";
   }
   return "unknown fault";

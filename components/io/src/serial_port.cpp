@@ -14,6 +14,8 @@
 #include <cstring>
 #include <optional>
 
+#include "nacelle/io/device_access.hpp"
+
 namespace nacelle::io {
 namespace {
 
@@ -72,32 +74,30 @@ Result<Descriptor, OpenFault> open_line(const SerialSettings& settings) {
   return line;
 }
 
-Problem explain(const SerialSettings& settings, OpenFault fault, Duration patience) {
-  Problem problem{settings.path, fmt::format("cannot be opened ({})", std::strerror(fault.os_code)),
-                  "see `ls -l /dev/serial/by-id`"};
-  if (fault.step == OpenStep::Lock || fault.os_code == EBUSY) {
-    problem.what = "in use by another program";
-    problem.way_out = fmt::format("`fuser -v {}` names it", settings.path);
-  } else if (fault.step == OpenStep::Identify) {
-    problem.what = "not a serial line";
-    problem.way_out = "give the path of a terminal device, as in `ls -l /dev/serial/by-id`";
-  } else if (fault.step == OpenStep::Configure) {
-    problem.what = fmt::format("does not take 8N1 at {} baud ({})", settings.baud, std::strerror(fault.os_code));
-    problem.way_out = "is the device on another port?";
-  } else if (fault.os_code == ENOENT || fault.os_code == ENXIO || fault.os_code == ENODEV || fault.os_code == ENOTDIR) {
-    problem.what = "no such device";
-    if (patience > Duration::zero()) problem.what += fmt::format(" (waited {:.1f} s for it)", to_seconds(patience));
-    problem.way_out = "is it plugged in? `ls -l /dev/serial/by-id` lists what is";
-  } else if (fault.os_code == EACCES || fault.os_code == EPERM) {
-    problem.what = "no right to open it";
-    problem.way_out = "`sudo usermod -aG dialout $USER`, then log in again";
-  }
-  return problem;
-}
-
 bool is_missing(OpenFault fault) {
   return fault.step == OpenStep::Open &&
          (fault.os_code == ENOENT || fault.os_code == ENXIO || fault.os_code == ENODEV || fault.os_code == EIO);
+}
+
+StreamFault stream_fault(OpenFault fault) {
+  if (is_missing(fault)) return StreamFault::NotFound;
+  if (fault.os_code == EACCES || fault.os_code == EPERM) return StreamFault::NotPermitted;
+  return fault.step == OpenStep::Lock || fault.os_code == EBUSY ? StreamFault::InUse : StreamFault::NotUsable;
+}
+
+Problem explain(const SerialSettings& settings, OpenFault fault, Duration patience) {
+  if (fault.step == OpenStep::Identify) {
+    return {settings.path, "not a serial line", "give the path of a terminal device, as in `ls -l /dev/serial/by-id`"};
+  }
+  if (fault.step == OpenStep::Configure) {
+    return {settings.path,
+            fmt::format("does not take 8N1 at {} baud ({})", settings.baud, std::strerror(fault.os_code)),
+            "is the device on another port?"};
+  }
+  Problem problem = why_not_opened(settings.path, fault.step == OpenStep::Lock ? EBUSY : fault.os_code);
+  if (is_missing(fault) && patience > Duration::zero())
+    problem.what += fmt::format(" (waited {:.1f} s for it)", to_seconds(patience));
+  return problem;
 }
 
 }  // namespace
@@ -185,7 +185,7 @@ Result<void, StreamFault> SerialPort::reopen() {
   ::flock(line_.number(), LOCK_UN);
   ::ioctl(line_.number(), TIOCNXCL);
   auto fresh = open_line(settings_);
-  if (!fresh) return err(is_missing(fresh.error()) ? StreamFault::NotFound : StreamFault::NotUsable);
+  if (!fresh) return err(stream_fault(fresh.error()));
   if (::dup3(fresh.value().number(), line_.number(), O_CLOEXEC) < 0) return err(StreamFault::NotUsable);
   away_ = false;
   return {};

@@ -134,7 +134,7 @@ TEST_F(SerialPortTest, is_for_one_program_at_a_time) {
   const auto first = open(device_->path());
   const auto second = SerialPort::open({device_->path(), 230400}, clock_);
   ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().what, "in use by another program");
+  EXPECT_EQ(second.error().what.rfind("in use by ", 0), 0U) << second.error().text();
 }
 
 TEST_F(SerialPortTest, can_be_opened_again_after_it_was_closed) {
@@ -148,7 +148,7 @@ TEST(SerialPortProblems, a_missing_device_is_named_with_the_way_out) {
   ASSERT_FALSE(port);
   EXPECT_EQ(port.error().where.text(), "/dev/no_such_line");
   EXPECT_NE(port.error().text().find("no such device"), std::string::npos);
-  EXPECT_NE(port.error().text().find("by-id"), std::string::npos);
+  EXPECT_NE(port.error().text().find("plugged in"), std::string::npos);
 }
 
 TEST(SerialPortProblems, a_file_is_not_a_serial_line) {

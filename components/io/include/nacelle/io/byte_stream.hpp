@@ -13,12 +13,14 @@ namespace nacelle::io {
 
 /// Failures of byte streams.
 enum class StreamFault : std::uint8_t {
-  HungUp,       ///< The other end is closed: a pulled cable, a closed pty. reopen() may restore it.
-  ReadFailed,   ///< The kernel refused the read for another reason. reopen() may help.
-  WriteFailed,  ///< The kernel refused the write for another reason.
-  WouldBlock,   ///< The line took only a part of the bytes in time; the rest was not sent.
-  NotFound,     ///< The path is not there (yet).
-  NotUsable     ///< reopen(): the path is there but cannot be used (rights, in use, no terminal).
+  HungUp,        ///< The other end is closed: a pulled cable, a closed pty. reopen() may restore it.
+  ReadFailed,    ///< The kernel refused the read for another reason. reopen() may help.
+  WriteFailed,   ///< The kernel refused the write for another reason.
+  WouldBlock,    ///< The line took only a part of the bytes in time; the rest was not sent.
+  NotFound,      ///< The path is not there (yet).
+  NotPermitted,  ///< reopen(): the path is there, but this user may not open it.
+  InUse,         ///< reopen(): another program has it open.
+  NotUsable      ///< reopen(): the path is there but is no terminal, or does not take the settings.
 };
 
 /// "the line hung up (cable pulled?)"
@@ -55,7 +57,7 @@ class ByteStream {
   virtual void interrupt() noexcept = 0;
 
   /// Opens the same line again after a fault. Only from the reading thread.
-  /// Errors: NotFound, NotUsable; the stream is then as before.
+  /// Errors: NotFound, NotPermitted, InUse, NotUsable; the stream is then as before.
   [[nodiscard]] virtual Result<void, StreamFault> reopen() = 0;
 
   /// True until reopen() has found a device that was absent from the start; all else fails with NotFound meanwhile.
