@@ -103,6 +103,8 @@ def run(wish) -> int:
     for share in shares if any(str(share).startswith(("/tmp/", "/run/")) for share in shares) else ():
         words += ["-s", share]
     environment = [f"NACELLE_TEST_SLOWNESS={SLOWNESS}", f"NACELLE_VM_GROUP={wish.group}"]
+    if "NACELLE_VM_CYCLES" in os.environ:
+        environment.append(f"NACELLE_VM_CYCLES={os.environ['NACELLE_VM_CYCLES']}")
     code = subprocess.run([*words, "--", "env", *environment, "bash", "/out/test.sh"], check=False).returncode
     (out / "seconds.txt").write_text(f"{time.monotonic() - begin:.0f}\n")
     said = out / "output.txt"
