@@ -185,7 +185,13 @@ Result<void, StreamFault> SerialPort::reopen() {
   ::flock(line_.number(), LOCK_UN);
   ::ioctl(line_.number(), TIOCNXCL);
   auto fresh = open_line(settings_);
-  if (!fresh) return err(stream_fault(fresh.error()));
+  if (!fresh) {
+    if (!is_missing(fresh.error())) return err(stream_fault(fresh.error()));
+    // The kernel keeps a line's number while it is open: a device that was ttyACM0 would return as ttyACM1.
+    const Descriptor nothing{is_away() ? -1 : ::open("/dev/null", O_RDWR | O_CLOEXEC)};
+    if (nothing.is_open() && ::dup3(nothing.number(), line_.number(), O_CLOEXEC) >= 0) away_ = true;
+    return err(StreamFault::NotFound);
+  }
   if (::dup3(fresh.value().number(), line_.number(), O_CLOEXEC) < 0) return err(StreamFault::NotUsable);
   away_ = false;
   return {};

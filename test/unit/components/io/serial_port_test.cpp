@@ -108,6 +108,7 @@ TEST_F(SerialPortTest, comes_back_on_the_same_path_with_the_same_descriptor) {
   device_->hang_up();
   ASSERT_EQ(port->read_until(clock_.now() + kPatience).error(), StreamFault::HungUp);
   EXPECT_FALSE(port->reopen());
+  EXPECT_TRUE(port->is_away()) << "an open line would keep its number";
 
   auto fresh = PtyPair::create();
   ASSERT_TRUE(fresh);

@@ -57,10 +57,10 @@ class ByteStream {
   virtual void interrupt() noexcept = 0;
 
   /// Opens the same line again after a fault. Only from the reading thread.
-  /// Errors: NotFound, NotPermitted, InUse, NotUsable; the stream is then as before.
+  /// Errors: NotFound (the stream may then be is_away()), NotPermitted, InUse, NotUsable (the stream is as before).
   [[nodiscard]] virtual Result<void, StreamFault> reopen() = 0;
 
-  /// True until reopen() has found a device that was absent from the start; all else fails with NotFound meanwhile.
+  /// True while the device is absent, from the start or since reopen() did not find it; all else fails with NotFound meanwhile.
   [[nodiscard]] virtual bool is_away() const noexcept { return false; }
 
   /// The kernel's number of the line, the same for the stream's whole life (also across reopen()), or -1 without one.

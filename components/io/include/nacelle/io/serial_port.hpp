@@ -53,7 +53,8 @@ class SerialPort final : public ByteStream {
   /// Of a pty, up to 4095 bytes are the other end's already, and stay.
   void drop_unsent() noexcept override;
   void interrupt() noexcept override { bell_.ring(); }
-  /// Takes the path again; the new line gets the old one's number, so that descriptor() never changes.
+  /// Takes the path again; the new line gets the old one's number, so that descriptor() never changes. If the path is gone, lets go of the
+  /// old line: is_away().
   [[nodiscard]] Result<void, StreamFault> reopen() override;
   [[nodiscard]] bool is_away() const noexcept override { return away_.load(std::memory_order_acquire); }
   [[nodiscard]] int descriptor() const noexcept override { return line_.number(); }
