@@ -20,6 +20,9 @@ namespace nacelle::io {
 /// Threads: one. Allocates: nothing.
 class ArrivalFilter {
  public:
+  /// `creep`: how slowly it believes that the device is slower than it says: by 1/creep of a step. Default: kCreep.
+  explicit ArrivalFilter(std::int64_t creep = kCreep) : creep_(creep) {}
+
   /// `read`: when the sample was read. `on_line`: how long before that it left the device at the least. `step`: the
   /// device's own time since the sample before.
   MonotonicTime settle(MonotonicTime read, Duration on_line, Duration step) {
@@ -31,7 +34,7 @@ class ArrivalFilter {
       very_late_ = 0;
     } else if (late <= kGap) {
       // After a loss was believed too late time still goes forward: at half the pace.
-      last_ = std::max(expected + std::min(late, std::max(step / kCreep, Duration{1})), last_ + step / 2);
+      last_ = std::max(expected + std::min(late, std::max(step / creep_, Duration{1})), last_ + step / 2);
       very_late_ = 0;
     } else {
       if (very_late_ == 0) first_very_late_ = read;
@@ -51,12 +54,15 @@ class ArrivalFilter {
   /// A step may take a hundredth longer than the device says: crystals differ by 1/10000, motors' speed figures by
   /// more.
   static constexpr std::int64_t kCreep = 100;
+  /// For steps of a quartz: five times what two of them differ by.
+  static constexpr std::int64_t kQuartzCreep = 2000;
   /// Later than this is very late.
   static constexpr Duration kGap = 100ms;
   /// What came in a longer time does not wait in the line's buffer (4096 bytes): a gap.
   static constexpr Duration kLongestAway = 1s;
 
  private:
+  const std::int64_t creep_;
   MonotonicTime last_{}, first_very_late_{};
   std::int64_t very_late_ = 0;  ///< Samples in a row that may belong to a burst.
   bool started_ = false;
