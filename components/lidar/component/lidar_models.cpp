@@ -7,7 +7,8 @@
 namespace nacelle::lidar {
 namespace {
 
-// Point rates and baud rates: ldrobotSensorTeam/ldlidar_stl_ros2 (lipkg.cpp, launch/). Ranges: the makers' data sheets.
+// LDROBOT's point rates and baud rates: ldrobotSensorTeam/ldlidar_stl_ros2 (lipkg.cpp, launch/). An RPLIDAR says its point rate itself;
+// scan_points is one turn of its recommended mode at 10 Hz (A1: 5.5 Hz). Ranges: the makers' data sheets.
 constexpr std::array kModels{
     LidarModel{.name = "ld06", .product_name = "LDLiDAR_LD06"},
     LidarModel{.name = "ld19", .product_name = "LDLiDAR_LD19"},
@@ -23,6 +24,45 @@ constexpr std::array kModels{
                .scan_points = 2160,
                .range_min_m = 0.03,
                .range_max_m = 25.0},
+    LidarModel{.name = "rplidar_a1",
+               .family = LidarFamily::Rplidar,
+               .baud = 115200,
+               .scan_points = 720,
+               .range_min_m = 0.15},
+    LidarModel{.name = "rplidar_a2",
+               .family = LidarFamily::Rplidar,
+               .baud = 115200,
+               .scan_points = 800,
+               .range_min_m = 0.15},
+    LidarModel{.name = "rplidar_a3",
+               .family = LidarFamily::Rplidar,
+               .baud = 256000,
+               .scan_points = 1600,
+               .range_min_m = 0.15,
+               .range_max_m = 25.0},
+    LidarModel{.name = "rplidar_c1",
+               .family = LidarFamily::Rplidar,
+               .baud = 460800,
+               .scan_points = 500,
+               .range_min_m = 0.05},
+    LidarModel{.name = "rplidar_s1",
+               .family = LidarFamily::Rplidar,
+               .baud = 256000,
+               .scan_points = 920,
+               .range_min_m = 0.1,
+               .range_max_m = 40.0},
+    LidarModel{.name = "rplidar_s2",
+               .family = LidarFamily::Rplidar,
+               .baud = 1000000,
+               .scan_points = 3200,
+               .range_min_m = 0.05,
+               .range_max_m = 30.0},
+    LidarModel{.name = "rplidar_s3",
+               .family = LidarFamily::Rplidar,
+               .baud = 1000000,
+               .scan_points = 3200,
+               .range_min_m = 0.05,
+               .range_max_m = 40.0},
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include "lidar/protocol/ld_protocol.hpp"
+#include "lidar/protocol/rplidar_protocol.hpp"
 #include "nacelle/io/serial_port.hpp"
 #include "nacelle/node/frame_name.hpp"
 
@@ -100,6 +101,9 @@ void declare_lidar_parameters(Node& node) {
   node.declare_parameter("frame_id", defaults.frame_id, text("frame of the scans: x to the device's front mark, z up"));
   node.declare_parameter("topic_name", defaults.topic_name,
                          ParameterDescriptor{.description = "topic of the scans", .read_only = true});
+  node.declare_parameter("scan_mode", std::string{},
+                         text("RPLIDAR: Standard, Express, Boost, ..., as the device names its modes; empty: the one it "
+                              "recommends"));
   node.declare_parameter("laser_scan_dir", true,
                          text("true: counter-clockwise as REP 103 asks; false: clockwise as the device turns"));
   node.declare_parameter("enable_angle_crop_func", false,
@@ -148,6 +152,7 @@ Result<LidarOptions, Problem> read_lidar_parameters(const Node& node) {
     return err(
         refusal(node, "frame_id", "is empty", "a scan without a frame cannot be placed; lidar_link is the default"));
   options.topic_name = node.get<std::string>("topic_name");
+  options.scan_mode = node.get<std::string>("scan_mode");
   options.scan.counter_clockwise = node.get<bool>("laser_scan_dir");
   options.scan.crop = node.get<bool>("enable_angle_crop_func");
   options.scan.crop_min_deg = node.get<double>("angle_crop_min");
@@ -185,6 +190,7 @@ Result<LidarOptions, Problem> read_lidar_parameters(const Node& node) {
 }
 
 std::unique_ptr<LidarProtocol> make_protocol(const LidarOptions& options) {
+  if (options.model.family == LidarFamily::Rplidar) return std::make_unique<RplidarProtocol>(options.scan_mode);
   return std::make_unique<LdProtocol>(options.model.points_per_second);
 }
 

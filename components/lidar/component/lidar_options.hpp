@@ -21,6 +21,7 @@ struct LidarOptions {
   unsigned port_baudrate = 230400;
   std::string frame_id = "lidar_link";
   std::string topic_name = "scan";
+  std::string scan_mode{};  ///< RPLIDAR: as the device names it; empty: the one it recommends.
   ScanOptions scan{};
   DeviceOptions device{};
   Duration port_timeout = 2s;   ///< With required_device: how long configure waits for the port to appear.

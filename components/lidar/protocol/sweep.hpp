@@ -20,7 +20,8 @@ struct Beam {
 /// Consecutive beams of one packet, in the words that all LiDARs share. The decoders of `protocol/` make it of their packets.
 ///
 /// The rotor turns steadily while a triangulating device corrects the angle of each beam by its range. Therefore the rotor says
-/// when a turn ends, and a beam's own angle which ray it belongs to.
+/// when a turn ends, and a beam's own angle which ray it belongs to. The rotor's angle is that of a usual beam, so that both agree
+/// on when the first ray was measured.
 struct Sweep {
   std::span<const Beam> beams;   ///< At least one. Valid during the call that hands it over.
   double first_rotor_deg{};      ///< Rotor angle at the first beam, in [0, 360).
@@ -48,11 +49,12 @@ class SweepSink {
 /// What became of the bytes of a line: bytes == framed_bytes + skipped_bytes + those that wait for the rest of their packet.
 struct LineStats {
   std::uint64_t bytes{};          ///< Fed so far.
-  std::uint64_t frames{};         ///< Measurement packets that became beams.
+  std::uint64_t frames{};         ///< Measurement packets.
   std::uint64_t framed_bytes{};   ///< In packets with a right checksum: measurements, implausible ones, answers.
   std::uint64_t implausible{};    ///< Whole packets with a right checksum that cannot be true.
   std::uint64_t bad_checksums{};  ///< Packet starts that were rejected; their first byte is in skipped_bytes.
   std::uint64_t skipped_bytes{};
+  std::uint64_t unpaired{};  ///< Of the frames, those without beams because the packet after them was lost.
   friend bool operator==(const LineStats&, const LineStats&) = default;
 };
 

@@ -7,6 +7,7 @@
 #include "lidar/component/scan_stream.hpp"
 #include "nacelle/io/scripted_stream.hpp"
 #include "simulation/model/ld_lidar.hpp"
+#include "simulation/model/rplidar.hpp"
 #include "support/recording_host.hpp"
 #include "unit/components/lidar/component/lidar_line.hpp"
 
@@ -23,6 +24,7 @@ struct Law {
   double slow_hz, fast_hz;  ///< The motor's speed changes between these.
   BadLine::Settings line{.changed = 1e-4, .lost = 1e-4, .added = 1e-4, .longest_delay = 3ms};
   unsigned seed = 17;
+  std::string scan_mode{};
 };
 
 /// Runs a device over a bad line for as long as it takes, and holds the law over all scans.
@@ -38,6 +40,7 @@ void hold_the_law(const Law& law, simulation::SerialDevice& device, simulation::
   LidarOptions options;
   options.model = *find_lidar_model(law.model);
   options.port_baudrate = options.model.baud;
+  options.scan_mode = law.scan_mode;
   options.scan.points = options.model.scan_points;
   options.scan.range_min_m = options.model.range_min_m;
   options.scan.range_max_m = options.model.range_max_m;
@@ -118,6 +121,28 @@ TEST(LawOfScans, an_ld06_over_a_bad_line) {
 }
 TEST(LawOfScans, an_stl27l_over_a_bad_line) {
   hold_the_law_of_ld({.model = "stl27l", .scans = 500, .slow_hz = 5.0, .fast_hz = 13.0});
+}
+
+void hold_the_law_of_rplidar(const Law& law) {
+  simulation::Rplidar::Settings settings = simulation::Rplidar::settings_of(law.model);
+  settings.rotor.clock_error = 40e-6;
+  settings.rotor.seed = law.seed;
+  simulation::Rplidar device{settings, simulation::Room::with_two_boxes()};
+  hold_the_law(law, device, device.rotor());
+}
+
+TEST(LawOfScans, an_rplidar_a1_over_a_bad_line) {
+  hold_the_law_of_rplidar({.model = "rplidar_a1", .scans = 10'000, .slow_hz = 4.0, .fast_hz = 10.0});
+}
+TEST(LawOfScans, an_rplidar_a1_with_nodes_over_a_bad_line) {
+  hold_the_law_of_rplidar(
+      {.model = "rplidar_a1", .scans = 500, .slow_hz = 4.0, .fast_hz = 8.0, .scan_mode = "standard"});
+}
+TEST(LawOfScans, an_rplidar_a3_with_ultra_capsules_over_a_bad_line) {
+  hold_the_law_of_rplidar({.model = "rplidar_a3", .scans = 300, .slow_hz = 6.0, .fast_hz = 15.0});
+}
+TEST(LawOfScans, an_rplidar_c1_with_dense_capsules_over_a_bad_line) {
+  hold_the_law_of_rplidar({.model = "rplidar_c1", .scans = 500, .slow_hz = 8.0, .fast_hz = 12.0});
 }
 
 }  // namespace
