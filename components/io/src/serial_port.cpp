@@ -180,6 +180,15 @@ std::size_t SerialPort::unsent() const noexcept {
 
 void SerialPort::drop_unsent() noexcept { ::tcflush(line_.number(), TCOFLUSH); }
 
+Result<void, StreamFault> SerialPort::set_data_terminal_ready(bool ready) {
+  if (is_away()) return err(StreamFault::NotFound);
+  const int line = TIOCM_DTR;
+  if (::ioctl(line_.number(), ready ? TIOCMBIS : TIOCMBIC, &line) == 0) return {};
+  if (errno == EIO || errno == ENXIO || errno == ENODEV) return err(StreamFault::HungUp);
+  // A pty, or an adapter without the line, has no motor on it either.
+  return errno == ENOTTY || errno == EINVAL ? Result<void, StreamFault>{} : err(StreamFault::WriteFailed);
+}
+
 Result<void, StreamFault> SerialPort::reopen() {
   // The old line's locks would refuse the new one if both are the same device.
   ::flock(line_.number(), LOCK_UN);

@@ -53,6 +53,10 @@ class ByteStream {
   /// Drops bytes that were written and have not left. A part of a frame may have left: the next write must not continue it.
   virtual void drop_unsent() noexcept {}
 
+  /// Sets the modem line DTR, which some boards wire to a motor's driver. A line without modem lines (a pty) ignores it.
+  /// Errors: HungUp, WriteFailed, NotFound.
+  [[nodiscard]] virtual Result<void, StreamFault> set_data_terminal_ready(bool /*ready*/) { return {}; }
+
   /// Makes a waiting read_until() return an empty view at once; the next read waits again.
   virtual void interrupt() noexcept = 0;
 

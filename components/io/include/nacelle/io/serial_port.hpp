@@ -52,6 +52,7 @@ class SerialPort final : public ByteStream {
   [[nodiscard]] std::size_t unsent() const noexcept override;
   /// Of a pty, up to 4095 bytes are the other end's already, and stay.
   void drop_unsent() noexcept override;
+  [[nodiscard]] Result<void, StreamFault> set_data_terminal_ready(bool ready) override;
   void interrupt() noexcept override { bell_.ring(); }
   /// Takes the path again; the new line gets the old one's number, so that descriptor() never changes. If the path is gone, lets go of the
   /// old line: is_away().

@@ -219,7 +219,7 @@ TEST_F(LidarComponentTest, configure_names_a_device_that_is_no_lidar) {
   LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}, {"port_baudrate", std::int64_t{115200}}});
   const auto outcome = lidar.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
-  EXPECT_NE(outcome.reason.find("no LD06 frame"), std::string::npos) << outcome.reason;
+  EXPECT_NE(outcome.reason.find("no frame of model ld06"), std::string::npos) << outcome.reason;
   EXPECT_NE(outcome.reason.find("230400"), std::string::npos) << outcome.reason;
 }
 
@@ -255,6 +255,46 @@ TEST(LidarParameters, what_is_wrong_is_named_with_the_way_out) {
   EXPECT_NE(refusal_of({{"frame_id", std::string{}}}).find("frame_id"), std::string::npos);
 }
 
+TEST(LidarParameters, the_model_gives_the_defaults) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("model", std::string{"stl27l"});
+  options.append_parameter_override("range_max", 20.0);
+  const LidarComponent lidar{options};
+  const auto read = read_lidar_parameters(lidar);
+  ASSERT_TRUE(read) << read.error().what;
+  EXPECT_EQ(read->port_baudrate, 921600U);
+  EXPECT_EQ(read->scan.points, 2160U);
+  EXPECT_EQ(read->scan.range_min_m, 0.03);
+  EXPECT_EQ(read->scan.range_max_m, 20.0) << "what is given counts";
+}
+
+TEST(LidarParameters, the_makers_product_name_is_a_model) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("product_name", std::string{"LDLiDAR_STL27L"});
+  const auto read = read_lidar_parameters(LidarComponent{options});
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->model.name, "stl27l");
+  EXPECT_NE(refusal_of({{"model", std::string{"ld19"}}, {"product_name", std::string{"LDLiDAR_STL27L"}}})
+                .find("is not the model ld19"),
+            std::string::npos);
+  EXPECT_NE(refusal_of({{"model", std::string{"ld20"}}}).find("stl27l"), std::string::npos) << "all models are named";
+}
+
+TEST(LidarParameters, sectors_to_ignore_are_pairs_of_angles) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("ignore_array", std::string{"-10, 10,170.5,190"});
+  const auto read = read_lidar_parameters(LidarComponent{options});
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->scan.ignored.size(), 2U);
+  EXPECT_EQ(read->scan.ignored[0].from_deg, -10.0);
+  EXPECT_EQ(read->scan.ignored[1].from_deg, 170.5);
+  for (const char* wrong : {"10", "10,20,30", "20,10", "a,b", "10;20", "1e9,2e9", "10,,20"})
+    EXPECT_NE(refusal_of({{"ignore_array", std::string{wrong}}}).find("pairs of angles"), std::string::npos) << wrong;
+}
+
 TEST(LidarParameters, the_topic_can_be_named) {
   RecordingContext context;
   NodeOptions options{context};
@@ -270,7 +310,9 @@ TEST(ScanStream, decoding_and_assembling_allocate_nothing) {
   const NodeOptions options{context};
   LifecycleNode node{"test", options};
   DeviceWatch watch{node, {}, {"lidar"}, context.clock().now()};
-  ScanStream stream{{}, context.clock(), node.create_publisher<LaserScan>("scan", QoS(5)), node.get_logger(), watch};
+  io::ScriptedStream line{{}};
+  ScanStream stream{{},   context.clock(), line, node.create_publisher<LaserScan>("scan", QoS(5)), node.get_logger(),
+                    watch};
   ScriptedLidar lidar;
   std::vector<Bytes> packets;
   for (int i = 0; i < 400; ++i) packets.push_back(lidar.packet().bytes);
