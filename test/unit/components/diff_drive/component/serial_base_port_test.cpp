@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diff_drive/component/waveshare_serial_port.hpp"
+#include "diff_drive/component/serial_base_port.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,15 +11,17 @@ namespace {
 
 using io::ScriptedStream;
 
-/// A port whose line is written down beforehand.
+/// A port to a Waveshare board whose line is written down beforehand.
 struct ScriptedPort {
   explicit ScriptedPort(Duration byte_time = {}) {
     auto made =
         std::make_unique<ScriptedStream>(std::vector<ScriptedStream::Step>{}, ScriptedStream::AtEnd::Silence,
                                          [this](MonotonicTime until) { clock.set(std::max(clock.now(), until)); });
     line = made.get();
-    port = std::make_unique<WaveshareSerialPort>(
-        std::move(made), clock, WaveshareSerialPort::Settings{0.05, std::chrono::milliseconds{500}, byte_time});
+    SerialBasePort::Settings settings;
+    settings.byte_time = byte_time;
+    port = std::make_unique<SerialBasePort>(
+        std::move(made), std::make_unique<WaveshareBoard>(WaveshareBoard::Settings{0.05}), clock, settings);
   }
   void say(Duration at, const std::string& text) {
     const ByteView bytes = as_bytes(text);
@@ -37,7 +39,7 @@ struct ScriptedPort {
 
   ToldClock clock;
   ScriptedStream* line = nullptr;
-  std::unique_ptr<WaveshareSerialPort> port;
+  std::unique_ptr<SerialBasePort> port;
 };
 
 std::string feedback(double left_mps, double left_m) {
@@ -45,14 +47,14 @@ std::string feedback(double left_mps, double left_m) {
          ",\"odr\":0,\"v\":11.5}\n";
 }
 
-TEST(WaveshareSerialPort, starts_with_a_stop_and_asks_for_what_it_needs) {
+TEST(SerialBasePort, starts_with_a_stop_and_asks_for_what_it_needs) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   EXPECT_EQ(rig.written(),
             "\n{\"T\":1,\"L\":0,\"R\":0}\n{\"T\":143,\"cmd\":0}\n{\"T\":131,\"cmd\":1}\n{\"T\":136,\"cmd\":500}\n");
 }
 
-TEST(WaveshareSerialPort, gives_radians_of_the_wheel) {
+TEST(SerialBasePort, gives_radians_of_the_wheel) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   rig.say(10ms, feedback(0.5, 1.0));
@@ -63,7 +65,7 @@ TEST(WaveshareSerialPort, gives_radians_of_the_wheel) {
   EXPECT_EQ(state.captured_at, MonotonicTime{100s + 10ms});
 }
 
-TEST(WaveshareSerialPort, takes_the_time_on_the_line_off_the_stamp) {
+TEST(SerialBasePort, takes_the_time_on_the_line_off_the_stamp) {
   ScriptedPort rig{100us};
   ASSERT_TRUE(rig.port->start());
   const std::string line = feedback(0.5, 1.0);
@@ -73,7 +75,7 @@ TEST(WaveshareSerialPort, takes_the_time_on_the_line_off_the_stamp) {
   EXPECT_EQ(rig.hear(1s).captured_at, MonotonicTime{100s + 70ms} - static_cast<std::int64_t>(line.size()) * 100us);
 }
 
-TEST(WaveshareSerialPort, spaces_the_lines_of_one_chunk_as_they_were_sent) {
+TEST(SerialBasePort, spaces_the_lines_of_one_chunk_as_they_were_sent) {
   ScriptedPort rig{100us};
   ASSERT_TRUE(rig.port->start());
   const std::string line = feedback(0.5, 1.0);
@@ -86,7 +88,7 @@ TEST(WaveshareSerialPort, spaces_the_lines_of_one_chunk_as_they_were_sent) {
     EXPECT_EQ(heard.states[i].captured_at, MonotonicTime{100s + 90ms} - (3 - i) * line_time) << i;
 }
 
-TEST(WaveshareSerialPort, goes_on_counting_when_the_board_was_reset) {
+TEST(SerialBasePort, goes_on_counting_when_the_board_was_reset) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   rig.say(20ms, feedback(0.5, 12.0));
@@ -98,7 +100,7 @@ TEST(WaveshareSerialPort, goes_on_counting_when_the_board_was_reset) {
   EXPECT_EQ(rig.port->stats().board_restarts, 1U);
 }
 
-TEST(WaveshareSerialPort, integrates_the_speeds_of_a_board_that_sends_only_speeds) {
+TEST(SerialBasePort, integrates_the_speeds_of_a_board_that_sends_only_speeds) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   for (int i = 0; i <= 50; ++i) rig.say(i * 20ms, "{\"T\":1001,\"L\":0.5,\"R\":-0.25,\"v\":12}\n");
@@ -108,7 +110,7 @@ TEST(WaveshareSerialPort, integrates_the_speeds_of_a_board_that_sends_only_speed
   EXPECT_NEAR(state.right_rad, -0.25 / 0.05, 1e-9);
 }
 
-TEST(WaveshareSerialPort, ends_a_torn_line_before_the_next_command) {
+TEST(SerialBasePort, ends_a_torn_line_before_the_next_command) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   rig.line->fail_writes(io::StreamFault::WouldBlock);
@@ -121,7 +123,7 @@ TEST(WaveshareSerialPort, ends_a_torn_line_before_the_next_command) {
   EXPECT_EQ(rig.written().substr(before), "\n{\"T\":1,\"L\":0,\"R\":0}\n{\"T\":1,\"L\":0,\"R\":0}\n");
 }
 
-TEST(WaveshareSerialPort, commands_do_not_queue_for_a_deaf_board_and_a_stop_goes_first) {
+TEST(SerialBasePort, commands_do_not_queue_for_a_deaf_board_and_a_stop_goes_first) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   const std::size_t before = rig.written().size();
@@ -141,7 +143,7 @@ TEST(WaveshareSerialPort, commands_do_not_queue_for_a_deaf_board_and_a_stop_goes
   EXPECT_TRUE(rig.port->write({1.0, 1.0}));
 }
 
-TEST(WaveshareSerialPort, a_slow_line_gets_one_command_at_a_time_and_a_stop_at_once) {
+TEST(SerialBasePort, a_slow_line_gets_one_command_at_a_time_and_a_stop_at_once) {
   ScriptedPort rig{1ms};
   ASSERT_TRUE(rig.port->start());
   const std::size_t before = rig.written().size();
@@ -157,7 +159,7 @@ TEST(WaveshareSerialPort, a_slow_line_gets_one_command_at_a_time_and_a_stop_at_o
   EXPECT_EQ(rig.written().substr(before), "\n{\"T\":1,\"L\":0,\"R\":0}\n");
 }
 
-TEST(WaveshareSerialPort, a_stop_overtakes_the_queue_of_a_terminal_without_a_reader) {
+TEST(SerialBasePort, a_stop_overtakes_the_queue_of_a_terminal_without_a_reader) {
   WaveshareRig rig;
   ASSERT_TRUE(rig.port().start());
   for (int i = 0; i < 600; ++i) static_cast<void>(rig.port().write({1.0, 1.0}));
@@ -172,7 +174,7 @@ TEST(WaveshareSerialPort, a_stop_overtakes_the_queue_of_a_terminal_without_a_rea
   EXPECT_LE(stale, 4095 / 27) << "no more than the other end's own buffer comes before it";
 }
 
-TEST(WaveshareSerialPort, says_that_the_line_is_lost_when_the_other_end_hangs_up) {
+TEST(SerialBasePort, says_that_the_line_is_lost_when_the_other_end_hangs_up) {
   WaveshareRig rig;
   ASSERT_TRUE(rig.port().start());
   rig.hang_up();
@@ -183,7 +185,7 @@ TEST(WaveshareSerialPort, says_that_the_line_is_lost_when_the_other_end_hangs_up
   EXPECT_EQ(rig.port().write({1.0, 1.0}).error(), BaseFault::LineLost);
 }
 
-TEST(WaveshareSerialPort, drops_lines_from_before_its_start) {
+TEST(SerialBasePort, drops_lines_from_before_its_start) {
   WaveshareRig rig;
   rig.board.left_m = 5.0;
   rig.board.say(0.0);
@@ -194,7 +196,7 @@ TEST(WaveshareSerialPort, drops_lines_from_before_its_start) {
   EXPECT_EQ(rig.port().stats().states, 0U);
 }
 
-TEST(WaveshareSerialPort, accounts_for_hostile_lines) {
+TEST(SerialBasePort, accounts_for_hostile_lines) {
   ScriptedPort rig;
   ASSERT_TRUE(rig.port->start());
   rig.say(1ms,
