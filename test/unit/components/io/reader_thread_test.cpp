@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <condition_variable>
 #include <filesystem>
 #include <functional>
+#include <optional>
 
 #include "nacelle/io/pty_pair.hpp"
 #include "nacelle/io/scripted_stream.hpp"
@@ -44,12 +46,15 @@ class RecordingSink final : public ByteSink {
     });
   }
 
+  MonotonicTime look_at(MonotonicTime latest) const override { return look.value_or(latest); }
+
   void wait_for(const std::function<bool()>& done) {
     std::unique_lock lock{mutex_};
     changed_.wait(lock, done);
   }
 
   Bytes received;
+  std::optional<MonotonicTime> look;
   std::string thread_name;
   std::vector<StreamFault> breaks;
   int silences = 0, returns = 0;
@@ -86,6 +91,21 @@ TEST(ReaderThread, hands_over_every_chunk_in_order_under_its_name) {
   EXPECT_EQ(sink.thread_name, "a_name_longer_t");
   EXPECT_EQ(reader.stats().bytes, 3U);
   EXPECT_EQ(reader.stats().chunks, 2U);
+}
+
+TEST(ReaderThread, waits_no_longer_than_the_sink_wants) {
+  const SystemClock clock;
+  RecordingSink sink;
+  sink.look = MonotonicTime{7ms};
+  std::atomic<std::int64_t> waited_until_ns{0};
+  ScriptedStream line{
+      {}, ScriptedStream::AtEnd::Silence, [&](MonotonicTime until) { waited_until_ns = until.nanoseconds(); }};
+  ReaderThread reader{line, clock, sink, {.name = "test"}};
+
+  sink.wait_for([&] { return sink.silences >= 2; });
+  reader.stop();
+
+  EXPECT_EQ(waited_until_ns, 7'000'000);
 }
 
 TEST(ReaderThread, opens_the_line_again_until_it_is_back) {
