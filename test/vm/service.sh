@@ -34,7 +34,7 @@ useradd --create-home pilot
 useradd --create-home stranger
 
 # The robot of the guide, with parameters of its own.
-cd /root
+cd "$(mktemp -d)"
 mkdir -p /etc/nacelle/robot
 cp /usr/share/nacelle_launch/config/robot.yaml /etc/nacelle/robot/
 cat >robot.launch.yaml <<'END'
