@@ -14,7 +14,8 @@ $box mount -t sysfs sys /new/sys
 $box mount -t devtmpfs dev /new/dev
 $box mkdir -p /new/dev/pts /new/dev/shm
 $box mount -t devpts devpts /new/dev/pts
-for folder in run tmp dev/shm; do $box mount -t tmpfs tmpfs /new/$folder; done
+$box mount -t tmpfs -o mode=755 tmpfs /new/run
+for folder in tmp dev/shm; do $box mount -t tmpfs tmpfs /new/$folder; done
 $box mount -t 9p -o rw,$share,cache=none out /new/out || fail "there is no /out"
 $box mount -t cgroup2 none /new/sys/fs/cgroup 2>/dev/null
 $box ip link set lo up

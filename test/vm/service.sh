@@ -45,6 +45,7 @@ launch:
     - {name: sim, value: 'false'}
     - {name: detector, value: 'false'}
     - {name: config, value: $(dirname)/robot.yaml}
+    - {name: base_port, value: /dev/ttyUSB2}   # the machine's console is ttyAMA0
     - {name: camera_device, value: pattern}
 END
 

@@ -309,6 +309,9 @@ function(nacelle_test name)
   if(NOT A_TIMEOUT)
     set(A_TIMEOUT 300)  # a hang: a machine with much else to do takes minutes for what takes one
   endif()
+  if(CMAKE_CROSSCOMPILING)  # an emulated processor computes ten times slower
+    math(EXPR A_TIMEOUT "10 * ${A_TIMEOUT}")
+  endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${A_TIMEOUT} LABELS "${A_LABELS}")
 endfunction()
 
