@@ -59,7 +59,7 @@ void Builder::run_file(const std::string& text, const std::string& path, Scope& 
   }
   auto root = read_launch_file(text, path);
   if (!root) {
-    for (auto& problem : root.error()) problems_.push_back(coded(std::move(problem), LaunchFault::Form));
+    for (const auto& problem : root.error()) problems_.push_back(coded(problem, LaunchFault::Form));
     return;
   }
   check_schema(*root, path, problems_);

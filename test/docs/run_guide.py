@@ -13,6 +13,7 @@ A comment above a block of shell commands says how it is tested:
 
     <!-- tested: chroot -->           run here, in the order of the page; a failed command ends its block
     <!-- tested: chroot, exit 1 -->   as well; its exit code is 1
+    <!-- tested: chroot, native -->   as well, but not where a chroot's programs are emulated: DDS has no multicast there
     <!-- tested: chroot, stays -->    as well, and it runs until the next such block or the end of the page: what a second terminal
                                       needs. The next block waits for its components to be active
     <!-- tested: NAME -->             another test, NAME, runs it
@@ -38,7 +39,7 @@ import threading
 import time
 
 FENCE = re.compile(r"^(?:<!-- (?P<mark>[^\n]*?) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-MARK = re.compile(r"tested: chroot(?:, exit (?P<exit>\d+)|(?P<stays>, stays))?$|tested: (?P<test>\w+)$|not run: (?P<reason>\S.*)$")
+MARK = re.compile(r"tested: chroot(?:, exit (?P<exit>\d+)|(?P<native>, native)|(?P<stays>, stays))?$|tested: (?P<test>\w+)$|not run: (?P<reason>\S.*)$")
 USER = "pi"
 # Those of the first user of Raspberry Pi OS.
 GROUPS = "adm,dialout,cdrom,sudo,audio,video,plugdev,games,users,input,render,netdev,gpio,i2c,spi"
@@ -119,6 +120,11 @@ class Debian:
         subprocess.run(["hostname", "robot"], check=True)
         (self.root / "etc" / "hosts").write_text("127.0.0.1 localhost\n127.0.1.1 robot\n")
         shutil.copy("/etc/resolv.conf", self.root / "etc" / "resolv.conf")
+
+    def is_emulated(self):
+        """Whether its programs are of another processor than this one's: byte 18 of an ELF file names it."""
+        here, there = (path.read_bytes()[18:20] for path in (pathlib.Path("/usr/bin/env"), self.root / "usr" / "bin" / "env"))
+        return here != there
 
     def command(self, user, script):
         """A login of the user, who runs a script."""
@@ -204,6 +210,10 @@ def run_pages(blocks, debian):
             left_out += bool(block.mark["reason"])
             print(f"{'tested by ' + block.mark['test'] if block.mark['test'] else 'not run'}  {block.place}  {block.title}"
                   + (f"  ({block.mark['reason']})" if block.mark["reason"] else ""), flush=True)  # fmt: skip
+            continue
+        if block.mark["native"] and debian.is_emulated():
+            left_out += 1
+            print(f"not run  {block.place}  {block.title}  (its programs are emulated)", flush=True)
             continue
         begin = time.monotonic()
         if block.mark["stays"]:
