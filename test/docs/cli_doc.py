@@ -18,6 +18,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import textwrap
 import threading
 import unittest
 
@@ -372,7 +373,7 @@ def launch_file_of(block):
         return block + "- include: {file: launch/robot.launch.yaml}\n"
     if "ros__parameters:" in block:
         return "launch:\n- include: {file: launch/robot.launch.yaml, arg: [{name: config, value: $(dirname)/block.yaml}]}\n"
-    return "launch:\n- node_container:\n    name: robot\n    composable_node:\n" + block
+    return "launch:\n- node_container:\n    name: robot\n    composable_node:\n" + textwrap.indent(textwrap.dedent(block), "    ")
 
 
 def commands_of(page):
