@@ -51,7 +51,8 @@ launch:
 END
 
 nacelle service install robot.launch.yaml || fail "nacelle service install"
-eventually "install starts the robot, without network and devices" 120 test "$(of_unit ActiveState)" = active
+is_active() { [[ $(of_unit ActiveState) == active ]]; }
+eventually "install starts the robot, without network and devices" 120 is_active
 [[ $(of_unit User) == nacelle && $(stat -c %U:%G:%a /run/nacelle) == nacelle:nacelle:750 ]] || fail "its user and /run/nacelle"
 nacelle service status || fail "nacelle service status"
 usermod -aG nacelle pilot
