@@ -23,7 +23,7 @@ namespace nacelle::camera {
 struct CaptureLoopStats {
   std::uint64_t published{};    ///< Image and camera_info both.
   std::uint64_t adopted{};      ///< Of these: the reader sees the driver's own buffer.
-  std::uint64_t copied{};       ///< Of these: copied, because the device had no buffer left.
+  std::uint64_t copied{};       ///< Of these: copied, because readers hold all other buffers.
   std::uint64_t undecodable{};  ///< Broken JPEGs.
   std::uint64_t no_message{};   ///< The topic's pool was dry.
   std::uint64_t outages{};      ///< Times the stream broke.

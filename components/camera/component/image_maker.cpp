@@ -67,7 +67,7 @@ ImageMaker::Outcome ImageMaker::fill(const Frame& frame, sensor_msgs::msg::Image
   if (from_ == to_) {
     image.step = bytes_per_line_;
     if (fills_offered_memory_) return Outcome::InPlace;
-    if (frame.spare_buffers > 0) {
+    if (frame.spare_buffers > kAlwaysQueued) {
       image.data.adopt(frame.bytes.data(), frame_bytes_, frame.bytes.size(), frame.give_back);
       return Outcome::Adopted;
     }
