@@ -11,6 +11,10 @@ std::string_view explain(StreamFault fault) {
     case StreamFault::WouldBlock: return "the line does not take bytes";
     case StreamFault::NotFound: return "the device is not there";
     case StreamFault::NotUsable: return "the device is there but cannot be opened";
+    case StreamFault::NoAnswer: return "no device answers at its address (NAK: wiring, power, or another address?)";
+    case StreamFault::BusStuck:
+      return "the bus is stuck: a line is held low or another master holds it (wiring, pull-ups; a power cycle frees "
+             "it)";
   }
   return "unknown fault";
 }

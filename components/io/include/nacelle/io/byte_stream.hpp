@@ -18,7 +18,9 @@ enum class StreamFault : std::uint8_t {
   WriteFailed,  ///< The kernel refused the write for another reason.
   WouldBlock,   ///< The line took only a part of the bytes in time; the rest was not sent.
   NotFound,     ///< The path is not there (yet).
-  NotUsable     ///< reopen(): the path is there but cannot be used (rights, in use, no terminal).
+  NotUsable,    ///< reopen(): the path is there but cannot be used (rights, in use, no terminal).
+  NoAnswer,     ///< A bus: no device acknowledged the address.
+  BusStuck      ///< A bus: a line is held, no transfer ends.
 };
 
 /// "the line hung up (cable pulled?)"
