@@ -50,10 +50,13 @@ ImuComponent::ImuComponent(const NodeOptions& options, ImuPorts ports)
     : LifecycleNode("imu", options), ports_(std::move(ports)) {
   declare_imu_parameters(*this);
   declare_frame_use(frame_name(*this, "frame_id"), "frame_id");
-  declare_device_use(get<std::string>("port"), "port");
   const auto read = read_imu_parameters(*this);
   if (!read) declare_problem(read.error());
   const ImuOptions declared = read ? *read : ImuOptions{};
+  // A bus is shared; a chip on it is not.
+  const std::string port = get<std::string>("port");
+  declare_device_use(declared.traits->is_on_i2c ? fmt::format("{} address 0x{:02x}", port, declared.address) : port,
+                     "port");
   const QoS qos = QoS(10).best_effort();
   publishers_.raw = create_publisher<sensor_msgs::msg::Imu>("imu/data_raw", qos);
   if (declared.publish_orientation) publishers_.oriented = create_publisher<sensor_msgs::msg::Imu>("imu/data", qos);

@@ -259,6 +259,11 @@ TEST_F(ImuChips, a_chip_that_comes_later_is_awaited) {
   EXPECT_TRUE(context_.open_faults().empty());
 }
 
+TEST_F(ImuChips, a_chip_is_opened_once_and_its_bus_is_shared) {
+  ASSERT_EQ(make("mpu6050").device_uses().size(), 1U);
+  EXPECT_EQ(component_->device_uses()[0].path, "/dev/i2c-1 address 0x68");
+}
+
 TEST_F(ImuChips, a_stuck_bus_is_an_open_fault_that_says_so_and_what_helps) {
   ASSERT_NO_FATAL_FAILURE(start("mpu6050"));
   board_.bus->fail(io::StreamFault::BusStuck);
