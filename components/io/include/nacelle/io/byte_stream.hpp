@@ -20,7 +20,9 @@ enum class StreamFault : std::uint8_t {
   NotFound,      ///< The path is not there (yet).
   NotPermitted,  ///< reopen(): the path is there, but this user may not open it.
   InUse,         ///< reopen(): another program has it open.
-  NotUsable      ///< reopen(): the path is there but is no terminal, or does not take the settings.
+  NotUsable,     ///< reopen(): the path is there but is no terminal, or does not take the settings.
+  NoAnswer,      ///< A bus: no device acknowledged the address.
+  BusStuck       ///< A bus: a line is held, no transfer ends.
 };
 
 /// "the line hung up (cable pulled?)"
