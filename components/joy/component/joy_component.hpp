@@ -15,7 +15,7 @@ namespace nacelle::joy {
 /// Errors: an open fault DEVICE_LOST while the gamepad is absent; with device_lost: fault the fault JOY_ABSENT after silence_limit. A gamepad
 /// that disappears is published once with all buttons up and all axes 0, so that what it drives stops; then nothing is published until it
 /// is back.
-class JoyComponent final : public LifecycleNode, private GateListener {
+class JoyComponent : public LifecycleNode, private GateListener {
  public:
   /// Opens the gamepad; tests give a scripted one.
   using OpenPad =

@@ -182,20 +182,24 @@ TEST_F(RealPad, stops_when_it_is_unplugged_and_comes_back) {
     return std::distance(fs::directory_iterator{"/proc/self/fd"}, fs::directory_iterator{});
   };
   const auto files = open_files();
-  std::size_t messages = 0;
   for (int cycle = 0; cycle < cycles; ++cycle) {
+    const std::size_t before = context.published<Joy>("/joy").size();
+    device->send(EV_ABS, ABS_Y, -32768);
     device->send(EV_KEY, BTN_A, 1);
     device->report();
-    ASSERT_TRUE(context.wait_for("/joy", ++messages, patience())) << "cycle " << cycle;
+    ASSERT_TRUE(context.wait_for("/joy", before + 1, patience())) << "cycle " << cycle;
     EXPECT_EQ(context.published<Joy>("/joy").back().buttons[kXboxA], 1);
     device.reset();
     context.wait_for_open_faults(1);
-    ASSERT_TRUE(context.wait_for("/joy", ++messages, patience())) << "cycle " << cycle;
-    EXPECT_EQ(context.published<Joy>("/joy").back().buttons[kXboxA], 0) << "neutral, once";
+    // The kernel lets the button go first, which may be read as well; the last word is that everything is at rest.
+    const auto joys = context.published<Joy>("/joy");
+    EXPECT_LE(joys.size(), before + 3) << "cycle " << cycle;
+    EXPECT_EQ(joys.back().buttons[kXboxA], 0) << "cycle " << cycle;
+    EXPECT_EQ(joys.back().axes[kXboxLeftY], 0.0F) << "cycle " << cycle;
     device = std::make_unique<UinputPad>("nacelle pad");
     context.wait_for_open_faults(0);
+    EXPECT_EQ(context.published<Joy>("/joy").size(), joys.size()) << "silence while it was away, cycle " << cycle;
   }
-  EXPECT_EQ(context.published<Joy>("/joy").size(), messages);
   EXPECT_EQ(context.closed_faults(), static_cast<std::size_t>(cycles));
   EXPECT_EQ(open_files(), files);
   ASSERT_TRUE(joy.trigger(Transition::Deactivate).success);
