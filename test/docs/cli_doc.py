@@ -124,6 +124,7 @@ EXAMPLES = (
     Example("estop release"),
     Example("teleop", keys="iik", lines=20),
     Example("sim world --dir world -v", ends=2),
+    Example("sim device rplidar_a1 --pty rplidar", ends=2),
     Example("sim truth"),
     Example("sim unplug imu", silent=True),
     Example("sim plug imu", silent=True),

@@ -14,6 +14,8 @@
 #include <cstring>
 #include <optional>
 
+#include "nacelle/io/baud.hpp"
+
 namespace nacelle::io {
 namespace {
 
@@ -21,13 +23,15 @@ struct BaudName {
   unsigned baud;
   speed_t name;
 };
-constexpr std::array kBauds{BaudName{1200, B1200},       BaudName{2400, B2400},       BaudName{4800, B4800},
-                            BaudName{9600, B9600},       BaudName{19200, B19200},     BaudName{38400, B38400},
-                            BaudName{57600, B57600},     BaudName{115200, B115200},   BaudName{230400, B230400},
-                            BaudName{460800, B460800},   BaudName{500000, B500000},   BaudName{576000, B576000},
-                            BaudName{921600, B921600},   BaudName{1000000, B1000000}, BaudName{1152000, B1152000},
-                            BaudName{1500000, B1500000}, BaudName{2000000, B2000000}, BaudName{2500000, B2500000},
-                            BaudName{3000000, B3000000}, BaudName{3500000, B3500000}, BaudName{4000000, B4000000}};
+constexpr speed_t kByNumber = B0;  // no name
+constexpr std::array kBauds{
+    BaudName{1200, B1200},       BaudName{2400, B2400},       BaudName{4800, B4800},       BaudName{9600, B9600},
+    BaudName{19200, B19200},     BaudName{38400, B38400},     BaudName{57600, B57600},     BaudName{115200, B115200},
+    BaudName{128000, kByNumber}, BaudName{153600, kByNumber}, BaudName{230400, B230400},   BaudName{256000, kByNumber},
+    BaudName{512000, kByNumber}, BaudName{460800, B460800},   BaudName{500000, B500000},   BaudName{576000, B576000},
+    BaudName{921600, B921600},   BaudName{1000000, B1000000}, BaudName{1152000, B1152000}, BaudName{1500000, B1500000},
+    BaudName{2000000, B2000000}, BaudName{2500000, B2500000}, BaudName{3000000, B3000000}, BaudName{3500000, B3500000},
+    BaudName{4000000, B4000000}};
 
 std::optional<speed_t> speed_of(unsigned baud) {
   for (const auto& known : kBauds) {
@@ -62,9 +66,11 @@ Result<Descriptor, OpenFault> open_line(const SerialSettings& settings) {
   options.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS | HUPCL);
   options.c_cc[VMIN] = 1;
   options.c_cc[VTIME] = 0;
-  const auto speed = speed_of(settings.baud).value_or(B115200);
+  const auto named = speed_of(settings.baud).value_or(B115200);
+  const auto speed = named == kByNumber ? B115200 : named;
   if (::cfsetispeed(&options, speed) != 0 || ::cfsetospeed(&options, speed) != 0 ||
-      ::tcsetattr(line.number(), TCSANOW, &options) != 0) {
+      ::tcsetattr(line.number(), TCSANOW, &options) != 0 ||
+      (named == kByNumber && !set_baud_by_number(line.number(), settings.baud))) {
     return err(OpenFault{OpenStep::Configure, errno});
   }
   // Bytes that waited in the kernel were sent before the line was opened: their time of receipt would be wrong.

@@ -8,6 +8,7 @@
 
 #include "lidar/protocol/ld_protocol.hpp"
 #include "lidar/protocol/rplidar_protocol.hpp"
+#include "lidar/protocol/ydlidar_protocol.hpp"
 #include "nacelle/io/serial_port.hpp"
 #include "nacelle/node/frame_name.hpp"
 
@@ -101,9 +102,10 @@ void declare_lidar_parameters(Node& node) {
   node.declare_parameter("frame_id", defaults.frame_id, text("frame of the scans: x to the device's front mark, z up"));
   node.declare_parameter("topic_name", defaults.topic_name,
                          ParameterDescriptor{.description = "topic of the scans", .read_only = true});
-  node.declare_parameter("scan_mode", std::string{},
-                         text("RPLIDAR: Standard, Express, Boost, ..., as the device names its modes; empty: the one it "
-                              "recommends"));
+  node.declare_parameter(
+      "scan_mode", std::string{},
+      text("RPLIDAR: Standard, Express, Boost, ..., as the device names its modes; empty: the one it "
+           "recommends"));
   node.declare_parameter("laser_scan_dir", true,
                          text("true: counter-clockwise as REP 103 asks; false: clockwise as the device turns"));
   node.declare_parameter("enable_angle_crop_func", false,
@@ -191,6 +193,10 @@ Result<LidarOptions, Problem> read_lidar_parameters(const Node& node) {
 
 std::unique_ptr<LidarProtocol> make_protocol(const LidarOptions& options) {
   if (options.model.family == LidarFamily::Rplidar) return std::make_unique<RplidarProtocol>(options.scan_mode);
+  if (options.model.family == LidarFamily::Ydlidar) {
+    return std::make_unique<YdlidarProtocol>(YdlidarProtocol::Settings{
+        options.model.points_per_second, options.model.has_intensities, options.model.is_commanded});
+  }
   return std::make_unique<LdProtocol>(options.model.points_per_second);
 }
 

@@ -62,8 +62,7 @@ std::size_t RplidarDecoder::settle() {
 std::size_t RplidarDecoder::settle_descriptor() {
   for (;;) {
     std::size_t start = 0;
-    while (start < pending_ &&
-           (window_[start] != kRequest || (start + 1 < pending_ && window_[start + 1] != kAnswer)))
+    while (start < pending_ && (window_[start] != kRequest || (start + 1 < pending_ && window_[start + 1] != kAnswer)))
       ++start;
     if (start > 0) skip(start);
     if (pending_ < kDescriptorBytes) return 0;
@@ -117,8 +116,8 @@ std::size_t RplidarDecoder::settle_node() {
 std::size_t RplidarDecoder::settle_capsule() {
   for (;;) {
     std::size_t start = 0;
-    while (start < pending_ && ((window_[start] & 0xF0U) != 0xA0U ||
-                                (start + 1 < pending_ && (window_[start + 1] & 0xF0U) != 0x50U)))
+    while (start < pending_ &&
+           ((window_[start] & 0xF0U) != 0xA0U || (start + 1 < pending_ && (window_[start + 1] & 0xF0U) != 0x50U)))
       ++start;
     if (start > 0) skip(start);
     if (pending_ < length_) return 0;

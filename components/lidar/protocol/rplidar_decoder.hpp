@@ -12,7 +12,7 @@ namespace nacelle::lidar {
 /// One answer, or one packet of an endless one.
 struct RplidarPacket {
   RplidarAnswer type = RplidarAnswer::None;
-  ByteView bytes;        ///< Valid during the call.
+  ByteView bytes;                 ///< Valid during the call.
   std::uint64_t skipped_bytes{};  ///< Since the packet before.
   bool is_first = true;           ///< Of its answer: there is none before.
   [[nodiscard]] bool follows() const { return skipped_bytes == 0 && !is_first; }
@@ -74,9 +74,9 @@ class RplidarDecoder {
   std::array<std::uint8_t, rplidar_layout::kMostPacketBytes> window_{}, packet_{};
   std::size_t pending_ = 0;
   RplidarAnswer expected_ = RplidarAnswer::None;
-  std::size_t length_ = 0;      ///< Of the packets, once the descriptor came.
-  bool believes_ = false;       ///< The nodes are aligned.
-  unsigned last_angle_q6_ = 0;  ///< Of the last node.
+  std::size_t length_ = 0;            ///< Of the packets, once the descriptor came.
+  bool believes_ = false;             ///< The nodes are aligned.
+  unsigned last_angle_q6_ = 0;        ///< Of the last node.
   std::uint64_t skipped_before_ = 0;  ///< Until the last packet.
   bool is_first_ = true;
   LineStats stats_;

@@ -12,8 +12,7 @@ constexpr std::uint8_t kStop = 0x25, kReset = 0x40, kScan = 0x20, kInfo = 0x50, 
                        kExpressScan = 0x82, kConfiguration = 0x84, kMotorSpeed = 0xA8, kMotorPwm = 0xF0,
                        kBoardFlags = 0xFF;
 // Keys of kConfiguration.
-constexpr std::uint8_t kModeCount = 0x70, kModePeriod = 0x71, kModeAnswer = 0x75, kTypicalMode = 0x7C,
-                       kModeName = 0x7F;
+constexpr std::uint8_t kModeCount = 0x70, kModePeriod = 0x71, kModeAnswer = 0x75, kTypicalMode = 0x7C, kModeName = 0x7F;
 constexpr std::uint16_t kUsualPwm = 660, kUsualSpeed_rpm = 600;
 // Model numbers: the high four bits are the series. Source: the SDK asks the motor's board of series 2 and above, and gives series 6
 // and above (S) a speed.
@@ -176,9 +175,10 @@ void RplidarProtocol::hear_configuration(ByteView answer) {
   if (question_ == Question::ModeAnswer && key == kModeAnswer) {
     stream_ = static_cast<RplidarAnswer>(number(1));
     if (is_stream(stream_)) return ask_next(Question::ModePeriod);
-    return refuse(fmt::format("scan mode {} ({}) has packets of type {:02x}, which Nacelle does not read; set scan_mode: "
-                              "Standard",
-                              mode_, mode_name_, number(1)));
+    return refuse(
+        fmt::format("scan mode {} ({}) has packets of type {:02x}, which Nacelle does not read; set scan_mode: "
+                    "Standard",
+                    mode_, mode_name_, number(1)));
   }
   if (question_ == Question::ModePeriod && key == kModePeriod) {
     period_us_ = number(4) / 256.0;
@@ -191,8 +191,8 @@ void RplidarProtocol::choose_old_mode() {
   const bool has_express = firmware_ >= kFirstExpress;
   const bool wants_express = scan_mode_.empty() ? has_express : same_name(scan_mode_, "Express");
   if (!scan_mode_.empty() && !(wants_express && has_express) && !same_name(scan_mode_, "Standard")) {
-    return refuse(fmt::format("scan_mode '{}' is none of the LiDAR's: Standard{}", scan_mode_,
-                              has_express ? ", Express" : ""));
+    return refuse(
+        fmt::format("scan_mode '{}' is none of the LiDAR's: Standard{}", scan_mode_, has_express ? ", Express" : ""));
   }
   mode_ = 0;
   stream_ = wants_express ? RplidarAnswer::Capsules : RplidarAnswer::Nodes;
@@ -212,10 +212,10 @@ void RplidarProtocol::finish_identification() {
     return refuse(fmt::format("the LiDAR says that a sample takes {} us", period_us_));
   sweeps_.begin(from_seconds(period_us_ * 1e-6));
   refusal_.clear();
-  identity_ = fmt::format("RPLIDAR {} (model {:02x}), firmware {}.{:02}, hardware {}, serial number {}, scan mode {} at {:.0f} "
-                          "points/s",
-                          series_of(model_), model_, firmware_ >> 8U, firmware_ & 0xFFU, hardware_, serial_, mode_name_,
-                          1e6 / period_us_);
+  identity_ = fmt::format(
+      "RPLIDAR {} (model {:02x}), firmware {}.{:02}, hardware {}, serial number {}, scan mode {} at {:.0f} "
+      "points/s",
+      series_of(model_), model_, firmware_ >> 8U, firmware_ & 0xFFU, hardware_, serial_, mode_name_, 1e6 / period_us_);
   step_ = wanted_ ? Step::Idle : Step::HaltMotor;
 }
 
@@ -231,7 +231,8 @@ void RplidarProtocol::give_up_question() {
 }
 
 LineAction RplidarProtocol::drive_motor(bool on) {
-  if (motor_ == Motor::ByModemLine) return {.bytes = {}, .data_terminal_ready = !on};  // the A1's motor runs while DTR is off
+  if (motor_ == Motor::ByModemLine)
+    return {.bytes = {}, .data_terminal_ready = !on};  // the A1's motor runs while DTR is off
   const std::uint16_t value = !on ? 0 : motor_ == Motor::ByPwm ? kUsualPwm : kUsualSpeed_rpm;
   return send(motor_ == Motor::ByPwm ? kMotorPwm : kMotorSpeed,
               {static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8U)});

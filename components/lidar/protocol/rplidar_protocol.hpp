@@ -32,20 +32,28 @@ class RplidarProtocol final : public LidarProtocol {
 
  private:
   enum class Step : std::uint8_t {
-    Stop,       ///< Whatever it does, it shall stop.
-    Pause,      ///< The rest of a stream goes by.
-    Ask,        ///< The question is to be sent ...
-    Wait,       ///< ... or was.
-    Idle,       ///< Identified; motor and stream stand.
-    Scan,       ///< The motor was started, the scan is to be ...
-    Starting,   ///< ... and its first packet is awaited.
+    Stop,      ///< Whatever it does, it shall stop.
+    Pause,     ///< The rest of a stream goes by.
+    Ask,       ///< The question is to be sent ...
+    Wait,      ///< ... or was.
+    Idle,      ///< Identified; motor and stream stand.
+    Scan,      ///< The motor was started, the scan is to be ...
+    Starting,  ///< ... and its first packet is awaited.
     Measuring,
     Halt,       ///< The scan is to be stopped ...
     HaltMotor,  ///< ... then the motor.
     Refused     ///< It cannot be used; asked again after a while.
   };
   enum class Question : std::uint8_t {
-    Info, Health, TypicalMode, ModeCount, ModeName, ModeAnswer, ModePeriod, SampleRate, BoardFlags
+    Info,
+    Health,
+    TypicalMode,
+    ModeCount,
+    ModeName,
+    ModeAnswer,
+    ModePeriod,
+    SampleRate,
+    BoardFlags
   };
   enum class Motor : std::uint8_t { ByModemLine, ByPwm, BySpeed };
 
@@ -68,7 +76,7 @@ class RplidarProtocol final : public LidarProtocol {
   Step step_ = Step::Stop;
   Question question_ = Question::Info;
   bool wanted_ = false;
-  bool heard_ = false;   ///< A measurement came since the last next_action().
+  bool heard_ = false;      ///< A measurement came since the last next_action().
   bool was_reset_ = false;  ///< Because it said that it protects itself.
   unsigned tries_ = 0;
   MonotonicTime until_{};

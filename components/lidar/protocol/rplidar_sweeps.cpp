@@ -16,9 +16,9 @@ double ahead_of(double deg, double before_deg) {
   return ahead < 0.0 ? ahead + 360.0 : ahead;
 }
 
-/// How many packets of `each_deg` make `turned_deg`: those between were lost.
+/// How many packets of `each_deg` make `turned_deg`: those between were lost. A rotor that hardly turns says nothing.
 std::int64_t packets_in(double turned_deg, double each_deg) {
-  return each_deg > 0.0 ? std::max<std::int64_t>(1, std::llround(turned_deg / each_deg)) : 1;
+  return each_deg > 1e-3 ? std::max<std::int64_t>(1, std::llround(turned_deg / each_deg)) : 1;
 }
 
 }  // namespace
@@ -37,8 +37,8 @@ void RplidarSweeps::take_node(const RplidarPacket& packet, std::size_t bytes_aft
   if (turned_deg > 180.0) turned_deg -= 360.0;
   // A single step is mostly correction; over 64 nodes that averages out.
   if (has_sweep_ && packet.follows())
-    node_step_deg_ = node_step_deg_ == 0.0 ? std::max(turned_deg, 0.0)
-                                           : node_step_deg_ + (turned_deg - node_step_deg_) / 64.0;
+    node_step_deg_ =
+        node_step_deg_ == 0.0 ? std::max(turned_deg, 0.0) : node_step_deg_ + (turned_deg - node_step_deg_) / 64.0;
   std::int64_t steps = 1;
   if (!packet.follows()) {
     // What was skipped was nodes. If it was far less than the rotor turned, bytes were lost before they came.
@@ -60,15 +60,6 @@ void RplidarSweeps::take_node(const RplidarPacket& packet, std::size_t bytes_aft
   last_start_deg_ = angle_deg;
 }
 
-void RplidarSweeps::learn_offset(std::span<const Beam> beams, double first_deg, double step_deg) {
-  double sum_deg = 0.0;
-  for (std::size_t i = 0; i < beams.size(); ++i)
-    sum_deg += std::remainder(first_deg + static_cast<double>(i) * step_deg - static_cast<double>(beams[i].angle_deg), 360.0);
-  const double mean_deg = std::clamp(sum_deg / static_cast<double>(beams.size()), 0.0, 8.0);
-  // Over many turns: a wall that comes near must not move the stamps.
-  offset_deg_ = offset_deg_ < 0.0 ? mean_deg : offset_deg_ + (mean_deg - offset_deg_) / 1024.0;
-}
-
 void RplidarSweeps::take_capsule(const RplidarPacket& packet, std::size_t bytes_after, SweepSink& sink) {
   const ByteView last{last_.data(), packet.bytes.size()};
   const auto points = static_cast<double>(points_of(packet.type));
@@ -78,12 +69,11 @@ void RplidarSweeps::take_capsule(const RplidarPacket& packet, std::size_t bytes_
     const double start_deg = capsule_angle_q6(last) / 64.0;
     const double turned_deg = ahead_of(capsule_angle_q6(packet.bytes) / 64.0, start_deg);
     if (packet.follows() && turned_deg < kFastest_dps * to_seconds(span)) {
-      const std::size_t count =
-          rplidar_beams(packet.type, last, packet.bytes, start_deg, turned_deg / points, beams_);
-      learn_offset(std::span{beams_}.first(count), start_deg, turned_deg / points);
+      const std::size_t count = rplidar_beams(packet.type, last, packet.bytes, start_deg, turned_deg / points, beams_);
+      offset_.learn(std::span{beams_}.first(count), start_deg, turned_deg / points);
       const std::int64_t packets = packets_in(ahead_of(start_deg, last_start_deg_), turned_deg);
       sink.on_sweep({.beams = std::span{beams_}.first(count),
-                     .first_rotor_deg = start_deg < offset_deg_ ? start_deg - offset_deg_ + 360.0 : start_deg - offset_deg_,
+                     .first_rotor_deg = offset_.seen_from(start_deg),
                      .rotor_step_deg = turned_deg / points,
                      .period = period_,
                      .since_last = has_sweep_ ? packets * span : Duration{},

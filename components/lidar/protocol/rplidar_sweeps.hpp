@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "lidar/protocol/rotor_offset.hpp"
 #include "lidar/protocol/rplidar_decoder.hpp"
 
 namespace nacelle::lidar {
@@ -30,7 +31,6 @@ class RplidarSweeps {
  private:
   void take_node(const RplidarPacket& packet, std::size_t bytes_after, SweepSink& sink);
   void take_capsule(const RplidarPacket& packet, std::size_t bytes_after, SweepSink& sink);
-  void learn_offset(std::span<const Beam> beams, double first_deg, double step_deg);
 
   Duration period_{};
   std::array<std::uint8_t, rplidar_layout::kMostPacketBytes> last_{};
@@ -38,7 +38,7 @@ class RplidarSweeps {
   bool has_sweep_ = false;
   double last_start_deg_ = 0.0;  ///< Of the last sweep.
   double node_step_deg_ = 0.0;   ///< Smoothed; 0: unknown.
-  double offset_deg_ = -1.0;     ///< How far behind the rotor beams look on average; negative: unknown.
+  RotorOffset offset_{0.0};
   std::uint64_t unpaired_ = 0;
   std::array<Beam, rplidar_layout::kMostPoints> beams_{};
 };

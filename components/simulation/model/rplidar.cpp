@@ -4,7 +4,9 @@
 namespace nacelle::simulation {
 namespace {
 
-std::size_t points_in(std::uint8_t answer) { return answer == 0x82 ? 32 : answer == 0x85 ? 40 : answer == 0x84 ? 96 : 1; }
+std::size_t points_in(std::uint8_t answer) {
+  return answer == 0x82 ? 32 : answer == 0x85 ? 40 : answer == 0x84 ? 96 : 1;
+}
 
 std::uint32_t bytes_in(std::uint8_t answer) { return answer == 0x81 ? 5 : answer == 0x84 ? 132 : 84; }
 
@@ -89,7 +91,8 @@ void Rplidar::receive(ByteView bytes, Duration now) {
 void Rplidar::on_request(std::uint8_t command, ByteView payload, Duration now) {
   if (now < deaf_until_) return;
   const auto microseconds = [&](std::size_t mode) {
-    return static_cast<std::uint32_t>(std::lround(settings_.modes[std::min(mode, settings_.modes.size() - 1)].us_per_sample));
+    return static_cast<std::uint32_t>(
+        std::lround(settings_.modes[std::min(mode, settings_.modes.size() - 1)].us_per_sample));
   };
   if (command == 0x25) {
     stream_ = 0;
@@ -100,11 +103,13 @@ void Rplidar::on_request(std::uint8_t command, ByteView payload, Duration now) {
     const ByteView text = as_bytes("RP LIDAR System.\r\nFirmware Ver 1.29, HW Ver 7\r\n");
     outbox_.assign(text.begin(), text.end());
   } else if (command == 0x50 && stream_ == 0) {
-    Bytes info{settings_.model, static_cast<std::uint8_t>(settings_.firmware), static_cast<std::uint8_t>(settings_.firmware >> 8U), 7};
+    Bytes info{settings_.model, static_cast<std::uint8_t>(settings_.firmware),
+               static_cast<std::uint8_t>(settings_.firmware >> 8U), 7};
     for (std::uint8_t i = 0; i < 16; ++i) info.push_back(static_cast<std::uint8_t>(0xC0 + i));
     answer(0x04, info);
   } else if (command == 0x52 && stream_ == 0) {
-    answer(0x06, Bytes{health_, static_cast<std::uint8_t>(health_code_), static_cast<std::uint8_t>(health_code_ >> 8U)});
+    answer(0x06,
+           Bytes{health_, static_cast<std::uint8_t>(health_code_), static_cast<std::uint8_t>(health_code_ >> 8U)});
   } else if (command == 0x59 && stream_ == 0) {
     Bytes rates = little_endian(microseconds(0), 2);
     const Bytes express = little_endian(microseconds(1), 2);
@@ -177,7 +182,8 @@ void Rplidar::measure(const Send& send) {
   const LidarRotor::Sample sample = rotor_.next(offset_deg);
   if (stream_ == 0) return;
   const RplidarPoint point{rotor_deg, offset_deg, sample.range_m * 1000.0};
-  if (stream_ == 0x81) return send(sample.at, print_rplidar_node(point, sample.starts_turn, sample.range_m > 0.0 ? 47 : 0));
+  if (stream_ == 0x81)
+    return send(sample.at, print_rplidar_node(point, sample.starts_turn, sample.range_m > 0.0 ? 47 : 0));
   points_.push_back(point);
   const std::size_t count = points_in(stream_);
   // The last difference of an ultra capsule is to the point after it.

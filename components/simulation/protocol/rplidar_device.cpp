@@ -100,7 +100,8 @@ Bytes print_rplidar_dense_capsule(std::span<const RplidarPoint> points, bool fir
 Bytes print_rplidar_ultra_capsule(std::span<const RplidarPoint> points, const RplidarPoint& next, bool first) {
   Bytes bytes = begin_capsule(points[0], first);
   for (std::size_t i = 0; i < 96; i += 3) {
-    const Major major = major_of(points[i].range_mm), after = major_of(i + 3 < 96 ? points[i + 3].range_mm : next.range_mm);
+    const Major major = major_of(points[i].range_mm),
+                after = major_of(i + 3 < 96 ? points[i + 3].range_mm : next.range_mm);
     // A point that did not come back lends no base to its neighbour.
     const Major base = major.code == 0 && after.code != 0 ? after : major;
     const unsigned cabin =

@@ -60,13 +60,15 @@ struct RplidarPoint {
 /// The announcement of an answer.
 [[nodiscard]] Bytes print_rplidar_descriptor(std::uint32_t length, bool endless, std::uint8_t type);
 /// A node of the standard scan. `quality`: 0 to 63.
-[[nodiscard]] std::array<std::uint8_t, 5> print_rplidar_node(const RplidarPoint& point, bool starts_turn, unsigned quality);
+[[nodiscard]] std::array<std::uint8_t, 5> print_rplidar_node(const RplidarPoint& point, bool starts_turn,
+                                                             unsigned quality);
 /// A capsule of 32 points, type 82. `first`: the first one after the start of the scan.
 [[nodiscard]] Bytes print_rplidar_capsule(std::span<const RplidarPoint> points, bool first);
 /// A dense capsule of 40 points, type 85.
 [[nodiscard]] Bytes print_rplidar_dense_capsule(std::span<const RplidarPoint> points, bool first);
 /// An ultra capsule of 96 points, type 84; `next` is the point after the last.
-[[nodiscard]] Bytes print_rplidar_ultra_capsule(std::span<const RplidarPoint> points, const RplidarPoint& next, bool first);
+[[nodiscard]] Bytes print_rplidar_ultra_capsule(std::span<const RplidarPoint> points, const RplidarPoint& next,
+                                                bool first);
 /// How far past its axis a triangulating RPLIDAR looks, in the ultra capsules' rule.
 [[nodiscard]] double rplidar_offset_deg(double range_mm);
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "nacelle/io/baud.hpp"
 #include "nacelle/io/pty_pair.hpp"
 
 namespace nacelle::io {
@@ -63,6 +64,14 @@ TEST_F(SerialPortTest, carries_every_byte_value_both_ways_unchanged) {
     got.insert(got.end(), bytes->begin(), bytes->end());
   }
   EXPECT_EQ(got, every_byte());
+}
+
+TEST_F(SerialPortTest, sets_baud_rates_that_have_no_name) {
+  for (const unsigned baud : {128000U, 256000U, 512000U, 115200U}) {
+    const auto port = SerialPort::open({device_->path(), baud}, clock_);
+    ASSERT_TRUE(port) << baud;
+    EXPECT_EQ(baud_of(port.value()->descriptor()), baud);
+  }
 }
 
 TEST_F(SerialPortTest, sets_the_asked_baud_rate_and_raw_mode) {

@@ -67,8 +67,8 @@ class ArrivalFilter {
   /// A step may take a hundredth longer than the device says: crystals differ by 1/10000, motors' speed figures by
   /// more.
   static constexpr std::int64_t kCreep = 100;
-  /// For steps of a quartz: five times what two of them differ by.
-  static constexpr std::int64_t kQuartzCreep = 2000;
+  /// For steps of a quartz, whose rate is learnt.
+  static constexpr std::int64_t kQuartzCreep = 10000;
   /// The rate of steady steps is learnt over this time; a lateness that lasts for half of it is believed.
   static constexpr Duration kWindow = 1s;
   static constexpr Duration kLasting = 600us;

@@ -26,7 +26,7 @@ struct SerialSettings {
   return Duration{10'000'000'000LL / (baud == 0 ? 1 : baud)};
 }
 
-/// True for a baud rate that the kernel has a name for.
+/// True for a baud rate that devices have: those that the kernel has a name for, and 128000, 153600, 256000 and 512000.
 [[nodiscard]] bool is_standard_baud(unsigned baud);
 
 /// A serial line of the kernel.

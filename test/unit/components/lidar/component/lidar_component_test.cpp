@@ -9,6 +9,8 @@
 
 #include "nacelle/io/scripted_stream.hpp"
 #include "nacelle/io/serial_port.hpp"
+#include "simulation/component/run_device.hpp"
+#include "simulation/model/rplidar.hpp"
 #include "simulation/model/sensor_models.hpp"
 #include "support/allocation_guard.hpp"
 #include "support/recording_host.hpp"
@@ -345,6 +347,126 @@ TEST(LidarOnTheLine, shows_the_simulated_room_through_a_real_terminal) {
   EXPECT_NEAR(seconds_of(scans[1]) - seconds_of(scans[0]), 0.1, 0.02);
   ASSERT_TRUE(lidar.trigger(Transition::Deactivate).success);
   EXPECT_TRUE(context.faults().empty());
+}
+
+/// A simulated device on a thread of this process, behind a real pty.
+class RunningDevice {
+ public:
+  explicit RunningDevice(const std::string& name)
+      : link_(::testing::TempDir() + "device_" + std::to_string(getpid()) + "_" + name) {
+    thread_ = std::thread{[this, name] {
+      const auto done = simulation::run_device({.name = name, .link = link_, .stop_descriptor = stop_.descriptor()},
+                                               clock_, [this](const std::string&) { ready_.store(true); });
+      EXPECT_TRUE(done) << done.error().what;
+      ready_.store(true);
+    }};
+    while (!ready_.load()) std::this_thread::yield();
+  }
+  RunningDevice(const RunningDevice&) = delete;
+  RunningDevice& operator=(const RunningDevice&) = delete;
+  ~RunningDevice() {
+    stop_.ring();
+    thread_.join();
+  }
+  [[nodiscard]] const std::string& link() const { return link_; }
+  [[nodiscard]] const SystemClock& clock() const { return clock_; }
+
+ private:
+  SystemClock clock_;
+  const std::string link_;
+  Bell stop_;
+  std::atomic<bool> ready_{false};
+  std::thread thread_;
+};
+
+TEST(LidarOnTheLine, each_family_is_started_and_stopped_through_a_real_terminal) {
+  for (const char* model : {"rplidar_c1", "ydlidar_x4", "stl27l"}) {
+    RunningDevice device{model};
+    RecordingContext context{device.clock()};
+    NodeOptions options{context};
+    options.append_parameter_override("model", std::string{model});
+    options.append_parameter_override("port_name", device.link());
+    LidarComponent lidar{options};
+    for (int round = 1; round <= 2; ++round) {
+      const auto configured = lidar.trigger(Transition::Configure);
+      ASSERT_TRUE(configured.success) << model << ": " << configured.reason;
+      ASSERT_TRUE(lidar.trigger(Transition::Activate).success) << model;
+      const std::size_t before = context.published<LaserScan>("/scan").size();
+      ASSERT_TRUE(context.wait_for("/scan", before + 2, 30s)) << model;
+      ASSERT_TRUE(lidar.trigger(Transition::Deactivate).success) << model;
+      ASSERT_TRUE(lidar.trigger(Transition::Cleanup).success) << model;
+    }
+    EXPECT_EQ(context.published<LaserScan>("/scan").back().ranges.size(), find_lidar_model(model)->scan_points);
+    EXPECT_TRUE(context.faults().empty()) << model;
+  }
+}
+
+/// A component whose line answers as a simulated RPLIDAR A1 does; time runs as fast as the line is read.
+class CommandedLidarTest : public ::testing::Test {
+ protected:
+  CommandedLidarTest() {
+    NodeOptions options{context_};
+    options.append_parameter_override("model", std::string{"rplidar_a1"});
+    component_ = std::make_unique<LidarComponent>(options, [this](const LidarOptions&, const Clock&) {
+      auto line = std::make_unique<io::ScriptedStream>(std::vector<io::ScriptedStream::Step>{}, AtEnd::Silence,
+                                                       [this](MonotonicTime until) {
+                                                         if (until > context_.clock().now())
+                                                           context_.clock().advance(until - context_.clock().now());
+                                                       });
+      line->answer_writes([this](ByteView bytes) {
+        Bytes answer;
+        const Duration now = context_.clock().now().since_origin;
+        device_.receive(bytes, now);
+        // What it measures meanwhile does not matter here, only what it answers.
+        device_.advance(Duration{},
+                        [&](Duration, ByteView sent) { answer.insert(answer.end(), sent.begin(), sent.end()); });
+        return answer;
+      });
+      line_ = line.get();
+      return Result<std::unique_ptr<io::ByteStream>, Problem>{std::move(line)};
+    });
+  }
+  RecordingContext context_;
+  simulation::Rplidar device_{simulation::Rplidar::settings_of("rplidar_a1"), simulation::Room::with_two_boxes()};
+  io::ScriptedStream* line_ = nullptr;
+  std::unique_ptr<LidarComponent> component_;
+};
+
+TEST_F(CommandedLidarTest, configure_identifies_and_deactivate_stops_stream_and_motor) {
+  const auto configured = component_->trigger(Transition::Configure);
+  ASSERT_TRUE(configured.success) << configured.reason;
+  EXPECT_FALSE(device_.is_scanning()) << "configured";
+  EXPECT_EQ(line_->data_terminal_ready(), true) << "the A1's motor stands while DTR is set";
+
+  ASSERT_TRUE(component_->trigger(Transition::Activate).success);
+  while (line_->data_terminal_ready() != false) std::this_thread::yield();
+  ASSERT_TRUE(component_->trigger(Transition::Deactivate).success);
+  EXPECT_EQ(line_->data_terminal_ready(), true) << "deactivated";
+  const Bytes written = line_->written();
+  ASSERT_GE(written.size(), 2U);
+  EXPECT_EQ((Bytes{written.end() - 2, written.end()}), (Bytes{0xA5, 0x25})) << "the last word is the stop";
+  EXPECT_TRUE(context_.faults().empty());
+}
+
+TEST_F(CommandedLidarTest, a_shutdown_stops_a_running_device) {
+  ASSERT_TRUE(component_->trigger(Transition::Configure).success);
+  ASSERT_TRUE(component_->trigger(Transition::Activate).success);
+  while (line_->data_terminal_ready() != false) std::this_thread::yield();
+  Bytes written;
+  line_->answer_writes([&](ByteView bytes) {
+    written.insert(written.end(), bytes.begin(), bytes.end());
+    return Bytes{};
+  });
+  ASSERT_TRUE(component_->trigger(Transition::Shutdown).success);
+  ASSERT_GE(written.size(), 2U);
+  EXPECT_EQ((Bytes{written.end() - 2, written.end()}), (Bytes{0xA5, 0x25}));
+}
+
+TEST_F(CommandedLidarTest, a_device_that_protects_itself_fails_the_configuration_with_its_code) {
+  device_.set_health(2, 0x8001, false);
+  const auto configured = component_->trigger(Transition::Configure);
+  EXPECT_FALSE(configured.success);
+  EXPECT_NE(configured.reason.find("health is error, code 32769"), std::string::npos) << configured.reason;
 }
 
 }  // namespace
