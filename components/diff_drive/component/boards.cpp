@@ -3,7 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <climits>
+
+#include "diff_drive/component/odrive_board.hpp"
 #include "diff_drive/component/roboclaw_board.hpp"
+#include "diff_drive/component/vesc_board.hpp"
 #include "diff_drive/component/waveshare_board.hpp"
 #include "nacelle/base/expect.hpp"
 
@@ -18,6 +23,17 @@ constexpr BoardKind kKinds[] = {
      .highest_channel = 2,
      .usual_left = 1,
      .usual_right = 2},
+    {.name = "vesc",
+     .lowest_channel = VescPrinter::kOnTheLine,
+     .highest_channel = 253,
+     .usual_left = VescPrinter::kOnTheLine,
+     .usual_right = VescPrinter::kOnTheLine},
+    {.name = "odrive",
+     .lowest_channel = 0,
+     .highest_channel = 1,
+     .usual_left = 0,
+     .usual_right = 1,
+     .usual_counts_per_turn = 1.0},
 };
 constexpr std::int64_t kRoboclawFirst = 0x80, kRoboclawLast = 0x87;
 
@@ -25,7 +41,10 @@ std::chrono::milliseconds watchdog_of(const DiffDriveOptions& options) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(from_seconds(options.motor_watchdog_s));
 }
 
-int channel_of(std::int64_t parameter, int usual) { return parameter < 0 ? usual : static_cast<int>(parameter); }
+int channel_of(std::int64_t parameter, int usual) {
+  // What fits no int fits no board either: the check names the largest.
+  return parameter < 0 ? usual : static_cast<int>(std::min<std::int64_t>(parameter, INT_MAX));
+}
 
 BaseWiring wiring_of(const DiffDriveOptions& options, const BoardKind& kind) {
   return {{channel_of(options.left_channel, kind.usual_left), options.left_reversed},
@@ -49,10 +68,7 @@ std::optional<Problem> problem_of_channels(const DiffDriveOptions& options, cons
                    fmt::format("both wheels are on channel {}", wiring.right.channel),
                    "name the other motor's channel"};
   }
-  if (wiring.counts_per_turn > 0.0) return std::nullopt;
-  return Problem{Place::of_parameter("counts_per_turn", node),
-                 fmt::format("a {} board counts, and how many counts a turn of the wheel has is not set", kind.name),
-                 "for an encoder: 4 * lines * gear ratio"};
+  return std::nullopt;
 }
 
 }  // namespace
@@ -80,6 +96,11 @@ std::optional<Problem> problem_of_board(const DiffDriveOptions& options, const s
   if (kind->lowest_channel != kind->highest_channel) {
     if (auto problem = problem_of_channels(options, *kind, node)) return problem;
   }
+  if (kind->name != "waveshare" && wiring_of(options, *kind).counts_per_turn <= 0.0) {
+    return Problem{Place::of_parameter("counts_per_turn", node),
+                   fmt::format("a {} board counts, and how many counts a turn of the wheel has is not set", kind->name),
+                   "for an encoder: 4 * lines * gear ratio"};
+  }
   if (options.hardware == "roboclaw" && options.board_address != 0 &&
       (options.board_address < kRoboclawFirst || options.board_address > kRoboclawLast)) {
     return Problem{Place::of_parameter("board_address", node),
@@ -92,10 +113,17 @@ std::optional<Problem> problem_of_board(const DiffDriveOptions& options, const s
 std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options) {
   const BoardKind* const kind = board_kind(options.hardware);
   NACELLE_EXPECT(kind != nullptr, "loopback has no board");
+  // Of a cycle, so that its jitter skips no round.
+  const Duration period = from_seconds(0.75 / options.update_rate_hz);
   if (kind->name == "roboclaw") {
     const auto address = options.board_address == 0 ? kRoboclawFirst : options.board_address;
-    return std::make_unique<RoboclawBoard>(
-        RoboclawBoard::Settings{static_cast<std::uint8_t>(address), wiring_of(options, *kind), watchdog_of(options)});
+    return std::make_unique<RoboclawBoard>(RoboclawBoard::Settings{
+        static_cast<std::uint8_t>(address), wiring_of(options, *kind), watchdog_of(options), period});
+  }
+  if (kind->name == "vesc") return std::make_unique<VescBoard>(VescBoard::Settings{wiring_of(options, *kind), period});
+  if (kind->name == "odrive") {
+    return std::make_unique<OdriveBoard>(
+        OdriveBoard::Settings{wiring_of(options, *kind), watchdog_of(options), period});
   }
   return std::make_unique<WaveshareBoard>(WaveshareBoard::Settings{options.wheel_radius_m, watchdog_of(options)});
 }

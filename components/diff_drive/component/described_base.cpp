@@ -35,9 +35,14 @@ constexpr Alias kAliases[] = {
 struct Plugin {
   std::string_view part, hardware;
 };
-constexpr Plugin kPlugins[] = {{"mock_components/", "loopback"}, {"fake_components/", "loopback"},
-                               {"loopback", "loopback"},         {"waveshare", "waveshare"},
-                               {"roboclaw", "roboclaw"},         {"ugv", "waveshare"}};
+constexpr Plugin kPlugins[] = {{"mock_components/", "loopback"},
+                               {"fake_components/", "loopback"},
+                               {"loopback", "loopback"},
+                               {"waveshare", "waveshare"},
+                               {"roboclaw", "roboclaw"},
+                               {"ugv", "waveshare"},
+                               {"vesc", "vesc"},
+                               {"odrive", "odrive"}};
 
 std::string lower(std::string text) {
   for (char& c : text) {

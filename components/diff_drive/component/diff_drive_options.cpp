@@ -51,7 +51,8 @@ constexpr NumberRow kNumbers[] = {
     {"motor_watchdog", &DiffDriveOptions::motor_watchdog_s, 0.0, 60.0, "s",
      "the board stops after this silence of ours; 0 its default"},
     {"counts_per_turn", &DiffDriveOptions::counts_per_turn, 0.0, 1e8, "",
-     "what the board counts while a wheel turns once (roboclaw: edges of the encoder); 0 its usual one"},
+     "what the board counts while a wheel turns once (roboclaw: edges of the encoder; vesc: 6 * pole pairs * gear; "
+     "odrive: gear); 0 its usual one"},
     {"max_wheel_rate", &DiffDriveOptions::max_wheel_rate_rps, 0.1, 10000.0, "rad/s",
      "no wheel is commanded to turn faster, and a wheel that seems to is a restart of the board"},
 };

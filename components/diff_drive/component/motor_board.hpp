@@ -11,6 +11,11 @@
 
 namespace nacelle::diff_drive {
 
+/// A board answers within 10 ms, also behind an adapter that collects bytes for 16 ms. Later an answer counts as missing.
+inline constexpr Duration kAnsweredWithin = 50ms;
+/// The separator of boards that speak in lines.
+inline constexpr std::uint8_t kLineEnd[] = {'\n'};
+
 /// Receives what a motor board reports. Threads: the one that feeds the board.
 class BoardEars {
  public:

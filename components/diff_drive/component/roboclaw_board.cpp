@@ -7,8 +7,6 @@
 namespace nacelle::diff_drive {
 namespace {
 
-// A board answers within 10 ms, also behind an adapter that collects bytes for 16 ms. Later it counts as missing.
-constexpr Duration kAnsweredWithin = 50ms;
 constexpr Duration kBatteryPeriod = 1s;
 
 }  // namespace

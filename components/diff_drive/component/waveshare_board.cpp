@@ -7,12 +7,6 @@
 #include "nacelle/base/expect.hpp"
 
 namespace nacelle::diff_drive {
-namespace {
-
-constexpr std::uint8_t kLineEnd[] = {'\n'};
-
-}  // namespace
-
 WaveshareBoard::WaveshareBoard(Settings settings) : settings_(settings) {
   NACELLE_EXPECT(settings.wheel_radius_m > 0.0, "a wheel has a radius");
 }

@@ -75,7 +75,8 @@ TEST(DescribedBase, warns_about_unused_settings) {
   EXPECT_EQ(
       texts(base.warnings),
       (Texts{"robot.urdf:6: the hardware plugin 'gz_ros2_control/GazeboSimSystem' is not run here; the base drives "
-             "a waveshare board; say nacelle/waveshare, nacelle/roboclaw or nacelle/loopback, or set the parameter "
+             "a waveshare board; say nacelle/waveshare, nacelle/roboclaw, nacelle/vesc, nacelle/odrive or "
+             "nacelle/loopback, or set the parameter "
              "hardware",
              "robot.urdf:7: the base has no use for the parameter 'pid_p'; encoders and their control "
              "are the motor board's own matter",

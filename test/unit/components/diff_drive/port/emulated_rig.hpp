@@ -5,12 +5,26 @@
 #include <memory>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base_rig.hpp"
+#include "diff_drive/component/odrive_board.hpp"
 #include "diff_drive/component/roboclaw_board.hpp"
+#include "diff_drive/component/vesc_board.hpp"
+#include "simulation/protocol/odrive_device.hpp"
 #include "simulation/protocol/roboclaw_device.hpp"
+#include "simulation/protocol/vesc_device.hpp"
 
 namespace nacelle::diff_drive {
+
+/// Hears what a port says, faults too.
+class AllEars final : public WheelStateSink {
+ public:
+  void on_wheel_state(const WheelState& state) override { states.push_back(state); }
+  void on_board_fault(const char* fault) override { faults.push_back(fault); }
+  std::vector<WheelState> states;
+  std::vector<const char*> faults;
+};
 
 /// A port, a pty, and an emulated board at its other end, all in one thread: time is told, and nothing waits for it.
 class EmulatedRig : public BaseRig {
@@ -31,11 +45,14 @@ class EmulatedRig : public BaseRig {
   WheelState run(Duration length) override {
     settle();
     turn(length);
-    Heard heard;
+    AllEars heard;
     for (int i = 0; i < 100 && heard.states.empty(); ++i) exchange(heard);
     states += heard.states.size();
+    if (!heard.faults.empty()) fault = heard.faults.back();
     return heard.states.empty() ? WheelState{} : heard.states.back();
   }
+  /// As last reported by the board.
+  const char* fault = nullptr;
   void write_as_stranger(ByteView bytes) override {
     static_cast<void>(!::write(port_->descriptor(), bytes.data(), bytes.size()));
     static_cast<void>(let_the_board_read());
@@ -43,9 +60,10 @@ class EmulatedRig : public BaseRig {
 
   /// All that is on its way arrives, and what it causes.
   void settle() {
-    Heard heard;
+    AllEars heard;
     while (exchange(heard)) {}
     states += heard.states.size();
+    if (!heard.faults.empty()) fault = heard.faults.back();
   }
   /// The wheels turn as commanded for so long, in steps of 10 ms.
   void turn(Duration length) {
@@ -86,7 +104,7 @@ class EmulatedRig : public BaseRig {
     return sent_ != before;
   }
   /// One turn each; false when neither has anything more to say.
-  bool exchange(Heard& heard) {
+  bool exchange(WheelStateSink& heard) {
     if (!port_->read_until({}, heard)) return false;
     const bool answered = let_the_board_read();
     bool arrived = false;
@@ -114,6 +132,26 @@ class RoboclawRig final : public EmulatedRig {
                                                         .motor_watchdog = 2s})
       : EmulatedRig(std::make_unique<RoboclawBoard>(board), std::make_unique<simulation::RoboclawDevice>(device)) {}
   simulation::RoboclawDevice& roboclaw() { return static_cast<simulation::RoboclawDevice&>(device()); }
+};
+
+/// A hub motor with so many pole pairs that its tachometer resolves what the laws measure.
+class VescRig final : public EmulatedRig {
+ public:
+  static constexpr int kPolePairs = 4000;
+  VescRig()
+      : EmulatedRig(std::make_unique<VescBoard>(
+                        VescBoard::Settings{{{VescPrinter::kOnTheLine, false}, {42, false}, 6.0 * kPolePairs}}),
+                    std::make_unique<simulation::VescDevice>(
+                        simulation::VescDevice::Settings{.pole_pairs = kPolePairs, .timeout = 2s})) {}
+  simulation::VescDevice& vesc() { return static_cast<simulation::VescDevice&>(device()); }
+};
+
+class OdriveRig final : public EmulatedRig {
+ public:
+  explicit OdriveRig(simulation::OdriveDevice::Settings device = {})
+      : EmulatedRig(std::make_unique<OdriveBoard>(OdriveBoard::Settings{.motor_watchdog = 2s}),
+                    std::make_unique<simulation::OdriveDevice>(device)) {}
+  simulation::OdriveDevice& odrive() { return static_cast<simulation::OdriveDevice&>(device()); }
 };
 
 }  // namespace nacelle::diff_drive
