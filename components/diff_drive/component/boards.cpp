@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <climits>
+#include <cmath>
 
+#include "diff_drive/component/home_made_board.hpp"
 #include "diff_drive/component/odrive_board.hpp"
 #include "diff_drive/component/roboclaw_board.hpp"
 #include "diff_drive/component/vesc_board.hpp"
@@ -34,6 +36,8 @@ constexpr BoardKind kKinds[] = {
      .usual_left = 0,
      .usual_right = 1,
      .usual_counts_per_turn = 1.0},
+    {.name = "framed"},
+    {.name = "text"},
 };
 constexpr std::int64_t kRoboclawFirst = 0x80, kRoboclawLast = 0x87;
 
@@ -124,6 +128,12 @@ std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options) {
   if (kind->name == "odrive") {
     return std::make_unique<OdriveBoard>(
         OdriveBoard::Settings{wiring_of(options, *kind), watchdog_of(options), period});
+  }
+  if (kind->name == "framed" || kind->name == "text") {
+    const HomeMadeSettings settings{wiring_of(options, *kind), watchdog_of(options),
+                                    std::chrono::milliseconds{std::lround(1000.0 / options.update_rate_hz)}};
+    if (kind->name == "text") return std::make_unique<TextBoard>(settings);
+    return std::make_unique<FramedBoard>(settings);
   }
   return std::make_unique<WaveshareBoard>(WaveshareBoard::Settings{options.wheel_radius_m, watchdog_of(options)});
 }

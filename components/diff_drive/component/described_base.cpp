@@ -42,7 +42,9 @@ constexpr Plugin kPlugins[] = {{"mock_components/", "loopback"},
                                {"roboclaw", "roboclaw"},
                                {"ugv", "waveshare"},
                                {"vesc", "vesc"},
-                               {"odrive", "odrive"}};
+                               {"odrive", "odrive"},
+                               {"nacelle/framed", "framed"},
+                               {"nacelle/text", "text"}};
 
 std::string lower(std::string text) {
   for (char& c : text) {

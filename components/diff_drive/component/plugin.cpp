@@ -10,7 +10,7 @@ inline constexpr nacelle::ComponentAbout nacelle::kComponentAbout<nacelle::diff_
         "those topics only.",
     .devices =
         "motor boards on a serial line: Waveshare UGV boards (General Driver for Robots), RoboClaw (packet serial), "
-        "VESC (UART), ODrive (ASCII)",
+        "VESC (UART), ODrive (ASCII), home-made boards",
     .also_with = "topics.NAME.topic:=cmd_vel_joy\nlocks.NAME.topic:=pause_navigation\npublish_limited_velocity:=true"};
 
 NACELLE_REGISTER_COMPONENT(nacelle::diff_drive::DiffDriveComponent)

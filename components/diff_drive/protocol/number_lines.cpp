@@ -56,7 +56,7 @@ Result<NumberLine, NumberLineFault> read(std::string_view text) {
   for (bool is_first = true;; is_first = false) {
     const std::string_view token = take_token(rest);
     if (token.empty()) break;
-    if (is_first && is_letter(token[0])) {
+    if (is_first && std::all_of(token.begin(), token.end(), is_letter)) {
       line.word = token;
       continue;
     }

@@ -22,7 +22,7 @@ namespace nacelle::diff_drive {
 /// One such line. The word is valid until the decoder is fed again.
 struct NumberLine {
   static constexpr std::size_t kMostNumbers = 6;
-  std::string_view word;  ///< Begins with a letter; empty if the line begins with a number.
+  std::string_view word;  ///< Of letters; empty if the line begins with a number.
   std::array<double, kMostNumbers> numbers{};
   std::size_t count = 0;
   std::uint64_t first_byte = 0;  ///< The number of its first byte among all bytes that were fed.

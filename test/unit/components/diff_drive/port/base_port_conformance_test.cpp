@@ -18,7 +18,7 @@ class BasePortLaws : public ::testing::Test {
   Rig rig_;
   BasePort& port_ = rig_.port();
 };
-using EveryBase = ::testing::Types<LoopbackRig, WaveshareRig, RoboclawRig, VescRig, OdriveRig>;
+using EveryBase = ::testing::Types<LoopbackRig, WaveshareRig, RoboclawRig, VescRig, OdriveRig, FramedRig, TextRig>;
 TYPED_TEST_SUITE(BasePortLaws, EveryBase);
 
 TYPED_TEST(BasePortLaws, the_wheels_stand_still_until_the_first_command) {

@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "../firmware/simulated_board.hpp"
 #include "base_rig.hpp"
+#include "diff_drive/component/home_made_board.hpp"
 #include "diff_drive/component/odrive_board.hpp"
 #include "diff_drive/component/roboclaw_board.hpp"
 #include "diff_drive/component/vesc_board.hpp"
@@ -153,5 +155,18 @@ class OdriveRig final : public EmulatedRig {
                     std::make_unique<simulation::OdriveDevice>(device)) {}
   simulation::OdriveDevice& odrive() { return static_cast<simulation::OdriveDevice&>(device()); }
 };
+
+/// A home-made board with the reference firmware.
+template <typename Board>
+class HomeMadeRig final : public EmulatedRig {
+ public:
+  HomeMadeRig()
+      : EmulatedRig(std::make_unique<Board>(HomeMadeSettings{{{0, false}, {1, false}, SimulatedBoard::kCounts},
+                                                             std::chrono::milliseconds{2000}}),
+                    std::make_unique<SimulatedBoard>()) {}
+  SimulatedBoard& board() { return static_cast<SimulatedBoard&>(device()); }
+};
+using FramedRig = HomeMadeRig<FramedBoard>;
+using TextRig = HomeMadeRig<TextBoard>;
 
 }  // namespace nacelle::diff_drive
