@@ -14,8 +14,8 @@
 #include "nacelle/io/pty_pair.hpp"
 #include "nacelle/runtime/container.hpp"
 #include "simulation/protocol/ugv_device.hpp"
+#include "stick/schedule.hpp"
 #include "support/arguments.hpp"
-#include "teleop/schedule.hpp"
 
 namespace nacelle::bench {
 namespace {

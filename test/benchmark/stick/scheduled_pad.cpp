@@ -10,7 +10,7 @@
 #include "joy/port/scripted_pad.hpp"
 #include "nacelle/io/descriptor.hpp"
 #include "nacelle/node/component.hpp"
-#include "teleop/schedule.hpp"
+#include "stick/schedule.hpp"
 
 namespace nacelle::bench {
 namespace {
