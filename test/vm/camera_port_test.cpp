@@ -104,7 +104,9 @@ TEST_P(CameraFormat, has_the_bytes_that_v4l2_ctl_captures) {
   EXPECT_TRUE(std::equal(frame->bytes.begin(), frame->bytes.end(), theirs.begin(), theirs.end()));
   give_back(*frame);
 }
-INSTANTIATE_TEST_SUITE_P(Kernel, CameraFormat, ::testing::Values("YUYV", "UYVY", "RGB3", "BGR3", "GREY"),
+INSTANTIATE_TEST_SUITE_P(Kernel, CameraFormat,
+                         ::testing::Values("YUYV", "UYVY", "RGB3", "BGR3", "NV12", "GREY", "BA81", "GBRG", "GRBG",
+                                           "RGGB"),
                          [](const auto& test) { return std::string{test.param}; });
 
 TEST_F(CameraPort, the_time_of_capture_follows_a_step_of_the_clock) {

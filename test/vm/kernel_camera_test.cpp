@@ -6,6 +6,7 @@
 #include "camera/component/camera_component.hpp"
 #include "camera/port/v4l2_capture.hpp"
 #include "support/recording_host.hpp"
+#include "unit/components/camera/jpeg_picture.hpp"
 #include "unit/components/camera/pooled_writer.hpp"
 #include "vivid.hpp"
 
@@ -13,6 +14,7 @@ namespace nacelle::camera {
 namespace {
 
 using sensor_msgs::msg::CameraInfo;
+using sensor_msgs::msg::CompressedImage;
 using sensor_msgs::msg::Image;
 using test::kPatience;
 using test::Vivid;
@@ -110,6 +112,63 @@ TEST_P(KernelCapture, copies_frames_and_loses_none_while_readers_hold_the_other_
 }
 INSTANTIATE_TEST_SUITE_P(Memory, KernelCapture, ::testing::Values(FrameMemory::Mapped, FrameMemory::Own),
                          [](const auto& test) { return test.param == FrameMemory::Mapped ? "mapped" : "own"; });
+
+// v4l2loopback: a camera whose pictures a program writes.
+TEST(LoopbackCamera, publishes_jpegs_as_they_were_sent_and_decodes_them_for_readers_of_the_image) {
+  NACELLE_ONLY_IN_MACHINE("camera");
+  const std::string device = "/dev/video9";
+  const io::Descriptor sender{::open(device.c_str(), O_RDWR | O_CLOEXEC)};
+  v4l2_format sent{};
+  sent.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+  sent.fmt.pix.width = 320;
+  sent.fmt.pix.height = 240;
+  sent.fmt.pix.pixelformat = V4L2_PIX_FMT_MJPEG;
+  sent.fmt.pix.sizeimage = 320 * 240 * 3;
+  ASSERT_EQ(::ioctl(sender.number(), VIDIOC_S_FMT, &sent), 0);
+  const PatternScene scene{320, 240, kRgb24};
+  Bytes rgb(scene.frame_bytes());
+  const auto jpeg_of = [&](std::uint64_t number) {
+    scene.render(number, rgb);
+    return encode_jpeg(rgb, 320, 240);
+  };
+  Bytes jpeg = jpeg_of(0);
+  ASSERT_EQ(::write(sender.number(), jpeg.data(), jpeg.size()), static_cast<ssize_t>(jpeg.size()));
+
+  SystemClock clock;
+  Logger logger{"camera"};
+  PooledTopic<Image> images{8};
+  PooledTopic<CameraInfo> infos{8};
+  PooledTopic<CompressedImage> jpegs{8};
+  V4l2Capture capture{clock};
+  CaptureLoop::Settings settings;
+  settings.wish = {.device = device, .pixel_format = kMjpeg, .width = 320, .height = 240};
+  settings.output = find_pixel_format(kRgb24);
+  CaptureLoop loop{{capture, clock, logger, images.publisher, infos.publisher, {}, nullptr, &jpegs.publisher},
+                   settings};
+  const auto opened = loop.open();
+  ASSERT_TRUE(opened) << opened.error().text();
+  const auto started = loop.start();
+  ASSERT_TRUE(started) << started.error().text();
+  std::size_t equal = 0, decoded_bytes = 0;
+  jpegs.writer->on_message = [&](const CompressedImage& message) {
+    equal += std::equal(message.data.begin(), message.data.end(), jpeg.begin(), jpeg.end()) ? 1 : 0;
+  };
+  images.writer->on_message = [&](const Image& message) { decoded_bytes += message.data.size(); };
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    images.writer->readers = number <= 10 ? 1 : 0;
+    jpeg = jpeg_of(number);
+    ASSERT_EQ(::write(sender.number(), jpeg.data(), jpeg.size()), static_cast<ssize_t>(jpeg.size()));
+    // One that was sent before the stream began comes first.
+    do {
+      ASSERT_EQ(loop.turn(clock.now() + kPatience), CaptureLoop::Turn::Frame);
+    } while (loop.stats().compressed < number);
+  }
+  EXPECT_GE(equal, 19U);
+  EXPECT_GT(loop.stats().published, 0U);
+  EXPECT_EQ(decoded_bytes, loop.stats().published * 320 * 240 * 3);
+  EXPECT_GE(loop.stats().not_decoded, 9U);
+  EXPECT_EQ(loop.stats().undecodable, 0U);
+}
 
 TEST_F(KernelCamera, has_the_drivers_controls_as_parameters) {
   CameraComponent camera{options_};

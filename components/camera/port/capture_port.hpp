@@ -56,7 +56,7 @@ struct CaptureFormat {
 /// One picture.
 struct Frame {
   ByteSpan bytes;            ///< As the device wrote them; in the offered memory or in the device's.
-  ReleaseHook give_back;     ///< Call it once when `bytes` is no longer used, from any thread. Null for offered memory.
+  ReleaseHook give_back{};   ///< Call it once when `bytes` is no longer used, from any thread. Null for offered memory.
   std::uint64_t sequence{};  ///< Counts the frames that were lost, too.
   std::uint64_t lost{};      ///< Frames missing right before this one.
   WallTime captured;         ///< When the sensor's exposure began (or ended, if the device says only that).
@@ -64,6 +64,11 @@ struct Frame {
   std::uint32_t
       spare_buffers{};  ///< Left with the device while this frame is out; lend the frame if more than kAlwaysQueued.
   int dma_buf = -1;     ///< Of this memory, imported or exported; valid until give_back. -1: none.
+
+  /// Calls give_back, if there is one.
+  void return_memory() const {
+    if (give_back.release != nullptr) give_back.release(give_back.context);
+  }
 };
 
 /// Why there is no frame.

@@ -209,7 +209,7 @@ Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const Capture
   if (layout->bytes_per_pixel != 0) {
     // Some drivers leave bytesperline at 0; less than a line's bytes is nonsense, too.
     agreed.bytes_per_line = std::max(given.bytesperline, given.width * layout->bytes_per_pixel);
-    agreed.frame_bytes = std::size_t{agreed.bytes_per_line} * agreed.height;
+    agreed.frame_bytes = std::size_t{agreed.bytes_per_line} * agreed.height * layout->lines_for_two / 2;
   } else {
     agreed.frame_bytes = given.sizeimage;
   }
