@@ -77,6 +77,8 @@ class ImuChips : public ::testing::Test {
     board_.put(0x68, mpu_);
     set("calibrate_gyro", false);
   }
+  // The reading thread ends before the chips that a derived fixture holds.
+  void TearDown() override { component_.reset(); }
   void set(const std::string& name, const ParameterValue& value) { overrides_.insert_or_assign(name, value); }
   ImuComponent& make(const std::string& model) {
     set("model", model);
