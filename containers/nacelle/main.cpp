@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   add_security_commands(root);
   add_teleop_command(root);
   add_sim_commands(root);
+  add_imu_commands(root);
   add_interface_command(root);
   add_xacro_command(root);
   add_completion_command(root);

@@ -16,5 +16,6 @@ Command& add_service_commands(Command& root);
 void add_tf_commands(Command& root);
 void add_topic_commands(Command& root);
 void add_action_commands(Command& root);
+void add_imu_commands(Command& root);
 
 }  // namespace nacelle::cli
