@@ -21,7 +21,7 @@ Result<std::unique_ptr<io::ByteStream>, Problem> open_serial(const LidarOptions&
 
 constexpr Duration kTurn = 100ms;  // most LiDARs turn at 10 Hz
 /// A device answers within milliseconds; one that the host's adapter has just powered needs more.
-constexpr Duration kConversation = 2s;
+constexpr Duration kConversation = 5s;
 /// A stop is two short writes.
 constexpr Duration kStop = 500ms;
 

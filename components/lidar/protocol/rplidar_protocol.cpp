@@ -231,6 +231,7 @@ void RplidarProtocol::give_up_question() {
 }
 
 LineAction RplidarProtocol::drive_motor(bool on) {
+  motor_runs_ = on;
   if (motor_ == Motor::ByModemLine)
     return {.bytes = {}, .data_terminal_ready = !on};  // the A1's motor runs while DTR is off
   const std::uint16_t value = !on ? 0 : motor_ == Motor::ByPwm ? kUsualPwm : kUsualSpeed_rpm;
@@ -240,8 +241,9 @@ LineAction RplidarProtocol::drive_motor(bool on) {
 
 std::optional<LineAction> RplidarProtocol::next_action(MonotonicTime now) {
   const bool heard = std::exchange(heard_, false);
-  const bool runs = step_ == Step::Scan || step_ == Step::Starting || step_ == Step::Measuring;
-  if (runs && !wanted_) step_ = Step::Halt;
+  // Whatever is under way, also a new identification: a motor that turns is stopped first.
+  const bool runs = step_ == Step::Scan || step_ == Step::Starting || step_ == Step::Measuring || motor_runs_;
+  if (runs && !wanted_ && step_ != Step::HaltMotor) step_ = Step::Halt;
   switch (step_) {
     case Step::Stop:
       decoder_.expect(RplidarAnswer::None);
@@ -290,6 +292,7 @@ std::optional<LineAction> RplidarProtocol::next_action(MonotonicTime now) {
       sweeps_.restart();
       if (was_reset_) {
         step_ = Step::Pause;
+        motor_runs_ = false;
         pause(now, kResetTime);
         return send(kReset);
       }

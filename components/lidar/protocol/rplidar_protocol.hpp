@@ -76,8 +76,9 @@ class RplidarProtocol final : public LidarProtocol {
   Step step_ = Step::Stop;
   Question question_ = Question::Info;
   bool wanted_ = false;
-  bool heard_ = false;      ///< A measurement came since the last next_action().
-  bool was_reset_ = false;  ///< Because it said that it protects itself.
+  bool heard_ = false;       ///< A measurement came since the last next_action().
+  bool motor_runs_ = false;  ///< It was started, and not stopped since.
+  bool was_reset_ = false;   ///< Because it said that it protects itself.
   unsigned tries_ = 0;
   MonotonicTime until_{};
   std::array<std::uint8_t, 16> request_{};

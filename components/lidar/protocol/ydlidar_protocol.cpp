@@ -123,7 +123,8 @@ void YdlidarProtocol::hear(const RplidarPacket& answer) {
 
 std::optional<LineAction> YdlidarProtocol::next_action(MonotonicTime now) {
   if (!is_commanded_) return std::nullopt;
-  if ((step_ == Step::Scan || step_ == Step::Running) && !wanted_) {
+  // Whatever is under way, also a new identification: a motor that turns is stopped first.
+  if ((step_ == Step::Scan || step_ == Step::Running || motor_runs_) && !wanted_ && step_ != Step::HaltMotor) {
     packets_.restart();
     last_deg_ = -1.0;
     measures_ = false;
@@ -155,6 +156,7 @@ std::optional<LineAction> YdlidarProtocol::next_action(MonotonicTime now) {
     case Step::Idle:
       if (!wanted_) return std::nullopt;
       step_ = Step::Scan;
+      motor_runs_ = true;
       return LineAction{.bytes = {}, .data_terminal_ready = true};
     case Step::Scan:
       answers_.expect(RplidarAnswer::None);
@@ -172,7 +174,10 @@ std::optional<LineAction> YdlidarProtocol::next_action(MonotonicTime now) {
       measures_ = false;
       step_ = Step::Stop;
       return next_action(now);
-    case Step::HaltMotor: step_ = Step::Idle; return LineAction{.bytes = {}, .data_terminal_ready = false};
+    case Step::HaltMotor:
+      step_ = Step::Idle;
+      motor_runs_ = false;
+      return LineAction{.bytes = {}, .data_terminal_ready = false};
     case Step::Refused:
       if (until_ == MonotonicTime{}) until_ = now + kRefusedTime;
       if (now < until_) return std::nullopt;

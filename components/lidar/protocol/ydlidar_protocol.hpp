@@ -57,6 +57,7 @@ class YdlidarProtocol final : public LidarProtocol {
 
   Step step_ = Step::Stop;
   bool wanted_ = false, heard_ = false, measures_ = false;
+  bool motor_runs_ = false;  ///< It was started, and not stopped since.
   MonotonicTime until_{};
   std::array<std::uint8_t, 2> request_{};
   std::string refusal_, identity_;

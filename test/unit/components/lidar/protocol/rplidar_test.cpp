@@ -327,6 +327,19 @@ TEST(RplidarProtocol, identifies_measures_and_really_stops) {
   EXPECT_EQ(talk.device.requests().bad_checksums, 0U);
 }
 
+TEST(RplidarProtocol, stops_the_motor_also_while_the_device_is_identified_anew) {
+  Talk talk{simulation::Rplidar::settings_of("rplidar_a1"), ""};
+  talk.protocol.want(true);
+  talk.run(1s);
+  talk.protocol.restart();  // the line was opened again
+  talk.run(5ms);
+  EXPECT_TRUE(talk.device.motor_turns());
+  talk.protocol.want(false);
+  talk.run(2ms);
+  EXPECT_FALSE(talk.device.is_scanning() || talk.device.motor_turns());
+  EXPECT_TRUE(talk.protocol.is_settled());
+}
+
 TEST(RplidarProtocol, sends_the_requests_that_the_makers_description_prints) {
   Talk talk{simulation::Rplidar::settings_of("rplidar_a2"), "express"};
   talk.protocol.want(true);
