@@ -4,6 +4,7 @@
 import contextlib
 import io
 import pathlib
+import tempfile
 import unittest
 
 import run_guide
@@ -74,8 +75,11 @@ class Pages(unittest.TestCase):
 class Recorder:
     """Takes the place of a Debian: notes what is run and answers what a case says."""
 
-    def __init__(self, **answers):
-        self.answers, self.noted = answers, []
+    def __init__(self, emulated=False, **answers):
+        self.answers, self.noted, self.emulated = answers, [], emulated
+
+    def is_emulated(self):
+        return self.emulated
 
     def run(self, user, script):
         self.noted.append(script.strip())
@@ -117,6 +121,16 @@ class Logins(unittest.TestCase):
         self.debian.stop()
         self.assertEqual(process.returncode, 0)
 
+    def test_programs_of_another_processor_are_emulated(self):
+        self.assertFalse(self.debian.is_emulated())
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "usr" / "bin" / "env"
+            program.parent.mkdir(parents=True)
+            here = bytearray(pathlib.Path("/usr/bin/env").read_bytes()[:64])
+            here[18] ^= 1
+            program.write_bytes(here)
+            self.assertTrue(Here(pathlib.Path(folder), timeout=60).is_emulated())
+
     def test_an_end_that_is_early_is_noticed(self):
         self.assertEqual(self.debian.start("echo no; exit 7"), (7, "no\n"))
 
@@ -131,6 +145,13 @@ class Runs(unittest.TestCase):
         debian = Recorder()
         sums = self.run_marked(debian, ("tested: chroot", "a"), ("not run: why", "b"), ("tested: chroot, stays", "c"), ("tested: other", "d"), ("tested: chroot", "e"))
         self.assertEqual((sums, debian.noted), ((3, 0, 1), ["a", "stop", "start c", "e", "stop"]))
+
+    def test_what_needs_this_processor_is_left_out_under_emulation(self):
+        for emulated, expected in ((False, ((2, 0, 0), ["a", "b", "stop"])), (True, ((1, 0, 1), ["b", "stop"]))):
+            with self.subTest(emulated=emulated):
+                debian = Recorder(emulated=emulated)
+                sums = self.run_marked(debian, ("tested: chroot, native", "a"), ("tested: chroot", "b"))
+                self.assertEqual((sums, debian.noted), expected)
 
     def test_a_failed_command_an_end_that_is_early_and_another_output_fail(self):
         debian = Recorder(a=(1, ""), b=(0, ""), c=(0, "no\n"), d=(3, "yes\n"))
