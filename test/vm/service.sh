@@ -57,9 +57,10 @@ eventually "install starts the robot, without network and devices" 120 is_active
 nacelle service status || fail "nacelle service status"
 usermod -aG nacelle pilot
 eventually "a member of group nacelle operates it without sudo" 120 says "nacelle component list" "/lidar +active +open fault: DEVICE_LOST"
-if as stranger "nacelle component list" >/run/output 2>&1; then fail "somebody outside the group reached the robot"; fi
+if as stranger "nacelle component list" >/run/output 2>&1; then fail "a user outside group nacelle reached the robot"; fi
 holds "others do not reach it: $(tail -n 1 /run/output)"
-eventually "the journal has components as fields" 60 grep -q /dev/ttyUSB0 <(nacelle service logs --component /lidar)
+logs_name_the_device() { nacelle service logs --component /lidar | grep -q /dev/ttyUSB0; }
+eventually "the journal has components as fields" 60 logs_name_the_device
 
 had=$(as pilot "nacelle param get /diff_drive linear.x.max_velocity")
 sed -i 's/max_velocity: 0.5/max_velocity: 0.25/' /etc/nacelle/robot/robot.yaml
