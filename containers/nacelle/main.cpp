@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   add_qos_commands(root);
   add_tf_commands(root);
   add_top_commands(root);
+  add_device_commands(root);
   add_doctor_command(root);
   add_estop_command(root);
   add_export_command(root);

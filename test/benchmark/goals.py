@@ -255,6 +255,15 @@ def shared_memory(programs, say):
               f"{run['copied_per_message']:.0f} B/message by the writer, {run['copied_by_reader_per_message']:.0f} by the reader")  # fmt: skip
 
 
+def teleop(programs, say):
+    say("a gamepad's stick moves 600 times, beside the camera")
+    run = programs.run("teleop", moves=600)
+    how = "" if run["real_time"] else "without real-time priority, "
+    yield row("teleop", "from a gamepad's stick to the motor board's line, p99", run["p99_ms"], "ms", at_most(40),
+              "the base writes every 20 ms", f"{how}p50 {run['p50_ms']:.1f} ms, largest {run['max_ms']:.1f} ms")  # fmt: skip
+    yield row("teleop", "moves that did not reach it", run["lost"], "moves", exactly(0), f"of {run['moves']:.0f}")
+
+
 def wire(programs, say):
     say("a stream of this process with the network beside it, without a remote reader")
     for size, name in ((0, "44 B"), (900_000, "0.9 MB")):
@@ -283,6 +292,7 @@ BENCHMARKS = {
     "m14-wire": wire,
     "m19-robot": robot,
     "m20-loading": loading,
+    "teleop": teleop,
 }
 # Run only when they are named.
 ON_REQUEST = {"soak-load": soak}

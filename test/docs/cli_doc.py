@@ -18,6 +18,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import textwrap
 import threading
 import unittest
 
@@ -111,6 +112,7 @@ EXAMPLES = (
     Example("new component wheel_counter", then=("new component sonar --driver",)),
     Example("qos check launch/robot.launch.yaml"),
     Example("qos explain --offered reliability=best_effort --requested reliability=reliable"),
+    Example("device list", lines=40),
     Example("doctor", exit_codes=(0, 1), lines=40),  # faults of the machine that wrote this page do not matter
     Example("doctor net", lines=40),
     Example("export on"),
@@ -124,6 +126,7 @@ EXAMPLES = (
     Example("estop release"),
     Example("teleop", keys="iik", lines=20),
     Example("sim world --dir world -v", ends=2),
+    Example("sim device rplidar_a1 --pty rplidar", ends=2),
     Example("sim truth"),
     Example("sim unplug imu", silent=True),
     Example("sim plug imu", silent=True),
@@ -371,7 +374,7 @@ def launch_file_of(block):
         return block + "- include: {file: launch/robot.launch.yaml}\n"
     if "ros__parameters:" in block:
         return "launch:\n- include: {file: launch/robot.launch.yaml, arg: [{name: config, value: $(dirname)/block.yaml}]}\n"
-    return "launch:\n- node_container:\n    name: robot\n    composable_node:\n" + block
+    return "launch:\n- node_container:\n    name: robot\n    composable_node:\n" + textwrap.indent(textwrap.dedent(block), "    ")
 
 
 def commands_of(page):

@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-VERBS = ("setup", "build", "run", "test", "bench", "lint", "nacelle", "deb", "test-deb", "release")
+VERBS = ("setup", "build", "run", "test", "vm", "bench", "lint", "nacelle", "deb", "test-deb", "release")
 
 
 def dev(*arguments, cwd=ROOT, env=None, script=ROOT / "dev"):
@@ -76,6 +76,9 @@ class DevTest(unittest.TestCase):
             ("run", "--sanitizer"),
             ("bench", "--jsn", "x"),
             ("test", "-L", "timing", "--busy", "2"),
+            ("vm", "gpoi"),
+            ("vm", "--release", "sid"),
+            ("vm", "--release"),
             ("deb", "--release", "sid"),
             ("deb", "--arch"),
             ("test-deb", "--arch", "riscv64"),

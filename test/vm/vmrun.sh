@@ -1,20 +1,21 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs one command in a throw-away arm64 virtual machine (QEMU's -M virt, emulated: never KVM). The machine's root is a folder of
-# this one, read-only below a file system in memory, so that programs that were cross-built run where they lie.
+# Runs one command in a throw-away virtual machine, amd64 or arm64 (QEMU's q35 or virt, emulated: never KVM, which is there and stands
+# still on machines that are virtual themselves). The machine's root is a folder of this one, or all of it, read-only below a file system
+# in memory, so that programs run where they were built.
 #
-# usage: vmrun.sh -k KERNEL -r ROOT [-s FOLDER]... [-m "MODULE[:OPTION=VALUE,...] ..."] [-p CPU] [-c CPUS] [-M MB] [-t SECONDS]
+# usage: vmrun.sh -k KERNEL [-r ROOT] [-s FOLDER]... [-m "MODULE[:OPTION=VALUE]... ..."] [-p CPU] [-c CPUS] [-M MB] [-t SECONDS]
 #                 [-o FOLDER] [-i] [-v] -- COMMAND [ARGS]
-#   -k  what .ci/kernel printed              -r  the root; what .ci/sysroot printed
+#   -k  what .ci/kernel printed              -r  the root: what .ci/sysroot printed, or / (default)
 #   -s  a folder that has the same path in the machine; what is written there is lost
 #   -m  modules to load first                -o  a folder that is /out in the machine, and is written to
-#   -p  QEMU's name of the processor: cortex-a72 (a Pi 4, default), cortex-a76 (a Pi 5, which has pages of 16 KiB)
+#   -p  QEMU's name of the processor: max (amd64's default), cortex-a72 (a Pi 4, arm64's default), cortex-a76 (a Pi 5, pages of 16 KiB)
 #   -i  starts the root's systemd first, and the command as a service of it
 #   -v  shows the kernel's messages
 # Exit code: the command's; 124: not ready within SECONDS (default 300); 125: the machine ended before the command.
 set -euo pipefail
 die() { printf '%s\n' "vmrun.sh: $1" >&2; exit 2; }
-kernel="" root="" modules="" cpu=cortex-a72 cpus=2 memory=2048 limit=300 out="" init=false shares=() quiet="quiet loglevel=3"
+kernel="" root=/ modules="" cpu="" cpus=2 memory=2048 limit=300 out="" init=false shares=() quiet="quiet loglevel=3"
 while getopts k:r:s:m:p:c:M:t:o:iv option; do
   case $option in
     k) kernel=$OPTARG ;; r) root=$OPTARG ;; s) shares+=("$(realpath "$OPTARG")") ;; m) modules=$OPTARG ;; p) cpu=$OPTARG ;;
@@ -23,7 +24,13 @@ while getopts k:r:s:m:p:c:M:t:o:iv option; do
   esac
 done
 shift $((OPTIND - 1))
-[[ -e $kernel/Image ]] || die "-k '$kernel' holds no kernel: pass the folder that .ci/kernel prints"
+if [[ -e $kernel/Image ]]; then
+  machine=(qemu-system-aarch64 -M virt -cpu "${cpu:-cortex-a72}" -kernel "$kernel/Image") console=ttyAMA0
+elif [[ -e $kernel/vmlinux ]]; then
+  machine=(qemu-system-x86_64 -M q35 -cpu "${cpu:-max}" -kernel "$kernel/vmlinux") console="ttyS0 mitigations=off"
+else
+  die "-k '$kernel' holds no kernel: pass the folder that .ci/kernel prints"
+fi
 [[ -e $root/usr/bin/bash ]] || die "-r '$root' has no bash: pass the folder that .ci/sysroot prints"
 (($# > 0)) || die "no command was given"
 temporary=$(mktemp -d)
@@ -54,9 +61,7 @@ fi
       "$number" "$number" "$number" "${shares[number]}"
   done
   for module in $modules; do
-    options=""
-    if [[ $module == *:* ]]; then options=${module#*:}; fi
-    echo "modprobe ${module%%:*} ${options//,/ } || echo 'vmrun: no module $module'"
+    echo "modprobe ${module//:/ } || echo 'vmrun: $module cannot be loaded'"
   done
   # shellcheck disable=SC2016  # the machine's own
   echo 'read -r rest page rest < <(grep -m 1 KernelPageSize /proc/self/smaps)'
@@ -71,14 +76,15 @@ fi
 share() {  # NAME FOLDER [OPTION]
   machine+=(-fsdev "local,id=$1,path=$2,security_model=none,multidevs=remap${3:+,$3}" -device "virtio-9p-pci,fsdev=$1,mount_tag=$1")
 }
-machine=(-M virt -accel "tcg,thread=multi" -cpu "$cpu" -m "$memory" -smp "$cpus" -nodefaults -nographic -no-reboot -serial stdio
-  -device virtio-rng-pci -kernel "$kernel/Image" -initrd "$kernel/initrd.cpio" -append "console=ttyAMA0 panic=-1 $quiet")
+machine+=(-accel "tcg,thread=multi" -m "$memory" -smp "$cpus" -nodefaults -nographic -no-reboot -serial stdio
+  -device virtio-rng-pci -initrd "$kernel/initrd.cpio" -append "console=$console panic=-1 $quiet")
 share root "$root" readonly=on
 share out "$out"
 share modules "$(echo "$kernel"/lib/modules/*)" readonly=on
 for number in "${!shares[@]}"; do share "share$number" "${shares[number]}" readonly=on; done
 status=0
-timeout -k 5 "$limit" qemu-system-aarch64 "${machine[@]}" </dev/null 2>&1 | sed -u 's/\r$//' || status=${PIPESTATUS[0]}
+# Without the control characters of amd64's firmware.
+timeout -k 5 "$limit" "${machine[@]}" </dev/null 2>&1 | sed -u -e 's/\r$//; s/\x1b\[[?0-9;]*[a-zA-Z]//g; s/\x1bc//g; /^SeaBIOS/d; s/^Booting from ROM\.*//' || status=${PIPESTATUS[0]}
 if [[ -s $out/.status ]]; then exit "$(<"$out/.status")"; fi
 if ((status == 124)); then exit 124; fi
 exit 125

@@ -38,6 +38,9 @@ CameraComponent::CameraComponent(const NodeOptions& options, PortMaker make_port
   on_set_ = add_on_set_parameters_callback(
       [this](const std::vector<Parameter>& parameters) { return set_controls(parameters); });
   images_ = create_publisher<sensor_msgs::msg::Image>("~/image_raw", SensorDataQoS(QoS(2)));
+  if (is_jpeg(parse_fourcc(options_.pixel_format).value_or(0))) {
+    compressed_ = create_publisher<sensor_msgs::msg::CompressedImage>("~/image_raw/compressed", SensorDataQoS(QoS(2)));
+  }
   infos_ = create_publisher<sensor_msgs::msg::CameraInfo>("~/camera_info", SensorDataQoS(QoS(2)));
 }
 
@@ -66,9 +69,10 @@ CallbackReturn CameraComponent::on_configure(const State&) {
         DeviceWatch::Settings{.device = setup->wish.device, .fault_code = "CAMERA_SILENT", .fault_after = kFaultAfter},
         steady_clock().now());
   }
-  loop_ = std::make_unique<CaptureLoop>(CaptureLoop::Surroundings{*port_, steady_clock(), get_logger(), *images_,
-                                                                  *infos_, [this] { on_reopened(); }, watch_.get()},
-                                        std::move(settings));
+  loop_ = std::make_unique<CaptureLoop>(
+      CaptureLoop::Surroundings{*port_, steady_clock(), get_logger(), *images_, *infos_, [this] { on_reopened(); },
+                                watch_.get(), compressed_.get()},
+      std::move(settings));
   if (auto opened = loop_->open(); !opened) {
     if (may_wait(source, setup->wish.device)) {
       loop_->await_device(opened.error());

@@ -22,6 +22,7 @@ namespace nacelle::camera {
 
 /// Publishes the images of a V4L2 camera, or a test pattern (video_device: pattern), on ~/image_raw and ~/camera_info.
 ///
+/// JPEGs (pixel_format MJPG or JPEG) are also published as they come, on ~/image_raw/compressed, and decoded while ~/image_raw has a reader.
 /// Parameters have v4l2_camera's names (camera_options.hpp), one more per control of the device. on_configure opens the
 /// device and agrees on a format, on_activate streams: the thread "camera_rx" captures and publishes. A pulled cable
 /// or an absent device does not end it (DEVICE_LOST, an open fault): the thread waits for the device and continues.
@@ -73,6 +74,7 @@ class CameraComponent final : public LifecycleNode {
   Guarded<std::vector<std::pair<Control, std::int64_t>>>
       chosen_;  ///< What was set, for the next time the device opens.
   std::shared_ptr<Publisher<sensor_msgs::msg::Image>> images_;
+  std::shared_ptr<Publisher<sensor_msgs::msg::CompressedImage>> compressed_;  ///< Null if no JPEGs are asked for.
   std::shared_ptr<Publisher<sensor_msgs::msg::CameraInfo>> infos_;
   OnSetParametersCallbackHandle::SharedPtr on_set_;
   DeviceOptions device_;

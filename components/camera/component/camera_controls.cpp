@@ -84,6 +84,8 @@ SetParametersResult CameraComponent::set_controls(const std::vector<Parameter>& 
     if (type != ParameterType::Integer && type != ParameterType::Bool)
       return {false, fmt::format("control {} is a number", found->name)};
     const std::int64_t value = number_of(parameter.get_parameter_value());
+    if (!found->is_switch && (value < found->least || value > found->most))  // some drivers clamp without a word
+      return {false, fmt::format("{} is out of the control's range, {} to {}", value, found->least, found->most)};
     if (loop_ && loop_->is_open()) {
       if (const auto set = port_->set_control(*found, value); !set) return {false, set.error().text()};
     }

@@ -43,6 +43,9 @@ CameraOptions declare_options(Node& node) {
   o.output_encoding = node.declare_parameter<std::string>(
       "output_encoding", o.output_encoding,
       fixed("What is published; equal to the camera's own (yuyv for YUYV) it costs no copy."));
+  o.io_method = node.declare_parameter<std::string>(
+      "io_method", o.io_method,
+      fixed("Whose memory the driver writes into: its own, mapped, or this process's.", "mmap or userptr"));
   o.image_size = node.declare_parameter<std::vector<std::int64_t>>("image_size", o.image_size,
                                                                    fixed("Width and height in pixels."));
   o.time_per_frame = node.declare_parameter<std::vector<std::int64_t>>(
@@ -81,6 +84,8 @@ Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::
     return err(wrong(node, "output_encoding", fmt::format("'{}' cannot be published", options.output_encoding),
                      suggestion(options.output_encoding, encodings())));
   }
+  if (options.io_method != "mmap" && options.io_method != "userptr")
+    return err(wrong(node, "io_method", fmt::format("'{}' is unknown", options.io_method), "use mmap or userptr"));
   const auto side_ok = [](std::int64_t side) { return side >= 16 && side <= 16384; };
   if (options.image_size.size() != 2 || !side_ok(options.image_size[0]) || !side_ok(options.image_size[1])) {
     return err(wrong(node, "image_size", fmt::format("{} is not a size", listed(options.image_size)),
@@ -96,6 +101,7 @@ Result<CameraSetup, Problem> validated(const CameraOptions& options, const std::
   if (options.camera_frame_id.empty())
     return err(wrong(node, "camera_frame_id", "is empty", "name the optical frame, such as camera_optical_frame"));
   setup.wish.device = options.video_device;
+  setup.wish.memory = options.io_method == "userptr" ? FrameMemory::Own : FrameMemory::Mapped;
   setup.wish.pixel_format = *code;
   setup.wish.width = static_cast<std::uint32_t>(options.image_size[0]);
   setup.wish.height = static_cast<std::uint32_t>(options.image_size[1]);

@@ -26,6 +26,7 @@ struct CameraOptions {
   std::string video_device = "/dev/video0";  ///< Or kPattern.
   std::string pixel_format = "YUYV";
   std::string output_encoding = "rgb8";
+  std::string io_method = "mmap";
   std::vector<std::int64_t> image_size{640, 480};
   std::vector<std::int64_t> time_per_frame{1, 30};  ///< Seconds, as a fraction.
   std::string camera_frame_id = "camera_optical_frame";

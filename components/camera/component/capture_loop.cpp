@@ -2,6 +2,7 @@
 #include "camera/component/capture_loop.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "camera/component/calibration.hpp"
 
@@ -79,32 +80,69 @@ CaptureLoop::Turn CaptureLoop::turn(MonotonicTime deadline) {
 
 void CaptureLoop::look_for_silence() {
   if (around_.watch == nullptr) return;
-  around_.watch->look(around_.clock.now(), [this] { return std::to_string(stats().published) + " frames so far"; });
+  around_.watch->look(around_.clock.now(),
+                      [this] { return std::to_string(stats().published + stats().not_decoded) + " frames so far"; });
 }
 
 void CaptureLoop::publish(const Frame& frame) {
+  const bool came_as_jpeg = is_jpeg(format_.pixel_format);
+  const bool wants_jpeg =
+      came_as_jpeg && around_.compressed != nullptr && around_.compressed->get_subscription_count() > 0;
+  const bool wants_image = !came_as_jpeg || around_.images.get_subscription_count() > 0;
   auto info = around_.infos.borrow();
-  if (!image_ || !info) {
-    if (frame.give_back.release != nullptr) frame.give_back.release(frame.give_back.context);
+  if (!info || (wants_image && !image_)) {
+    frame.return_memory();
     ++stats_.lock()->no_message;
     return;
   }
-  const auto outcome = maker_->fill(frame, *image_);
-  if (outcome == ImageMaker::Outcome::Undecodable) {
-    ++stats_.lock()->undecodable;
-    return;  // the image serves for the next frame
-  }
   *info = info_;
   info->header.stamp = (settings_.use_capture_time ? frame.captured : frame.received) + settings_.stamp_offset;
-  image_->header.stamp = info->header.stamp;
-  image_->header.frame_id.assign(settings_.frame_id);
+  const auto stamp = info->header.stamp;
+  auto outcome = ImageMaker::Outcome::Undecodable;
+  if (wants_image) {
+    Frame shown = frame;
+    if (wants_jpeg) shown.give_back = {};  // the JPEG's message gives it back
+    outcome = maker_->fill(shown, *image_);
+  }
+  const bool has_image = outcome != ImageMaker::Outcome::Undecodable;
   // camera_info first, so that a reader of the image already has its calibration.
-  around_.infos.publish(std::move(info));
-  around_.images.publish(std::move(image_));
+  if (has_image || wants_jpeg || !wants_image) around_.infos.publish(std::move(info));
+  if (wants_jpeg) {
+    publish_jpeg(frame, stamp);
+  } else if (!wants_image) {
+    frame.return_memory();
+  }
+  if (has_image) {
+    image_->header.stamp = stamp;
+    image_->header.frame_id.assign(settings_.frame_id);
+    around_.images.publish(std::move(image_));
+  }  // otherwise the image serves for the next frame
   auto stats = stats_.lock();
-  ++stats->published;
+  if (!wants_image) ++stats->not_decoded;
+  if (wants_image && !has_image) ++stats->undecodable;
+  if (has_image) ++stats->published;
   if (outcome == ImageMaker::Outcome::Adopted) ++stats->adopted;
   if (outcome == ImageMaker::Outcome::Copied) ++stats->copied;
+}
+
+void CaptureLoop::publish_jpeg(const Frame& frame, const builtin_interfaces::msg::Time& stamp) {
+  auto jpeg = around_.compressed->borrow();
+  if (!jpeg) {
+    frame.return_memory();
+    return;
+  }
+  jpeg->header.stamp = stamp;
+  jpeg->header.frame_id.assign(settings_.frame_id);
+  jpeg->format.assign("jpeg");
+  if (frame.spare_buffers > kAlwaysQueued) {
+    jpeg->data.adopt(frame.bytes.data(), frame.bytes.size(), frame.bytes.size(), frame.give_back);
+  } else {
+    jpeg->data.resize_uninitialized(frame.bytes.size());
+    std::memcpy(jpeg->data.data(), frame.bytes.data(), frame.bytes.size());
+    frame.return_memory();
+  }
+  around_.compressed->publish(std::move(jpeg));
+  ++stats_.lock()->compressed;
 }
 
 void CaptureLoop::lose(CaptureFault fault) {

@@ -15,15 +15,18 @@
 #include "nacelle/node/device_watch.hpp"
 #include "nacelle/node/publisher.hpp"
 #include "sensor_msgs/msg/camera_info.hpp"
+#include "sensor_msgs/msg/compressed_image.hpp"
 #include "sensor_msgs/msg/image.hpp"
 
 namespace nacelle::camera {
 
-/// Every frame of the port is published, undecodable, or met no message (no_message also counts the wait for one).
+/// Every frame of the port is published, not decoded, undecodable, or met no message (no_message also counts the wait for one).
 struct CaptureLoopStats {
   std::uint64_t published{};    ///< Image and camera_info both.
+  std::uint64_t compressed{};   ///< JPEGs published as they came, whether they were also decoded or not.
+  std::uint64_t not_decoded{};  ///< JPEGs while nobody read the image.
   std::uint64_t adopted{};      ///< Of these: the reader sees the driver's own buffer.
-  std::uint64_t copied{};       ///< Of these: copied, because the device had no buffer left.
+  std::uint64_t copied{};       ///< Of these: copied, because readers hold all other buffers.
   std::uint64_t undecodable{};  ///< Broken JPEGs.
   std::uint64_t no_message{};   ///< The topic's pool was dry.
   std::uint64_t outages{};      ///< Times the stream broke.
@@ -55,6 +58,7 @@ class CaptureLoop {
     Publisher<sensor_msgs::msg::CameraInfo>& infos;
     std::function<void()> on_reopened;  ///< Sets the controls again. Called before the stream starts.
     DeviceWatch* watch = nullptr;       ///< Is notified whether frames arrive; may be null.
+    Publisher<sensor_msgs::msg::CompressedImage>* compressed = nullptr;  ///< For JPEGs as they come; may be null.
   };
 
   CaptureLoop(Surroundings surroundings, Settings settings)
@@ -82,6 +86,7 @@ class CaptureLoop {
 
  private:
   void publish(const Frame& frame);
+  void publish_jpeg(const Frame& frame, const builtin_interfaces::msg::Time& stamp);
   void lose(CaptureFault fault);
   bool bring_back();
   void look_for_silence();

@@ -11,18 +11,13 @@
 namespace nacelle::camera {
 namespace {
 
-bool is_jpeg(FourCc code) { return code == kMjpeg || code == kJpeg; }
 bool is_rgb(FourCc code) { return code == kRgb24 || code == kBgr24; }
 bool is_yuv(FourCc code) { return code == kYuyv || code == kUyvy; }
 
 bool can_become(FourCc from, FourCc to) {
   if (from == to) return true;
-  if (is_jpeg(from) || is_yuv(from)) return is_rgb(to) || to == kGrey;
+  if (is_jpeg(from) || is_yuv(from) || from == kNv12) return is_rgb(to) || to == kGrey;
   return is_rgb(from) && is_rgb(to);
-}
-
-void give_back(const Frame& frame) {
-  if (frame.give_back.release != nullptr) frame.give_back.release(frame.give_back.context);
 }
 
 }  // namespace
@@ -67,18 +62,18 @@ ImageMaker::Outcome ImageMaker::fill(const Frame& frame, sensor_msgs::msg::Image
   if (from_ == to_) {
     image.step = bytes_per_line_;
     if (fills_offered_memory_) return Outcome::InPlace;
-    if (frame.spare_buffers > 0) {
+    if (frame.spare_buffers > kAlwaysQueued) {
       image.data.adopt(frame.bytes.data(), frame_bytes_, frame.bytes.size(), frame.give_back);
       return Outcome::Adopted;
     }
     image.data.resize_uninitialized(frame_bytes_);
     std::memcpy(image.data.data(), frame.bytes.data(), frame_bytes_);
-    give_back(frame);
+    frame.return_memory();
     return Outcome::Copied;
   }
   image.data.resize_uninitialized(std::size_t{image.step} * height_);
   const bool good = convert(frame.bytes, {image.data.data(), image.data.size()});
-  give_back(frame);
+  frame.return_memory();
   return good ? Outcome::Converted : Outcome::Undecodable;
 }
 
@@ -92,6 +87,10 @@ bool ImageMaker::convert(ByteView frame, ByteSpan out) {
     const auto order = from_ == kYuyv ? YuvOrder::Yuyv : YuvOrder::Uyvy;
     if (to_ == kGrey) return yuv_to_mono(frame, shape, order, out);
     return yuv_to_rgb(frame, shape, order, to_ == kRgb24 ? RgbOrder::Rgb : RgbOrder::Bgr, out);
+  }
+  if (from_ == kNv12) {
+    if (to_ == kGrey) return nv12_to_mono(frame, shape, out);
+    return nv12_to_rgb(frame, shape, to_ == kRgb24 ? RgbOrder::Rgb : RgbOrder::Bgr, out);
   }
   return swap_red_blue(frame, shape, out);
 }

@@ -27,7 +27,7 @@ class ImageMaker {
     Adopted,      ///< The image holds the frame's memory.
     InPlace,      ///< The port wrote into the image already.
     Converted,    ///< One pass to another layout.
-    Copied,       ///< Same layout, but the device had no buffer left: it would starve until the readers are done.
+    Copied,       ///< Same layout, but readers hold all buffers but those that stay with the device (kAlwaysQueued).
     Undecodable,  ///< The JPEG is broken; the image is not to be published.
   };
   /// Fills every field of the image but its header.

@@ -10,14 +10,19 @@ namespace {
 
 // Source: ros2/common_interfaces jazzy, sensor_msgs/image_encodings.hpp; linux/videodev2.h.
 // In the order of preference if a device does not offer the requested format.
-constexpr std::array<PixelFormat, 7> kFormats{{
+constexpr std::array<PixelFormat, 12> kFormats{{
     {kYuyv, "yuyv", 2},
     {kUyvy, "uyvy", 2},
     {kRgb24, "rgb8", 3},
     {kBgr24, "bgr8", 3},
     {kMjpeg, "", 0},
     {kJpeg, "", 0},
+    {kNv12, "", 1, 3},
     {kGrey, "mono8", 1},
+    {fourcc("BA81"), "bayer_bggr8", 1},
+    {fourcc("GBRG"), "bayer_gbrg8", 1},
+    {fourcc("GRBG"), "bayer_grbg8", 1},
+    {fourcc("RGGB"), "bayer_rggb8", 1},
 }};
 
 }  // namespace

@@ -18,14 +18,20 @@ using FourCc = std::uint32_t;
 }
 
 inline constexpr FourCc kYuyv = fourcc("YUYV"), kUyvy = fourcc("UYVY"), kMjpeg = fourcc("MJPG"), kJpeg = fourcc("JPEG"),
-                        kGrey = fourcc("GREY"), kRgb24 = fourcc("RGB3"), kBgr24 = fourcc("BGR3");
+                        kGrey = fourcc("GREY"), kRgb24 = fourcc("RGB3"), kBgr24 = fourcc("BGR3"),
+                        kNv12 = fourcc("NV12");
 static_assert(kYuyv == 0x56595559 && kMjpeg == 0x47504A4D, "as in linux/videodev2.h");
+
+[[nodiscard]] constexpr bool is_jpeg(FourCc code) { return code == kMjpeg || code == kJpeg; }
 
 /// A layout that this component can read.
 struct PixelFormat {
   FourCc code;
-  std::string_view encoding;      ///< ROS 2's word of sensor_msgs/image_encodings.hpp; empty for compressed layouts.
-  std::uint32_t bytes_per_pixel;  ///< 0 for compressed layouts, whose frames vary in size.
+  std::string_view
+      encoding;  ///< ROS 2's word of sensor_msgs/image_encodings.hpp; empty if it has none (NV12, compressed layouts).
+  std::uint32_t bytes_per_pixel;  ///< Of a line; 0 for compressed layouts, whose frames vary in size.
+  std::uint32_t lines_for_two =
+      2;  ///< Lines in memory for two of the picture: 3 with a plane of colours behind the picture.
 };
 
 /// The layout of that name; null if the component cannot read it.

@@ -23,7 +23,8 @@ enum class CameraFault : std::uint8_t {
   CannotDraw,  ///< The pattern source cannot draw this pixel format or size. Where: the source. Value: the format or size.
   NoControl,  ///< The source has no such control. Where: the source. Value: its name.
   NotConvertible,  ///< The encoding cannot be made from the camera's format. Where: parameter output_encoding. Value: the encoding.
-  Failed,  ///< A system call failed for another reason.
+  MemoryRefused,  ///< The driver does not fill memory of that kind (io_method).
+  Failed,         ///< A system call failed for another reason.
 };
 [[nodiscard]] constexpr const char* code_text(CameraFault fault) {
   switch (fault) {
@@ -42,6 +43,7 @@ enum class CameraFault : std::uint8_t {
     case CameraFault::CannotDraw: return "camera.cannot_draw";
     case CameraFault::NoControl: return "camera.no_control";
     case CameraFault::NotConvertible: return "camera.not_convertible";
+    case CameraFault::MemoryRefused: return "camera.memory_refused";
     case CameraFault::Failed: return "camera.failed";
   }
   return "";

@@ -16,6 +16,17 @@
 
 namespace nacelle::camera {
 
+/// Whose memory a device writes its frames into.
+enum class FrameMemory : std::uint8_t {
+  Mapped,   ///< The driver's own, mapped. Every camera has it.
+  Own,      ///< This process's. Drivers whose DMA needs contiguous memory refuse it.
+  Imported  ///< Another device's: CaptureWish::imports.
+};
+
+/// Buffers that always stay queued with the device: one that it fills and one that it turns to next. A frame whose buffer would be one of
+/// them is copied instead of lent.
+inline constexpr std::uint32_t kAlwaysQueued = 2;
+
 /// What the user asks a camera for.
 struct CaptureWish {
   std::string device = "/dev/video0";
@@ -23,6 +34,10 @@ struct CaptureWish {
   std::uint32_t width = 640, height = 480;
   std::uint32_t period_num = 1,
                 period_den = 30;  ///< Time per frame in seconds, as a fraction. 0/x leaves the device's.
+  FrameMemory memory = FrameMemory::Mapped;
+  std::vector<int>
+      imports{};  ///< With FrameMemory::Imported: dma-bufs of at least a frame's size, the caller's, open until close().
+  bool export_frames = false;  ///< Each frame has a dma-buf for other devices. Only of mapped memory.
 };
 
 /// What the camera gives.
@@ -41,12 +56,19 @@ struct CaptureFormat {
 /// One picture.
 struct Frame {
   ByteSpan bytes;            ///< As the device wrote them; in the offered memory or in the device's.
-  ReleaseHook give_back;     ///< Call it once when `bytes` is no longer used, from any thread. Null for offered memory.
+  ReleaseHook give_back{};   ///< Call it once when `bytes` is no longer used, from any thread. Null for offered memory.
   std::uint64_t sequence{};  ///< Counts the frames that were lost, too.
   std::uint64_t lost{};      ///< Frames missing right before this one.
   WallTime captured;         ///< When the sensor's exposure began (or ended, if the device says only that).
   WallTime received;         ///< When we got it.
-  std::uint32_t spare_buffers{};  ///< Left with the device while this frame is out; 0 means that it would starve.
+  std::uint32_t
+      spare_buffers{};  ///< Left with the device while this frame is out; lend the frame if more than kAlwaysQueued.
+  int dma_buf = -1;     ///< Of this memory, imported or exported; valid until give_back. -1: none.
+
+  /// Calls give_back, if there is one.
+  void return_memory() const {
+    if (give_back.release != nullptr) give_back.release(give_back.context);
+  }
 };
 
 /// Why there is no frame.

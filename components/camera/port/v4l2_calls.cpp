@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <ctime>
 
 namespace nacelle::camera {
@@ -30,7 +31,20 @@ class KernelCalls final : public V4l2Calls {
         ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, static_cast<off_t>(offset));
     return memory == MAP_FAILED ? nullptr : memory;
   }
+  void* allocate(std::size_t length) override {
+    void* const memory = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return memory == MAP_FAILED ? nullptr : memory;
+  }
   void unmap(void* memory, std::size_t length) override { ::munmap(memory, length); }
+  bool detach(void* memory, std::size_t length) override {
+    void* const copy = allocate(length);
+    if (copy == nullptr) return false;
+    std::memcpy(copy, memory, length);
+    // The kernel exchanges the pages while no thread can take a page fault in between.
+    if (::mremap(copy, length, length, MREMAP_MAYMOVE | MREMAP_FIXED, memory) != MAP_FAILED) return true;
+    ::munmap(copy, length);
+    return false;
+  }
   DeviceWait wait(int descriptor, int bell, Duration longest) override {
     std::array<pollfd, 2> watched{pollfd{descriptor, POLLIN, 0}, pollfd{bell, POLLIN, 0}};
     const Duration cut = std::clamp<Duration>(longest, Duration::zero(), std::chrono::hours{1});

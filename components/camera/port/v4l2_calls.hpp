@@ -33,7 +33,12 @@ class V4l2Calls {
   [[nodiscard]] virtual int control(int descriptor, unsigned long request, void* argument) = 0;
   /// Null on failure.
   [[nodiscard]] virtual void* map(int descriptor, std::size_t length, std::uint32_t offset) = 0;
+  /// Whole pages of this process's own memory; null on failure. unmap() gives them back.
+  [[nodiscard]] virtual void* allocate(std::size_t length) = 0;
   virtual void unmap(void* memory, std::size_t length) = 0;
+  /// Puts memory of this process with the same content in place of mapped memory, at the same address: threads that read it see no
+  /// difference, and the mapping no longer keeps the device's file open. Returns false, and changes nothing, without memory for it.
+  virtual bool detach(void* memory, std::size_t length) = 0;
   /// Waits until the device or the bell has something, at most `longest`. `bell` is an eventfd; it is not read. A
   /// device of -1 waits for the bell alone.
   [[nodiscard]] virtual DeviceWait wait(int descriptor, int bell, Duration longest) = 0;

@@ -24,6 +24,7 @@ Result<CaptureFormat, Problem> V4l2Capture::open(const CaptureWish& wish) {
   auto agreed = negotiate(*device, wish);
   if (!agreed) return agreed;
   format_ = *agreed;
+  wish_ = wish;
   device_ = std::move(device);
   *shared_device_.lock() = device_;
   return agreed;
@@ -31,9 +32,9 @@ Result<CaptureFormat, Problem> V4l2Capture::open(const CaptureWish& wish) {
 
 Result<void, Problem> V4l2Capture::start() {
   NACELLE_EXPECT(device_ != nullptr && device_->buffer_count() == 0, "start() follows open(), once");
-  const auto fault = device_->start(kBuffers);
+  const auto fault = device_->start(kBuffers, wish_);
   if (fault.step != nullptr) {
-    const Problem problem = describe_trouble(path_, fault.step, fault.os_code);
+    const Problem problem = describe_start(wish_, fault.step, fault.os_code);
     close();
     return err(problem);
   }
@@ -99,7 +100,7 @@ Result<Frame, CaptureFault> V4l2Capture::next(MonotonicTime deadline, ByteSpan) 
     if (woke.ready || woke.in_error) {
       v4l2_buffer buffer{};
       buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-      buffer.memory = V4L2_MEMORY_MMAP;
+      buffer.memory = device_->kind();
       const int answer = device_->dequeue(VIDIOC_DQBUF, buffer);
       // "Error" with nothing to dequeue: the stream has ended, and waiting again would spin.
       if (answer == -EAGAIN && woke.in_error && !woke.ready) return err(CaptureFault::Broken);
@@ -119,6 +120,7 @@ Result<Frame, CaptureFault> V4l2Capture::next(MonotonicTime deadline, ByteSpan) 
           frame.bytes = device_->memory(buffer.index).first(buffer.bytesused);
           stamp(buffer, frame);
           frame.spare_buffers = device_->queued();
+          frame.dma_buf = device_->dma_buf(buffer.index);
           frame.give_back = device_->lend(buffer.index);
           auto stats = stats_.lock();
           ++stats->frames;

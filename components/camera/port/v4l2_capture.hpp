@@ -13,16 +13,15 @@ struct v4l2_buffer;
 
 namespace nacelle::camera {
 
-/// A camera of the kernel: single-planar streaming with mapped buffers. USB cameras and any other device with that interface.
+/// A camera of the kernel: single-planar streaming. USB cameras and any other device with that interface.
 ///
-/// A frame is the driver's own buffer; nothing is copied. Three system calls a frame: poll, DQBUF, and the hook's QBUF.
+/// A frame is the buffer that the driver filled, mapped, of this process, or another device's (CaptureWish::memory); nothing is copied. Three system calls a frame: poll, DQBUF, and the hook's QBUF.
 /// Threads: as CapturePort. The clock outlives this object.
 /// Source:  kernel, Documentation/userspace-api/media/v4l (mmap.rst, vidioc-qbuf.rst, buffer.rst).
 class V4l2Capture final : public CapturePort {
  public:
-  /// One being filled, one queued behind it, one held by the slowest reader, and one so that giving back never waits
-  /// for that reader.
-  static constexpr unsigned kBuffers = 4;
+  /// kAlwaysQueued, one that is being copied while those stay queued, and three for readers.
+  static constexpr unsigned kBuffers = kAlwaysQueued + 4;
   /// Nothing for this many frame times, and for a second: the stream is Broken. A USB reset or suspend stalls it
   /// silently.
   static constexpr int kSilentPeriods = 10;
@@ -52,6 +51,7 @@ class V4l2Capture final : public CapturePort {
   const std::shared_ptr<Bell> bell_;
   std::atomic<bool> interrupted_{false};
   std::string path_;
+  CaptureWish wish_;
   CaptureFormat format_;
   std::shared_ptr<V4l2Device> device_;                  ///< The capturing thread's.
   Guarded<std::shared_ptr<V4l2Device>> shared_device_;  ///< The same, for set_control().

@@ -153,6 +153,17 @@ Problem describe_trouble(const std::string& device, std::string_view step, int o
           fault};
 }
 
+Problem describe_start(const CaptureWish& wish, std::string_view step, int os_code) {
+  const bool refused = os_code == -EINVAL || os_code == -ENOTTY || os_code == -EFAULT || os_code == -ENOBUFS;
+  if (wish.memory == FrameMemory::Mapped || !refused) return describe_trouble(wish.device, step, os_code);
+  const bool own = wish.memory == FrameMemory::Own;
+  return {wish.device,
+          fmt::format("the driver does not take frame memory of {} ({}: errno {})",
+                      own ? "this process" : "another device", step, -os_code),
+          own ? "use io_method mmap" : "give as many dma-bufs as the driver asks for, each as large as a frame",
+          CameraFault::MemoryRefused};
+}
+
 Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const CaptureWish& wish) {
   v4l2_capability capability{};
   if (const int answer = device.call(VIDIOC_QUERYCAP, capability); answer != 0) {
@@ -198,7 +209,7 @@ Result<CaptureFormat, Problem> negotiate(const V4l2Device& device, const Capture
   if (layout->bytes_per_pixel != 0) {
     // Some drivers leave bytesperline at 0; less than a line's bytes is nonsense, too.
     agreed.bytes_per_line = std::max(given.bytesperline, given.width * layout->bytes_per_pixel);
-    agreed.frame_bytes = std::size_t{agreed.bytes_per_line} * agreed.height;
+    agreed.frame_bytes = std::size_t{agreed.bytes_per_line} * agreed.height * layout->lines_for_two / 2;
   } else {
     agreed.frame_bytes = given.sizeimage;
   }

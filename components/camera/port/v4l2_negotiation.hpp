@@ -13,6 +13,9 @@ namespace nacelle::camera {
 /// Returns the problem of a failed system call, with a CameraFault and a way out. `step` names the call; `os_code` is -errno.
 [[nodiscard]] Problem describe_trouble(const std::string& device, std::string_view step, int os_code);
 
+/// The same for a step of V4l2Device::start(): the driver may not take memory of that kind.
+[[nodiscard]] Problem describe_start(const CaptureWish& wish, std::string_view step, int os_code);
+
 /// Checks that the device is a camera, and agrees with it on format, size and rate: the nearest to the wish that it
 /// has.
 ///

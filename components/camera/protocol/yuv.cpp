@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstring>
 
 namespace nacelle::camera {
 namespace {
@@ -34,6 +35,37 @@ bool fits(ByteView in, const PictureShape& shape, std::size_t in_pixel, std::siz
   if (shape.width == 0 || shape.height == 0 || shape.bytes_per_line < shape.width * in_pixel) return false;
   const std::size_t needed = std::size_t{shape.bytes_per_line} * (shape.height - 1) + shape.width * in_pixel;
   return in.size() >= needed && out_bytes >= std::size_t{shape.width} * shape.height * out_pixel;
+}
+
+// Two pixels of one colour, at `out`.
+template <unsigned kRed>
+void write_pair(int y0, int y1, int u, int v, std::uint8_t* out) {
+  const std::uint8_t* const nearest = kTables.nearest.data() + Tables::kLowest;
+  const int red = kTables.red[static_cast<std::size_t>(v)], blue = kTables.blue[static_cast<std::size_t>(u)];
+  const int green = (-kUtoG * (u - 128) - kVtoG * (v - 128) + kHalf) >> 16;
+  for (const int y : {y0, y1}) {
+    out[kRed] = nearest[y + red];
+    out[1] = nearest[y + green];
+    out[2 - kRed] = nearest[y + blue];
+    out += 3;
+  }
+}
+
+template <unsigned kRed>
+void convert_nv12(const std::uint8_t* in, const PictureShape& shape, std::uint8_t* out) {
+  const std::uint8_t* const colours = in + std::size_t{shape.bytes_per_line} * shape.height;
+  for (std::uint32_t y = 0; y < shape.height; ++y) {
+    const std::uint8_t* const line = in + std::size_t{y} * shape.bytes_per_line;
+    const std::uint8_t* const pairs = colours + std::size_t{y / 2} * shape.bytes_per_line;
+    for (std::uint32_t x = 0; x < shape.width; x += 2, out += 6)
+      write_pair<kRed>(line[x], line[x + 1], pairs[x], pairs[x + 1], out);
+  }
+}
+
+// Y and colours are one picture of height * 3 / 2 lines.
+bool fits_nv12(ByteView in, const PictureShape& shape, std::size_t out_bytes, std::size_t out_pixel) {
+  if (shape.width % 2 != 0 || shape.height % 2 != 0) return false;
+  return fits(in, {shape.width, shape.height / 2 * 3, shape.bytes_per_line}, 1, out_bytes * 3 / 2, out_pixel);
 }
 
 template <unsigned kLuma, unsigned kRed>
@@ -75,6 +107,20 @@ bool yuv_to_mono(ByteView in, const PictureShape& shape, YuvOrder order, ByteSpa
     const std::uint8_t* const row = in.data() + std::size_t{y} * shape.bytes_per_line + luma;
     for (std::uint32_t x = 0; x < shape.width; ++x) *to++ = row[2 * std::size_t{x}];
   }
+  return true;
+}
+
+bool nv12_to_rgb(ByteView in, const PictureShape& shape, RgbOrder to, ByteSpan out) {
+  if (!fits_nv12(in, shape, out.size(), 3)) return false;
+  (to == RgbOrder::Rgb ? convert_nv12<0> : convert_nv12<2>)(in.data(), shape, out.data());
+  return true;
+}
+
+bool nv12_to_mono(ByteView in, const PictureShape& shape, ByteSpan out) {
+  if (!fits_nv12(in, shape, out.size(), 1)) return false;
+  for (std::uint32_t y = 0; y < shape.height; ++y)
+    std::memcpy(out.data() + std::size_t{y} * shape.width, in.data() + std::size_t{y} * shape.bytes_per_line,
+                shape.width);
   return true;
 }
 

@@ -36,6 +36,15 @@ enum class RgbOrder : std::uint8_t { Rgb, Bgr };
 /// Keeps the brightness: one byte per pixel without padding. Errors as yuv_to_rgb().
 [[nodiscard]] bool yuv_to_mono(ByteView in, const PictureShape& shape, YuvOrder order, ByteSpan out);
 
+// NV12: a plane of Y, a byte per pixel; then one of U V U V, a pair for four pixels. Lines of both have bytes_per_line bytes; width
+// and height are even.
+// Source: kernel, Documentation/userspace-api/media/v4l/pixfmt-yuv-planar.rst.
+
+/// As yuv_to_rgb(); `out` is the same as for YUYV with the same colour in both lines of a pair.
+[[nodiscard]] bool nv12_to_rgb(ByteView in, const PictureShape& shape, RgbOrder to, ByteSpan out);
+/// As yuv_to_mono().
+[[nodiscard]] bool nv12_to_mono(ByteView in, const PictureShape& shape, ByteSpan out);
+
 /// Swaps the first and third byte of each pixel: rgb8 to bgr8 or back, without padding. Errors: as yuv_to_rgb().
 [[nodiscard]] bool swap_red_blue(ByteView in, const PictureShape& shape, ByteSpan out);
 

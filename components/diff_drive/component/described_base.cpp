@@ -9,6 +9,8 @@
 #include <map>
 #include <string_view>
 
+#include "diff_drive/component/boards.hpp"
+
 namespace nacelle::diff_drive {
 namespace {
 
@@ -27,7 +29,7 @@ struct Alias {
 constexpr Alias kAliases[] = {
     {"device", "serial_port"},   {"port", "serial_port"},      {"port_name", "serial_port"},
     {"baud", "baud_rate"},       {"baudrate", "baud_rate"},    {"timeout_ms", "port_timeout", 1e-3},
-    {"timeout", "port_timeout"}, {"loop_rate", "update_rate"},
+    {"timeout", "port_timeout"}, {"loop_rate", "update_rate"}, {"enc_counts_per_rev", "counts_per_turn"},
 };
 /// Plugins that we stand for, by a part of their name.
 struct Plugin {
@@ -37,7 +39,12 @@ constexpr Plugin kPlugins[] = {{"mock_components/", "loopback"},
                                {"fake_components/", "loopback"},
                                {"loopback", "loopback"},
                                {"waveshare", "waveshare"},
-                               {"ugv", "waveshare"}};
+                               {"roboclaw", "roboclaw"},
+                               {"ugv", "waveshare"},
+                               {"vesc", "vesc"},
+                               {"odrive", "odrive"},
+                               {"nacelle/framed", "framed"},
+                               {"nacelle/text", "text"}};
 
 std::string lower(std::string text) {
   for (char& c : text) {
@@ -111,10 +118,16 @@ class Reading {
       return;
     }
     if (block.plugin.empty() || given_.hardware) return;
+    std::string ours;
+    for (const auto& hardware : hardware_names())
+      ours += (ours.empty()                          ? "nacelle/"
+               : hardware == hardware_names().back() ? " or nacelle/"
+                                                     : ", nacelle/") +
+              hardware;
     base_.warnings.push_back({block.plugin_where,
                               fmt::format("the hardware plugin '{}' is not run here; the base drives a {} board",
                                           block.plugin, base_.defaults.hardware),
-                              "say nacelle/waveshare or nacelle/loopback, or set the parameter hardware"});
+                              fmt::format("say {}, or set the parameter hardware", ours)});
   }
 
   void take(const ControlParam& param) {
@@ -131,19 +144,26 @@ class Reading {
       base_.defaults.serial_port = param.value;
       return;
     }
-    double* const field = number_named(base_.defaults, name);
-    if (field == nullptr && name != "baud_rate") return warn_of(param);
     const auto number = number_in(param.value);
-    if (!number || (name == "baud_rate" && *number != std::trunc(*number))) {
-      base_.problems.push_back({param.where,
-                                fmt::format("'{}' is not a {} for the parameter '{}'", param.value,
-                                            name == "baud_rate" ? "whole number" : "number", param.name),
-                                ""});
-    } else if (field != nullptr) {
+    if (double* const field = number_named(base_.defaults, name)) {
+      if (!number) return refuse(param, "is not a number");
       *field = *number * scale;
+    } else if (std::int64_t* const integer = integer_named(base_.defaults, name)) {
+      if (!number || *number != std::trunc(*number) || std::abs(*number) > 1e15)
+        return refuse(param, "is not a whole number");
+      *integer = static_cast<std::int64_t>(*number);
+    } else if (bool* const flag = switch_named(base_.defaults, name)) {
+      const std::string value = lower(param.value);
+      if (value != "true" && value != "false") return refuse(param, "is neither true nor false");
+      *flag = value == "true";
     } else {
-      base_.defaults.baud_rate = static_cast<std::int64_t>(*number);
+      warn_of(param);
     }
+  }
+
+  void refuse(const ControlParam& param, std::string_view what) {
+    base_.problems.push_back(
+        {param.where, fmt::format("'{}' {}, for the parameter '{}'", param.value, what, param.name), ""});
   }
 
   // The blocks' joints say the same; a name that is none of them is a mistake.
@@ -161,7 +181,7 @@ class Reading {
 
   void warn_of(const ControlParam& param) {
     std::vector<std::string> known = names_of_numbers();
-    known.insert(known.end(), {"serial_port", "baud_rate"});
+    known.emplace_back("serial_port");
     for (const Alias& alias : kAliases) known.emplace_back(alias.name);
     const std::string near = nearest_name(param.name, known);
     base_.warnings.push_back({param.where, fmt::format("the base has no use for the parameter '{}'", param.name),

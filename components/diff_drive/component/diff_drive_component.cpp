@@ -7,7 +7,8 @@
 #include <exception>
 #include <utility>
 
-#include "diff_drive/component/waveshare_serial_port.hpp"
+#include "diff_drive/component/boards.hpp"
+#include "diff_drive/component/serial_base_port.hpp"
 #include "diff_drive/port/loopback_port.hpp"
 #include "nacelle/io/serial_port.hpp"
 
@@ -38,7 +39,7 @@ std::string advice(DriveFault::Kind kind) {
   switch (kind) {
     case DriveFault::Kind::SerialLost: return "plug the board in again, then configure and activate this node";
     case DriveFault::Kind::SerialStuck: return "is the board on? is serial_port the right line?";
-    case DriveFault::Kind::FeedbackLost: return "no T 1001 line came; is baud_rate right, is it a Waveshare UGV board?";
+    case DriveFault::Kind::FeedbackLost: return "is baud_rate right, and is it the board that hardware names?";
   }
   return {};
 }
@@ -49,11 +50,14 @@ struct Hindrance {
   std::uint8_t level = diagnostic_msgs::msg::DiagnosticStatus::OK;
 };
 
-Hindrance hindrance_of(const DriveLoop::Look& look) {
+Hindrance hindrance_of(const DriveLoop::Look& look, const char* board_fault) {
   using diagnostic_msgs::msg::DiagnosticStatus;
   const auto held = [&](Hold why) { return (look.holds & static_cast<std::uint8_t>(why)) != 0; };
   if (held(Hold::LineLost))
     return {"the motor board is disconnected or silent; reconnecting until it is back", DiagnosticStatus::ERROR};
+  if (held(Hold::BoardFault))
+    return {fmt::format("the motor board reports a fault: {}", board_fault != nullptr ? board_fault : "gone just now"),
+            DiagnosticStatus::ERROR};
   if (held(Hold::Stopped))
     return {"it was stopped from outside; deactivate it and activate it again", DiagnosticStatus::ERROR};
   if (held(Hold::EmergencyStop))
@@ -89,7 +93,7 @@ DiffDriveComponent::DiffDriveComponent(const NodeOptions& options)
   } else {
     declare_problem(setup.error());
   }
-  if (options_.hardware == "waveshare") declare_device_use(options_.serial_port, "serial_port");
+  if (board_kind(options_.hardware) != nullptr) declare_device_use(options_.serial_port, "serial_port");
   publishers_.joint_states = create_publisher<sensor_msgs::msg::JointState>("joint_states", QoS(kStateDepth));
   publishers_.battery = create_publisher<sensor_msgs::msg::BatteryState>("battery/state", QoS(kStateDepth));
   if (get<bool>("publish_limited_velocity")) {
@@ -234,7 +238,7 @@ void DiffDriveComponent::refuse_command(std::size_t source, CommandFault fault, 
 
 void DiffDriveComponent::tell_hindrance() {
   if (!loop_) return;
-  const Hindrance now_is = hindrance_of(loop_->look());
+  const Hindrance now_is = hindrance_of(loop_->look(), loop_->board_fault());
   const bool changed = now_is.text != hindrance_;
   if (changed) {
     hindrance_ = now_is.text;
@@ -256,7 +260,7 @@ void DiffDriveComponent::tell_hindrance() {
   status.level = now_is.level;
   status.name = get_name() + ": motion";
   status.message = hindrance_.empty() ? "follows its commands" : hindrance_;
-  status.hardware_id = options_.hardware == "waveshare" ? options_.serial_port : options_.hardware;
+  status.hardware_id = board_kind(options_.hardware) != nullptr ? options_.serial_port : options_.hardware;
   status.values.clear();
   diagnostics_->publish(std::move(message));
 }
@@ -267,7 +271,8 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
 
   io::SerialSettings line_settings;
   line_settings.path = options_.serial_port;
-  line_settings.baud = static_cast<unsigned>(options_.baud_rate);
+  line_settings.baud =
+      options_.baud_rate == 0 ? board_kind(options_.hardware)->usual_baud : static_cast<unsigned>(options_.baud_rate);
   // A command that does not get through within half a cycle must not delay the next cycle.
   line_settings.write_timeout = setup_.loop.period / 2;
   auto line = options_.device.required ? io::SerialPort::open(line_settings, steady_clock(), setup_.loop.silence_limit)
@@ -278,13 +283,11 @@ Result<std::unique_ptr<BasePort>, Problem> DiffDriveComponent::open_base() const
     problem.where.parameter = "serial_port";
     return err(std::move(problem));
   }
-  WaveshareSerialPort::Settings settings;
-  settings.wheel_radius_m = options_.wheel_radius_m;
-  settings.motor_watchdog =
-      std::chrono::duration_cast<std::chrono::milliseconds>(from_seconds(options_.motor_watchdog_s));
+  SerialBasePort::Settings settings;
   settings.byte_time = io::byte_time(line_settings.baud);
+  settings.max_wheel_rate_rps = options_.max_wheel_rate_rps;
   return std::unique_ptr<BasePort>{
-      std::make_unique<WaveshareSerialPort>(std::move(line).value(), steady_clock(), settings)};
+      std::make_unique<SerialBasePort>(std::move(line).value(), make_board(options_), steady_clock(), settings)};
 }
 
 CallbackReturn DiffDriveComponent::on_configure(const State&) {
@@ -316,7 +319,7 @@ CallbackReturn DiffDriveComponent::on_configure(const State&) {
                                           steady_clock(), command_to_wheel_);
   watch_ = std::make_unique<DeviceWatch>(
       *this, options_.device,
-      DeviceWatch::Settings{options_.hardware == "waveshare" ? options_.serial_port : options_.hardware},
+      DeviceWatch::Settings{board_kind(options_.hardware) != nullptr ? options_.serial_port : options_.hardware},
       steady_clock().now());
   topics_->watch_with(watch_.get());
   loop_ = std::make_unique<DriveLoop>(setup_.loop, *base_, steady_clock(), inbox_, *topics_);

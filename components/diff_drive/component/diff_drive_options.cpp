@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 
+#include "diff_drive/component/boards.hpp"
 #include "nacelle/io/serial_port.hpp"
 
 namespace nacelle::diff_drive {
@@ -49,6 +50,11 @@ constexpr NumberRow kNumbers[] = {
      "with device_lost: fault, how long a line that was lost is waited for; 0 a lost line is a fault at once"},
     {"motor_watchdog", &DiffDriveOptions::motor_watchdog_s, 0.0, 60.0, "s",
      "the board stops after this silence of ours; 0 its default"},
+    {"counts_per_turn", &DiffDriveOptions::counts_per_turn, 0.0, 1e8, "",
+     "what the board counts while a wheel turns once (roboclaw: edges of the encoder; vesc: 6 * pole pairs * gear; "
+     "odrive: gear); 0 its usual one"},
+    {"max_wheel_rate", &DiffDriveOptions::max_wheel_rate_rps, 0.1, 10000.0, "rad/s",
+     "no wheel is commanded to turn faster, and a wheel that seems to is a restart of the board"},
 };
 
 struct LimitRow {
@@ -83,11 +89,30 @@ struct AxisRow {
 constexpr AxisRow kAxes[] = {{"linear.x.", &DiffDriveOptions::linear, "m"},
                              {"angular.z.", &DiffDriveOptions::angular, "rad"}};
 
-const std::vector<std::string> kHardware{"waveshare", "loopback"};
+struct IntegerRow {
+  std::string_view name;
+  std::int64_t DiffDriveOptions::*field;
+  const char* description;
+};
+constexpr const char* kChannel = "the wheel's channel in the board's own numbers; -1: the usual one";
+constexpr IntegerRow kIntegers[] = {
+    {"baud_rate", &DiffDriveOptions::baud_rate, "speed of the board's line, baud; 0: the board's usual one"},
+    {"board_address", &DiffDriveOptions::board_address,
+     "address of the board on its line (roboclaw: 128 to 135); 0: its usual one"},
+    {"left_channel", &DiffDriveOptions::left_channel, kChannel},
+    {"right_channel", &DiffDriveOptions::right_channel, kChannel},
+};
+struct BoardSwitchRow {
+  std::string_view name;
+  bool DiffDriveOptions::*field;
+};
+constexpr BoardSwitchRow kBoardSwitches[] = {{"left_reversed", &DiffDriveOptions::left_reversed},
+                                             {"right_reversed", &DiffDriveOptions::right_reversed}};
+
 const std::vector<std::string> kRearm{"neutral", "fresh"};
 constexpr const char* kTopics = "topics.";
 constexpr const char* kLocks = "locks.";
-constexpr Duration kFeedbackPeriod = 50ms;  // of a Waveshare UGV board, about 20 Hz
+constexpr Duration kFeedbackPeriod = 50ms;  // of a Waveshare UGV board, about 20 Hz; of boards that are asked, a cycle
 
 /// The NAMEs of "topics.NAME.priority" and its like, in their order.
 std::vector<std::string> names_below(const Node& node, std::string_view prefix) {
@@ -107,6 +132,14 @@ Channel read_channel(const Node& node, const std::string& prefix, const std::str
   const std::string at = prefix + name;
   return {name, node.get<std::string>(at + ".topic"), node.get<double>(at + ".timeout"),
           node.get<std::int64_t>(at + ".priority")};
+}
+
+/// "a, b or c"
+std::string one_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+  return text;
 }
 
 ParameterDescriptor described(std::string text) {
@@ -188,20 +221,23 @@ std::optional<Problem> problem_of_wheels(const DiffDriveOptions& options, const 
 }
 
 std::optional<Problem> problem_of_hardware(const DiffDriveOptions& options, const std::string& node) {
-  if (std::find(kHardware.begin(), kHardware.end(), options.hardware) == kHardware.end()) {
+  const auto& names = hardware_names();
+  if (std::find(names.begin(), names.end(), options.hardware) == names.end()) {
     return Problem{Place::of_parameter("hardware", node), fmt::format("'{}' is not a kind of base", options.hardware),
-                   suggestion(options.hardware, kHardware)};
+                   suggestion(options.hardware, names)};
   }
-  if (options.hardware != "waveshare") return std::nullopt;
+  const BoardKind* const kind = board_kind(options.hardware);
+  if (kind == nullptr) return std::nullopt;
   if (options.serial_port.empty()) {
     return Problem{Place::of_parameter("serial_port", node), "no path", "see `ls -l /dev/serial/by-id`"};
   }
-  if (options.baud_rate <= 0 || options.baud_rate > 10'000'000 ||
-      !io::is_standard_baud(static_cast<unsigned>(options.baud_rate))) {
+  if (options.baud_rate != 0 && (options.baud_rate < 0 || options.baud_rate > 10'000'000 ||
+                                 !io::is_standard_baud(static_cast<unsigned>(options.baud_rate)))) {
     return Problem{Place::of_parameter("baud_rate", node),
-                   fmt::format("{} is not a standard baud rate", options.baud_rate), "the board speaks 115200"};
+                   fmt::format("{} is not a standard baud rate", options.baud_rate),
+                   fmt::format("a {} board usually speaks {}", kind->name, kind->usual_baud)};
   }
-  return std::nullopt;
+  return problem_of_board(options, node);
 }
 
 std::optional<Problem> problem_of_channel(const std::string& prefix, const std::string& name, const std::string& topic,
@@ -255,9 +291,25 @@ double* number_named(DiffDriveOptions& options, std::string_view parameter) {
   return row == std::end(kNumbers) ? nullptr : &(options.*row->field);
 }
 
+std::int64_t* integer_named(DiffDriveOptions& options, std::string_view parameter) {
+  for (const IntegerRow& row : kIntegers) {
+    if (row.name == parameter) return &(options.*row.field);
+  }
+  return nullptr;
+}
+
+bool* switch_named(DiffDriveOptions& options, std::string_view parameter) {
+  for (const BoardSwitchRow& row : kBoardSwitches) {
+    if (row.name == parameter) return &(options.*row.field);
+  }
+  return nullptr;
+}
+
 std::vector<std::string> names_of_numbers() {
   std::vector<std::string> names;
   for (const auto& row : kNumbers) names.emplace_back(row.name);
+  for (const auto& row : kIntegers) names.emplace_back(row.name);
+  for (const auto& row : kBoardSwitches) names.emplace_back(row.name);
   return names;
 }
 
@@ -309,11 +361,16 @@ void declare_options(Node& node, const DiffDriveOptions& defaults) {
       "rearm", defaults.rearm,
       described("what lets the base move again after a stop: neutral (its input was zero or silent for one "
                 "timeout, then a new command) or fresh (a new command)"));
-  node.declare_parameter("hardware", defaults.hardware,
-                         described("waveshare (UGV board on a serial line) or loopback (perfect wheels)"));
+  node.declare_parameter(
+      "hardware", defaults.hardware,
+      described("the motor board on the serial line: " + one_of(hardware_names()) + " (perfect wheels)"));
   node.declare_parameter("serial_port", defaults.serial_port,
                          described("path of the board's line; /dev/serial/by-id/... survives replugging"));
-  node.declare_parameter("baud_rate", defaults.baud_rate, described("speed of the board's line, baud"));
+  for (const IntegerRow& row : kIntegers)
+    node.declare_parameter(std::string(row.name), defaults.*row.field, described(row.description));
+  for (const BoardSwitchRow& row : kBoardSwitches)
+    node.declare_parameter(std::string(row.name), defaults.*row.field,
+                           described("the motor and its encoder turn backward when the board drives forward"));
   declare_device_parameters(node);
 }
 
@@ -342,7 +399,8 @@ DiffDriveOptions read_options(const Node& node) {
   options.rearm = node.get<std::string>("rearm");
   options.hardware = node.get<std::string>("hardware");
   options.serial_port = node.get<std::string>("serial_port");
-  options.baud_rate = node.get<std::int64_t>("baud_rate");
+  for (const IntegerRow& row : kIntegers) options.*row.field = node.get<std::int64_t>(std::string(row.name));
+  for (const BoardSwitchRow& row : kBoardSwitches) options.*row.field = node.get<bool>(std::string(row.name));
   return options;
 }
 
@@ -374,7 +432,7 @@ Result<DriveSetup, Problem> validated(const DiffDriveOptions& options, const std
   setup.loop.motor_watchdog = from_seconds(options.motor_watchdog_s);
   setup.loop.silence_limit = from_seconds(options.port_timeout_s);
   setup.loop.waits_for_board = options.device.lost == DeviceLost::Wait;
-  setup.loop.silence_report = silence_of(kFeedbackPeriod);
+  setup.loop.silence_report = silence_of(std::max(kFeedbackPeriod, setup.loop.period));
   setup.publish_period = period_of(options.publish_rate_hz);
   setup.battery_period = period_of(options.battery_rate_hz);
   return setup;

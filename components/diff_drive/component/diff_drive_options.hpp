@@ -64,9 +64,14 @@ struct DiffDriveOptions {
   AxisOptions linear;
   AxisOptions angular;
 
-  std::string hardware = "waveshare";  ///< "waveshare" or "loopback"
+  std::string hardware = "waveshare";  ///< One of hardware_names().
   std::string serial_port = "/dev/ttyAMA0";
-  std::int64_t baud_rate = 115200;
+  std::int64_t baud_rate = 0;  ///< 0: the board's usual one.
+  std::int64_t board_address = 0;
+  std::int64_t left_channel = -1, right_channel = -1;  ///< In the board's numbers; -1: its usual ones.
+  bool left_reversed = false, right_reversed = false;
+  double counts_per_turn = 0.0;  ///< Of the wheel, in the board's unit; 0: its usual one.
+  double max_wheel_rate_rps = 200.0;
   DeviceOptions device{};
   /// With required_device, configure waits so long for the line; with device_lost: fault, the board may be silent so long. 0: no
   /// wait; no limit.
@@ -87,8 +92,10 @@ struct DriveSetup {
 /// Declares every parameter on the node, also those of the inputs and locks that its overrides name; with these defaults.
 /// Errors: rclcpp's named exceptions.
 void declare_options(Node& node, const DiffDriveOptions& defaults = {});
-/// The option of a numeric parameter, or null; and all their names.
+/// Returns the option of a parameter that a robot description may set, or null; the names are those of all three kinds.
 [[nodiscard]] double* number_named(DiffDriveOptions& options, std::string_view parameter);
+[[nodiscard]] std::int64_t* integer_named(DiffDriveOptions& options, std::string_view parameter);
+[[nodiscard]] bool* switch_named(DiffDriveOptions& options, std::string_view parameter);
 [[nodiscard]] std::vector<std::string> names_of_numbers();
 /// Reads the values in force.
 [[nodiscard]] DiffDriveOptions read_options(const Node& node);

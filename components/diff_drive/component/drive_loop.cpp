@@ -48,7 +48,25 @@ void DriveLoop::Ears::on_wheel_state(const WheelState& state) {
   loop_.observer_.on_wheel_state(state);
 }
 
+// The wheels are stopped in this cycle, whatever the board does by itself; when the fault has gone, `rearm` decides.
+void DriveLoop::Ears::on_board_fault(const char* fault) {
+  loop_.board_fault_.store(fault, std::memory_order_relaxed);
+  const bool was_held = loop_.input_.is_held(Hold::BoardFault);
+  if (fault == nullptr) {
+    if (was_held) loop_.input_.release(Hold::BoardFault, loop_.clock_.now());
+    return;
+  }
+  if (was_held) return;
+  ++loop_.stats_.board_faults;
+  loop_.input_.hold(Hold::BoardFault);
+  loop_.limiter_.reset();
+  loop_.unwritten_.reset();
+  loop_.stops_at_once_ = true;
+}
+
 void DriveLoop::arm(MonotonicTime now) {
+  board_fault_.store(nullptr, std::memory_order_relaxed);
+  input_.release(Hold::BoardFault, now);
   input_.arm(now);
   input_.release(Hold::LineLost, now);
   lost_at_.reset();
@@ -93,6 +111,7 @@ void DriveLoop::apply_stops() {
     input_.hold(Hold::Stopped);
     is_new = true;
   }
+  if (std::exchange(stops_at_once_, false)) is_new = true;
   if (is_new) static_cast<void>(port_.stop());  // the following cycle repeats the stop
 }
 

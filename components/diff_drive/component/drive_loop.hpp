@@ -83,10 +83,11 @@ class DriveLoop {
   };
   struct Stats {
     std::uint64_t cycles = 0;
-    std::uint64_t skipped = 0;    ///< Periods that passed while a cycle was late.
-    std::uint64_t unwritten = 0;  ///< Cycles whose command did not get through.
-    std::uint64_t lost = 0;       ///< Times that the line was lost.
-    std::uint64_t reopened = 0;   ///< Times that it came back: lost == reopened, or one more.
+    std::uint64_t skipped = 0;       ///< Periods that passed while a cycle was late.
+    std::uint64_t unwritten = 0;     ///< Cycles whose command did not get through.
+    std::uint64_t lost = 0;          ///< Times that the line was lost.
+    std::uint64_t reopened = 0;      ///< Times that it came back: lost == reopened, or one more.
+    std::uint64_t board_faults = 0;  ///< Times that the board began to report a fault.
     CommandInput::Stats commands;
   };
 
@@ -108,12 +109,15 @@ class DriveLoop {
   [[nodiscard]] const Stats& stats() const { return stats_; }
   [[nodiscard]] CommandInput::State command_state() const { return input_.state(); }
   [[nodiscard]] Look look() const { return look_.load(std::memory_order_relaxed); }
+  /// The fault that the board reports, or null. The wheels are held while there is one. Threads: any.
+  [[nodiscard]] const char* board_fault() const { return board_fault_.load(std::memory_order_relaxed); }
 
  private:
   class Ears final : public WheelStateSink {
    public:
     explicit Ears(DriveLoop& loop) : loop_(loop) {}
     void on_wheel_state(const WheelState& state) override;
+    void on_board_fault(const char* fault) override;
 
    private:
     DriveLoop& loop_;
@@ -155,10 +159,12 @@ class DriveLoop {
   MonotonicTime due_{};
   MonotonicTime cycled_at_{};
   std::uint64_t stops_at_arm_ = 0;
+  bool stops_at_once_ = false;  // a hold was made while listening
   MonotonicTime heard_at_{};
   MonotonicTime written_at_{};
   std::atomic<bool> stop_{false};
   std::atomic<Look> look_{Look{}};
+  std::atomic<const char*> board_fault_{nullptr};
   Stats stats_;
 };
 

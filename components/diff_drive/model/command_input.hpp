@@ -20,6 +20,7 @@ enum class Hold : std::uint8_t {
   LineLost = 2,       ///< The motor board cannot receive commands.
   Unguarded = 4,      ///< The emergency stop has no publisher, and one is required.
   Stopped = 8,        ///< Stopped from outside (MotionStops), until the next activation.
+  BoardFault = 16,    ///< The motor board reports a fault of its own.
 };
 
 /// Decides what the wheels should do now: which of several inputs commands them, and whether any may.

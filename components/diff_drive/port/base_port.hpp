@@ -38,6 +38,8 @@ class WheelStateSink {
   WheelStateSink& operator=(const WheelStateSink&) = delete;
   virtual ~WheelStateSink() = default;
   virtual void on_wheel_state(const WheelState& state) = 0;
+  /// The board reports a fault of its own (a text that lives forever), or none any more (null). May repeat itself.
+  virtual void on_board_fault(const char* /*fault*/) {}
 };
 
 /// A base on two driven wheels, local or behind a line.

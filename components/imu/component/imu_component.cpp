@@ -4,21 +4,11 @@
 #include <fmt/format.h>
 
 #include <numbers>
-#include <thread>
 
-#include "nacelle/io/serial_port.hpp"
 #include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::imu {
 namespace {
-
-Result<std::unique_ptr<io::ByteStream>, Problem> open_serial(const ImuOptions& options, const Clock& clock) {
-  const io::SerialSettings settings{options.port, options.baudrate};
-  auto port = options.device.required ? io::SerialPort::open(settings, clock, options.port_timeout)
-                                      : io::SerialPort::open_or_await(settings, clock);
-  if (!port) return err(std::move(port).error());
-  return std::unique_ptr<io::ByteStream>{std::move(port).value()};
-}
 
 Duration period_of(const ImuOptions& options) { return from_seconds(1.0 / options.rate_hz); }
 
@@ -30,82 +20,105 @@ Duration patience_of(const ImuOptions& options) {
 
 Problem no_sample(const ImuOptions& options, const ImuCounters& counters) {
   const double seconds = to_seconds(patience_of(options));
-  if (counters.line.bytes == 0) {
+  const auto& device = counters.device;
+  if (device.bytes == 0) {
     return {options.port, fmt::format("nothing came in {:.1f} s", seconds),
             "is the IMU connected, and is this its line?"};
   }
-  if (counters.line.frames == 0) {
-    return {options.port, fmt::format("{} bytes came in {:.1f} s, but no WT901 frame", counters.line.bytes, seconds),
+  if (device.frames == 0) {
+    return {options.port,
+            fmt::format("{} bytes came in {:.1f} s, but no {} frame", device.bytes, seconds,
+                        options.model == ImuModel::Wt901 ? "WT901" : options.traits->name),
             fmt::format("is it another device, or another speed? baudrate is {}, a new WT901 speaks 9600",
                         options.baudrate)};
   }
-  return {options.port, fmt::format("{} frames came in {:.1f} s, but no whole sample", counters.line.frames, seconds),
+  if (options.model != ImuModel::Wt901) {
+    return {options.port, fmt::format("{} answers came in {:.1f} s, but no reading", device.frames, seconds),
+            "the chip does not measure; take its power away for a moment"};
+  }
+  return {options.port, fmt::format("{} frames came in {:.1f} s, but no whole sample", device.frames, seconds),
           "the device must send 51 52 53 54 59: set configure_device, or its output with the maker's tool"};
 }
 
+std::string vector_text(const Vector3& v) { return fmt::format("({:.3f} {:.3f} {:.3f})", v[0], v[1], v[2]); }
+
 }  // namespace
 
-ImuComponent::ImuComponent(const NodeOptions& options) : ImuComponent(options, open_serial) {}
+ImuComponent::ImuComponent(const NodeOptions& options) : ImuComponent(options, ImuPorts::real()) {}
 
-ImuComponent::ImuComponent(const NodeOptions& options, OpenLine open_line)
-    : LifecycleNode("imu", options), open_line_(std::move(open_line)) {
+ImuComponent::ImuComponent(const NodeOptions& options, ImuPorts ports)
+    : LifecycleNode("imu", options), ports_(std::move(ports)) {
   declare_imu_parameters(*this);
   declare_frame_use(frame_name(*this, "frame_id"), "frame_id");
-  declare_device_use(get<std::string>("port"), "port");
-  if (const auto read = read_imu_parameters(*this); !read) declare_problem(read.error());
+  const auto read = read_imu_parameters(*this);
+  if (!read) declare_problem(read.error());
+  const ImuOptions declared = read ? *read : ImuOptions{};
+  // A bus is shared; a chip on it is not.
+  const std::string port = get<std::string>("port");
+  declare_device_use(declared.traits->is_on_i2c ? fmt::format("{} address 0x{:02x}", port, declared.address) : port,
+                     "port");
   const QoS qos = QoS(10).best_effort();
   publishers_.raw = create_publisher<sensor_msgs::msg::Imu>("imu/data_raw", qos);
-  publishers_.oriented = create_publisher<sensor_msgs::msg::Imu>("imu/data", qos);
-  publishers_.field = create_publisher<sensor_msgs::msg::MagneticField>("imu/mag", qos);
+  if (declared.publish_orientation) publishers_.oriented = create_publisher<sensor_msgs::msg::Imu>("imu/data", qos);
+  if (declared.traits->has_magnetometer)
+    publishers_.field = create_publisher<sensor_msgs::msg::MagneticField>("imu/mag", qos);
+  if (declared.traits->has_thermometer)
+    publishers_.temperature = create_publisher<sensor_msgs::msg::Temperature>("imu/temperature", qos);
 }
 
 ImuComponent::~ImuComponent() { close(); }
+
+bool ImuComponent::set_up_at_start(Problem& problem) {
+  const auto set_up = device_.set_up();
+  if (set_up) return true;
+  problem =
+      Problem{options_.port, fmt::format("the IMU cannot be set up: {}", set_up.error().what), set_up.error().way_out};
+  // A chip that does not answer may come later; one that says that it is another never becomes the right one.
+  const bool may_come = device_.polled != nullptr && set_up.error().fault != io::StreamFault::NotUsable;
+  if (options_.device.required || !may_come) return false;
+  device_.polled->start_away();
+  watch_->lose(set_up.error().what);
+  return true;
+}
 
 CallbackReturn ImuComponent::on_configure(const State&) {
   const auto options = read_imu_parameters(*this);
   if (!options) return refuse(options.error());
   options_ = *options;
-  auto line = open_line_(options_, steady_clock());
-  if (!line) return refuse(line.error());
-  line_ = std::move(line).value();
-  const bool is_there = !line_->is_away();
-  if (const auto set_up = is_there ? set_up_device() : Result<void, io::StreamFault>{}; !set_up) {
-    close();
-    return refuse(Problem{options_.port, fmt::format("the IMU cannot be set up: {}", io::explain(set_up.error())),
-                          "is it connected?"});
-  }
+  auto device = open_imu(options_, steady_clock(), ports_);
+  if (!device) return refuse(device.error());
+  device_ = std::move(device).value();
   calibrated_ = !options_.calibrate_gyro;
   watch_ = std::make_unique<DeviceWatch>(
       *this, options_.device,
       DeviceWatch::Settings{options_.port, silence_of(period_of(options_)), "IMU_SILENT", options_.silence_limit},
       steady_clock().now());
-  stream_ = std::make_unique<ImuStream>(options_, steady_clock(), publishers_, get_logger(), *watch_);
-  if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
+  if (Problem problem; !device_.line->is_away() && !set_up_at_start(problem)) {
+    close();
+    return refuse(problem);
+  }
+  stream_ = std::make_unique<ImuStream>(options_, *device_.reader, steady_clock(), publishers_, get_logger(), *watch_);
+  const bool is_there = !device_.line->is_away();
+  if (!is_there && !watch_->is_lost()) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
   // Checking the line a few times per limit detects silence in time.
   const Duration look = std::min<Duration>(options_.silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
-      *line_, steady_clock(), *stream_,
+      *device_.line, steady_clock(), *stream_,
       io::ReaderThread::Options{.name = "imu_rx",
                                 .silence = look,
-                                .set_up = [this] { return set_up_device(); },
+                                .set_up =
+                                    [this] {
+                                      const auto done = device_.set_up();
+                                      return done ? Result<void, io::StreamFault>{} : err(done.error().fault);
+                                    },
                                 .on_exception = [this](const std::string& text) { fault("READER_ENDED", text); }});
   if (!is_there || stream_->wait_for_sample(patience_of(options_))) return CallbackReturn::SUCCESS;
   // Bytes that are no samples come from another device, or at another speed: no wait mends that.
   const ImuCounters counters = stream_->counters();
-  if (!options_.device.required && counters.line.bytes == 0) return CallbackReturn::SUCCESS;
+  if (!options_.device.required && counters.device.bytes == 0) return CallbackReturn::SUCCESS;
   const Problem problem = no_sample(options_, counters);
   close();
   return refuse(problem);
-}
-
-Result<void, io::StreamFault> ImuComponent::set_up_device() {
-  if (!options_.configure_device) return {};
-  // Not saved: the settings are given at every start, and the device's flash wears.
-  for (const Wt901Command& command : {unlock_command(), mask_command(kOutputMask), *rate_command(options_.rate_hz)}) {
-    if (auto written = line_->write(command); !written) return written;
-    if (options_.command_pause > Duration::zero()) std::this_thread::sleep_for(options_.command_pause);
-  }
-  return {};
 }
 
 Result<void, Problem> ImuComponent::calibrate() {
@@ -122,18 +135,23 @@ Result<void, Problem> ImuComponent::calibrate() {
     return {};
   }
   Problem problem{"gyro calibration", "", "keep the robot still and activate again, or set calibrate_gyro to false"};
-  switch (bias.error()) {
+  const RestFault& rest = bias.error();
+  const std::string read =
+      fmt::format("gyro {} rad/s, scatter {:.4f} rad/s; accelerometer {} m/s^2", vector_text(rest.mean_rps),
+                  rest.stddev_rps, vector_text(rest.acceleration_mps2));
+  switch (rest.fault) {
     case CalibrationFault::TooFewSamples:
       problem.what =
           fmt::format("fewer than {} samples came in {:.1f} s", options_.calibration_samples, to_seconds(limit));
       problem.way_out = "is the line disturbed? the counters are in the log";
       break;
     case CalibrationFault::Moving:
-      problem.what =
-          fmt::format("the robot moves: the gyro scatters by more than {} rad/s", options_.calibration_max_stddev);
+      problem.what = fmt::format("the robot moves: the gyro scatters by more than {} rad/s ({})",
+                                 options_.calibration_max_stddev, read);
       break;
     case CalibrationFault::Turning:
-      problem.what = fmt::format("the robot turns: the gyro shows more than {} rad/s", options_.calibration_max_bias);
+      problem.what =
+          fmt::format("the robot turns: the gyro shows more than {} rad/s ({})", options_.calibration_max_bias, read);
       break;
   }
   return err(problem);
@@ -177,19 +195,18 @@ void ImuComponent::close() {
   reader_.reset();
   stream_.reset();
   watch_.reset();
-  line_.reset();
+  device_ = {};
 }
 
 void ImuComponent::log_counters() const {
   const ImuCounters counters = stream_->counters();
-  const auto reader = reader_->stats();
+  const auto& device = counters.device;
   get_logger().info(
       "{} samples published of {} ({} incomplete); {} bytes, {} frames, {} of other types, {} bad checksums, {} bytes "
-      "skipped; the "
-      "line broke {} times",
-      counters.published, counters.samples.samples, counters.samples.incomplete, counters.line.bytes,
-      counters.line.frames, counters.samples.foreign_frames, counters.line.bad_checksums, counters.line.skipped_bytes,
-      reader.breaks);
+      "skipped, {} transfers tried again; the line broke {} times",
+      counters.published, device.samples, device.incomplete, device.bytes, device.frames, device.foreign_frames,
+      device.bad_checksums, device.skipped_bytes, device_.polled == nullptr ? 0 : device_.polled->retries(),
+      reader_->stats().breaks);
 }
 
 }  // namespace nacelle::imu

@@ -34,6 +34,8 @@ class GyroCalibration {
   void add(const Vector3& angular_velocity_rps);
   [[nodiscard]] bool is_full() const { return count_ >= needed_; }
   [[nodiscard]] std::size_t count() const { return count_; }
+  /// The mean so far.
+  [[nodiscard]] const Vector3& mean_rps() const { return mean_; }
   /// The scatter so far, of the worst axis.
   [[nodiscard]] double stddev_rps() const;
   /// The mean so far, of the worst axis, without its sign.

@@ -36,7 +36,10 @@ bool SampleAssembler::add(const Wt901Frame& frame, MonotonicTime sent) {
     sample_.captured = sent;
   }
   seen_ = static_cast<Wt901Mask>(seen_ | bit);
-  if (frame.is(Wt901Type::Acceleration)) sample_.acceleration_mps2 = acceleration_mps2(frame);
+  if (frame.is(Wt901Type::Acceleration)) {
+    sample_.acceleration_mps2 = acceleration_mps2(frame);
+    sample_.temperature_c = 0.01 * frame.values[3];
+  }
   if (frame.is(Wt901Type::AngularVelocity)) sample_.angular_velocity_rps = angular_velocity_rps(frame);
   if (frame.is(Wt901Type::MagneticField)) sample_.magnetic_field_t = magnetic_field_t(frame, tesla_per_count_);
   if (frame.is(Wt901Type::Angles)) sample_.orientation = orientation_from_angles(frame);

@@ -13,8 +13,10 @@ struct Sample {
   MonotonicTime captured{};  ///< When the device put the sample's first byte on the line.
   Vector3 acceleration_mps2{};
   Vector3 angular_velocity_rps{};
+  bool has_angular_velocity = true;          ///< A BNO08x in mode RVC sends none.
   std::optional<Orientation> orientation{};  ///< ENU; absent if no frame of the mask contains it.
   std::optional<Vector3> magnetic_field_t{};
+  std::optional<double> temperature_c{};  ///< Of the die.
 };
 
 /// Joins the frames of one device cycle into a sample.

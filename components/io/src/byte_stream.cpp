@@ -10,7 +10,14 @@ std::string_view explain(StreamFault fault) {
     case StreamFault::WriteFailed: return "writing failed";
     case StreamFault::WouldBlock: return "the line does not take bytes";
     case StreamFault::NotFound: return "the device is not there";
+    case StreamFault::NotPermitted:
+      return "the device is there, but this user may not open it (nacelle doctor names the group)";
+    case StreamFault::InUse: return "the device is there, but another program has it open (nacelle doctor names it)";
     case StreamFault::NotUsable: return "the device is there but cannot be opened";
+    case StreamFault::NoAnswer: return "no device answers at its address (NAK: wiring, power, or another address?)";
+    case StreamFault::BusStuck:
+      return "the bus is stuck: a line is held low or another master holds it (wiring, pull-ups; a power cycle frees "
+             "it)";
   }
   return "unknown fault";
 }

@@ -77,7 +77,7 @@ void ReaderThread::run() {
 
 void ReaderThread::read() {
   while (!stopping()) {
-    const auto bytes = stream_.read_until(clock_.now() + options_.silence);
+    const auto bytes = stream_.read_until(sink_.look_at(clock_.now() + options_.silence));
     const MonotonicTime now = clock_.now();
     if (!bytes) {
       ++stats_.lock()->breaks;

@@ -67,6 +67,18 @@ void ScriptedStream::drop_unsent() noexcept {
   unsent_.clear();
 }
 
+Result<void, StreamFault> ScriptedStream::set_data_terminal_ready(bool ready) {
+  const LockGuard lock{mutex_};
+  if (broken_) return err(*broken_);
+  data_terminal_ready_ = ready;
+  return {};
+}
+
+std::optional<bool> ScriptedStream::data_terminal_ready() const {
+  const LockGuard lock{mutex_};
+  return data_terminal_ready_;
+}
+
 void ScriptedStream::hold_writes(bool hold) {
   const LockGuard lock{mutex_};
   holds_writes_ = hold;

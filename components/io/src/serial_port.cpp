@@ -14,6 +14,9 @@
 #include <cstring>
 #include <optional>
 
+#include "nacelle/io/baud.hpp"
+#include "nacelle/io/device_access.hpp"
+
 namespace nacelle::io {
 namespace {
 
@@ -21,13 +24,15 @@ struct BaudName {
   unsigned baud;
   speed_t name;
 };
-constexpr std::array kBauds{BaudName{1200, B1200},       BaudName{2400, B2400},       BaudName{4800, B4800},
-                            BaudName{9600, B9600},       BaudName{19200, B19200},     BaudName{38400, B38400},
-                            BaudName{57600, B57600},     BaudName{115200, B115200},   BaudName{230400, B230400},
-                            BaudName{460800, B460800},   BaudName{500000, B500000},   BaudName{576000, B576000},
-                            BaudName{921600, B921600},   BaudName{1000000, B1000000}, BaudName{1152000, B1152000},
-                            BaudName{1500000, B1500000}, BaudName{2000000, B2000000}, BaudName{2500000, B2500000},
-                            BaudName{3000000, B3000000}, BaudName{3500000, B3500000}, BaudName{4000000, B4000000}};
+constexpr speed_t kByNumber = B0;  // no name
+constexpr std::array kBauds{
+    BaudName{1200, B1200},       BaudName{2400, B2400},       BaudName{4800, B4800},       BaudName{9600, B9600},
+    BaudName{19200, B19200},     BaudName{38400, B38400},     BaudName{57600, B57600},     BaudName{115200, B115200},
+    BaudName{128000, kByNumber}, BaudName{153600, kByNumber}, BaudName{230400, B230400},   BaudName{256000, kByNumber},
+    BaudName{512000, kByNumber}, BaudName{460800, B460800},   BaudName{500000, B500000},   BaudName{576000, B576000},
+    BaudName{921600, B921600},   BaudName{1000000, B1000000}, BaudName{1152000, B1152000}, BaudName{1500000, B1500000},
+    BaudName{2000000, B2000000}, BaudName{2500000, B2500000}, BaudName{3000000, B3000000}, BaudName{3500000, B3500000},
+    BaudName{4000000, B4000000}};
 
 std::optional<speed_t> speed_of(unsigned baud) {
   for (const auto& known : kBauds) {
@@ -62,9 +67,11 @@ Result<Descriptor, OpenFault> open_line(const SerialSettings& settings) {
   options.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS | HUPCL);
   options.c_cc[VMIN] = 1;
   options.c_cc[VTIME] = 0;
-  const auto speed = speed_of(settings.baud).value_or(B115200);
+  const auto named = speed_of(settings.baud).value_or(B115200);
+  const auto speed = named == kByNumber ? B115200 : named;
   if (::cfsetispeed(&options, speed) != 0 || ::cfsetospeed(&options, speed) != 0 ||
-      ::tcsetattr(line.number(), TCSANOW, &options) != 0) {
+      ::tcsetattr(line.number(), TCSANOW, &options) != 0 ||
+      (named == kByNumber && !set_baud_by_number(line.number(), settings.baud))) {
     return err(OpenFault{OpenStep::Configure, errno});
   }
   // Bytes that waited in the kernel were sent before the line was opened: their time of receipt would be wrong.
@@ -72,32 +79,30 @@ Result<Descriptor, OpenFault> open_line(const SerialSettings& settings) {
   return line;
 }
 
-Problem explain(const SerialSettings& settings, OpenFault fault, Duration patience) {
-  Problem problem{settings.path, fmt::format("cannot be opened ({})", std::strerror(fault.os_code)),
-                  "see `ls -l /dev/serial/by-id`"};
-  if (fault.step == OpenStep::Lock || fault.os_code == EBUSY) {
-    problem.what = "in use by another program";
-    problem.way_out = fmt::format("`fuser -v {}` names it", settings.path);
-  } else if (fault.step == OpenStep::Identify) {
-    problem.what = "not a serial line";
-    problem.way_out = "give the path of a terminal device, as in `ls -l /dev/serial/by-id`";
-  } else if (fault.step == OpenStep::Configure) {
-    problem.what = fmt::format("does not take 8N1 at {} baud ({})", settings.baud, std::strerror(fault.os_code));
-    problem.way_out = "is the device on another port?";
-  } else if (fault.os_code == ENOENT || fault.os_code == ENXIO || fault.os_code == ENODEV || fault.os_code == ENOTDIR) {
-    problem.what = "no such device";
-    if (patience > Duration::zero()) problem.what += fmt::format(" (waited {:.1f} s for it)", to_seconds(patience));
-    problem.way_out = "is it plugged in? `ls -l /dev/serial/by-id` lists what is";
-  } else if (fault.os_code == EACCES || fault.os_code == EPERM) {
-    problem.what = "no right to open it";
-    problem.way_out = "`sudo usermod -aG dialout $USER`, then log in again";
-  }
-  return problem;
-}
-
 bool is_missing(OpenFault fault) {
   return fault.step == OpenStep::Open &&
          (fault.os_code == ENOENT || fault.os_code == ENXIO || fault.os_code == ENODEV || fault.os_code == EIO);
+}
+
+StreamFault stream_fault(OpenFault fault) {
+  if (is_missing(fault)) return StreamFault::NotFound;
+  if (fault.os_code == EACCES || fault.os_code == EPERM) return StreamFault::NotPermitted;
+  return fault.step == OpenStep::Lock || fault.os_code == EBUSY ? StreamFault::InUse : StreamFault::NotUsable;
+}
+
+Problem explain(const SerialSettings& settings, OpenFault fault, Duration patience) {
+  if (fault.step == OpenStep::Identify) {
+    return {settings.path, "not a serial line", "give the path of a terminal device, as in `ls -l /dev/serial/by-id`"};
+  }
+  if (fault.step == OpenStep::Configure) {
+    return {settings.path,
+            fmt::format("does not take 8N1 at {} baud ({})", settings.baud, std::strerror(fault.os_code)),
+            "is the device on another port?"};
+  }
+  Problem problem = why_not_opened(settings.path, fault.step == OpenStep::Lock ? EBUSY : fault.os_code);
+  if (is_missing(fault) && patience > Duration::zero())
+    problem.what += fmt::format(" (waited {:.1f} s for it)", to_seconds(patience));
+  return problem;
 }
 
 }  // namespace
@@ -180,12 +185,27 @@ std::size_t SerialPort::unsent() const noexcept {
 
 void SerialPort::drop_unsent() noexcept { ::tcflush(line_.number(), TCOFLUSH); }
 
+Result<void, StreamFault> SerialPort::set_data_terminal_ready(bool ready) {
+  if (is_away()) return err(StreamFault::NotFound);
+  const int line = TIOCM_DTR;
+  if (::ioctl(line_.number(), ready ? TIOCMBIS : TIOCMBIC, &line) == 0) return {};
+  if (errno == EIO || errno == ENXIO || errno == ENODEV) return err(StreamFault::HungUp);
+  // A pty, or an adapter without the line, has no motor on it either.
+  return errno == ENOTTY || errno == EINVAL ? Result<void, StreamFault>{} : err(StreamFault::WriteFailed);
+}
+
 Result<void, StreamFault> SerialPort::reopen() {
   // The old line's locks would refuse the new one if both are the same device.
   ::flock(line_.number(), LOCK_UN);
   ::ioctl(line_.number(), TIOCNXCL);
   auto fresh = open_line(settings_);
-  if (!fresh) return err(is_missing(fresh.error()) ? StreamFault::NotFound : StreamFault::NotUsable);
+  if (!fresh) {
+    if (!is_missing(fresh.error())) return err(stream_fault(fresh.error()));
+    // The kernel keeps a line's number while it is open: a device that was ttyACM0 would return as ttyACM1.
+    const Descriptor nothing{is_away() ? -1 : ::open("/dev/null", O_RDWR | O_CLOEXEC)};
+    if (nothing.is_open() && ::dup3(nothing.number(), line_.number(), O_CLOEXEC) >= 0) away_ = true;
+    return err(StreamFault::NotFound);
+  }
   if (::dup3(fresh.value().number(), line_.number(), O_CLOEXEC) < 0) return err(StreamFault::NotUsable);
   away_ = false;
   return {};

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "nacelle/io/serial_port.hpp"
 #include "nacelle/node/frame_name.hpp"
 
@@ -17,21 +19,30 @@ Result<std::unique_ptr<io::ByteStream>, Problem> open_serial(const LidarOptions&
   return std::unique_ptr<io::ByteStream>{std::move(port).value()};
 }
 
-constexpr Duration kTurn = 100ms;  // an LD06 turns at 10 Hz
+constexpr Duration kTurn = 100ms;  // most LiDARs turn at 10 Hz
+/// A device answers within milliseconds; one that the host's adapter has just powered needs more.
+constexpr Duration kConversation = 5s;
+/// A stop is two short writes.
+constexpr Duration kStop = 500ms;
 
-/// How long configure waits for a frame of a device that is there.
-Duration patience_of(const LidarOptions& options) {
+/// How long configure waits for a device that is there: for a frame, or for its answers.
+Duration patience_of(const LidarOptions& options, bool is_commanded) {
+  if (is_commanded) return std::max(options.silence_limit, kConversation);
   return options.device.required ? options.silence_limit : silence_of(kTurn);
 }
 
-Problem no_frame(const LidarOptions& options, const LidarCounters& counters) {
-  const double seconds = to_seconds(patience_of(options));
+Problem no_frame(const LidarOptions& options, bool is_commanded, const LidarCounters& counters) {
+  const double seconds = to_seconds(patience_of(options, is_commanded));
   if (counters.line.bytes == 0) {
     return {options.port_name, fmt::format("nothing came in {:.1f} s", seconds),
-            "is the LiDAR powered and turning, and is this its line?"};
+            is_commanded ? "is the LiDAR powered, and is this its line?"
+                         : "is the LiDAR powered and turning, and is this its line?"};
   }
-  return {options.port_name, fmt::format("{} bytes came in {:.1f} s, but no LD06 frame", counters.line.bytes, seconds),
-          fmt::format("is it another device? port_baudrate is {}, an LD06 speaks 230400", options.port_baudrate)};
+  return {options.port_name,
+          fmt::format("{} bytes came in {:.1f} s, but {} of model {}", counters.line.bytes, seconds,
+                      is_commanded ? "no answer" : "no frame", options.model.name),
+          fmt::format("is it another device? port_baudrate is {}, model {} speaks {}", options.port_baudrate,
+                      options.model.name, options.model.baud)};
 }
 
 }  // namespace
@@ -59,9 +70,10 @@ CallbackReturn LidarComponent::on_configure(const State&) {
       *this, options->device,
       DeviceWatch::Settings{options->port_name, silence_of(kTurn), "LIDAR_SILENT", options->silence_limit},
       steady_clock().now());
-  stream_ = std::make_unique<ScanStream>(*options, steady_clock(), publisher_, get_logger(), *watch_);
+  stream_ = std::make_unique<ScanStream>(*options, steady_clock(), *line_, publisher_, get_logger(), *watch_);
   const bool is_there = !line_->is_away();
   if (!is_there) watch_->lose(std::string(io::explain(io::StreamFault::NotFound)));
+  if (is_there) stream_->begin();
   // Checking the line a few times per limit detects silence in time.
   const Duration look = std::min<Duration>(options->silence_limit / 4 + Duration{1}, 100ms);
   reader_ = std::make_unique<io::ReaderThread>(
@@ -69,22 +81,36 @@ CallbackReturn LidarComponent::on_configure(const State&) {
       io::ReaderThread::Options{.name = "lidar_rx", .silence = look, .on_exception = [this](const std::string& text) {
                                   fault("READER_ENDED", text);
                                 }});
-  if (!is_there || stream_->wait_for_frame(patience_of(*options))) return CallbackReturn::SUCCESS;
+  const bool is_commanded = stream_->is_commanded();
+  if (!is_there) return CallbackReturn::SUCCESS;
+  if (stream_->wait_until_settled(patience_of(*options, is_commanded))) {
+    if (const std::string identity = stream_->identity(); !identity.empty())
+      get_logger().info("{}: {}", options->port_name, identity);
+    return CallbackReturn::SUCCESS;
+  }
   // Bytes that are no frames come from another device, or at another speed: no wait mends that.
   const LidarCounters counters = stream_->counters();
-  if (!options->device.required && counters.line.bytes == 0) return CallbackReturn::SUCCESS;
-  const Problem problem = no_frame(*options, counters);
+  const std::string refusal = stream_->refusal();
+  if (refusal.empty() && !options->device.required && counters.line.bytes == 0) return CallbackReturn::SUCCESS;
+  const Problem problem =
+      refusal.empty() ? no_frame(*options, is_commanded, counters)
+                      : Problem{options->port_name, refusal, "see docs/hardware.md; a power cycle clears its faults"};
   close();
   return refuse(problem);
 }
 
 CallbackReturn LidarComponent::on_activate(const State&) {
   stream_->set_active(true);
+  line_->interrupt();  // a commanded device is started at once
   return CallbackReturn::SUCCESS;
 }
 
 CallbackReturn LidarComponent::on_deactivate(const State&) {
   stream_->set_active(false);
+  line_->interrupt();
+  // A silent device is told, too: it may only be its answers that are lost.
+  if (stream_->is_commanded() && !stream_->wait_until_settled(kStop) && !watch_->is_lost())
+    get_logger().warn("the LiDAR was not seen to stop: it may still turn");
   log_counters();
   return CallbackReturn::SUCCESS;
 }
@@ -107,6 +133,7 @@ CallbackReturn LidarComponent::on_error(const State&) {
 
 void LidarComponent::close() {
   reader_.reset();
+  if (stream_) stream_->stop_device();
   stream_.reset();
   watch_.reset();
   line_.reset();
@@ -117,8 +144,7 @@ void LidarComponent::log_counters() const {
   const auto reader = reader_->stats();
   get_logger().info(
       "{} scans published of {} turns ({} dropped); {} bytes, {} frames, {} implausible, {} bad checksums, {} bytes "
-      "skipped; "
-      "the line broke {} times",
+      "skipped; the line broke {} times",
       counters.published, counters.turns.scans, counters.turns.dropped_turns, counters.line.bytes, counters.line.frames,
       counters.line.implausible, counters.line.bad_checksums, counters.line.skipped_bytes, reader.breaks);
 }

@@ -9,12 +9,14 @@
 
 namespace nacelle::lidar {
 
-/// An LD06 on a serial line, published as sensor_msgs/LaserScan (default topic "scan", node name "lidar").
+/// A LiDAR on a serial line, published as sensor_msgs/LaserScan (default topic "scan", node name "lidar"). The parameter `model`
+/// says which.
 ///
 /// Every scan is one full turn of `scan_points` rays: angle_min 0 (the device's front mark, the x axis of frame_id),
 /// angle_increment 2 * pi / scan_points, counter-clockwise. Stamp: when the turn's first beam (ray 0) was measured. The
 /// device turns clockwise, so ray i was measured at stamp + ((scan_points - i) mod scan_points) * time_increment.
-/// configure opens the line, if it is there, and waits for a frame; activate lets scans out; the thread "lidar_rx" publishes them.
+/// configure opens the line, if it is there, and waits for a frame, or for the answers of a commanded device; activate starts that
+/// device and lets scans out; the thread "lidar_rx" publishes them; deactivate stops stream and motor where the device can be told.
 /// Errors: an open fault DEVICE_LOST while the device is absent or silent (0.5 s); with device_lost: fault the fault LIDAR_SILENT
 /// when no frame came for silence_limit.
 class LidarComponent final : public LifecycleNode {

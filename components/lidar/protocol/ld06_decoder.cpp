@@ -29,7 +29,7 @@ std::uint8_t ld06_crc8(ByteView bytes) {
   return crc;
 }
 
-Result<Ld06Frame, Ld06Fault> decode_ld06_frame(ByteView bytes) {
+Result<Ld06Frame, Ld06Fault> decode_ld06_frame(ByteView bytes, unsigned points_per_second) {
   NACELLE_EXPECT(bytes.size() == kFrameBytes && bytes[kStart] == kStartByte && bytes[kSize] == kSizeByte,
                  "an LD06 frame has 47 bytes and begins with 54 2c");
   if (ld06_crc8(bytes.first(kCrc)) != bytes[kCrc]) return err(Ld06Fault::ChecksumMismatch);
@@ -40,7 +40,8 @@ Result<Ld06Frame, Ld06Fault> decode_ld06_frame(ByteView bytes) {
   frame.device_time_ms = load_le16(bytes.data() + kTime);
   if (frame.first_angle_cdeg >= 36000 || frame.last_angle_cdeg >= 36000) return err(Ld06Fault::AngleOutOfRange);
   // The maker's check: twelve points at 4500 points/s span speed * 12 / 4500 degrees; half as much again is too much.
-  if (frame.span_cdeg() * 4500.0 > frame.speed_dps * 12.0 * 1.5 * 100.0) return err(Ld06Fault::ImplausibleSpan);
+  if (std::uint64_t{frame.span_cdeg()} * points_per_second > std::uint64_t{frame.speed_dps} * (12 * 150))
+    return err(Ld06Fault::ImplausibleSpan);
   for (std::size_t i = 0; i < kPointsPerFrame; ++i) {
     const std::uint8_t* at = bytes.data() + kPoints + i * kPointBytes;
     frame.points[i] = {load_le16(at), at[2]};
@@ -64,7 +65,7 @@ bool Ld06Decoder::settle(Ld06Frame& frame) {
     }
     if (start > 0) skip(start);
     if (pending_ < kFrameBytes) return false;
-    const auto decoded = decode_ld06_frame(window_);
+    const auto decoded = decode_ld06_frame(window_, points_per_second_);
     if (decoded) {
       frame = *decoded;
       ++stats_.frames;

@@ -15,14 +15,17 @@ enum class Ld06Fault : std::uint8_t {
   ImplausibleSpan    ///< The twelve points span more than the speed allows, as the maker's driver checks it.
 };
 
-/// Reads one frame from exactly 47 bytes that begin with the start and size bytes.
-[[nodiscard]] Result<Ld06Frame, Ld06Fault> decode_ld06_frame(ByteView frame);
+/// Reads one frame from exactly 47 bytes that begin with the start and size bytes. The device measures `points_per_second`.
+[[nodiscard]] Result<Ld06Frame, Ld06Fault> decode_ld06_frame(ByteView frame, unsigned points_per_second = 4500);
 
 /// Finds LD06 frames in a stream of bytes, however it is chopped.
 ///
 /// Threads: one. Allocates: nothing.
 class Ld06Decoder {
  public:
+  /// LD06 and LD19 measure 4500 points per second, others of the family more.
+  explicit Ld06Decoder(unsigned points_per_second = 4500) : points_per_second_(points_per_second) {}
+
   /// Every byte that was fed is in one place: bytes == 47 * frames + 47 * implausible + skipped_bytes + pending().
   struct Stats {
     std::uint64_t bytes{};          ///< Fed so far.
@@ -61,6 +64,7 @@ class Ld06Decoder {
   bool settle(Ld06Frame& frame);
   void skip(std::size_t count);
 
+  const unsigned points_per_second_;
   std::array<std::uint8_t, ld06_layout::kFrameBytes> window_{};
   std::size_t pending_ = 0;
   Stats stats_;

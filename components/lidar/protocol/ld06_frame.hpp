@@ -10,7 +10,7 @@
 namespace nacelle::lidar {
 
 namespace ld06_layout {
-// LD06 / LD19 measurement frame: 47 bytes, little-endian, sent without request at 230400 8N1.
+// LD06, LD19, STL-19P (230400 8N1) and STL-27L (921600): 47 bytes, little-endian, sent without request.
 // Source: ldrobotSensorTeam/ldlidar_stl_ros2, ldlidar_driver/src/dataprocess/lipkg.cpp (commit 258b933).
 //
 //   offset  bytes  field         on the wire                          becomes

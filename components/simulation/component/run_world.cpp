@@ -7,14 +7,12 @@
 #include <sched.h>
 #include <sys/file.h>
 #include <sys/prctl.h>
-#include <sys/signalfd.h>
 #include <sys/stat.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -22,6 +20,7 @@
 
 #include "nacelle/io/descriptor.hpp"
 #include "nacelle/io/pty_pair.hpp"
+#include "simulation/component/end_signals.hpp"
 #include "simulation/model/world_model.hpp"
 #include "simulation/port/truth_file.hpp"
 
@@ -36,42 +35,6 @@ constexpr Duration kLongestCatchUp = 1s;
 constexpr std::uint64_t kCatchUpPace = 4;
 // The most ticks that one wake-up counts as. More are a pause; fewer are a busy machine.
 constexpr std::uint64_t kTicksAtATime = 5;
-
-/// Takes SIGTERM and SIGINT as events for as long as it lives.
-class Signals {
- public:
-  Signals() {
-    sigset_t wanted;
-    sigemptyset(&wanted);
-    sigaddset(&wanted, SIGTERM);
-    sigaddset(&wanted, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &wanted, &before_);
-    event_ = io::Descriptor{::signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC)};
-  }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-  ~Signals() {
-    // A signal that is still waiting would end the process when it is let through.
-    signalfd_siginfo info{};
-    while (::read(event_.number(), &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {}
-    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-  [[nodiscard]] int descriptor() const { return event_.number(); }
-  /// Takes all signals. Returns true if one of them ends the world. A Ctrl-C of the terminal, which the whole foreground group
-  /// gets, counts only if the world has no parent that will end it; a SIGINT sent by a program always counts.
-  [[nodiscard]] bool ask_to_end(bool terminal_counts) const {
-    bool ends = false;
-    signalfd_siginfo info{};
-    while (::read(event_.number(), &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
-      ends |= info.ssi_signo == SIGTERM || terminal_counts || info.ssi_code != SI_KERNEL;
-    }
-    return ends;
-  }
-
- private:
-  sigset_t before_{};
-  io::Descriptor event_;
-};
 
 /// A file that exists while this object does.
 class Marker {
@@ -306,7 +269,7 @@ Result<void, Problem> plug_device(const std::string& directory, const std::strin
 }
 
 Result<WorldReport, Problem> run_world(const WorldOptions& options, const Clock& clock) {
-  const Signals signals;  // first: a signal from now on ends the world in order
+  const EndSignals signals;  // first: a signal from now on ends the world in order
   if (options.end_with_parent) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (options.parent_pid != 0 && ::getppid() != options.parent_pid) return WorldReport{};

@@ -131,23 +131,7 @@ std::string Machine::group_name(gid_t group) const {
   return number;
 }
 
-std::vector<Process> Machine::holders(const std::string& target) const {
-  std::vector<Process> found;
-  for (const auto& entry : names_in("/proc")) {
-    const auto pid = leading_number(entry);
-    if (!pid || entry.find_first_not_of("0123456789") != std::string::npos) continue;
-    const std::string folder = "/proc/" + entry, descriptors = folder + "/fd/";
-    for (const auto& descriptor : names_in(descriptors)) {
-      if (link(descriptors + descriptor) != target) continue;
-      std::string name = text(folder + "/comm").value_or("?");
-      // A container's watcher shares its open files, and goes with it.
-      if (name != "nacelle_watcher") found.push_back({static_cast<int>(*pid), std::move(name)});
-      break;
-    }
-  }
-  std::sort(found.begin(), found.end(), [](const Process& a, const Process& b) { return a.pid < b.pid; });
-  return found;
-}
+std::vector<Process> Machine::holders(const std::string& target) const { return io::holders_of(target, root_); }
 
 std::optional<std::int64_t> leading_number(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
@@ -161,13 +145,6 @@ std::vector<std::string> words_of(const std::string& text) {
   std::vector<std::string> words;
   for (std::string word; in >> word;) words.push_back(word);
   return words;
-}
-
-std::string names_of(const std::vector<Process>& processes) {
-  std::string all;
-  for (const auto& process : processes)
-    all += fmt::format("{}{} (pid {})", all.empty() ? "" : ", ", process.name, process.pid);
-  return all;
 }
 
 }  // namespace nacelle::doctor

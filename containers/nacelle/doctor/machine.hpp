@@ -12,15 +12,12 @@
 
 #include "nacelle/base/problem.hpp"
 #include "nacelle/base/time.hpp"
+#include "nacelle/io/device_access.hpp"
 
 namespace nacelle::doctor {
 
-/// A process as /proc shows it.
-struct Process {
-  int pid = 0;
-  std::string name;
-  friend bool operator==(const Process&, const Process&) = default;
-};
+using io::names_of;
+using io::Process;
 
 /// Owner, group and mode of a file.
 struct Access {
@@ -69,8 +66,7 @@ class Machine {
   /// Returns a group's name, such as "dialout", or its number if /etc/group has no name for it.
   [[nodiscard]] std::string group_name(gid_t group) const;
   [[nodiscard]] bool is_root() const;
-  /// Returns the processes with a descriptor whose link in /proc/PID/fd is `target`: a path, or "socket:[1234]". Only
-  /// root sees the processes of other users. The watcher process of a container is left out.
+  /// As io::holders_of().
   [[nodiscard]] std::vector<Process> holders(const std::string& target) const;
 
  private:
@@ -84,7 +80,5 @@ class Machine {
 [[nodiscard]] std::optional<std::int64_t> leading_number(std::string_view text);
 /// Splits a text at white space.
 [[nodiscard]] std::vector<std::string> words_of(const std::string& text);
-/// Returns "modem (pid 12), cat (pid 14)".
-[[nodiscard]] std::string names_of(const std::vector<Process>& processes);
 
 }  // namespace nacelle::doctor

@@ -11,6 +11,7 @@ namespace nacelle::cli {
 void add_check_commands(Command& root);
 void add_import_command(Command& root);
 void add_new_command(Command& root);
+void add_device_commands(Command& root);
 void add_doctor_command(Command& root);
 /// Adds `doctor net`.
 void add_doctor_net_command(Command& doctor);

@@ -14,6 +14,7 @@
 
 #include "cli/program.hpp"
 #include "robot_commands/commands.hpp"
+#include "simulation/component/run_device.hpp"
 #include "simulation/component/run_world.hpp"
 #include "simulation/port/truth_file.hpp"
 
@@ -72,6 +73,15 @@ int plug(const std::string& asked, const std::string& device, bool in) {
   return done ? kDone : complain(done.error());
 }
 
+int run_device_command(const simulation::DeviceRun& run) {
+  const SystemClock clock;
+  auto done = simulation::run_device(run, clock, [](const std::string& path) {
+    std::printf("%s\n", path.c_str());
+    std::fflush(stdout);
+  });
+  return done ? kDone : complain(done.error());
+}
+
 int show_truth(const std::string& asked) {
   auto directory = asked.empty() ? running_world() : asked;
   if (!directory) return complain(directory.error());
@@ -115,6 +125,15 @@ void add_sim_commands(Command& root) {
     wish->options.end_with_parent = wish->options.parent_pid != 0;
     return run_world_command(*wish);
   });
+
+  auto run = std::make_shared<simulation::DeviceRun>();
+  Command& alone = group.add("device", "run one simulated device behind a pty until Ctrl-C, and print the pty's name");
+  alone.option("device", run->name, "ld06, rplidar_a1, ydlidar_x4, ..., as the driver's parameter model names it")
+      .required()
+      .one_of(simulation::device_names());
+  alone.option("--pty", run->link, "a symbolic link to make for the pty").names_a(Names::File);
+  alone.option("--seed", run->seed, "seed of the device's random numbers").with_default();
+  alone.runs([run] { return run_device_command(*run); });
 
   auto folder = std::make_shared<std::string>();
   auto device = std::make_shared<std::string>();

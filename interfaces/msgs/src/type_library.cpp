@@ -118,8 +118,9 @@ Result<const PackageTable*, Problem> TypeLibrary::package(std::string_view name)
   const std::string where = "message package " + std::string(name);
   if (file == files_.end()) {
     return err(Problem{where, "there is no such package",
-                       files_.empty() ? "set NACELLE_INTERFACE_PATH to the directory of libnacelle_msgs_*.so"
-                                      : suggestion(name, packages())});
+                       files_.empty()        ? "set NACELLE_INTERFACE_PATH to the directory of libnacelle_msgs_*.so"
+                       : name == "nav2_msgs" ? "Debian's package nacelle-nav2-msgs has it"
+                                             : suggestion(name, packages())});
   }
   // A library looks for those that it needs beside the path that is opened, which may be a symbolic link to elsewhere.
   std::error_code is_gone;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "lidar/model/scan_assembler.hpp"
-#include "lidar/protocol/ld06_decoder.hpp"
+#include "lidar/protocol/ld_protocol.hpp"
 
 namespace {
 
@@ -52,14 +52,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(in_parts.stats() == at_once.stats());
   require(whole == chopped);
 
-  ScanAssembler assembler{{}};
-  nacelle::MonotonicTime now{};
-  for (const Ld06Frame& frame : whole) {
-    // The first byte of the device's clock decides how late the frame is: also late by more than a turn.
-    now += std::chrono::milliseconds{frame.device_time_ms % 256};
-    assembler.add(frame, now, require_scan);
-  }
-  require(assembler.stats().points == 12 * whole.size());
+  struct Assembly final : SweepSink {
+    void on_sweep(const Sweep& sweep, std::size_t) override {
+      require(sweep.since_last >= nacelle::Duration{} && sweep.since_last <= std::chrono::milliseconds{1001});
+      // The device's clock decides how late the packet is: also late by more than a turn.
+      now += sweep.since_last / 4;
+      assembler.add(sweep, now, require_scan);
+    }
+    ScanAssembler assembler{{}};
+    nacelle::MonotonicTime now{};
+  } assembly;
+  LdProtocol protocol{4500};
+  protocol.feed(bytes, assembly);
+  require(assembly.assembler.stats().points == 12 * whole.size());
+  const LineStats line = protocol.stats();
+  require(line.bytes == line.framed_bytes + line.skipped_bytes + protocol.pending());
   in_parts.restart();
   require(in_parts.pending() == 0);
   require_accounted(in_parts);

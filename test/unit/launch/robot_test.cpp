@@ -10,14 +10,17 @@ namespace nacelle::launch {
 namespace {
 
 const std::string kFile = test::source("launch/robot.launch.yaml");
+const std::string kTeleop = test::source("launch/teleop.launch.yaml");
 
-Plan robot(const std::map<std::string, std::string>& arguments) {
+Plan loaded(const std::string& file, const std::map<std::string, std::string>& arguments) {
   Environment environment = system_environment();
   environment.getenv = [](const std::string&) { return std::optional<std::string>(); };
-  auto plan = load_plan(kFile, arguments, environment);
+  auto plan = load_plan(file, arguments, environment);
   EXPECT_TRUE(plan) << problems_of(plan);
   return plan ? std::move(*plan) : Plan{};
 }
+
+Plan robot(const std::map<std::string, std::string>& arguments) { return loaded(kFile, arguments); }
 
 ParameterValue value_of(const Plan& plan, const std::string& node, const std::string& parameter) {
   const auto* component = plan.find(node);
@@ -95,6 +98,26 @@ TEST(RobotLaunch, names_the_nearest_argument) {
   Environment environment = system_environment();
   const auto plan = load_plan(kFile, {{"lidar_prot", "x"}}, environment);
   EXPECT_EQ(problems_of(plan), kFile + ": the files declare no argument 'lidar_prot'; did you mean 'lidar_port'?\n");
+}
+
+TEST(TeleopLaunch, adds_the_gamepad_to_the_robot) {
+  const Plan plan = loaded(kTeleop, {});
+  EXPECT_EQ(plan.components.size(), 12U);
+  EXPECT_TRUE(plan.unused_sections.empty());
+  ASSERT_NE(plan.find("/joy_node"), nullptr);
+  ASSERT_NE(plan.find("/teleop_twist_joy_node"), nullptr);
+  EXPECT_EQ(plan.find("/teleop_twist_joy_node")->remaps.size(), 1U);
+  EXPECT_EQ(plan.find("/joy_node")->after.at(0).node, "/teleop_twist_joy_node");
+  EXPECT_EQ(value_of(plan, "/teleop_twist_joy_node", "axis_linear.x"), ParameterValue(std::int64_t{1}));
+  EXPECT_EQ(value_of(plan, "/diff_drive", "topics.operator.topic"), ParameterValue(std::string("cmd_vel_teleop")));
+}
+
+TEST(TeleopLaunch, takes_the_arguments_of_the_robot_and_the_gamepads_name) {
+  const Plan plan =
+      loaded(kTeleop, {{"sim", "false"}, {"lidar_port", "/dev/serial/by-id/x"}, {"joy_name", "8BitDo Pro 2"}});
+  EXPECT_TRUE(plan.programs.empty());
+  EXPECT_EQ(value_of(plan, "/lidar", "port_name"), ParameterValue(std::string("/dev/serial/by-id/x")));
+  EXPECT_EQ(value_of(plan, "/joy_node", "device_name"), ParameterValue(std::string("8BitDo Pro 2")));
 }
 
 }  // namespace

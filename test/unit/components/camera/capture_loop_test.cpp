@@ -18,6 +18,7 @@ namespace nacelle::camera {
 namespace {
 
 using sensor_msgs::msg::CameraInfo;
+using sensor_msgs::msg::CompressedImage;
 using sensor_msgs::msg::Image;
 using Turn = CaptureLoop::Turn;
 
@@ -74,6 +75,9 @@ TEST_F(CaptureLoopTest, copies_rather_than_starving_the_device) {
     ASSERT_TRUE(camera->deliver(sequence++, 1)) << "frame " << i << " found no buffer";
     images.writer->keep_next = i < 5;  // a reader that holds five images
     ASSERT_EQ(turn(loop), Turn::Frame);
+    const auto queued =
+        std::count_if(camera->buffers.begin(), camera->buffers.end(), [](const auto& b) { return b.queued; });
+    EXPECT_GE(queued, std::ptrdiff_t{kAlwaysQueued} + 1) << "after frame " << i;
   }
   EXPECT_EQ(loop.stats().published, 12U);
   EXPECT_EQ(loop.stats().adopted, 3U);
@@ -130,6 +134,100 @@ TEST_F(CaptureLoopTest, converts_and_decodes_into_the_messages_own_memory) {
   EXPECT_TRUE(camera->buffers[0].queued && camera->buffers[1].queued);
 }
 
+struct JpegLoopTest : CaptureLoopTest {
+  void SetUp() override {
+    const PatternScene scene{640, 480, kRgb24};
+    Bytes rgb(scene.frame_bytes());
+    scene.render(3, rgb);
+    jpeg = encode_jpeg(rgb, 640, 480);
+    CaptureLoop::Settings settings;
+    settings.wish.pixel_format = kMjpeg;
+    settings.output = find_pixel_format(kRgb24);
+    settings.frame_id = "camera_optical_frame";
+    loop.emplace(
+        CaptureLoop::Surroundings{
+            capture, clock, logger, images.publisher, infos.publisher, {}, nullptr, &jpegs.publisher},
+        settings);
+    ASSERT_TRUE(loop->open());
+    ASSERT_TRUE(loop->start());
+  }
+  void deliver(const Bytes& bytes) {
+    const std::uint32_t next = sequence % 6;
+    ASSERT_TRUE(camera->deliver(sequence++, 0, V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, static_cast<long>(bytes.size())));
+    std::copy(bytes.begin(), bytes.end(), camera->buffers[next].memory.begin());
+    ASSERT_EQ(turn(*loop), Turn::Frame);
+  }
+  PooledTopic<CompressedImage> jpegs{8};
+  std::optional<CaptureLoop> loop;
+  Bytes jpeg;
+};
+
+TEST_F(JpegLoopTest, publishes_a_jpeg_as_it_came_in_the_drivers_buffer_and_decodes_it_for_readers_of_the_image) {
+  CompressedImage got;
+  jpegs.writer->on_message = [&](const CompressedImage& message) {
+    EXPECT_EQ(message.data.data(), camera->buffers[0].memory.data());
+    EXPECT_FALSE(camera->buffers[0].queued);
+    got = message;
+  };
+  Image image;
+  images.writer->on_message = [&](const Image& message) { image = message; };
+  deliver(jpeg);
+  EXPECT_EQ(got.format, "jpeg");
+  EXPECT_TRUE(std::equal(got.data.begin(), got.data.end(), jpeg.begin(), jpeg.end()));
+  EXPECT_EQ(got.header, image.header);
+  EXPECT_EQ(image.data.size(), 640U * 480U * 3U);
+  EXPECT_TRUE(camera->buffers[0].queued);
+  EXPECT_EQ(loop->stats().published, 1U);
+  EXPECT_EQ(loop->stats().compressed, 1U);
+}
+
+TEST_F(JpegLoopTest, decodes_nothing_while_nobody_reads_the_image) {
+  images.writer->readers = 0;
+  for (int i = 0; i < 10; ++i) deliver(jpeg);
+  deliver(Bytes{1, 2, 3});  // as it came: who reads it finds out
+  EXPECT_EQ(loop->stats().compressed, 11U);
+  EXPECT_EQ(loop->stats().not_decoded, 11U);
+  EXPECT_EQ(loop->stats().published + loop->stats().undecodable, 0U);
+  EXPECT_EQ(infos.writer->counters().published, 11U);
+
+  images.writer->readers = 1;
+  jpegs.writer->readers = 0;
+  deliver(jpeg);
+  EXPECT_EQ(loop->stats().published, 1U);
+  EXPECT_EQ(loop->stats().compressed, 11U);
+}
+
+TEST_F(JpegLoopTest, every_frame_is_accounted_for_and_returns_whoever_reads) {
+  std::mt19937 random{20261127};
+  for (int i = 0; i < 200; ++i) {
+    images.writer->readers = random() % 2;
+    jpegs.writer->readers = random() % 2;
+    deliver(random() % 4 == 0 ? Bytes{0xFF, 0xD8, 1} : jpeg);
+  }
+  const CaptureLoopStats stats = loop->stats();
+  EXPECT_EQ(stats.published + stats.not_decoded + stats.undecodable + stats.no_message, 200U);
+  EXPECT_GT(stats.undecodable, 0U);
+  EXPECT_TRUE(
+      std::all_of(camera->buffers.begin(), camera->buffers.end(), [](const auto& buffer) { return buffer.queued; }));
+}
+
+TEST_F(JpegLoopTest, copies_a_jpeg_while_readers_hold_the_other_buffers) {
+  images.writer->readers = 0;
+  for (int i = 0; i < 3; ++i) {
+    jpegs.writer->keep_next = true;
+    deliver(jpeg);
+  }
+  jpegs.writer->on_message = [&](const CompressedImage& message) {
+    EXPECT_FALSE(message.data.is_foreign());
+    EXPECT_TRUE(std::equal(message.data.begin(), message.data.end(), jpeg.begin(), jpeg.end()));
+  };
+  camera->deliver(sequence++, 0, V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, static_cast<long>(jpeg.size()));
+  std::copy(jpeg.begin(), jpeg.end(), camera->buffers[3].memory.begin());
+  ASSERT_EQ(turn(*loop), Turn::Frame);
+  EXPECT_EQ(loop->stats().compressed, 4U);
+  for (Block* block : jpegs.writer->kept) drop_reference(*block);
+}
+
 TEST_F(CaptureLoopTest, comes_back_after_a_pulled_cable_within_a_second_of_the_device) {
   auto loop = make(capture, "yuyv");
   ASSERT_TRUE(loop.open());
@@ -167,7 +265,7 @@ TEST_F(CaptureLoopTest, survives_two_hundred_unplugs_without_a_leak) {
     turn(loop);
     ASSERT_TRUE(loop.is_open());
   }
-  EXPECT_EQ(camera->mapped, 4);
+  EXPECT_EQ(camera->mapped, 6);
   EXPECT_EQ(camera->open_descriptors.size(), 1U);
   EXPECT_EQ(camera->used_after_close, 0);
   loop.close();

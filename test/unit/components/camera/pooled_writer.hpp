@@ -22,6 +22,7 @@ class PooledWriter final : public Writer, public BlockHome {
   std::function<void(const T&)> on_message;
   std::vector<Block*> kept;  ///< With keep_next: still referenced, as by a slow reader.
   bool keep_next = false;
+  std::size_t readers = 1;  ///< As the publisher sees it.
 
   Block* borrow() override {
     if (free_.empty()) {
@@ -48,7 +49,7 @@ class PooledWriter final : public Writer, public BlockHome {
     }
     return PublishResult::Published;
   }
-  std::size_t reader_count() const override { return 1; }
+  std::size_t reader_count() const override { return readers; }
   void assert_liveliness() override {}
   WriterCounters counters() const override { return counters_; }
   EndpointStatus status() const override { return {}; }

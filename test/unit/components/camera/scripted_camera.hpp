@@ -31,6 +31,7 @@ class ScriptedCamera final : public V4l2Calls {
  public:
   struct Buffer {
     std::vector<std::uint8_t> memory;
+    std::uint8_t* user = nullptr;  ///< Where a frame goes instead, if the driver gave memory of its own.
     bool queued = false, mapped = false;
     v4l2_buffer filled{};
   };
@@ -43,7 +44,7 @@ class ScriptedCamera final : public V4l2Calls {
   std::uint32_t padding = 0;        ///< Extra bytes a line.
   std::uint32_t most_buffers = 32;  ///< REQBUFS grants no more.
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
-  bool has_rate = true;
+  bool has_rate = true, takes_user_memory = true;
   v4l2_fract frame_time{1, 30};  ///< In seconds; the device has no other.
   int open_answer = 0;           ///< -errno that open() answers.
   std::vector<v4l2_queryctrl> controls;
@@ -84,7 +85,7 @@ class ScriptedCamera final : public V4l2Calls {
     const std::uint32_t index = waiting_.front();
     waiting_.pop_front();
     Buffer& buffer = buffers[index];
-    std::memset(buffer.memory.data(), fill, buffer.memory.size());
+    std::memset(buffer.user != nullptr ? buffer.user : buffer.memory.data(), fill, buffer.memory.size());
     buffer.filled = v4l2_buffer{};
     buffer.filled.index = index;
     buffer.filled.flags = flags;
@@ -143,9 +144,19 @@ class ScriptedCamera final : public V4l2Calls {
     ++mapped;
     return buffer.memory.data();
   }
+  void* allocate(std::size_t length) override {
+    const std::lock_guard lock{mutex_};
+    ++mapped;
+    return retired_.emplace_back(Buffer{std::vector<std::uint8_t>(length)}).memory.data();
+  }
   void unmap(void*, std::size_t) override {
     const std::lock_guard lock{mutex_};
     --mapped;
+  }
+  bool detach(void*, std::size_t) override {
+    const std::lock_guard lock{mutex_};
+    ++detached;
+    return true;
   }
   DeviceWait wait(int descriptor, int bell, Duration longest) override {
     std::unique_lock lock{mutex_};
@@ -167,7 +178,7 @@ class ScriptedCamera final : public V4l2Calls {
     static_cast<void>(stir_.silence());
     return look(descriptor, bell);
   }
-  int mapped = 0, waits = 0;
+  int mapped = 0, detached = 0, waits = 0;
 
  private:
   static constexpr std::uint32_t kBytesPerPixel = 2;
@@ -228,10 +239,11 @@ class ScriptedCamera final : public V4l2Calls {
       }
       case VIDIOC_REQBUFS: {
         auto& to = *static_cast<v4l2_requestbuffers*>(argument);
+        if (to.memory == V4L2_MEMORY_USERPTR && !takes_user_memory) return -EINVAL;
         to.count = std::min(to.count, most_buffers);
+        for (auto& buffer : buffers) retired_.push_back(std::move(buffer));
         buffers.clear();
-        for (std::uint32_t i = 0; i < to.count; ++i)
-          buffers.push_back({std::vector<std::uint8_t>(frame_bytes_), false, false, {}});
+        for (std::uint32_t i = 0; i < to.count; ++i) buffers.push_back({std::vector<std::uint8_t>(frame_bytes_)});
         waiting_.clear();
         done_.clear();
         return 0;
@@ -245,6 +257,11 @@ class ScriptedCamera final : public V4l2Calls {
       case VIDIOC_QBUF: {
         const std::uint32_t index = static_cast<v4l2_buffer*>(argument)->index;
         if (buffers.at(index).queued) return -EINVAL;
+        const auto& given = *static_cast<v4l2_buffer*>(argument);
+        if (given.memory == V4L2_MEMORY_USERPTR) {
+          if (given.length < buffers[index].memory.size()) return -EINVAL;
+          buffers[index].user = reinterpret_cast<std::uint8_t*>(given.m.userptr);
+        }
         buffers[index].queued = true;
         waiting_.push_back(index);
         return 0;

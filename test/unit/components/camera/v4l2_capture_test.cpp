@@ -190,7 +190,53 @@ TEST_F(V4l2CaptureTest, survives_a_pulled_cable_with_a_frame_in_a_readers_hand) 
   give_back(held.value());
   give_back(frame.value());
   EXPECT_EQ(camera->used_after_close, 0);
-  EXPECT_EQ(camera->mapped, 4);  // of the stream that runs
+  EXPECT_EQ(camera->mapped, 6);  // of the stream that runs
+}
+
+// A mapping keeps the device's file open, and with it the stream and the device's number.
+TEST_F(V4l2CaptureTest, keeps_no_mapping_of_a_closed_device_because_a_reader_holds_a_frame) {
+  begin();
+  capture.close();
+  EXPECT_EQ(camera->detached, 0) << "no frame was out";
+  EXPECT_EQ(camera->calls[VIDIOC_REQBUFS], 2)
+      << "the buffers were not given back: the next stream would find the device busy";
+
+  begin();
+  ASSERT_TRUE(camera->deliver(0, 0x11));
+  const auto held = next();
+  ASSERT_TRUE(held);
+  capture.close();
+  EXPECT_EQ(camera->detached, 6);
+  give_back(held.value());
+}
+
+TEST_F(V4l2CaptureTest, has_frames_in_memory_of_this_process_on_request) {
+  CaptureWish wish;
+  wish.memory = FrameMemory::Own;
+  begin(wish);
+  EXPECT_EQ(camera->mapped, 6);
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    ASSERT_TRUE(camera->deliver(i, static_cast<std::uint8_t>(i)));
+    const auto frame = next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->bytes.data(), camera->buffers[i % 6].user);
+    EXPECT_EQ(frame->bytes[7], i);
+    give_back(frame.value());
+  }
+  capture.close();
+  EXPECT_EQ(camera->mapped, 0);
+}
+
+TEST_F(V4l2CaptureTest, says_that_the_driver_takes_no_memory_of_this_process) {
+  camera->takes_user_memory = false;
+  CaptureWish wish;
+  wish.memory = FrameMemory::Own;
+  ASSERT_TRUE(capture.open(wish));
+  const auto started = capture.start();
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, CameraFault::MemoryRefused);
+  EXPECT_THAT(started.error().text(),
+              AllOf(HasSubstr("does not take frame memory of this process"), HasSubstr("use io_method mmap")));
 }
 
 TEST_F(V4l2CaptureTest, a_hook_that_finds_the_cable_pulled_ends_the_stream) {

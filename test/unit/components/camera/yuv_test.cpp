@@ -53,6 +53,32 @@ TEST(YuvToMono, keeps_the_brightness) {
   EXPECT_EQ(out, (std::vector<std::uint8_t>{10, 30, 50, 70}));
 }
 
+TEST(Nv12, has_the_colours_of_the_same_picture_in_yuyv) {
+  // Two lines of two pixels, padded by two bytes: Y Y, Y Y, then U V for all four.
+  const std::vector<std::uint8_t> nv12{10, 30, 0xEE, 0xEE, 50, 70, 0xEE, 0xEE, 20, 240, 0xEE, 0xEE};
+  const std::vector<std::uint8_t> yuyv{10, 20, 30, 240, 50, 20, 70, 240};
+  for (const auto order : {RgbOrder::Rgb, RgbOrder::Bgr}) {
+    std::vector<std::uint8_t> ours(12), reference(12);
+    ASSERT_TRUE(nv12_to_rgb(nv12, {2, 2, 4}, order, ours));
+    ASSERT_TRUE(yuv_to_rgb(yuyv, {2, 2, 4}, YuvOrder::Yuyv, order, reference));
+    EXPECT_EQ(ours, reference);
+  }
+  std::vector<std::uint8_t> mono(4);
+  ASSERT_TRUE(nv12_to_mono(nv12, {2, 2, 4}, mono));
+  EXPECT_EQ(mono, (std::vector<std::uint8_t>{10, 30, 50, 70}));
+}
+
+TEST(Nv12, refuses_shapes_that_do_not_fit) {
+  std::vector<std::uint8_t> in(6), out(12);
+  EXPECT_TRUE(nv12_to_rgb(in, {2, 2, 2}, RgbOrder::Rgb, out));
+  EXPECT_FALSE(nv12_to_rgb(ByteView{in}.first(5), {2, 2, 2}, RgbOrder::Rgb, out));
+  EXPECT_FALSE(nv12_to_rgb(in, {2, 2, 2}, RgbOrder::Rgb, ByteSpan{out}.first(11)));
+  EXPECT_FALSE(nv12_to_rgb(in, {2, 2, 1}, RgbOrder::Rgb, out));
+  EXPECT_FALSE(nv12_to_rgb(in, {1, 2, 2}, RgbOrder::Rgb, out));
+  EXPECT_FALSE(nv12_to_rgb(in, {2, 1, 2}, RgbOrder::Rgb, out));
+  EXPECT_FALSE(nv12_to_mono(in, {2, 2, 2}, ByteSpan{out}.first(3)));
+}
+
 TEST(YuvToRgb, refuses_shapes_that_do_not_fit) {
   std::vector<std::uint8_t> in(8), out(12);
   EXPECT_FALSE(yuv_to_rgb(ByteView{in}.first(7), {2, 2, 4}, YuvOrder::Yuyv, RgbOrder::Rgb, out));

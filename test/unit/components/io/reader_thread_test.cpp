@@ -3,12 +3,18 @@
 
 #include <gtest/gtest.h>
 #include <pthread.h>
+#include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <condition_variable>
+#include <filesystem>
 #include <functional>
+#include <optional>
 
+#include "nacelle/io/pty_pair.hpp"
 #include "nacelle/io/scripted_stream.hpp"
+#include "nacelle/io/serial_port.hpp"
 
 namespace nacelle::io {
 namespace {
@@ -40,12 +46,15 @@ class RecordingSink final : public ByteSink {
     });
   }
 
+  MonotonicTime look_at(MonotonicTime latest) const override { return look.value_or(latest); }
+
   void wait_for(const std::function<bool()>& done) {
     std::unique_lock lock{mutex_};
     changed_.wait(lock, done);
   }
 
   Bytes received;
+  std::optional<MonotonicTime> look;
   std::string thread_name;
   std::vector<StreamFault> breaks;
   int silences = 0, returns = 0;
@@ -82,6 +91,21 @@ TEST(ReaderThread, hands_over_every_chunk_in_order_under_its_name) {
   EXPECT_EQ(sink.thread_name, "a_name_longer_t");
   EXPECT_EQ(reader.stats().bytes, 3U);
   EXPECT_EQ(reader.stats().chunks, 2U);
+}
+
+TEST(ReaderThread, waits_no_longer_than_the_sink_wants) {
+  const SystemClock clock;
+  RecordingSink sink;
+  sink.look = MonotonicTime{7ms};
+  std::atomic<std::int64_t> waited_until_ns{0};
+  ScriptedStream line{
+      {}, ScriptedStream::AtEnd::Silence, [&](MonotonicTime until) { waited_until_ns = until.nanoseconds(); }};
+  ReaderThread reader{line, clock, sink, {.name = "test"}};
+
+  sink.wait_for([&] { return sink.silences >= 2; });
+  reader.stop();
+
+  EXPECT_EQ(waited_until_ns, 7'000'000);
 }
 
 TEST(ReaderThread, opens_the_line_again_until_it_is_back) {
@@ -164,6 +188,43 @@ TEST(ReaderThread, makes_no_call_after_stop) {
   line.append({{}, {1}});
   reader.stop();
   EXPECT_TRUE(sink.received.empty());
+}
+
+/// Descriptors of this process.
+std::size_t open_files() {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator{"/proc/self/fd"}, {}));
+}
+
+// Real kernel terminals: a cable that is pulled and plugged in again, as udev's link shows it.
+TEST(ReaderThreadOnALine, two_hundred_pulled_cables_leak_nothing_and_every_gap_is_counted) {
+  constexpr int kCycles = 200;
+  const SystemClock clock;
+  const std::string link = ::testing::TempDir() + "reader_unplugged_" + std::to_string(::getpid());
+  auto device = PtyPair::create();
+  ASSERT_TRUE(device && device.value()->link_as(link));
+  auto port = SerialPort::open({link, 115200}, clock);
+  ASSERT_TRUE(port);
+  RecordingSink sink;
+  ReaderThread reader{*port.value(), clock, sink, {.name = "cables", .silence = 10ms, .first_pause = 1ms}};
+  const std::size_t files = open_files();
+
+  for (int cycle = 0; cycle < kCycles; ++cycle) {
+    const std::size_t before = sink.received.size();
+    ASSERT_EQ(device.value()->write_some(Bytes{static_cast<std::uint8_t>(cycle)}), 1U);
+    sink.wait_for([&] { return sink.received.size() == before + 1; });
+    device.value()->hang_up();
+    sink.wait_for([&] { return sink.breaks.size() == static_cast<std::size_t>(cycle) + 1; });
+    device = PtyPair::create();
+    ASSERT_TRUE(device && device.value()->link_as(link));
+    sink.wait_for([&] { return sink.returns == cycle + 1; });
+  }
+
+  EXPECT_EQ(open_files(), files);
+  reader.stop();
+  EXPECT_EQ(reader.stats().breaks, kCycles);
+  EXPECT_EQ(reader.stats().returns, kCycles);
+  EXPECT_EQ(reader.stats().bytes, kCycles);
+  EXPECT_EQ(sink.received.back(), kCycles - 1);
 }
 
 }  // namespace

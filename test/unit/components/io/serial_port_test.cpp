@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "nacelle/io/baud.hpp"
 #include "nacelle/io/pty_pair.hpp"
 
 namespace nacelle::io {
@@ -65,6 +66,14 @@ TEST_F(SerialPortTest, carries_every_byte_value_both_ways_unchanged) {
   EXPECT_EQ(got, every_byte());
 }
 
+TEST_F(SerialPortTest, sets_baud_rates_that_have_no_name) {
+  for (const unsigned baud : {128000U, 256000U, 512000U, 115200U}) {
+    const auto port = SerialPort::open({device_->path(), baud}, clock_);
+    ASSERT_TRUE(port) << baud;
+    EXPECT_EQ(baud_of(port.value()->descriptor()), baud);
+  }
+}
+
 TEST_F(SerialPortTest, sets_the_asked_baud_rate_and_raw_mode) {
   const auto port = open(device_->path());
   termios options{};
@@ -108,6 +117,7 @@ TEST_F(SerialPortTest, comes_back_on_the_same_path_with_the_same_descriptor) {
   device_->hang_up();
   ASSERT_EQ(port->read_until(clock_.now() + kPatience).error(), StreamFault::HungUp);
   EXPECT_FALSE(port->reopen());
+  EXPECT_TRUE(port->is_away()) << "an open line would keep its number";
 
   auto fresh = PtyPair::create();
   ASSERT_TRUE(fresh);
@@ -134,7 +144,7 @@ TEST_F(SerialPortTest, is_for_one_program_at_a_time) {
   const auto first = open(device_->path());
   const auto second = SerialPort::open({device_->path(), 230400}, clock_);
   ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().what, "in use by another program");
+  EXPECT_EQ(second.error().what.rfind("in use by ", 0), 0U) << second.error().text();
 }
 
 TEST_F(SerialPortTest, can_be_opened_again_after_it_was_closed) {
@@ -148,7 +158,7 @@ TEST(SerialPortProblems, a_missing_device_is_named_with_the_way_out) {
   ASSERT_FALSE(port);
   EXPECT_EQ(port.error().where.text(), "/dev/no_such_line");
   EXPECT_NE(port.error().text().find("no such device"), std::string::npos);
-  EXPECT_NE(port.error().text().find("by-id"), std::string::npos);
+  EXPECT_NE(port.error().text().find("plugged in"), std::string::npos);
 }
 
 TEST(SerialPortProblems, a_file_is_not_a_serial_line) {

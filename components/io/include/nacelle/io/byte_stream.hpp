@@ -13,12 +13,16 @@ namespace nacelle::io {
 
 /// Failures of byte streams.
 enum class StreamFault : std::uint8_t {
-  HungUp,       ///< The other end is closed: a pulled cable, a closed pty. reopen() may restore it.
-  ReadFailed,   ///< The kernel refused the read for another reason. reopen() may help.
-  WriteFailed,  ///< The kernel refused the write for another reason.
-  WouldBlock,   ///< The line took only a part of the bytes in time; the rest was not sent.
-  NotFound,     ///< The path is not there (yet).
-  NotUsable     ///< reopen(): the path is there but cannot be used (rights, in use, no terminal).
+  HungUp,        ///< The other end is closed: a pulled cable, a closed pty. reopen() may restore it.
+  ReadFailed,    ///< The kernel refused the read for another reason. reopen() may help.
+  WriteFailed,   ///< The kernel refused the write for another reason.
+  WouldBlock,    ///< The line took only a part of the bytes in time; the rest was not sent.
+  NotFound,      ///< The path is not there (yet).
+  NotPermitted,  ///< reopen(): the path is there, but this user may not open it.
+  InUse,         ///< reopen(): another program has it open.
+  NotUsable,     ///< reopen(): the path is there but is no terminal, or does not take the settings.
+  NoAnswer,      ///< A bus: no device acknowledged the address.
+  BusStuck       ///< A bus: a line is held, no transfer ends.
 };
 
 /// "the line hung up (cable pulled?)"
@@ -51,14 +55,18 @@ class ByteStream {
   /// Drops bytes that were written and have not left. A part of a frame may have left: the next write must not continue it.
   virtual void drop_unsent() noexcept {}
 
+  /// Sets the modem line DTR, which some boards wire to a motor's driver. A line without modem lines (a pty) ignores it.
+  /// Errors: HungUp, WriteFailed, NotFound.
+  [[nodiscard]] virtual Result<void, StreamFault> set_data_terminal_ready(bool /*ready*/) { return {}; }
+
   /// Makes a waiting read_until() return an empty view at once; the next read waits again.
   virtual void interrupt() noexcept = 0;
 
   /// Opens the same line again after a fault. Only from the reading thread.
-  /// Errors: NotFound, NotUsable; the stream is then as before.
+  /// Errors: NotFound (the stream may then be is_away()), NotPermitted, InUse, NotUsable (the stream is as before).
   [[nodiscard]] virtual Result<void, StreamFault> reopen() = 0;
 
-  /// True until reopen() has found a device that was absent from the start; all else fails with NotFound meanwhile.
+  /// True while the device is absent, from the start or since reopen() did not find it; all else fails with NotFound meanwhile.
   [[nodiscard]] virtual bool is_away() const noexcept { return false; }
 
   /// The kernel's number of the line, the same for the stream's whole life (also across reopen()), or -1 without one.

@@ -30,6 +30,9 @@ class ByteSink {
   virtual void on_break(StreamFault fault, MonotonicTime now) = 0;
   /// An attempt to reopen the line failed.
   virtual void on_refusal(StreamFault) {}
+  /// Returns until when a read waits, before on_silence() is called: by default `latest`, which is Options::silence from now. A sink that has
+  /// something to do sooner returns that time.
+  [[nodiscard]] virtual MonotonicTime look_at(MonotonicTime latest) const { return latest; }
   /// Returns false while no usable data arrives: the device may have lost its settings (Options::set_up).
   [[nodiscard]] virtual bool hears() const { return true; }
   /// The line is back. New bytes do not continue a half frame from before.

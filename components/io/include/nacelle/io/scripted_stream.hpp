@@ -39,6 +39,7 @@ class ScriptedStream final : public ByteStream {
   [[nodiscard]] Result<void, StreamFault> write(ByteView bytes) override;
   [[nodiscard]] std::size_t unsent() const noexcept override;
   void drop_unsent() noexcept override;
+  [[nodiscard]] Result<void, StreamFault> set_data_terminal_ready(bool ready) override;
   void interrupt() noexcept override;
   [[nodiscard]] Result<void, StreamFault> reopen() override;
   [[nodiscard]] bool is_away() const noexcept override;
@@ -59,6 +60,8 @@ class ScriptedStream final : public ByteStream {
   void hold_writes(bool hold);
   /// Returns all bytes written so far, in order, without waiting or dropped ones.
   [[nodiscard]] Bytes written() const;
+  /// Returns what DTR was set to last, if it was.
+  [[nodiscard]] std::optional<bool> data_terminal_ready() const;
   /// Answers a write: called with the bytes, returns what the device sends back at once. Set before reading starts.
   void answer_writes(std::function<Bytes(ByteView)> device);
 
@@ -72,6 +75,7 @@ class ScriptedStream final : public ByteStream {
   Bytes current_ NACELLE_GUARDED_BY(mutex_);
   Bytes written_ NACELLE_GUARDED_BY(mutex_);
   Bytes unsent_ NACELLE_GUARDED_BY(mutex_);
+  std::optional<bool> data_terminal_ready_ NACELLE_GUARDED_BY(mutex_);
   bool holds_writes_ NACELLE_GUARDED_BY(mutex_) = false;
   std::optional<StreamFault> broken_ NACELLE_GUARDED_BY(mutex_);
   std::optional<StreamFault> write_fault_ NACELLE_GUARDED_BY(mutex_);

@@ -26,7 +26,7 @@ struct SerialSettings {
   return Duration{10'000'000'000LL / (baud == 0 ? 1 : baud)};
 }
 
-/// True for a baud rate that the kernel has a name for.
+/// True for a baud rate that devices have: those that the kernel has a name for, and 128000, 153600, 256000 and 512000.
 [[nodiscard]] bool is_standard_baud(unsigned baud);
 
 /// A serial line of the kernel.
@@ -52,8 +52,10 @@ class SerialPort final : public ByteStream {
   [[nodiscard]] std::size_t unsent() const noexcept override;
   /// Of a pty, up to 4095 bytes are the other end's already, and stay.
   void drop_unsent() noexcept override;
+  [[nodiscard]] Result<void, StreamFault> set_data_terminal_ready(bool ready) override;
   void interrupt() noexcept override { bell_.ring(); }
-  /// Takes the path again; the new line gets the old one's number, so that descriptor() never changes.
+  /// Takes the path again; the new line gets the old one's number, so that descriptor() never changes. If the path is gone, lets go of the
+  /// old line: is_away().
   [[nodiscard]] Result<void, StreamFault> reopen() override;
   [[nodiscard]] bool is_away() const noexcept override { return away_.load(std::memory_order_acquire); }
   [[nodiscard]] int descriptor() const noexcept override { return line_.number(); }

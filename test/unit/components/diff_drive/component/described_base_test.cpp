@@ -68,25 +68,47 @@ TEST(DescribedBase, reads_parameters_by_the_names_of_ros2_controls_drivers_and_b
 }
 
 TEST(DescribedBase, warns_about_unused_settings) {
-  const auto base =
-      Robot{.plugin = "gz_ros2_control/GazeboSimSystem",
-            .params = "<param name=\"enc_counts_per_rev\">1440</param>\n<param name=\"weel_radius\">1</param>"}
-          .read();
+  const auto base = Robot{.plugin = "gz_ros2_control/GazeboSimSystem",
+                          .params = "<param name=\"pid_p\">20</param>\n<param name=\"weel_radius\">1</param>"}
+                        .read();
   EXPECT_EQ(texts(base.problems), Texts{});
   EXPECT_EQ(
       texts(base.warnings),
       (Texts{"robot.urdf:6: the hardware plugin 'gz_ros2_control/GazeboSimSystem' is not run here; the base drives "
-             "a waveshare board; say nacelle/waveshare or nacelle/loopback, or set the parameter hardware",
-             "robot.urdf:7: the base has no use for the parameter 'enc_counts_per_rev'; encoders and their control "
+             "a waveshare board; say nacelle/waveshare, nacelle/roboclaw, nacelle/vesc, nacelle/odrive, "
+             "nacelle/framed, nacelle/text or "
+             "nacelle/loopback, or set the parameter "
+             "hardware",
+             "robot.urdf:7: the base has no use for the parameter 'pid_p'; encoders and their control "
              "are the motor board's own matter",
              "robot.urdf:8: the base has no use for the parameter 'weel_radius'; did you mean 'wheel_radius'?"}));
   EXPECT_TRUE(
       (Robot{.plugin = "my/Own"}.read({.left_wheels = {}, .right_wheels = {}, .hardware = true}).warnings.empty()));
 }
 
+TEST(DescribedBase, takes_the_wiring_of_a_board_with_channels) {
+  const auto base = Robot{.plugin = "roboclaw/RoboClawSystem",
+                          .params =
+                              "<param name=\"enc_counts_per_rev\">1440</param>\n"
+                              "<param name=\"left_channel\">2</param>\n<param name=\"right_channel\">1</param>\n"
+                              "<param name=\"left_reversed\">true</param>\n"
+                              "<param name=\"board_address\">129</param>"}
+                        .read();
+  EXPECT_EQ(texts(base.problems), Texts{});
+  EXPECT_EQ(base.defaults.hardware, "roboclaw");
+  EXPECT_EQ(base.defaults.counts_per_turn, 1440.0);
+  EXPECT_EQ(base.defaults.left_channel, 2);
+  EXPECT_EQ(base.defaults.right_channel, 1);
+  EXPECT_TRUE(base.defaults.left_reversed);
+  EXPECT_FALSE(base.defaults.right_reversed);
+  EXPECT_EQ(base.defaults.board_address, 129);
+}
+
 TEST(DescribedBase, tells_what_does_not_fit) {
+  EXPECT_EQ(texts(Robot{.params = "<param name=\"left_reversed\">yes</param>"}.read().problems),
+            Texts{"robot.urdf:7: 'yes' is neither true nor false, for the parameter 'left_reversed'"});
   EXPECT_EQ(texts(Robot{.params = "<param name=\"baud_rate\">fast</param>"}.read().problems),
-            Texts{"robot.urdf:7: 'fast' is not a whole number for the parameter 'baud_rate'"});
+            Texts{"robot.urdf:7: 'fast' is not a whole number, for the parameter 'baud_rate'"});
   EXPECT_EQ(
       texts(Robot{.params = "<param name=\"left_wheel_name\">drivewhl_left</param>"}.read().problems),
       Texts{"robot.urdf:7: left_wheel_name names 'drivewhl_left', which no <joint> with a velocity command is; did "
@@ -132,7 +154,7 @@ TEST(DescribedBase, a_base_that_does_not_fit_its_description_is_not_configured) 
   DiffDriveComponent drive{options};
   const auto outcome = drive.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
-  EXPECT_EQ(outcome.reason, "robot_description:7: 'x' is not a whole number for the parameter 'baud_rate'");
+  EXPECT_EQ(outcome.reason, "robot_description:7: 'x' is not a whole number, for the parameter 'baud_rate'");
 }
 
 TEST(DescribedBase, without_a_description_the_base_has_its_own_defaults) {

@@ -240,7 +240,7 @@ TEST_F(DriveTest, an_unload_while_driving_leaves_the_board_with_a_stop) {
 TEST_F(DriveTest, registers_the_stop_frame_from_configure_to_cleanup) {
   DiffDriveComponent drive{on_the_board()};
   ASSERT_TRUE(drive.trigger(Transition::Configure).success);
-  EXPECT_EQ(as_text(context_.safe_stop()), std::string(kStopLine) + "\n");
+  EXPECT_EQ(as_text(context_.safe_stop()), "\n" + std::string(kStopLine) + "\n") << "it ends a line that was torn";
   ASSERT_TRUE(drive.trigger(Transition::Activate).success);
   ASSERT_TRUE(drive.trigger(Transition::Deactivate).success);
   EXPECT_FALSE(context_.safe_stop().empty());

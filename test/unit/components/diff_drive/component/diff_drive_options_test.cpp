@@ -59,6 +59,13 @@ TEST(DiffDriveOptions, each_mistake_names_node_parameter_value_and_way_out) {
       {"hardware", "'wavshare'", [](auto& o) { o.hardware = "wavshare"; }},
       {"serial_port", "no path", [](auto& o) { o.serial_port.clear(); }},
       {"baud_rate", "115201", [](auto& o) { o.baud_rate = 115201; }},
+      {"counts_per_turn", "not set", [](auto& o) { o.hardware = "roboclaw"; }},
+      {"left_channel", "3", [](auto& o) { o.hardware = "roboclaw", o.counts_per_turn = 1440, o.left_channel = 3; }},
+      {"right_channel", "channel 1",
+       [](auto& o) { o.hardware = "roboclaw", o.counts_per_turn = 9, o.right_channel = 1; }},
+      {"right_channel", "channel -1", [](auto& o) { o.hardware = "vesc", o.counts_per_turn = 90; }},
+      {"right_channel", "300", [](auto& o) { o.hardware = "vesc", o.counts_per_turn = 90, o.right_channel = 300; }},
+      {"board_address", "200", [](auto& o) { o.hardware = "roboclaw", o.counts_per_turn = 9, o.board_address = 200; }},
   };
   for (const Row& row : table) {
     DiffDriveOptions options;

@@ -25,6 +25,7 @@ class RecordingPort final : public BasePort {
   Result<void, BaseFault> read_until(MonotonicTime deadline, WheelStateSink& sink) override {
     if (read_fault) return err(*read_fault);
     clock_.set(deadline + late);
+    if (board_fault) sink.on_board_fault(*board_fault);
     if (speaks) sink.on_wheel_state({0, 0, {}, 12.0, clock_.now()});
     return {};
   }
@@ -59,6 +60,7 @@ class RecordingPort final : public BasePort {
   Duration write_time{};
   double most_rps = std::numeric_limits<double>::infinity();
   std::optional<BaseFault> read_fault, write_fault;
+  std::optional<const char*> board_fault;  ///< Said with each state; null inside: the board has none.
 
  private:
   ToldClock& clock_;
@@ -511,6 +513,34 @@ TEST(DriveLoop, drives_perfect_wheels_around_a_circle) {
   const BodyTwist driven = body_twist(settings.geometry, {heard.states.back().left_rad, heard.states.back().right_rad});
   EXPECT_NEAR(driven.linear_mps, 0.2 * 10.02, 1e-6);
   EXPECT_NEAR(driven.angular_rps, 0.4 * 10.02, 1e-6);
+}
+
+TEST(DriveLoop, a_fault_of_the_board_stops_the_wheels_at_once_and_until_a_new_command) {
+  LoopRig rig{with_limits(10.0, 1.0, -1.0)};
+  rig.port.board_fault = nullptr;
+  rig.command(5.0);
+  rig.cycles(10);
+  EXPECT_GT(rig.watching.twists.back().linear_mps, 0.0);
+
+  const int stops = rig.port.stops;
+  rig.port.board_fault = "driver fault";
+  rig.cycles(1);
+  EXPECT_EQ(rig.port.stops, stops + 2) << "at once, and in the cycle; not down a ramp";
+  EXPECT_EQ(rig.watching.twists.back(), BodyTwist{});
+  EXPECT_STREQ(rig.loop.board_fault(), "driver fault");
+  EXPECT_EQ(rig.loop.look().holds, static_cast<std::uint8_t>(Hold::BoardFault));
+  rig.command(5.0);
+  rig.cycles(3);
+  EXPECT_EQ(rig.watching.twists.back(), BodyTwist{}) << "a command does not overrule the board";
+  EXPECT_EQ(rig.loop.stats().board_faults, 1U);
+
+  rig.port.board_fault = nullptr;
+  rig.cycles(1);
+  EXPECT_EQ(rig.loop.board_fault(), nullptr);
+  EXPECT_EQ(rig.watching.twists.back(), BodyTwist{}) << "the old command is not resumed";
+  rig.command(5.0);
+  rig.cycles(1);
+  EXPECT_GT(rig.watching.twists.back().linear_mps, 0.0);
 }
 
 }  // namespace

@@ -10,7 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "diff_drive/component/waveshare_serial_port.hpp"
+#include "diff_drive/component/serial_base_port.hpp"
+#include "diff_drive/component/waveshare_board.hpp"
 #include "diff_drive/port/loopback_port.hpp"
 #include "nacelle/io/pty_pair.hpp"
 #include "nacelle/io/serial_port.hpp"
@@ -42,10 +43,12 @@ class BaseRig {
   virtual ~BaseRig() = default;
   virtual BasePort& port() = 0;
   virtual const Clock& clock() = 0;
-  /// Lets this much time of the wheels pass and one state of them come through the port; returns it.
+  /// Lets this much time of the wheels pass and a state of them from after it come through the port; returns it.
   virtual WheelState run(Duration length) = 0;
   /// Writes bytes to the port's descriptor as a stranger would, and lets the base see them.
   virtual void write_as_stranger(ByteView bytes) = 0;
+  /// States that have come through the port in all runs.
+  std::uint64_t states = 0;
 };
 
 class LoopbackRig final : public BaseRig {
@@ -56,6 +59,7 @@ class LoopbackRig final : public BaseRig {
     const MonotonicTime end = clock_.now() + length;
     Heard heard;
     while (clock_.now() < end) static_cast<void>(port_.read_until(end, heard));
+    states += heard.states.size();
     // The last whole period ends here: every length in the suite is a multiple of it.
     return heard.states.back();
   }
@@ -128,7 +132,9 @@ class WaveshareRig final : public BaseRig {
   WaveshareRig() {
     auto line = io::SerialPort::open({pty_->path(), 115200, 100ms}, clock_);
     // The board says its lines at once, so the port's clock may be the kernel's: no test waits for it.
-    port_ = std::make_unique<WaveshareSerialPort>(std::move(line).value(), clock_, WaveshareSerialPort::Settings{});
+    port_ = std::make_unique<SerialBasePort>(std::move(line).value(),
+                                             std::make_unique<WaveshareBoard>(WaveshareBoard::Settings{}), clock_,
+                                             SerialBasePort::Settings{});
   }
   BasePort& port() override { return *port_; }
   const Clock& clock() override { return clock_; }
@@ -138,6 +144,7 @@ class WaveshareRig final : public BaseRig {
     board.say(to_seconds(length));
     Heard heard;
     static_cast<void>(port_->read_until(clock_.now() + 2s, heard));
+    states += heard.states.size();
     return heard.states.empty() ? WheelState{} : heard.states.back();
   }
   void write_as_stranger(ByteView bytes) override {
@@ -145,13 +152,12 @@ class WaveshareRig final : public BaseRig {
     static_cast<void>(!::write(port_->descriptor(), "{\"T\":-3}\n", 9));
     board.take_until(-3);
   }
-  WaveshareSerialPort& waveshare() { return *port_; }
   void hang_up() { pty_->hang_up(); }
 
  private:
   SystemClock clock_;
   std::unique_ptr<io::PtyPair> pty_ = io::PtyPair::create().value();
-  std::unique_ptr<WaveshareSerialPort> port_;
+  std::unique_ptr<SerialBasePort> port_;
 
  public:
   TinyBoard board{*pty_};

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <thread>
 
+#include "imu/model/wt901_reader.hpp"
 #include "nacelle/io/scripted_stream.hpp"
 #include "nacelle/io/serial_port.hpp"
 #include "simulation/model/sensor_models.hpp"
@@ -62,7 +63,7 @@ class ImuComponentTest : public ::testing::Test {
     overrides.emplace("calibration_samples", std::int64_t{20});
     NodeOptions options{context_};
     options.parameter_overrides(overrides);
-    component_ = std::make_unique<ImuComponent>(options, [=, this](const ImuOptions&, const Clock&) {
+    const auto open = [=, this](const ImuOptions&, const Clock&) {
       std::vector<io::ScriptedStream::Step> script;
       script.reserve(static_cast<std::size_t>(samples));
       for (int i = 0; i < samples; ++i) script.push_back(imu_.sample(ScriptedImu::at_rest(yaw_rate_dps)));
@@ -75,7 +76,8 @@ class ImuComponentTest : public ::testing::Test {
         line->refuse_reopen(1'000'000);
       }
       return Result<std::unique_ptr<io::ByteStream>, Problem>{std::move(line)};
-    });
+    };
+    component_ = std::make_unique<ImuComponent>(options, ImuPorts{open, {}});
     return *component_;
   }
   void play(int samples, double yaw_rate_dps = 0.0) {
@@ -187,6 +189,9 @@ TEST_F(ImuComponentTest, refuses_to_activate_while_the_robot_turns_and_can_be_as
   EXPECT_EQ(refused.state, StateId::Inactive);
   EXPECT_NE(refused.reason.find("the robot turns"), std::string::npos) << refused.reason;
   EXPECT_NE(refused.reason.find("keep the robot still"), std::string::npos) << refused.reason;
+  // 30 deg/s are 0.524 rad/s; the device's unit is 2000/32768 deg/s.
+  EXPECT_NE(refused.reason.find("gyro (0.000 0.000 0.524) rad/s"), std::string::npos) << refused.reason;
+  EXPECT_NE(refused.reason.find("accelerometer (0.000 0.000 9.807) m/s^2"), std::string::npos) << refused.reason;
 
   play(60);  // the first of them spoil one calibration
   const auto accepted = imu.trigger(Transition::Activate);
@@ -316,8 +321,9 @@ TEST(ImuStream, decoding_and_joining_allocate_nothing) {
   LifecycleNode node{"test", options};
   DeviceWatch watch{node, {}, {"imu"}, context.clock().now()};
   const ImuPublishers publishers{node.create_publisher<Imu>("a", QoS(5)), node.create_publisher<Imu>("b", QoS(5)),
-                                 node.create_publisher<MagneticField>("c", QoS(5))};
-  ImuStream stream{{}, context.clock(), publishers, node.get_logger(), watch};
+                                 node.create_publisher<MagneticField>("c", QoS(5)), nullptr};
+  Wt901Reader reader{kOutputMask, 1.5e-7, io::byte_time(115200), 10ms};
+  ImuStream stream{{}, reader, context.clock(), publishers, node.get_logger(), watch};
   ScriptedImu imu;
   std::vector<Bytes> samples;
   samples.reserve(300);
@@ -325,7 +331,7 @@ TEST(ImuStream, decoding_and_joining_allocate_nothing) {
   const test::AllocationGuard guard;
   for (const Bytes& sample : samples) stream.on_bytes(sample, context.clock().now());
   EXPECT_EQ(guard.count(), 0U);
-  EXPECT_EQ(stream.counters().samples.samples, 300U);
+  EXPECT_EQ(stream.counters().device.samples, 300U);
 }
 
 TEST(ImuOnTheLine, calibrates_and_publishes_through_a_real_terminal) {

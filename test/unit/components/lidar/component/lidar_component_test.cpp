@@ -9,6 +9,8 @@
 
 #include "nacelle/io/scripted_stream.hpp"
 #include "nacelle/io/serial_port.hpp"
+#include "simulation/component/run_device.hpp"
+#include "simulation/model/rplidar.hpp"
 #include "simulation/model/sensor_models.hpp"
 #include "support/allocation_guard.hpp"
 #include "support/recording_host.hpp"
@@ -219,7 +221,7 @@ TEST_F(LidarComponentTest, configure_names_a_device_that_is_no_lidar) {
   LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}, {"port_baudrate", std::int64_t{115200}}});
   const auto outcome = lidar.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
-  EXPECT_NE(outcome.reason.find("no LD06 frame"), std::string::npos) << outcome.reason;
+  EXPECT_NE(outcome.reason.find("no frame of model ld06"), std::string::npos) << outcome.reason;
   EXPECT_NE(outcome.reason.find("230400"), std::string::npos) << outcome.reason;
 }
 
@@ -255,6 +257,46 @@ TEST(LidarParameters, what_is_wrong_is_named_with_the_way_out) {
   EXPECT_NE(refusal_of({{"frame_id", std::string{}}}).find("frame_id"), std::string::npos);
 }
 
+TEST(LidarParameters, the_model_gives_the_defaults) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("model", std::string{"stl27l"});
+  options.append_parameter_override("range_max", 20.0);
+  const LidarComponent lidar{options};
+  const auto read = read_lidar_parameters(lidar);
+  ASSERT_TRUE(read) << read.error().what;
+  EXPECT_EQ(read->port_baudrate, 921600U);
+  EXPECT_EQ(read->scan.points, 2160U);
+  EXPECT_EQ(read->scan.range_min_m, 0.03);
+  EXPECT_EQ(read->scan.range_max_m, 20.0) << "what is given counts";
+}
+
+TEST(LidarParameters, the_makers_product_name_is_a_model) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("product_name", std::string{"LDLiDAR_STL27L"});
+  const auto read = read_lidar_parameters(LidarComponent{options});
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->model.name, "stl27l");
+  EXPECT_NE(refusal_of({{"model", std::string{"ld19"}}, {"product_name", std::string{"LDLiDAR_STL27L"}}})
+                .find("is not the model ld19"),
+            std::string::npos);
+  EXPECT_NE(refusal_of({{"model", std::string{"ld20"}}}).find("stl27l"), std::string::npos) << "all models are named";
+}
+
+TEST(LidarParameters, sectors_to_ignore_are_pairs_of_angles) {
+  RecordingContext context;
+  NodeOptions options{context};
+  options.append_parameter_override("ignore_array", std::string{"-10, 10,170.5,190"});
+  const auto read = read_lidar_parameters(LidarComponent{options});
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->scan.ignored.size(), 2U);
+  EXPECT_EQ(read->scan.ignored[0].from_deg, -10.0);
+  EXPECT_EQ(read->scan.ignored[1].from_deg, 170.5);
+  for (const char* wrong : {"10", "10,20,30", "20,10", "a,b", "10;20", "1e9,2e9", "10,,20"})
+    EXPECT_NE(refusal_of({{"ignore_array", std::string{wrong}}}).find("pairs of angles"), std::string::npos) << wrong;
+}
+
 TEST(LidarParameters, the_topic_can_be_named) {
   RecordingContext context;
   NodeOptions options{context};
@@ -270,7 +312,9 @@ TEST(ScanStream, decoding_and_assembling_allocate_nothing) {
   const NodeOptions options{context};
   LifecycleNode node{"test", options};
   DeviceWatch watch{node, {}, {"lidar"}, context.clock().now()};
-  ScanStream stream{{}, context.clock(), node.create_publisher<LaserScan>("scan", QoS(5)), node.get_logger(), watch};
+  io::ScriptedStream line{{}};
+  ScanStream stream{{},   context.clock(), line, node.create_publisher<LaserScan>("scan", QoS(5)), node.get_logger(),
+                    watch};
   ScriptedLidar lidar;
   std::vector<Bytes> packets;
   for (int i = 0; i < 400; ++i) packets.push_back(lidar.packet().bytes);
@@ -303,6 +347,126 @@ TEST(LidarOnTheLine, shows_the_simulated_room_through_a_real_terminal) {
   EXPECT_NEAR(seconds_of(scans[1]) - seconds_of(scans[0]), 0.1, 0.02);
   ASSERT_TRUE(lidar.trigger(Transition::Deactivate).success);
   EXPECT_TRUE(context.faults().empty());
+}
+
+/// A simulated device on a thread of this process, behind a real pty.
+class RunningDevice {
+ public:
+  explicit RunningDevice(const std::string& name)
+      : link_(::testing::TempDir() + "device_" + std::to_string(getpid()) + "_" + name) {
+    thread_ = std::thread{[this, name] {
+      const auto done = simulation::run_device({.name = name, .link = link_, .stop_descriptor = stop_.descriptor()},
+                                               clock_, [this](const std::string&) { ready_.store(true); });
+      EXPECT_TRUE(done) << done.error().what;
+      ready_.store(true);
+    }};
+    while (!ready_.load()) std::this_thread::yield();
+  }
+  RunningDevice(const RunningDevice&) = delete;
+  RunningDevice& operator=(const RunningDevice&) = delete;
+  ~RunningDevice() {
+    stop_.ring();
+    thread_.join();
+  }
+  [[nodiscard]] const std::string& link() const { return link_; }
+  [[nodiscard]] const SystemClock& clock() const { return clock_; }
+
+ private:
+  SystemClock clock_;
+  const std::string link_;
+  Bell stop_;
+  std::atomic<bool> ready_{false};
+  std::thread thread_;
+};
+
+TEST(LidarOnTheLine, each_family_is_started_and_stopped_through_a_real_terminal) {
+  for (const char* model : {"rplidar_c1", "ydlidar_x4", "stl27l"}) {
+    RunningDevice device{model};
+    RecordingContext context{device.clock()};
+    NodeOptions options{context};
+    options.append_parameter_override("model", std::string{model});
+    options.append_parameter_override("port_name", device.link());
+    LidarComponent lidar{options};
+    for (int round = 1; round <= 2; ++round) {
+      const auto configured = lidar.trigger(Transition::Configure);
+      ASSERT_TRUE(configured.success) << model << ": " << configured.reason;
+      ASSERT_TRUE(lidar.trigger(Transition::Activate).success) << model;
+      const std::size_t before = context.published<LaserScan>("/scan").size();
+      ASSERT_TRUE(context.wait_for("/scan", before + 2, 30s)) << model;
+      ASSERT_TRUE(lidar.trigger(Transition::Deactivate).success) << model;
+      ASSERT_TRUE(lidar.trigger(Transition::Cleanup).success) << model;
+    }
+    EXPECT_EQ(context.published<LaserScan>("/scan").back().ranges.size(), find_lidar_model(model)->scan_points);
+    EXPECT_TRUE(context.faults().empty()) << model;
+  }
+}
+
+/// A component whose line answers as a simulated RPLIDAR A1 does; time runs as fast as the line is read.
+class CommandedLidarTest : public ::testing::Test {
+ protected:
+  CommandedLidarTest() {
+    NodeOptions options{context_};
+    options.append_parameter_override("model", std::string{"rplidar_a1"});
+    component_ = std::make_unique<LidarComponent>(options, [this](const LidarOptions&, const Clock&) {
+      auto line = std::make_unique<io::ScriptedStream>(std::vector<io::ScriptedStream::Step>{}, AtEnd::Silence,
+                                                       [this](MonotonicTime until) {
+                                                         if (until > context_.clock().now())
+                                                           context_.clock().advance(until - context_.clock().now());
+                                                       });
+      line->answer_writes([this](ByteView bytes) {
+        Bytes answer;
+        const Duration now = context_.clock().now().since_origin;
+        device_.receive(bytes, now);
+        // What it measures meanwhile does not matter here, only what it answers.
+        device_.advance(Duration{},
+                        [&](Duration, ByteView sent) { answer.insert(answer.end(), sent.begin(), sent.end()); });
+        return answer;
+      });
+      line_ = line.get();
+      return Result<std::unique_ptr<io::ByteStream>, Problem>{std::move(line)};
+    });
+  }
+  RecordingContext context_;
+  simulation::Rplidar device_{simulation::Rplidar::settings_of("rplidar_a1"), simulation::Room::with_two_boxes()};
+  io::ScriptedStream* line_ = nullptr;
+  std::unique_ptr<LidarComponent> component_;
+};
+
+TEST_F(CommandedLidarTest, configure_identifies_and_deactivate_stops_stream_and_motor) {
+  const auto configured = component_->trigger(Transition::Configure);
+  ASSERT_TRUE(configured.success) << configured.reason;
+  EXPECT_FALSE(device_.is_scanning()) << "configured";
+  EXPECT_EQ(line_->data_terminal_ready(), true) << "the A1's motor stands while DTR is set";
+
+  ASSERT_TRUE(component_->trigger(Transition::Activate).success);
+  while (line_->data_terminal_ready() != false) std::this_thread::yield();
+  ASSERT_TRUE(component_->trigger(Transition::Deactivate).success);
+  EXPECT_EQ(line_->data_terminal_ready(), true) << "deactivated";
+  const Bytes written = line_->written();
+  ASSERT_GE(written.size(), 2U);
+  EXPECT_EQ((Bytes{written.end() - 2, written.end()}), (Bytes{0xA5, 0x25})) << "the last word is the stop";
+  EXPECT_TRUE(context_.faults().empty());
+}
+
+TEST_F(CommandedLidarTest, a_shutdown_stops_a_running_device) {
+  ASSERT_TRUE(component_->trigger(Transition::Configure).success);
+  ASSERT_TRUE(component_->trigger(Transition::Activate).success);
+  while (line_->data_terminal_ready() != false) std::this_thread::yield();
+  Bytes written;
+  line_->answer_writes([&](ByteView bytes) {
+    written.insert(written.end(), bytes.begin(), bytes.end());
+    return Bytes{};
+  });
+  ASSERT_TRUE(component_->trigger(Transition::Shutdown).success);
+  ASSERT_GE(written.size(), 2U);
+  EXPECT_EQ((Bytes{written.end() - 2, written.end()}), (Bytes{0xA5, 0x25}));
+}
+
+TEST_F(CommandedLidarTest, a_device_that_protects_itself_fails_the_configuration_with_its_code) {
+  device_.set_health(2, 0x8001, false);
+  const auto configured = component_->trigger(Transition::Configure);
+  EXPECT_FALSE(configured.success);
+  EXPECT_NE(configured.reason.find("health is error, code 32769"), std::string::npos) << configured.reason;
 }
 
 }  // namespace

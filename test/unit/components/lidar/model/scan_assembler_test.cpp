@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "lidar/protocol/ld06_decoder.hpp"
+#include "lidar/protocol/ld_protocol.hpp"
 #include "simulation/model/sensor_models.hpp"
 
 namespace nacelle::lidar {
@@ -16,32 +16,38 @@ constexpr double kPi = std::numbers::pi;
 
 MonotonicTime at(double seconds) { return {from_seconds(seconds)}; }
 
-/// Turns of twelve-point frames, 360 / 444 deg a step so that every ray count is hit unevenly, 10 turns/s.
+/// Turns of twelve-beam sweeps, 0.8 deg a step, 10 turns/s.
 struct Turntable {
-  std::uint16_t range_mm = 1000;
+  float range_m = 1.0F;
   double angle_deg = 0.0;
   double time_s = 100.0;
+  std::array<Beam, 12> beams{};
   static constexpr double kStepDeg = 0.8, kPointS = 0.8 / 3600.0;
 
-  Ld06Frame next() {
-    Ld06Frame frame;
-    frame.speed_dps = 3600;
-    frame.first_angle_cdeg = static_cast<std::uint16_t>(std::lround(angle_deg * 100.0) % 36000);
-    frame.last_angle_cdeg = static_cast<std::uint16_t>(std::lround((angle_deg + 11 * kStepDeg) * 100.0) % 36000);
-    for (auto& point : frame.points) point = {range_mm, 200};
+  Sweep next() {
+    for (std::size_t i = 0; i < beams.size(); ++i) {
+      const double at_deg = std::fmod(angle_deg + static_cast<double>(i) * kStepDeg, 360.0);
+      beams[i] = {static_cast<float>(at_deg), range_m, 200.0F};
+    }
+    const Sweep sweep{.beams = beams,
+                      .first_rotor_deg = angle_deg,
+                      .rotor_step_deg = kStepDeg,
+                      .period = from_seconds(kPointS),
+                      .speed_dps = 3600.0,
+                      .has_intensities = true};
     angle_deg = std::fmod(angle_deg + 12 * kStepDeg, 360.0);
     time_s += 12 * kPointS;
-    return frame;
+    return sweep;
   }
-  /// When the last point of the frame that next() gave was measured.
-  [[nodiscard]] MonotonicTime last_point() const { return at(time_s - kPointS); }
+  /// When the last beam of the sweep that next() gave was measured.
+  [[nodiscard]] MonotonicTime last_beam() const { return at(time_s - kPointS); }
 };
 
-std::vector<Scan> scans_of(ScanAssembler& assembler, Turntable& table, int frames) {
+std::vector<Scan> scans_of(ScanAssembler& assembler, Turntable& table, int sweeps) {
   std::vector<Scan> scans;
-  for (int i = 0; i < frames; ++i) {
-    const Ld06Frame frame = table.next();
-    assembler.add(frame, table.last_point(), [&](const Scan& scan) { scans.push_back(scan); });
+  for (int i = 0; i < sweeps; ++i) {
+    const Sweep sweep = table.next();
+    assembler.add(sweep, table.last_beam(), [&](const Scan& scan) { scans.push_back(scan); });
   }
   return scans;
 }
@@ -101,10 +107,10 @@ TEST(ScanAssembler, the_same_points_in_other_frames_make_the_same_scans) {
   EXPECT_NEAR(to_seconds(first[0].first_beam - second[0].first_beam), 0.0, 1e-6);
 }
 
-Scan one_scan(const ScanOptions& options, std::uint16_t range_mm) {
+Scan one_scan(const ScanOptions& options, int range_mm) {
   ScanAssembler assembler{options};
   Turntable table;
-  table.range_mm = range_mm;
+  table.range_m = static_cast<float>(range_mm) / 1000.0F;
   const auto scans = scans_of(assembler, table, 80);
   EXPECT_FALSE(scans.empty());
   return scans.empty() ? Scan{} : scans.front();
@@ -131,10 +137,10 @@ TEST(ScanAssembler, the_nearest_point_of_a_ray_wins) {
   Turntable table;
   std::vector<Scan> scans;
   for (int i = 0; i < 80; ++i) {
-    Ld06Frame frame = table.next();
-    for (std::size_t p = 0; p < frame.points.size(); ++p)
-      frame.points[p].range_mm = p % 10 == 3 ? 500 : p % 10 == 4 ? 0 : 2000;
-    assembler.add(frame, table.last_point(), [&](const Scan& scan) { scans.push_back(scan); });
+    const Sweep sweep = table.next();
+    for (std::size_t p = 0; p < table.beams.size(); ++p)
+      table.beams[p].range_m = p % 10 == 3 ? 0.5F : p % 10 == 4 ? 0.0F : 2.0F;
+    assembler.add(sweep, table.last_beam(), [&](const Scan& scan) { scans.push_back(scan); });
   }
   ASSERT_FALSE(scans.empty());
   for (const float range : scans[0].ranges_m) EXPECT_TRUE(range == 0.5F || range == 2.0F) << range;
@@ -145,6 +151,60 @@ TEST(ScanAssembler, a_cropped_angle_is_not_a_number) {
   const Scan scan = one_scan({.points = 360, .crop = true, .crop_min_deg = 80.0, .crop_max_deg = 100.0}, 1000);
   EXPECT_TRUE(std::isnan(scan.ranges_m[270]));
   EXPECT_FALSE(std::isnan(scan.ranges_m[90]));
+}
+
+TEST(ScanAssembler, an_ignored_sector_is_not_a_number_also_across_the_zero) {
+  const Scan scan = one_scan({.points = 360, .ignored = {{-10.0, 5.0}, {170.0, 190.0}}}, 1000);
+  for (std::size_t ray = 0; ray < 360; ++ray) {
+    const bool ignored = ray >= 350 || ray <= 5 || (ray >= 170 && ray <= 190);
+    EXPECT_EQ(std::isnan(scan.ranges_m[ray]), ignored) << "ray " << ray;
+  }
+}
+
+TEST(ScanAssembler, an_offset_turns_the_scan_to_the_left) {
+  ScanAssembler plain{{.points = 360}}, turned{{.points = 360, .offset_deg = 90.0}};
+  Turntable a, b;
+  const auto pierced = [](ScanAssembler& assembler, Turntable& table) {
+    Scan result;
+    for (int i = 0; i < 80; ++i) {
+      const Sweep sweep = table.next();
+      for (Beam& beam : table.beams) beam.range_m = beam.angle_deg < 30.5F ? 0.5F : 1.0F;  // near: ahead to the right
+      assembler.add(sweep, table.last_beam(), [&](const Scan& scan) { result = scan; });
+    }
+    return result;
+  };
+  const Scan before = pierced(plain, a), after = pierced(turned, b);
+  EXPECT_EQ(before.ranges_m[340], 0.5F);
+  for (std::size_t ray = 0; ray < 360; ++ray) EXPECT_EQ(after.ranges_m[(ray + 90) % 360], before.ranges_m[ray]);
+}
+
+TEST(ScanAssembler, the_rotor_ends_a_turn_and_the_beam_chooses_the_ray) {
+  // A triangulating device: light goes 7 deg less far than the rotor, so that the first beams of a turn look behind the zero.
+  ScanAssembler assembler{{.points = 360}};
+  Turntable table;
+  std::vector<Scan> scans;
+  for (int i = 0; i < 150; ++i) {
+    const Sweep sweep = table.next();
+    for (Beam& beam : table.beams) beam.angle_deg = std::fmod(beam.angle_deg + 353.0F, 360.0F);
+    assembler.add(sweep, table.last_beam(), [&](const Scan& scan) { scans.push_back(scan); });
+  }
+  ASSERT_EQ(scans.size(), 2U) << "no turn is torn by beams that look back";
+  EXPECT_NEAR(to_seconds(scans[1].first_beam - scans[0].first_beam), 0.1, 1e-6);
+}
+
+TEST(ScanAssembler, without_intensities_a_scan_says_so) {
+  ScanAssembler assembler{{}};
+  Turntable table;
+  int scans = 0;
+  for (int i = 0; i < 150; ++i) {
+    Sweep sweep = table.next();
+    sweep.has_intensities = false;
+    assembler.add(sweep, table.last_beam(), [&](const Scan& scan) {
+      EXPECT_FALSE(scan.has_intensities);
+      ++scans;
+    });
+  }
+  EXPECT_GT(scans, 0);
 }
 
 TEST(ScanAssembler, a_gap_of_half_a_turn_drops_the_turn) {
@@ -166,18 +226,21 @@ Scan scan_of_the_room(const simulation::Room& room, const simulation::Pose& pose
   simulation::WorldSettings settings;
   settings.errors.range_noise_m = 0.0;
   simulation::LidarModel lidar{settings, room};
-  ScanAssembler assembler{{.counter_clockwise = counter_clockwise}};
-  Ld06Decoder decoder;
-  Scan result;
-  while (assembler.stats().scans == 0) {
-    const MonotonicTime now{lidar.next_point()};
-    const auto packet = lidar.measure(pose);
-    if (!packet) continue;
-    decoder.feed(print_ld06(*packet), [&](const Ld06Frame& frame, std::size_t) {
-      assembler.add(frame, now, [&](const Scan& scan) { result = scan; });
-    });
+  struct Seen final : SweepSink {
+    explicit Seen(bool left) : assembler{{.counter_clockwise = left}} {}
+    void on_sweep(const Sweep& sweep, std::size_t) override {
+      assembler.add(sweep, now, [this](const Scan& scan) { result = scan; });
+    }
+    ScanAssembler assembler;
+    MonotonicTime now{};
+    Scan result;
+  } seen{counter_clockwise};
+  LdProtocol protocol{4500};
+  while (seen.assembler.stats().scans == 0) {
+    seen.now = MonotonicTime{lidar.next_point()};
+    if (const auto packet = lidar.measure(pose)) protocol.feed(print_ld06(*packet), seen);
   }
-  return result;
+  return seen.result;
 }
 
 float toward(const Scan& scan, double direction_rad) {

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "diff_drive/component/diff_drive_options.hpp"
+#include "diff_drive/component/motor_board.hpp"
+
+namespace nacelle::diff_drive {
+
+/// A kind of motor board: a value of the parameter `hardware` other than loopback.
+struct BoardKind {
+  std::string_view name;
+  unsigned usual_baud = 115200;  ///< Where baud_rate is 0.
+  int lowest_channel = 0;        ///< Channels that left_channel and right_channel may name; equal to the highest: none.
+  int highest_channel = 0;
+  int usual_left = 0, usual_right = 0;  ///< Where the parameters are -1.
+  double usual_counts_per_turn =
+      0.0;  ///< Where counts_per_turn is 0; 0 here: it must be given. Without channels: unused.
+};
+/// Returns null if there is none of this name.
+[[nodiscard]] const BoardKind* board_kind(std::string_view hardware);
+/// Returns every value of `hardware`, loopback last.
+[[nodiscard]] const std::vector<std::string>& hardware_names();
+
+/// Checks the parameters of the board; `node` is the node that has them. Precondition: board_kind(options.hardware).
+[[nodiscard]] std::optional<Problem> problem_of_board(const DiffDriveOptions& options, const std::string& node);
+/// Precondition: problem_of_board() finds none.
+[[nodiscard]] std::unique_ptr<MotorBoard> make_board(const DiffDriveOptions& options);
+
+}  // namespace nacelle::diff_drive

@@ -1,0 +1,143 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs a group of tests in a virtual machine that has the kernel's test devices, and tells what came of it.
+
+usage: groups.py run GROUP PROGRAM --out FOLDER [--modules "MODULE[:OPTION=VALUE]... ..."] [--filter PATTERN]
+       groups.py table FOLDER GROUP...
+
+A group is one GoogleTest program, one boot. Its output and results, and the kernel's messages, are in FOLDER/GROUP afterwards. The
+exit code of `run` is 77 with a reason where there is no virtual machine. NACELLE_VM_RELEASE: whose kernel (bookworm, default, or trixie).
+"""
+import argparse
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+SLOWNESS = 10  # how much longer than on this machine a test may wait
+LIMIT_S = 900
+
+
+def no_machine():
+    """Why this computer runs no group; nothing if it does."""
+    if platform.machine() != "x86_64":
+        return f"groups of tests run on amd64 machines, and this is {platform.machine()}"
+    if shutil.which("qemu-system-x86_64") is None:
+        return "qemu-system-x86_64 is not installed (./dev setup vm)"
+    return None
+
+
+def script_of(program: Path, pattern: str) -> str:
+    """What the machine runs: the program, its output and results below /out, and the kernel's last word."""
+    words = ["timeout", "-k", "5", str(LIMIT_S), str(program), "--gtest_output=xml:/out/results.xml", *([f"--gtest_filter={pattern}"] if pattern else [])]
+    return (
+        "mount -t configfs none /sys/kernel/config 2>/dev/null\n"
+        f"cd /tmp; {shlex.join(words)} >/out/output.txt 2>&1; status=$?\n"
+        "dmesg >/out/kernel.txt; exit $status\n"
+    )
+
+
+def cases_of(out: Path) -> list:
+    """(name, "passed", "FAILED" or "skipped", reason) of each case."""
+    file = out / "results.xml"
+    if not file.is_file():
+        return []
+    cases = []
+    for case in xml.parse(file).iter("testcase"):
+        name = f"{case.get('classname')}.{case.get('name')}"
+        if (found := case.find("failure")) is not None:
+            cases.append((name, "FAILED", found.get("message", "").strip()))
+        elif (found := case.find("skipped")) is not None:
+            cases.append((name, "skipped", found.get("message", "").strip()))
+        elif case.get("status") == "run":
+            cases.append((name, "passed", ""))
+    return cases
+
+
+def table(folder: Path, groups: list) -> str:
+    """A line for each group, and one for each case that failed or was skipped."""
+    lines = [f"{'group':10} {'passed':>7} {'failed':>7} {'skipped':>8} {'seconds':>8}"]
+    for group in groups:
+        out = folder / group
+        cases = cases_of(out)
+        if not cases:
+            said = out / "output.txt"
+            lines.append(f"{group:10} no results: {'the program ended early' if said.is_file() else 'it did not run'}")
+            continue
+        count = {state: sum(case[1] == state for case in cases) for state in ("passed", "FAILED", "skipped")}
+        seconds = (out / "seconds.txt").read_text().strip()
+        lines.append(f"{group:10} {count['passed']:7} {count['FAILED']:7} {count['skipped']:8} {seconds:>8}")
+        for name, state, reason in cases:
+            if state != "passed":
+                lines.append(f"    {state} {name}: {' '.join(reason.split())[:300]}")
+    return "\n".join(lines)
+
+
+def run(wish) -> int:
+    out = (wish.out / wish.group).resolve()
+    shutil.rmtree(out, ignore_errors=True)
+    why = no_machine()
+    if why is None:
+        release = os.environ.get("NACELLE_VM_RELEASE", "bookworm")
+        words = [ROOT / ".ci/kernel", "--release", release, "--flavour", "amd64"]
+        made = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=False)
+        if made.returncode not in (0, 77):
+            return made.returncode
+        if made.returncode == 77:
+            why = made.stdout.strip().removeprefix("skipped: ")
+    if why is not None:
+        print(f"skipped: {why}")
+        return 77
+    out.mkdir(parents=True)
+    (out / "test.sh").write_text(script_of(wish.program.resolve(), wish.filter))
+    begin = time.monotonic()
+    shares = {ROOT, wish.program.resolve().parent}  # the machine has /tmp and /run of its own
+    words = [HERE / "vmrun.sh", "-k", made.stdout.strip(), "-m", wish.modules, "-t", str(LIMIT_S + 100), "-o", out]
+    for share in shares if any(str(share).startswith(("/tmp/", "/run/")) for share in shares) else ():
+        words += ["-s", share]
+    environment = [f"NACELLE_TEST_SLOWNESS={SLOWNESS}", f"NACELLE_VM_GROUP={wish.group}"]
+    if "NACELLE_VM_CYCLES" in os.environ:
+        environment.append(f"NACELLE_VM_CYCLES={os.environ['NACELLE_VM_CYCLES']}")
+    code = subprocess.run([*words, "--", "env", *environment, "bash", "/out/test.sh"], check=False).returncode
+    (out / "seconds.txt").write_text(f"{time.monotonic() - begin:.0f}\n")
+    said = out / "output.txt"
+    print(said.read_text(errors="replace") if said.is_file() else "the program did not start")
+    cases = cases_of(out)
+    states = {state for _, state, _ in cases}
+    if code == 0 and states <= {"passed", "skipped"} and "passed" in states:
+        return 0
+    kernel = out / "kernel.txt"
+    if kernel.is_file():
+        print("the kernel's last messages:", *kernel.read_text(errors="replace").splitlines()[-30:], sep="\n    ")
+    print(f"{wish.group}: exit code {code} of the machine" + ("" if "passed" in states else "; no case passed: nothing was tested"))
+    return code or 1
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser()
+    verbs = parser.add_subparsers(dest="what", required=True)
+    running = verbs.add_parser("run")
+    running.add_argument("group")
+    running.add_argument("program", type=Path)
+    running.add_argument("--out", type=Path, required=True)
+    running.add_argument("--modules", default="")
+    running.add_argument("--filter", default=os.environ.get("NACELLE_VM_FILTER", ""))
+    showing = verbs.add_parser("table")
+    showing.add_argument("folder", type=Path)
+    showing.add_argument("groups", nargs="+")
+    wish = parser.parse_args()
+    if wish.what == "run":
+        return run(wish)
+    print(table(wish.folder, wish.groups))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
