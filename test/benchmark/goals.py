@@ -264,6 +264,36 @@ def teleop(programs, say):
     yield row("teleop", "moves that did not reach it", run["lost"], "moves", exactly(0), f"of {run['moves']:.0f}")
 
 
+def control_loop(programs, say):
+    say("the base's control loop at 1 kHz, without a line: system calls")
+    calls = programs.syscalls("devices", what="loop", few=1000, many=3000)
+    yield row("M9", "1 kHz control loop: system calls beside the line's", calls, "1/cycle", at_most(1.02), "cyclictest 1")
+    say("20 s, in turn with a thread that only sleeps")
+    run = programs.run("devices", what="loop", messages=10_000, compares=1)
+    yield row("M9", "mallocs", run["mallocs"], "", exactly(0), f"{run['cycles']:.0f} cycles")
+    yield row("M9", "page faults", run["faults"] / run["cycles"], "1/cycle", at_most(0.001))
+    yield row("M9", "lateness of a cycle, p99.9, without real-time priority", run["p999_us"] / run["bare_p999_us"], "x bare", at_most(1.2),
+              f"a thread that only sleeps: {run['bare_p999_us']:.0f} us; {run['skipped']:.0f} cycles skipped")  # fmt: skip
+
+
+def camera(programs, say):
+    say("a JPEG of 1280 x 720, in turn with libjpeg-turbo's own loop")
+    run = programs.run("devices", what="jpeg", blocks=40)
+    yield row("M15", "JPEG of 1280 x 720, decoded and checked", run["ratio"], "x bare", at_most(1.05), f"libjpeg-turbo, a row a call: {run['b_ns'] / 1e6:.2f} ms")
+    yield row("M15", "mallocs of a decoded JPEG", run["mallocs"], "", exactly(0))
+    yield row("M15", "JPEGs refused", run["refused"], "", exactly(0))
+
+
+def lidar(programs, say):
+    say("instructions of an LD06's bytes")
+    for assembles, what, goal in ((0, "found and checked", at_most(12)), (1, "made into scans", None)):
+        cost = programs.instructions("devices", what="ld06", assembles=assembles) / 47
+        yield row("M16", f"LD06: {what}", cost, "Ir/byte", goal)
+    run = programs.run("devices", what="ld06", messages=37_500, assembles=1)
+    yield row("M16", "mallocs of 100 s", run["mallocs"], "", exactly(0), f"{run['scans']:.0f} scans")
+    yield row("M16", "packets lost on an undisturbed line", run["lost"], "", exactly(0))
+
+
 def wire(programs, say):
     say("a stream of this process with the network beside it, without a remote reader")
     for size, name in ((0, "44 B"), (900_000, "0.9 MB")):
@@ -289,7 +319,10 @@ BENCHMARKS = {
     "m5-m6-topologies": topologies,
     "m7-m13-between-processes": between,
     "m8-saturation": saturation,
+    "m9-control-loop": control_loop,
     "m14-wire": wire,
+    "m15-camera": camera,
+    "m16-lidar": lidar,
     "m19-robot": robot,
     "m20-loading": loading,
     "teleop": teleop,

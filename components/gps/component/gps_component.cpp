@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "nacelle/io/line_signature.hpp"
 #include "nacelle/io/serial_port.hpp"
 #include "nacelle/node/frame_name.hpp"
 
@@ -24,17 +25,20 @@ Duration patience_of(const GpsOptions& options) {
   return options.device.required ? options.silence_limit : std::min<Duration>(options.silence_limit, kPeriod * 3 / 2);
 }
 
-Problem no_sentence(const GpsOptions& options, const GpsCounters& counters) {
-  const double seconds = to_seconds(patience_of(options));
-  if (counters.line.bytes == 0) {
-    return {options.port, fmt::format("nothing came in {:.1f} s", seconds),
-            "is the receiver powered, and is this its line?"};
-  }
-  return {
-      options.port, fmt::format("{} bytes came in {:.1f} s, but no NMEA sentence", counters.line.bytes, seconds),
-      fmt::format("is it another device, another speed (baud is {}; 4800, 38400 and 115200 are usual too), or set to a "
-                  "binary protocol?",
-                  options.baud)};
+Problem no_sentence(const GpsOptions& options, const GpsCounters& counters, const io::FirstBytes& first) {
+  const io::ExpectedDevice expected{
+      .path = options.port,
+      .name = "NMEA 0183",
+      .usual_baud = 9600,
+      .baud = options.baud,
+      .baud_parameter = "baud",
+      .when_silent = "is the receiver powered, and is this its line?",
+      .otherwise =
+          fmt::format("is it another device, another speed (baud is {}; 4800, 38400 and 115200 are usual too), or "
+                      "set to a binary protocol?",
+                      options.baud)};
+  const io::HeardOnLine heard{counters.line.bytes, counters.line.sentences, counters.line.bad_checksums, first};
+  return io::why_no_frames(expected, heard, patience_of(options));
 }
 
 }  // namespace
@@ -78,7 +82,7 @@ CallbackReturn GpsComponent::on_configure(const State&) {
   // Bytes that are no sentences come from another device, or at another speed: no wait mends that.
   const GpsCounters counters = stream_->counters();
   if (!options->device.required && counters.line.bytes == 0) return CallbackReturn::SUCCESS;
-  const Problem problem = no_sentence(*options, counters);
+  const Problem problem = no_sentence(*options, counters, reader_->first_bytes());
   close();
   return refuse(problem);
 }

@@ -5,6 +5,7 @@
 
 #include <numbers>
 
+#include "nacelle/io/line_signature.hpp"
 #include "nacelle/node/frame_name.hpp"
 
 namespace nacelle::imu {
@@ -18,19 +19,18 @@ Duration patience_of(const ImuOptions& options) {
                                  : silence_of(period_of(options));
 }
 
-Problem no_sample(const ImuOptions& options, const ImuCounters& counters) {
+Problem no_sample(const ImuOptions& options, const ImuCounters& counters, const io::FirstBytes& first) {
   const double seconds = to_seconds(patience_of(options));
   const auto& device = counters.device;
-  if (device.bytes == 0) {
-    return {options.port, fmt::format("nothing came in {:.1f} s", seconds),
-            "is the IMU connected, and is this its line?"};
-  }
   if (device.frames == 0) {
-    return {options.port,
-            fmt::format("{} bytes came in {:.1f} s, but no {} frame", device.bytes, seconds,
-                        options.model == ImuModel::Wt901 ? "WT901" : options.traits->name),
-            fmt::format("is it another device, or another speed? baudrate is {}, a new WT901 speaks 9600",
-                        options.baudrate)};
+    const io::ExpectedDevice expected{.path = options.port,
+                                      .name = std::string{options.traits->name},
+                                      .usual_baud = options.model == ImuModel::Wt901 ? 9600U : 115200U,
+                                      .baud = options.baudrate,
+                                      .baud_parameter = "baudrate",
+                                      .when_silent = "is the IMU connected, and is this its line?"};
+    return io::why_no_frames(expected, {device.bytes, device.frames, device.bad_checksums, first},
+                             patience_of(options));
   }
   if (options.model != ImuModel::Wt901) {
     return {options.port, fmt::format("{} answers came in {:.1f} s, but no reading", device.frames, seconds),
@@ -116,7 +116,7 @@ CallbackReturn ImuComponent::on_configure(const State&) {
   // Bytes that are no samples come from another device, or at another speed: no wait mends that.
   const ImuCounters counters = stream_->counters();
   if (!options_.device.required && counters.device.bytes == 0) return CallbackReturn::SUCCESS;
-  const Problem problem = no_sample(options_, counters);
+  const Problem problem = no_sample(options_, counters, reader_->first_bytes());
   close();
   return refuse(problem);
 }

@@ -107,12 +107,14 @@ std::size_t nmea_line(ByteView bytes) {
 constexpr std::array kDevices{
     SerialDevice{"LD06, LD19 or STL LiDAR", 230400, "nacelle::lidar::LidarComponent", "port_name", "", ldrobot_frame},
     SerialDevice{"WT901 IMU", 9600, "nacelle::imu::ImuComponent", "port", "", wit_frame},
-    SerialDevice{"BNO08x IMU (UART-RVC)", 115200, "", "", "", rvc_frame},
-    SerialDevice{"YDLIDAR", 115200, "", "", "", ydlidar_frame},
+    SerialDevice{"BNO08x IMU (UART-RVC)", 115200, "nacelle::imu::ImuComponent", "port",
+                 "{name: model, value: bno08x_rvc}", rvc_frame},
+    SerialDevice{"YDLIDAR", 115200, "nacelle::lidar::LidarComponent", "port_name", "{name: model, value: ydlidar_x2}",
+                 ydlidar_frame},
     SerialDevice{"Hiwonder RRC motor board", 1000000, "", "", "", hiwonder_frame},
     SerialDevice{"Waveshare motor board", 115200, "nacelle::diff_drive::DiffDriveComponent", "serial_port", "",
                  waveshare_line},
-    SerialDevice{"GPS receiver (NMEA 0183)", 9600, "", "", "", nmea_line},
+    SerialDevice{"GPS receiver (NMEA 0183)", 9600, "nacelle::gps::GpsComponent", "port", "", nmea_line},
 };
 
 bool has_two_frames(const SerialDevice& device, ByteView bytes) {
@@ -146,14 +148,17 @@ Problem why_no_frames(const ExpectedDevice& expected, const HeardOnLine& heard, 
   if (heard.bytes == 0) return {expected.path, fmt::format("nothing came in {:.1f} s", seconds), expected.when_silent};
   Problem problem{expected.path,
                   fmt::format("{} bytes came in {:.1f} s, but no {} frame", heard.bytes, seconds, expected.name), ""};
-  if (heard.bad_checksums > 0) {
-    problem.what = fmt::format("{} bytes came in {:.1f} s; all {} frames had a bad checksum", heard.bytes, seconds,
-                               heard.bad_checksums);
-    problem.way_out = "the line is disturbed: look at the cable, the ground wire and what runs beside it";
-  } else if (const SerialDevice* const other = recognise(heard.first.view()); other != nullptr) {
+  // First: by chance, bytes of another device look like frames with a bad checksum.
+  if (const SerialDevice* const other = recognise(heard.first.view()); other != nullptr) {
     problem.what += fmt::format(": they come from a {}", other->name);
     problem.way_out =
         fmt::format("is the {} on another line? nacelle device list shows what is plugged in", expected.name);
+  } else if (heard.bad_checksums > 0) {
+    problem.what = fmt::format("{} bytes came in {:.1f} s; all {} frames had a bad checksum", heard.bytes, seconds,
+                               heard.bad_checksums);
+    problem.way_out = "the line is disturbed: look at the cable, the ground wire and what runs beside it";
+  } else if (!expected.otherwise.empty()) {
+    problem.way_out = expected.otherwise;
   } else if (expected.baud != expected.usual_baud) {
     problem.way_out = fmt::format("{} is {}, the {} leaves the factory with {}", expected.baud_parameter, expected.baud,
                                   expected.name, expected.usual_baud);

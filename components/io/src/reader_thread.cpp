@@ -76,6 +76,7 @@ void ReaderThread::run() {
 }
 
 void ReaderThread::read() {
+  bool knows_first = false;
   while (!stopping()) {
     const auto bytes = stream_.read_until(sink_.look_at(clock_.now() + options_.silence));
     const MonotonicTime now = clock_.now();
@@ -95,6 +96,11 @@ void ReaderThread::read() {
         auto stats = stats_.lock();
         stats->bytes += bytes->size();
         ++stats->chunks;
+      }
+      if (!knows_first) {
+        auto first = first_.lock();
+        first->add(*bytes);
+        knows_first = first->is_full();
       }
       sink_.on_bytes(*bytes, now);
       if (sink_.hears()) backoff_.reset();

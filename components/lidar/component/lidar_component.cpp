@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "nacelle/io/line_signature.hpp"
 #include "nacelle/io/serial_port.hpp"
 #include "nacelle/node/frame_name.hpp"
 
@@ -31,18 +32,18 @@ Duration patience_of(const LidarOptions& options, bool is_commanded) {
   return options.device.required ? options.silence_limit : silence_of(kTurn);
 }
 
-Problem no_frame(const LidarOptions& options, bool is_commanded, const LidarCounters& counters) {
-  const double seconds = to_seconds(patience_of(options, is_commanded));
-  if (counters.line.bytes == 0) {
-    return {options.port_name, fmt::format("nothing came in {:.1f} s", seconds),
-            is_commanded ? "is the LiDAR powered, and is this its line?"
-                         : "is the LiDAR powered and turning, and is this its line?"};
-  }
-  return {options.port_name,
-          fmt::format("{} bytes came in {:.1f} s, but {} of model {}", counters.line.bytes, seconds,
-                      is_commanded ? "no answer" : "no frame", options.model.name),
-          fmt::format("is it another device? port_baudrate is {}, model {} speaks {}", options.port_baudrate,
-                      options.model.name, options.model.baud)};
+Problem no_frame(const LidarOptions& options, bool is_commanded, const LidarCounters& counters,
+                 const io::FirstBytes& first) {
+  const io::ExpectedDevice expected{.path = options.port_name,
+                                    .name = std::string{options.model.name},
+                                    .usual_baud = options.model.baud,
+                                    .baud = options.port_baudrate,
+                                    .baud_parameter = "port_baudrate",
+                                    .when_silent = is_commanded
+                                                       ? "is the LiDAR powered, and is this its line?"
+                                                       : "is the LiDAR powered and turning, and is this its line?"};
+  const io::HeardOnLine heard{counters.line.bytes, counters.line.frames, counters.line.bad_checksums, first};
+  return io::why_no_frames(expected, heard, patience_of(options, is_commanded));
 }
 
 }  // namespace
@@ -93,7 +94,7 @@ CallbackReturn LidarComponent::on_configure(const State&) {
   const std::string refusal = stream_->refusal();
   if (refusal.empty() && !options->device.required && counters.line.bytes == 0) return CallbackReturn::SUCCESS;
   const Problem problem =
-      refusal.empty() ? no_frame(*options, is_commanded, counters)
+      refusal.empty() ? no_frame(*options, is_commanded, counters, reader_->first_bytes())
                       : Problem{options->port_name, refusal, "see docs/hardware.md; a power cycle clears its faults"};
   close();
   return refuse(problem);

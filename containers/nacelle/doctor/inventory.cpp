@@ -129,6 +129,14 @@ void add_buses(const Machine& machine, std::vector<PluggedIn>& all) {
   }
 }
 
+/// As YAML. Names of devices are text that their makers chose.
+std::string as_value(const std::string& device) {
+  if (begins(device, "/dev/") && device.find_first_of(" ,[]{}#:'\"") == std::string::npos) return device;
+  std::string quoted = "'";
+  for (const char c : device) quoted.append(c == '\'' ? 2 : 1, c);
+  return quoted + "'";
+}
+
 }  // namespace
 
 std::vector<PluggedIn> plugged_in(const Machine& machine) {
@@ -141,12 +149,13 @@ std::vector<PluggedIn> plugged_in(const Machine& machine) {
   return all;
 }
 
-std::string launch_line(const Driver& driver, const std::string& path) {
+std::string launch_line(const Driver& driver, const std::string& device) {
   // nacelle::lidar::LidarComponent is a class of the package nacelle_lidar.
   const std::size_t begin = driver.plugin.find("::"), end = driver.plugin.rfind("::");
   const std::string name = driver.plugin.substr(begin + 2, end - begin - 2);
   return fmt::format("- {{pkg: nacelle_{0}, plugin: \"{1}\", name: {0}, param: [{{name: {2}, value: {3}}}{4}{5}]}}",
-                     name, driver.plugin, driver.parameter, path, driver.setting.empty() ? "" : ", ", driver.setting);
+                     name, driver.plugin, driver.parameter, as_value(device), driver.setting.empty() ? "" : ", ",
+                     driver.setting);
 }
 
 }  // namespace nacelle::doctor

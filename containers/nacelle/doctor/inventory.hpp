@@ -28,10 +28,10 @@ struct PluggedIn {
 struct Driver {
   std::string plugin;     ///< "nacelle::lidar::LidarComponent"
   std::string parameter;  ///< "port_name"
-  std::string setting;    ///< A further parameter as YAML, or empty.
+  std::string setting;    ///< A further entry of `param` as YAML, or empty.
 };
 
-/// Returns the line of a launch file that loads this driver for the device at `path`.
-[[nodiscard]] std::string launch_line(const Driver& driver, const std::string& path);
+/// Returns the line of a launch file that loads this driver for `device`: the value of its parameter, a path or a gamepad's name.
+[[nodiscard]] std::string launch_line(const Driver& driver, const std::string& device);
 
 }  // namespace nacelle::doctor

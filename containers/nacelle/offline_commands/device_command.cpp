@@ -36,10 +36,13 @@ struct Found {
   }
   [[nodiscard]] std::optional<doctor::Driver> driver() const {
     if (device.kind == "camera") return doctor::Driver{"nacelle::camera::CameraComponent", "video_device", ""};
+    if (device.kind == "gamepad") return doctor::Driver{"nacelle::joy::JoyComponent", "device_name", ""};
     const io::SerialDevice* const known = recognised();
     if (known == nullptr || known->plugin.empty()) return std::nullopt;
     return doctor::Driver{std::string{known->plugin}, std::string{known->port}, std::string{known->setting}};
   }
+  /// What the driver's parameter is set to. The driver finds a gamepad by its name: the path is that of another interface.
+  [[nodiscard]] const std::string& value() const { return device.kind == "gamepad" ? device.name : device.path; }
   [[nodiscard]] std::string what_was_heard() const {
     if (!heard) return "";
     if (!heard->has_value()) return heard->error().text();
@@ -75,7 +78,8 @@ void print(const Found& found) {
   if (!device.held_by.empty()) print_text("        in use by %s\n", doctor::names_of(device.held_by).c_str());
   if (const std::string heard = found.what_was_heard(); !heard.empty()) print_text("        %s\n", heard.c_str());
   if (found.recognised() == nullptr && !device.guess.empty()) print_text("        probably %s\n", device.guess.c_str());
-  if (const auto driver = found.driver()) print_text("        %s\n", doctor::launch_line(*driver, device.path).c_str());
+  if (const auto driver = found.driver())
+    print_text("        %s\n", doctor::launch_line(*driver, found.value()).c_str());
 }
 
 json row_of(const Found& found) {
@@ -88,7 +92,7 @@ json row_of(const Found& found) {
     row["recognised"] = known->name;
     row["baud"] = found.heard->value().baud;
   }
-  if (const auto driver = found.driver()) row["launch"] = doctor::launch_line(*driver, device.path);
+  if (const auto driver = found.driver()) row["launch"] = doctor::launch_line(*driver, found.value());
   return row;
 }
 

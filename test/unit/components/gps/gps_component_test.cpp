@@ -255,7 +255,8 @@ TEST_F(GpsComponentTest, configure_names_a_device_that_is_no_receiver) {
   GpsComponent& gps = make({{"silence_limit", 0.02}, {"baud", std::int64_t{4800}}});
   const auto outcome = gps.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
-  EXPECT_NE(outcome.reason.find("100 bytes came in 0.0 s, but no NMEA sentence"), std::string::npos) << outcome.reason;
+  EXPECT_NE(outcome.reason.find("100 bytes came in 0.0 s, but no NMEA 0183 frame"), std::string::npos)
+      << outcome.reason;
   EXPECT_NE(outcome.reason.find("baud is 4800"), std::string::npos) << outcome.reason;
 }
 

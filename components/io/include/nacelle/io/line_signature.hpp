@@ -20,7 +20,7 @@ struct SerialDevice {
   unsigned baud;             ///< As it leaves the factory.
   std::string_view plugin;   ///< The component class that drives it; empty: none does.
   std::string_view port;     ///< That class's parameter for the line.
-  std::string_view setting;  ///< A further parameter that it needs for this device, as YAML; may be empty.
+  std::string_view setting;  ///< A further entry of `param` that it needs for this device, as YAML; may be empty.
   /// Returns the length of the frame that begins here: 0 if none does, more than there is if its end has not come.
   std::size_t (*frame_at)(ByteView bytes);
 };
@@ -38,6 +38,7 @@ class FirstBytes {
  public:
   void add(ByteView bytes);
   void forget() { count_ = 0; }
+  [[nodiscard]] bool is_full() const { return count_ == bytes_.size(); }
   [[nodiscard]] ByteView view() const { return {bytes_.data(), count_}; }
 
  private:
@@ -53,6 +54,7 @@ struct ExpectedDevice {
   unsigned baud = 0;           ///< What the line is set to ...
   std::string baud_parameter;  ///< ... by this parameter.
   std::string when_silent;     ///< What to look at first: "is the LiDAR powered and turning?"
+  std::string otherwise{};     ///< What to look at if the bytes explain nothing; empty: the baud rate.
 };
 
 /// What came over a line.

@@ -11,6 +11,7 @@
 #include "nacelle/base/mutex.hpp"
 #include "nacelle/io/backoff.hpp"
 #include "nacelle/io/byte_stream.hpp"
+#include "nacelle/io/line_signature.hpp"
 
 namespace nacelle::io {
 
@@ -70,6 +71,8 @@ class ReaderThread {
   /// Ends the thread and waits for it; no call into the sink comes afterwards. A second call does nothing.
   void stop();
   [[nodiscard]] Stats stats() const { return *stats_.lock(); }
+  /// What came first since the start: for why_no_frames(). Threads: any.
+  [[nodiscard]] FirstBytes first_bytes() const { return *first_.lock(); }
 
  private:
   void run();
@@ -87,6 +90,7 @@ class ReaderThread {
   Backoff backoff_;
   MonotonicTime next_set_up_{};
   Guarded<Stats> stats_;
+  Guarded<FirstBytes> first_;
   mutable Mutex mutex_;
   std::condition_variable stop_asked_;
   bool stop_ NACELLE_GUARDED_BY(mutex_) = false;

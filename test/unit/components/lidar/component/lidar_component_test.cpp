@@ -221,8 +221,18 @@ TEST_F(LidarComponentTest, configure_names_a_device_that_is_no_lidar) {
   LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}, {"port_baudrate", std::int64_t{115200}}});
   const auto outcome = lidar.trigger(Transition::Configure);
   EXPECT_FALSE(outcome.success);
-  EXPECT_NE(outcome.reason.find("no frame of model ld06"), std::string::npos) << outcome.reason;
+  EXPECT_NE(outcome.reason.find("100 bytes came in 0.0 s, but no ld06 frame"), std::string::npos) << outcome.reason;
   EXPECT_NE(outcome.reason.find("230400"), std::string::npos) << outcome.reason;
+}
+
+TEST_F(LidarComponentTest, configure_names_the_device_that_is_there_instead) {
+  first_packet_ = false;
+  const Bytes frame{0x55, 0x51, 0, 0, 0, 0, 0, 0, 0, 0, 0xA6};  // of a WT901: its accelerometer reads zero
+  for (int i = 0; i < 5; ++i) noise_.insert(noise_.end(), frame.begin(), frame.end());
+  LidarComponent& lidar = make(AtEnd::Blocks, {{"silence_limit", 0.02}});
+  const auto outcome = lidar.trigger(Transition::Configure);
+  EXPECT_FALSE(outcome.success);
+  EXPECT_NE(outcome.reason.find("but no ld06 frame: they come from a WT901 IMU"), std::string::npos) << outcome.reason;
 }
 
 TEST_F(LidarComponentTest, can_be_cleaned_up_and_configured_again) {

@@ -8,7 +8,9 @@
 
 #include "doctor/listen.hpp"
 #include "machine_of_files.hpp"
+#include "nacelle/io/line_signature.hpp"
 #include "nacelle/io/pty_pair.hpp"
+#include "nacelle/launch/load_plan.hpp"
 
 namespace nacelle::doctor {
 namespace {
@@ -93,6 +95,41 @@ TEST(LaunchLine, loads_the_driver_for_the_device) {
   EXPECT_EQ(launch_line({"nacelle::lidar::LidarComponent", "port_name", ""}, "/dev/ttyUSB0"),
             "- {pkg: nacelle_lidar, plugin: \"nacelle::lidar::LidarComponent\", name: lidar, param: [{name: port_name, "
             "value: /dev/ttyUSB0}]}");
+}
+
+/// What a launch file with this line loads.
+launch::ComponentPlan component_of(const std::string& line) {
+  const std::string text =
+      "launch:\n- node_container:\n    pkg: rclcpp_components\n    exec: component_container\n    name: robot\n"
+      "    namespace: ''\n    composable_node:\n    " +
+      line + "\n";
+  const auto plan = launch::load_plan_text(text, "a.launch.yaml", {}, launch::system_environment());
+  if (plan && plan->components.size() == 1) return plan->components[0];
+  ADD_FAILURE() << text << (plan ? "" : plan.error()[0].text());
+  return {};
+}
+std::string text_of(const launch::ComponentPlan& component, const std::string& name) {
+  for (const auto& parameter : component.parameters) {
+    if (parameter.name == name) return launch::to_text(parameter.value);
+  }
+  return "none";
+}
+
+TEST(LaunchLine, is_one_of_a_launch_file_for_every_device_that_is_recognised) {
+  for (const auto& device : io::known_serial_devices()) {
+    if (device.plugin.empty()) continue;
+    const Driver driver{std::string{device.plugin}, std::string{device.port}, std::string{device.setting}};
+    const auto component = component_of(launch_line(driver, "/dev/serial/by-id/usb-1a86_USB-if00"));
+    EXPECT_EQ(component.plugin, device.plugin);
+    EXPECT_EQ(text_of(component, driver.parameter), "/dev/serial/by-id/usb-1a86_USB-if00");
+    EXPECT_EQ(component.parameters.size(), device.setting.empty() ? 1U : 2U) << device.name;
+  }
+}
+
+TEST(LaunchLine, keeps_what_a_maker_called_a_gamepad) {
+  const std::string name = "Nobody's: Pad #2, {wireless}";
+  const auto component = component_of(launch_line({"nacelle::joy::JoyComponent", "device_name", ""}, name));
+  EXPECT_EQ(text_of(component, "device_name"), name);
 }
 
 // A real kernel terminal. The listener ends with the first two frames; the time is for a broken build.
