@@ -297,6 +297,11 @@ ELSEWHERE = {
     "launch launch/robot.launch.yaml sim:=false lidar_port:=/dev/ttyUSB0 imu_port:=/dev/ttyUSB1 base_port:=/dev/ttyACM0":
         Example("check launch/robot.launch.yaml sim:=false lidar_port:=/dev/ttyUSB0 imu_port:=/dev/ttyUSB1 base_port:=/dev/ttyACM0"),
     "launch launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1": Example("check launch/robot.launch.yaml lidar_port:=/dev/ttyUSB1"),
+    # No gamepad is here: the robot waits for one.
+    "launch launch/teleop.launch.yaml":
+        Example("launch launch/teleop.launch.yaml sim_dir:=stick-sim namespace:=stick --name stick", ends=6),
+    "launch launch/teleop.launch.yaml joy_name:=8BitDo Pro 2":
+        Example("launch launch/teleop.launch.yaml joy_name:='8BitDo Pro 2' sim_dir:=pad-sim namespace:=pad --name pad", ends=6),
     "topic hz /scan": Example("topic hz /scan", ends=3),
     "teleop": Example("teleop", keys="k"),
     # The component that README shows is built from there (CMakeLists.txt), and loaded by the line above this one.

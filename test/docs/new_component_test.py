@@ -145,7 +145,7 @@ class NewComponent(unittest.TestCase):
         for words, code, text in (
             ("Wheel-Counter", 2, "invalid name 'Wheel-Counter'; use lower-case letters, digits and single underscores, first a letter, such as wheel_counter"),
             ("time", 2, "'time' is a function or variable of a library; use another name, such as my_time"),
-            ("range --driver", 2, "the class would be called Range, as a type that its code uses; use another name, such as my_range"),
+            ("state --driver", 2, "the class would be called State, as a type that its code uses; use another name, such as my_state"),
             ("mine --lang python", 2, "--lang: invalid value 'python'; "),
             ("mine --driver --filter", 2, "--driver"),
             ("", 2, "name"),

@@ -149,6 +149,13 @@ class Check(RobotTest):
         optional = text[:end] + "\n      required: false" + text[end:]
         self.assertEqual({f[0] for f in self.found(optional) if f[1] == "qos"}, {"warning"})
 
+    def test_a_file_that_only_other_nodes_read_warns(self):
+        self.write("both.yaml", "lidar: {ros__parameters: {frame_id: laser}}\nrelay: {ros__parameters: {start_type_description_service: true}}\n")
+        text = LIDAR.format(more=", {from: both.yaml}", required="true") + "    - {pkg: nacelle_test_relay, plugin: 'nacelle::test::Relay', name: relay}\n"
+        self.assertIn(
+            ("warning", "parameter", "the parameters for '/relay' are not used: that node does not read this file", "give it `param: [{from: FILE}]`, too"),
+            self.found(text))  # fmt: skip
+
     def test_a_class_of_another_package_warns(self):
         text = LIDAR.format(more="", required="true").replace("pkg: nacelle_lidar", "pkg: nacelle_lidr")
         self.assertEqual(self.found(text), [
@@ -289,7 +296,8 @@ class Import(RobotTest):
         launch = self.folder / "imported.launch.yaml"
         # Two of the files are for LiDARs, two for cameras: the second of each has a name of its own.
         nodes = {"diff_drive": "diff_drive::DiffDrive", "odometry": "odometry::Odometry", "ekf": "ekf::Ekf", "lidar": "lidar::Lidar",
-                 "lidar_2": "lidar::Lidar", "camera": "camera::Camera", "v4l2_camera": "camera::Camera"}  # fmt: skip
+                 "lidar_2": "lidar::Lidar", "camera": "camera::Camera", "v4l2_camera": "camera::Camera",
+                 "joy_node": "joy::Joy", "teleop_twist_joy_node": "joy::TeleopTwistJoy"}  # fmt: skip
         launch.write_text("launch:\n- node_container:\n    name: c\n    namespace: ''\n    composable_node:\n" + "".join(
             f"    - {{pkg: nacelle_{plugin.split(':')[0]}, plugin: 'nacelle::{plugin}Component', name: {node}, param: [{{from: imported.yaml}}]}}\n" for node, plugin in nodes.items()))
         outcome = self.run_program("check", launch, "--json")

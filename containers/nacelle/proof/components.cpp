@@ -130,6 +130,14 @@ void check_sections(Evidence& evidence) {
     nodes.push_back(component.name);
   }
   for (const auto& section : evidence.plan.unused_sections) {
+    if (std::ranges::find(nodes, section.pattern) != nodes.end()) {
+      evidence.find(Rule::UnusedSection,
+                    {section.where,
+                     "the parameters for '" + section.pattern + "' are not used: that node does not read this file",
+                     "give it `param: [{from: FILE}]`, too"},
+                    Severity::Warning);
+      continue;
+    }
     // Files hold sections of nodes that run elsewhere; one that is nearly a node of this plan is a slip of the pen.
     const std::string near = nearest_name(section.pattern, nodes);
     evidence.find(Rule::UnusedSection,

@@ -113,8 +113,7 @@ int Session::guarded_run() {
 int Session::run_robot() {
   for (const auto& message : plan_.messages) say(message.text);
   for (const auto& unused : plan_.unused_sections) {
-    say(fmt::format("{}: the parameters for '{}' are not used: there is no such node", unused.where.text(),
-                    unused.pattern));
+    say(fmt::format("{}: the parameters for '{}' are used by no node", unused.where.text(), unused.pattern));
   }
   auto claim = control::SocketClaim::take(control::socket_places_from_environment(), options_.container_name);
   if (!claim) return fail(claim.error());

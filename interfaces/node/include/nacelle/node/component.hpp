@@ -68,10 +68,11 @@ inline constexpr const char* kComponentEntry = "nacelle_component_table";
 #define NACELLE_TEXT_OF(number) #number
 #define NACELLE_COMPONENT_ABI_TEXT(number) NACELLE_COMPONENT_ABI_MARK NACELLE_TEXT_OF(number)
 
-/// Makes a plugin of one or more component classes; once per library, at the end of a source file.
+/// Makes a plugin of one or more component classes; once per library, at the end of a source file. The container reads kAbi in the file, so
+/// neither compiler nor linker may leave it out.
 #define NACELLE_REGISTER_COMPONENT(...)                                                                          \
   extern "C" __attribute__((visibility("default"))) const ::nacelle::ComponentTable* nacelle_component_table() { \
-    [[gnu::used]] static constexpr char kAbi[] = NACELLE_COMPONENT_ABI_TEXT(NACELLE_COMPONENT_ABI);              \
+    [[gnu::used, gnu::retain]] static constexpr char kAbi[] = NACELLE_COMPONENT_ABI_TEXT(NACELLE_COMPONENT_ABI); \
     static constexpr ::nacelle::ComponentClass kClasses[] = {NACELLE_EXPAND(NACELLE_EACH_CLASS(__VA_ARGS__))};   \
     static constexpr ::nacelle::ComponentTable kTable{NACELLE_COMPONENT_ABI, std::size(kClasses), kClasses};     \
     return &kTable;                                                                                              \

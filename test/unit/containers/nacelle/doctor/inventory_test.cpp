@@ -110,7 +110,9 @@ launch::ComponentPlan component_of(const std::string& line) {
 }
 std::string text_of(const launch::ComponentPlan& component, const std::string& name) {
   for (const auto& parameter : component.parameters) {
-    if (parameter.name == name) return launch::to_text(parameter.value);
+    if (parameter.name != name) continue;
+    const auto* const text = std::get_if<std::string>(&parameter.value);
+    return text != nullptr ? *text : "not a text";
   }
   return "none";
 }
