@@ -167,8 +167,16 @@ class JumpingSimTime(Listening):
     # Who publishes what. The camera is the pattern, which needs no device; the stop has no stream of its own.
     STREAMS = {
         "/joint_states": "diff_drive", "/odom": "odometry", "/odometry/filtered": "ekf", "/scan": "lidar", "/imu/data_raw": "imu",
-        "/camera/camera_info": "camera", "/detections": "detector",
+        "/camera/camera_info": "camera", "/detections": "detector", "/imu/filtered": "imu_filter",
     }
+    # What the default robot does not have. Gamepad, receiver and ultrasonic sensor are waited for.
+    MORE = """
+    - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop}
+    - {pkg: nacelle_imu_filter, plugin: nacelle::imu_filter::MadgwickFilterComponent, name: imu_filter, remap: [{from: imu/data, to: imu/filtered}]}
+    - {pkg: nacelle_joy, plugin: nacelle::joy::JoyComponent, name: joy_node, param: [{name: device_name, value: nobody's}]}
+    - {pkg: nacelle_gps, plugin: nacelle::gps::GpsComponent, name: gps, param: [{name: port, value: /dev/no_receiver}, {name: frame_id, value: base_link}]}
+    - {pkg: nacelle_range, plugin: nacelle::range::HcSr04Component, name: range, param: [{name: gpio_chip, value: /dev/no_chip}, {name: frame_id, value: base_link}]}
+"""
     FRAME_OF_THE_TRANSFORMS = "left_wheel_link"
     ISOLATED = ("lidar", "detector")
     BACK_TO_S = 500.0
@@ -181,7 +189,7 @@ class JumpingSimTime(Listening):
             for name in cls.ISOLATED:
                 text, count = re.subn(rf"^( +)name: {name}$", rf"\1name: {name}\n\1isolate: process", text, flags=re.MULTILINE)
                 assert count == 1, name
-            text += "    - {pkg: nacelle_estop, plugin: nacelle::estop::EmergencyStopComponent, name: estop}\n"
+            text += cls.MORE
             file = cls.folder / "sim_time.launch.yaml"
             file.write_text(text)
             arguments = ("launch", file, f"config:={source.parent}/config/robot.yaml", f"description:={source.parent}/robot.urdf", *arguments[2:])
