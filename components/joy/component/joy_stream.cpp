@@ -42,7 +42,7 @@ void JoyStream::load(MonotonicTime now) {
 
 void JoyStream::on_bytes(ByteView bytes, MonotonicTime received) {
   const LockGuard lock{mutex_};
-  decoder_.feed(bytes, [&](const InputEvent& event) NACELLE_REQUIRES(mutex_) { take(event, received); });
+  while (const auto event = decoder_.next(bytes)) take(*event, received);
   counters_.line = decoder_.stats();
   watch_.heard(received);
 }

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
+#include <optional>
 
 #include "nacelle/base/bytes.hpp"
 #include "nacelle/base/time.hpp"
@@ -54,20 +54,17 @@ class InputEventDecoder {
     friend bool operator==(const Stats&, const Stats&) = default;
   };
 
-  /// Calls `on_event(const InputEvent&)` for each event.
-  template <typename Sink>
-  void feed(ByteView bytes, Sink&& on_event) {
-    stats_.bytes += bytes.size();
-    while (!bytes.empty()) {
-      const std::size_t taken = std::min(bytes.size(), input_layout::kEventBytes - pending_);
-      std::memcpy(window_.data() + pending_, bytes.data(), taken);
-      pending_ += taken;
-      bytes = bytes.subspan(taken);
-      if (pending_ < input_layout::kEventBytes) return;
-      pending_ = 0;
-      ++stats_.events;
-      on_event(read_input_event(window_.data()));
-    }
+  /// Takes the next event off the front of `bytes`; none if its end has not come, and then no byte is left.
+  [[nodiscard]] std::optional<InputEvent> next(ByteView& bytes) {
+    const std::size_t taken = std::min(bytes.size(), input_layout::kEventBytes - pending_);
+    std::copy_n(bytes.begin(), taken, window_.begin() + static_cast<std::ptrdiff_t>(pending_));
+    stats_.bytes += taken;
+    pending_ += taken;
+    bytes = bytes.subspan(taken);
+    if (pending_ < input_layout::kEventBytes) return std::nullopt;
+    pending_ = 0;
+    ++stats_.events;
+    return read_input_event(window_.data());
   }
 
   /// Forgets half an event: the device was opened again.

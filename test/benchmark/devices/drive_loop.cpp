@@ -65,7 +65,7 @@ void sleep_only(const Clock& clock, Lateness& lateness, std::uint64_t cycles) {
   lateness.begin(due);
   for (std::uint64_t i = 0; i < cycles; ++i) {
     due += kPeriod;
-    const auto since = due.time_since_epoch().count();
+    const auto since = due.nanoseconds();
     const timespec until{since / 1'000'000'000, since % 1'000'000'000};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) != 0) {}
     lateness.note(clock.now());
@@ -81,6 +81,7 @@ void run_drive_loop(std::uint64_t cycles, bool compares) {
   Lateness driven{cycles}, bare{cycles};
   DriveLoop::Settings settings;
   settings.period = kPeriod;
+  settings.silence_limit = {};
   DriveLoop loop{settings, port, clock, inbox, driven};
   const Usage before = Usage::now();
   if (compares) {

@@ -46,14 +46,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const nacelle::ByteView bytes{data, size};
   std::vector<InputEvent> whole, chopped;
   InputEventDecoder at_once;
-  at_once.feed(bytes, [&](const InputEvent& event) { whole.push_back(event); });
+  for (nacelle::ByteView left = bytes; const auto event = at_once.next(left);) whole.push_back(*event);
   require(at_once.stats().bytes == size);
   require(size == 24 * at_once.stats().events + at_once.pending());
 
   InputEventDecoder in_parts;
   for (std::size_t at = 0; at < size;) {
     const std::size_t part = std::min<std::size_t>(size - at, 1 + data[at] % 29U);
-    in_parts.feed(bytes.subspan(at, part), [&](const InputEvent& event) { chopped.push_back(event); });
+    for (nacelle::ByteView left = bytes.subspan(at, part); const auto event = in_parts.next(left);)
+      chopped.push_back(*event);
     at += part;
   }
   require(in_parts.stats() == at_once.stats());

@@ -18,7 +18,7 @@ static_assert(sizeof(input_event) == input_layout::kEventBytes && offsetof(input
 
 std::vector<InputEvent> events_of(InputEventDecoder& decoder, ByteView bytes) {
   std::vector<InputEvent> found;
-  decoder.feed(bytes, [&](const InputEvent& event) { found.push_back(event); });
+  while (const auto event = decoder.next(bytes)) found.push_back(*event);
   return found;
 }
 

@@ -136,7 +136,8 @@ TEST_F(RealPad, hands_over_events_with_monotonic_times) {
     const auto bytes = pad.value()->read_until(clock_.now() + patience());
     ASSERT_TRUE(bytes);
     ASSERT_FALSE(bytes->empty());
-    decoder.feed(*bytes, [&](const InputEvent& event) { events.push_back(event); });
+    ByteView left = *bytes;
+    while (const auto event = decoder.next(left)) events.push_back(*event);
   }
   EXPECT_EQ(events[0].code, BTN_A);
   EXPECT_EQ(events[1].value, -32768);
@@ -162,7 +163,8 @@ TEST_F(RealPad, tells_of_dropped_events_and_knows_the_state_after_them) {
     const auto bytes = pad.value()->read_until(clock_.now() + 50ms);
     ASSERT_TRUE(bytes);
     if (bytes->empty()) break;
-    decoder.feed(*bytes, [&](const InputEvent& event) { dropped |= event.is_syn(input_layout::kSynDropped); });
+    ByteView left = *bytes;
+    while (const auto event = decoder.next(left)) dropped |= event->is_syn(input_layout::kSynDropped);
   }
   EXPECT_TRUE(dropped);
   EXPECT_EQ(pad.value()->inspect()->axes[ABS_X]->value, 2000);
