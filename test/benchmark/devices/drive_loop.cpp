@@ -19,12 +19,13 @@ namespace {
 using namespace diff_drive;
 
 constexpr Duration kPeriod = 1ms;
-constexpr std::uint64_t kBlock = 1000;  // cycles
+constexpr std::uint64_t kBlock = 1000, kWarmUp = 100;  // cycles
 
 /// How late cycles end.
 class Lateness final : public DriveObserver {
  public:
-  explicit Lateness(std::uint64_t cycles) { late_.reserve(cycles); }
+  /// Its memory is there before the first cycle.
+  explicit Lateness(std::uint64_t cycles) : late_(cycles) { late_.clear(); }
   void begin(MonotonicTime at) { due_ = at; }
   void on_wheel_state(const WheelState&) override {}
   void on_cycle(const BodyTwist&, MonotonicTime now) override { note(now); }
@@ -78,11 +79,12 @@ void run_drive_loop(std::uint64_t cycles, bool compares) {
   const SystemClock clock;
   LoopbackPort port{clock, {.state_period = 1h}};  // without its own states: the loop's waits alone
   CommandInbox inbox;
-  Lateness driven{cycles}, bare{cycles};
+  Lateness driven{cycles + kWarmUp}, bare{cycles};
   DriveLoop::Settings settings;
   settings.period = kPeriod;
   settings.silence_limit = {};
   DriveLoop loop{settings, port, clock, inbox, driven};
+  run_loop(loop, clock, driven, inbox, kWarmUp);
   const Usage before = Usage::now();
   if (compares) {
     for (std::uint64_t done = 0; done < cycles; done += kBlock) {
