@@ -48,7 +48,7 @@ class OdriveCanBoard final : public MotorBoard {
     int heard_since_asked = 0;
   };
   [[nodiscard]] int node(std::size_t wheel) const;
-  [[nodiscard]] std::optional<std::size_t> wheel_of(int node) const;
+  [[nodiscard]] std::optional<std::size_t> wheel_of(int sender) const;
   [[nodiscard]] bool is_settled(MonotonicTime now) const { return settled_at_ && now >= *settled_at_; }
   void take(const OdriveHeartbeat& beat, MonotonicTime at);
   [[nodiscard]] bool take(const OdriveMotion& motion, MonotonicTime at);
